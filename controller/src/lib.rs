@@ -1,0 +1,113 @@
+//! Exports the speed and yaw controller as an FMU: which of its members may be seen, and one step.
+#![forbid(unsafe_code)]
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+mod adrc;
+
+use adrc::{Command, Controller, Estimate, Mode, Reference};
+use fmu_export::{Info, Model, ModelError, Variable, input, output, parameter};
+use serde::{Deserialize, Serialize};
+
+/// The controller between its inputs and its outputs.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct Node {
+    mode: i32,
+    controller: Controller,
+    reference: Reference,
+    estimate: Estimate,
+    command: Command,
+}
+
+impl Model for Node {
+    const INFO: Info = Info {
+        name: "controller",
+        description: "Speed and yaw control with rejection of the estimated disturbances",
+        step: 0.01,
+    };
+
+    const VARIABLES: &'static [Variable<Self>] = &[
+        input("v_ref", "m/s", "Wanted forward speed").at(|n| &mut n.reference.v),
+        input("psi_ref", "rad", "Wanted heading, followed in mode 1").at(|n| &mut n.reference.psi),
+        input("r_ref", "rad/s", "Wanted yaw rate, followed in mode 0").at(|n| &mut n.reference.r),
+        input("v_x", "m/s", "Estimated forward speed").at(|n| &mut n.estimate.v_x),
+        input("v_y", "m/s", "Estimated speed to the left").at(|n| &mut n.estimate.v_y),
+        input("r", "rad/s", "Estimated yaw rate").at(|n| &mut n.estimate.r),
+        input("xi_x", "N", "Estimated forward disturbance force").at(|n| &mut n.estimate.xi_x),
+        input("xi_y", "N", "Estimated disturbance force to the left").at(|n| &mut n.estimate.xi_y),
+        input("xi_psi", "N.m", "Estimated disturbance yaw moment").at(|n| &mut n.estimate.xi_psi),
+        input("psi", "rad", "Heading").at(|n| &mut n.estimate.psi),
+        output("F_x", "N", "Driving force").at(|n| &mut n.command.F_x),
+        output("delta", "rad", "Road-wheel angle").at(|n| &mut n.command.delta),
+        output("r_cmd", "rad/s", "Yaw rate that the steering follows").at(|n| &mut n.command.r),
+        parameter("mode", "", "What the steering follows: 0 yaw rate, 1 heading")
+            .min(0.0)
+            .max(1.0)
+            .at_integer(|n| &mut n.mode),
+        parameter("car.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.controller.car.m),
+        parameter("car.I_zz", "kg.m2", "Nominal yaw inertia")
+            .min(1.0)
+            .at(|n| &mut n.controller.car.I_zz),
+        parameter("car.l_f", "m", "Nominal centre of gravity to front axle")
+            .min(0.01)
+            .at(|n| &mut n.controller.car.l_f),
+        parameter("car.l_r", "m", "Nominal centre of gravity to rear axle")
+            .min(0.01)
+            .at(|n| &mut n.controller.car.l_r),
+        parameter("car.C_f", "N/rad", "Nominal cornering stiffness of the front axle")
+            .min(1.0)
+            .at(|n| &mut n.controller.car.C_f),
+        parameter("car.C_r", "N/rad", "Nominal cornering stiffness of the rear axle")
+            .min(1.0)
+            .at(|n| &mut n.controller.car.C_r),
+        parameter("speed.gain", "1/s", "Speed error to acceleration")
+            .tunable()
+            .at(|n| &mut n.controller.k_v),
+        parameter("yaw.gain", "1/s", "Yaw-rate error to yaw acceleration")
+            .tunable()
+            .at(|n| &mut n.controller.k_r),
+        parameter("heading.gain", "1/s", "Heading error to yaw rate")
+            .tunable()
+            .at(|n| &mut n.controller.k_psi),
+        parameter("limit.F_x_min", "N", "Strongest braking")
+            .at(|n| &mut n.controller.limit.F_x_min),
+        parameter("limit.F_x_max", "N", "Strongest driving")
+            .at(|n| &mut n.controller.limit.F_x_max),
+        parameter("limit.delta", "rad", "Largest road-wheel angle")
+            .min(0.0)
+            .at(|n| &mut n.controller.limit.delta),
+        parameter("limit.alpha_f", "rad", "Largest front slip angle")
+            .min(0.0)
+            .at(|n| &mut n.controller.limit.alpha_f),
+        parameter("limit.r", "rad/s", "Largest yaw rate asked for in mode 1")
+            .min(0.0)
+            .at(|n| &mut n.controller.limit.r),
+        parameter(
+            "limit.r_rate",
+            "rad/s2",
+            "Fastest change of the yaw rate that the steering follows",
+        )
+        .min(0.0)
+        .at(|n| &mut n.controller.limit.r_rate),
+    ];
+
+    fn initialise(&mut self) -> Result<(), ModelError> {
+        self.command = Command::default();
+        let limit = &self.controller.limit;
+        if limit.F_x_min <= limit.F_x_max {
+            return Ok(());
+        }
+        Err(ModelError::Error(format!(
+            "limit.F_x_min = {} N is above limit.F_x_max = {} N",
+            limit.F_x_min, limit.F_x_max
+        )))
+    }
+
+    fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {
+        let mode = if self.mode == 1 { Mode::Heading } else { Mode::YawRate };
+        self.command =
+            self.controller.control(mode, &self.reference, &self.estimate, self.command.r, step);
+        Ok(())
+    }
+}
+
+fmu_export::export!(Node);

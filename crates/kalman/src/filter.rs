@@ -1,0 +1,107 @@
+//! Carries a Gaussian state through time and corrects it by measurements.
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
+use std::error::Error;
+use std::f64::consts::TAU;
+use std::fmt;
+
+use nalgebra::{Cholesky, SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+use crate::{Gaussian, symmetric};
+
+/// What a measurement of `M` components told beyond the prediction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Innovation<const M: usize> {
+    /// Measured minus predicted, ν.
+    pub residual: SVector<f64, M>,
+    /// Predicted covariance of the residual, S = H P Hᵀ + R.
+    pub cov: SMatrix<f64, M, M>,
+    /// Normalised innovation squared, νᵀ S⁻¹ ν: χ² with `M` degrees of freedom if the model is
+    /// right.
+    pub nis: f64,
+    /// Logarithm of the density N(ν; 0, S).
+    pub log_likelihood: f64,
+}
+
+/// Why a measurement could not be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UpdateError {
+    /// The residual or its covariance holds an infinity or NaN: the measurement or the filter is
+    /// broken.
+    NotFinite,
+    /// The covariance of the residual is not positive definite: P or R is not a covariance.
+    NotPositiveDefinite,
+}
+
+impl fmt::Display for UpdateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "innovation or its covariance is not finite",
+            Self::NotPositiveDefinite => "innovation covariance is not positive definite",
+        })
+    }
+}
+
+impl Error for UpdateError {}
+
+/// Prediction over one period: the given mean, and the covariance F P Fᵀ + Q.
+///
+/// `mean_after` is F x of a linear model, or the integrated state of a nonlinear one, of which `F`
+/// [N × N] is then the transition matrix of the linearisation. `Q` [N × N] is the covariance of the
+/// noise.
+#[inline]
+pub fn predict<const N: usize>(
+    before: &Gaussian<N>,
+    mean_after: SVector<f64, N>,
+    F: &SMatrix<f64, N, N>,
+    Q: &SMatrix<f64, N, N>,
+) -> Gaussian<N> {
+    Gaussian { mean: mean_after, cov: symmetric(&(F * before.cov * F.transpose() + Q)) }
+}
+
+/// Correction by a measurement y = h(x) + noise, given its residual y − h(mean).
+///
+/// `H` [M × N] is the Jacobian of h at the mean and `R` [M × M] the covariance of the noise. With
+/// the gain K = P Hᵀ S⁻¹ the covariance is Joseph's (I − K H) P (I − K H)ᵀ + K R Kᵀ, which stays
+/// positive semidefinite whatever rounding does to K (Bar-Shalom et al., Estimation with
+/// Applications to Tracking and Navigation, section 5.2).
+///
+/// # Errors
+///
+/// [`UpdateError::NotFinite`] for a residual or an S with an infinity or NaN,
+/// [`UpdateError::NotPositiveDefinite`] if S has no Cholesky factor.
+#[inline]
+pub fn update<const N: usize, const M: usize>(
+    prior: &Gaussian<N>,
+    residual: &SVector<f64, M>,
+    H: &SMatrix<f64, M, N>,
+    R: &SMatrix<f64, M, M>,
+) -> Result<(Gaussian<N>, Innovation<M>), UpdateError> {
+    let HP = H * prior.cov;
+    let S = symmetric(&(HP * H.transpose() + R));
+    if !residual.iter().chain(S.iter()).all(|x| x.is_finite()) {
+        return Err(UpdateError::NotFinite);
+    }
+    let factor = Cholesky::new(S).ok_or(UpdateError::NotPositiveDefinite)?;
+
+    let K = factor.solve(&HP).transpose();
+    let I_KH = SMatrix::identity() - K * H;
+    let posterior = Gaussian {
+        mean: prior.mean + K * residual,
+        cov: symmetric(&(I_KH * prior.cov * I_KH.transpose() + K * R * K.transpose())),
+    };
+
+    let nis = residual.dot(&factor.solve(residual));
+    let ln_det = factor.ln_determinant();
+    let innovation = Innovation {
+        residual: *residual,
+        cov: S,
+        nis,
+        log_likelihood: -0.5 * (nis + ln_det + M as f64 * TAU.ln()),
+    };
+    Ok((posterior, innovation))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,46 @@
+//! Describes how a car moves: tires, axle loads, a single-track body, its integration, and the
+//! linear-tire model that an estimator and a controller share.
+//!
+//! Everything is in SI units and radians, in the axes of ISO 8855: x forward, y to the left, z up,
+//! so a left turn has positive yaw rate, lateral acceleration and steering angle.
+//!
+//! The nonlinear car ([`Vehicle`]) is generic over its [`Number`] type: with `f64` it is a plant,
+//! with dual numbers the same lines yield exact derivatives with respect to states, inputs and tire
+//! parameters.
+//!
+//! ```
+//! use vehicle::{Input, State, Vehicle};
+//!
+//! let car = Vehicle::default();
+//! let start = State { v_x: 20.0, ..State::default() };
+//! let left = Input { F_x: 0.0, delta: 0.02 };
+//! let end = car.advance(&start, &left, 0.5, 2e-3);
+//! assert!(end.r > 0.0 && end.Y > 0.0);
+//! ```
+#![forbid(unsafe_code)]
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "units stand in brackets, which rustdoc takes for links"
+)]
+
+mod body;
+mod integrate;
+mod linear;
+mod single_track;
+mod tire;
+
+pub use body::{Aero, Body};
+pub use integrate::rk4;
+pub use linear::NominalCar;
+pub use single_track::{Input, Motion, SLIP_SPEED_FLOOR, State, Vehicle};
+pub use tire::MagicFormula;
+
+use num_dual::DualNum;
+
+/// Standard gravity of the models [m/s²].
+pub const G: f64 = 9.81;
+
+/// What the equations calculate with: `f64`, or a dual number that carries derivatives along.
+pub trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<T: DualNum<Primitive = f64> + Copy> Number for T {}

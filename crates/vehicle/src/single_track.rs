@@ -1,0 +1,197 @@
+//! Evaluates the nonlinear single-track car: slips, loads, forces and accelerations at one instant.
+#![allow(non_snake_case, reason = "forces and positions are written as in the equations")]
+
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use crate::{Aero, Body, MagicFormula, Number};
+
+/// Forward speed [m/s] below which slip angles are those at this speed, so that they stay finite at
+/// rest.
+pub const SLIP_SPEED_FLOOR: f64 = 1.0;
+
+/// Forward speed [m/s] that slip angles divide by; below the floor it is constant, also to a
+/// derivative.
+#[inline]
+pub(crate) fn slip_speed<T: Number>(v_x: T) -> T {
+    if v_x > SLIP_SPEED_FLOOR { v_x } else { SLIP_SPEED_FLOOR.into() }
+}
+
+/// Motion state of the car in the plane, or the time derivative of one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State<T = f64> {
+    /// Position of the centre of gravity along the earth-fixed X axis [m].
+    pub X: T,
+    /// Position of the centre of gravity along the earth-fixed Y axis [m].
+    pub Y: T,
+    /// Yaw angle from the X axis to the car's x axis [rad], not wrapped.
+    pub psi: T,
+    /// Forward velocity of the centre of gravity [m/s].
+    pub v_x: T,
+    /// Velocity of the centre of gravity to the left [m/s].
+    pub v_y: T,
+    /// Yaw rate [rad/s].
+    pub r: T,
+}
+
+impl<T: Number> From<SVector<T, 6>> for State<T> {
+    #[inline]
+    fn from(x: SVector<T, 6>) -> Self {
+        let [X, Y, psi, v_x, v_y, r] = x.into();
+        Self { X, Y, psi, v_x, v_y, r }
+    }
+}
+
+impl<T: Number> From<State<T>> for SVector<T, 6> {
+    #[inline]
+    fn from(s: State<T>) -> Self {
+        [s.X, s.Y, s.psi, s.v_x, s.v_y, s.r].into()
+    }
+}
+
+/// What the driver commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Input<T = f64> {
+    /// Sum of the longitudinal tire forces [N]: driving at the rear axle, braking (negative) at
+    /// both.
+    pub F_x: T,
+    /// Steering angle of the front wheels [rad].
+    pub delta: T,
+}
+
+/// What a [`State`] and an [`Input`] lead to at the same instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion<T = f64> {
+    /// Time derivative of the state.
+    pub derivative: State<T>,
+    /// Inertial longitudinal acceleration [m/s²], as an accelerometer in the centre of gravity has
+    /// it.
+    pub a_x: T,
+    /// Inertial lateral acceleration [m/s²], as an accelerometer in the centre of gravity has it.
+    pub a_y: T,
+    /// Slip angle of the front axle [rad].
+    pub alpha_f: T,
+    /// Slip angle of the rear axle [rad].
+    pub alpha_r: T,
+    /// Load of the front axle [N].
+    pub F_zf: T,
+    /// Load of the rear axle [N].
+    pub F_zr: T,
+    /// Force of the front axle along its wheels' x axis [N].
+    pub F_xf: T,
+    /// Force of the rear axle along x [N].
+    pub F_xr: T,
+    /// Force of the front axle along its wheels' y axis [N].
+    pub F_yf: T,
+    /// Force of the rear axle along y [N].
+    pub F_yr: T,
+    /// Aerodynamic drag [N], positive when driving forward.
+    pub drag: T,
+}
+
+/// Single-track car with Magic Formula tires. The default is the demo car.
+///
+/// Tires are in pure lateral slip: longitudinal force is not limited by, and does not reduce,
+/// lateral force. Braking force is not taken back at rest, so whoever commands it must release it
+/// before the car reverses.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Vehicle<T = f64> {
+    /// Masses and lengths.
+    pub body: Body,
+    /// Drag and downforce.
+    pub aero: Aero,
+    /// Share of a braking force that acts at the front axle, along its wheels [-], from 0 to 1.
+    pub brake_front_share: f64,
+    /// Tires of the front axle together.
+    pub tire_f: MagicFormula<T>,
+    /// Tires of the rear axle together.
+    pub tire_r: MagicFormula<T>,
+}
+
+impl Default for Vehicle {
+    fn default() -> Self {
+        Self {
+            body: Body::default(),
+            aero: Aero::default(),
+            brake_front_share: 0.6,
+            tire_f: MagicFormula::default(),
+            tire_r: MagicFormula::default(),
+        }
+    }
+}
+
+impl<T> Vehicle<T> {
+    /// The same car on other tires, which may be of another number type.
+    pub fn with_tires<U>(&self, tire_f: MagicFormula<U>, tire_r: MagicFormula<U>) -> Vehicle<U> {
+        Vehicle {
+            body: self.body,
+            aero: self.aero,
+            brake_front_share: self.brake_front_share,
+            tire_f,
+            tire_r,
+        }
+    }
+}
+
+impl Vehicle {
+    /// The same car with its tires as constants of another number type.
+    pub fn lift<T: Number>(&self) -> Vehicle<T> {
+        self.with_tires(self.tire_f.lift(), self.tire_r.lift())
+    }
+}
+
+impl<T: Number> Vehicle<T> {
+    /// Splits a longitudinal force [N] into those of the front and the rear axle.
+    #[inline]
+    pub fn split_force(&self, F_x: T) -> [T; 2] {
+        if F_x < 0.0 {
+            let F_xf = F_x * self.brake_front_share;
+            [F_xf, F_x - F_xf]
+        } else {
+            [T::zero(), F_x]
+        }
+    }
+
+    /// Forces and accelerations of the car: Newton's and Euler's equations in body axes.
+    ///
+    /// v_x' = a_x + v_y r, v_y' = a_y − v_x r, I_zz r' = l_f (F_yf cos δ + F_xf sin δ) − l_r F_yr,
+    /// with slip angles α_f = δ − atan((v_y + l_f r) / v) and α_r = −atan((v_y − l_r r) / v),
+    /// where v = max(v_x, 1 m/s).
+    #[inline]
+    pub fn evaluate(&self, state: &State<T>, input: &Input<T>) -> Motion<T> {
+        let Body { m, I_zz, l_f, l_r, .. } = self.body;
+        let State { psi, v_x, v_y, r, .. } = *state;
+        let (sin_delta, cos_delta) = input.delta.sin_cos();
+
+        let v = slip_speed(v_x);
+        let alpha_f = input.delta - (v_y + r * l_f).atan2(v);
+        let alpha_r = -(v_y - r * l_r).atan2(v);
+        let mu_f = self.tire_f.coefficient(alpha_f);
+        let mu_r = self.tire_r.coefficient(alpha_r);
+
+        let drag = self.aero.drag(v_x);
+        let [F_xf, F_xr] = self.split_force(input.F_x);
+        let F_long = F_xf * cos_delta + F_xr - drag;
+        let downforce = self.aero.downforce(v_x);
+        let [F_zf, F_zr] = self.body.axle_loads(downforce, F_long, mu_f, sin_delta);
+
+        let (F_yf, F_yr) = (F_zf * mu_f, F_zr * mu_r);
+        let F_lat_f = F_yf * cos_delta + F_xf * sin_delta;
+        let a_x = (F_long - F_yf * sin_delta) / m;
+        let a_y = (F_lat_f + F_yr) / m;
+
+        let (sin_psi, cos_psi) = psi.sin_cos();
+        let derivative = State {
+            X: v_x * cos_psi - v_y * sin_psi,
+            Y: v_x * sin_psi + v_y * cos_psi,
+            psi: r,
+            v_x: a_x + v_y * r,
+            v_y: a_y - v_x * r,
+            r: (F_lat_f * l_f - F_yr * l_r) / I_zz,
+        };
+        Motion { derivative, a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, drag }
+    }
+}
+
+#[cfg(test)]
+mod tests;

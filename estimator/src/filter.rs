@@ -1,0 +1,120 @@
+//! Estimates speeds, yaw rate and three lumped disturbances of the nominal single-track car.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use kalman::{Gaussian, UpdateError, discretise, predict, update};
+use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
+use serde::{Deserialize, Serialize};
+use vehicle::NominalCar;
+
+/// What the filter shows after a step: state `[v_x v_y r xi_x xi_y xi_psi]`, measurement `[v_x v_y r a_y]`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Output {
+    /// Estimated state [m/s, m/s, rad/s, N, N, N m].
+    pub mean: Vector6<f64>,
+    /// Its standard deviations.
+    pub std: Vector6<f64>,
+    /// Measured minus predicted [m/s, m/s, rad/s, m/s2].
+    pub innovation: Vector4<f64>,
+    /// The innovation squared in units of its covariance.
+    pub nis: f64,
+}
+
+/// An extended Kalman filter whose state is extended by disturbances that walk at random.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct Estimator {
+    /// The car that the filter assumes.
+    pub car: NominalCar,
+    /// Standard deviations of the measurements.
+    pub sensor: Vector4<f64>,
+    /// Growth of the state's variances, per second.
+    pub process: Vector6<f64>,
+    /// Initial standard deviation of the disturbances [N, N, N m].
+    pub start_std_xi: f64,
+    belief: Gaussian<6>,
+}
+
+impl Default for Estimator {
+    fn default() -> Self {
+        Estimator {
+            car: NominalCar::default(),
+            sensor: Vector4::new(0.05, 0.01, 0.01, 0.1),
+            process: Vector6::new(1e-6, 1e-6, 1e-6, 9e4, 2.25e6, 2.25e6),
+            start_std_xi: 1000.0,
+            belief: Gaussian { mean: Vector6::zeros(), cov: Matrix6::identity() },
+        }
+    }
+}
+
+impl Estimator {
+    /// Begins at the motion `[v_x, v_y, r]`, known as well as a measurement, without disturbances.
+    pub fn start(&mut self, [v_x, v_y, r]: [f64; 3]) -> Output {
+        let xi = self.start_std_xi;
+        let std = Vector6::new(self.sensor[0], self.sensor[1], self.sensor[2], xi, xi, xi);
+        let mean = Vector6::new(v_x, v_y, r, 0.0, 0.0, 0.0);
+        self.belief = Gaussian { mean, cov: Matrix6::from_diagonal(&std.component_mul(&std)) };
+        Output { mean, std, ..Output::default() }
+    }
+
+    /// Goes on by `h` [s] with the inputs that act during that time, and takes in what is measured at
+    /// its end. The accelerometer sees the input that acted, so `delta` is part of its prediction.
+    ///
+    /// # Errors
+    /// When a measurement is not finite, or the covariance has become indefinite.
+    pub fn step(
+        &mut self,
+        F_x: f64,
+        delta: f64,
+        measured: &Vector4<f64>,
+        h: f64,
+    ) -> Result<Output, UpdateError> {
+        let (car, x) = (&self.car, &self.belief.mean);
+        let (F, Q) = discretise(&car.jacobian(x), &Matrix6::from_diagonal(&self.process), h);
+        let prior = predict(&self.belief, car.advance(x, F_x, delta, h), &F, &Q);
+        let residual = measured - car.measurement(&prior.mean, delta);
+        let R = Matrix4::from_diagonal(&self.sensor.component_mul(&self.sensor));
+        let (belief, innovation) =
+            update(&prior, &residual, &car.measurement_jacobian(&prior.mean), &R)?;
+        self.belief = belief;
+        Ok(Output {
+            mean: belief.mean,
+            std: belief.cov.diagonal().map(f64::sqrt),
+            innovation: innovation.residual,
+            nis: innovation.nis,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A steady turn of the nominal car under constant disturbances, measured without noise.
+    #[test]
+    fn constant_disturbances_are_found() {
+        let mut estimator = Estimator::default();
+        let car = estimator.car;
+        let mut truth = Vector6::new(25.0, 0.0, 0.0, -800.0, 1500.0, -700.0);
+        estimator.start([25.0, 0.0, 0.0]);
+        let mut output = Output::default();
+        for _ in 0..500 {
+            truth = car.advance(&truth, 1000.0, 0.01, 0.01);
+            let measured = car.measurement(&truth, 0.01);
+            output = estimator.step(1000.0, 0.01, &measured, 0.01).expect("a finite step");
+        }
+        for i in 0..6 {
+            let error = (output.mean[i] - truth[i]).abs();
+            assert!(error < 0.05 * output.std[i] + 1e-6, "state {i}: off by {error}");
+        }
+        assert!(output.nis < 1e-3, "{}", output.nis);
+    }
+
+    #[test]
+    fn a_measurement_that_is_no_number_is_refused_and_changes_nothing() {
+        let mut estimator = Estimator::default();
+        estimator.start([25.0, 0.0, 0.0]);
+        let before = estimator.belief;
+        let measured = Vector4::new(25.0, f64::NAN, 0.0, 0.0);
+        assert!(estimator.step(0.0, 0.0, &measured, 0.01).is_err());
+        assert_eq!(estimator.belief, before);
+    }
+}

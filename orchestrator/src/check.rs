@@ -1,0 +1,106 @@
+//! Judges a run while it happens: a sink that ends in verdicts.
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::expression::{Monitor, Outcome};
+use crate::sink::Sink;
+use crate::system::CheckPlan;
+
+/// What became of a check.
+#[derive(Debug, Clone, Serialize)]
+pub struct Verdict {
+    /// What the check is called.
+    pub name: String,
+    /// What had to hold.
+    pub that: String,
+    /// Whether it did.
+    pub passed: bool,
+    /// First and last moment of the window [s].
+    pub during: [f64; 2],
+    /// By how much a comparison was allowed to be off.
+    pub tolerance: f64,
+    /// Samples in the window.
+    pub samples: u64,
+    /// How far the worst sample was from failing, tolerance included; negative when it failed.
+    pub margin: Option<f64>,
+    /// The time of the worst sample [s].
+    pub at: Option<f64>,
+    /// The left side of the comparison there.
+    pub value: Option<f64>,
+    /// The right side of the comparison there.
+    pub limit: Option<f64>,
+    /// Why it failed, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// All checks of a run.
+pub struct Checks {
+    checks: Vec<(CheckPlan, Monitor)>,
+    /// Half a communication step [s]: windows include the points at their ends whatever their digits.
+    slack: f64,
+}
+
+impl Checks {
+    /// Takes the checks of a system whose communication step is `step` [s].
+    #[must_use]
+    pub fn new(plans: Vec<CheckPlan>, step: f64) -> Self {
+        let monitor = |plan: CheckPlan| {
+            let monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
+            (plan, monitor)
+        };
+        Checks { checks: plans.into_iter().map(monitor).collect(), slack: 0.5 * step }
+    }
+
+    /// The verdicts, in the order of the file.
+    #[must_use]
+    pub fn verdicts(&self) -> Vec<Verdict> {
+        self.checks.iter().map(|(plan, monitor)| verdict(plan, &monitor.verdict())).collect()
+    }
+}
+
+impl Sink for Checks {
+    fn row(&mut self, _tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+        for (plan, monitor) in &mut self.checks {
+            let [from, to] = plan.during;
+            if time > from - self.slack && time < to + self.slack {
+                monitor.sample(time, values);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
+    let reason =
+        match outcome {
+            Outcome { passed: true, .. } => None,
+            Outcome { samples: 0, .. } => Some("the run has no sample in the window".to_owned()),
+            Outcome { nan: true, .. } => Some("it is not a number".to_owned()),
+            Outcome { value: Some(value), limit: Some(limit), at, .. } => {
+                let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
+                Some(format!("{value:.6} against {limit:.6}{place}"))
+            }
+            Outcome { at, .. } => Some(at.map_or("it does not hold".to_owned(), |at| {
+                format!("it does not hold at {at:.3} s")
+            })),
+        };
+    Verdict {
+        name: plan.name.clone(),
+        that: plan.that.clone(),
+        passed: outcome.passed,
+        during: plan.during,
+        tolerance: plan.tolerance,
+        samples: outcome.samples,
+        margin: outcome.margin,
+        at: outcome.at,
+        value: outcome.value,
+        limit: outcome.limit,
+        reason,
+    }
+}

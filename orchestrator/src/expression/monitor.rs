@@ -1,0 +1,337 @@
+//! Evaluates a condition sample by sample and keeps its worst one.
+
+use super::{Expression, Function, Junction, Node, Operator, Reducer, Relation};
+
+/// What a condition comes to at one sample, or for the window.
+#[derive(Debug, Clone, Copy)]
+struct Judgement {
+    passed: bool,
+    /// Distance to failing; infinite where there is none, NaN when an operand is not a number.
+    margin: f64,
+    value: f64,
+    limit: f64,
+}
+
+impl Judgement {
+    /// Equal margins differ at the edge: `a <= b` holds there and `a < b` does not.
+    fn is_worse_than(&self, other: &Self) -> bool {
+        (self.margin, self.passed) < (other.margin, other.passed)
+    }
+
+    /// The side that decides: the worse of two that must both hold, the better of two alternatives.
+    fn joined(junction: Junction, a: Self, b: Self) -> Self {
+        let (worse, better) = match (a.margin.is_nan(), b.margin.is_nan()) {
+            (true, _) => (a, a),
+            (_, true) => (b, b),
+            _ if b.is_worse_than(&a) => (b, a),
+            _ => (a, b),
+        };
+        match junction {
+            Junction::And => worse,
+            Junction::Or => better,
+        }
+    }
+}
+
+impl Relation {
+    fn complement(self) -> Self {
+        match self {
+            Self::Less => Self::GreaterOrEqual,
+            Self::LessOrEqual => Self::Greater,
+            Self::Greater => Self::LessOrEqual,
+            Self::GreaterOrEqual => Self::Less,
+            Self::Equal => Self::NotEqual,
+            Self::NotEqual => Self::Equal,
+        }
+    }
+
+    fn judge(self, value: f64, limit: f64, tolerance: f64) -> Judgement {
+        // Equal infinities have no difference, but subtracting them would be NaN.
+        let room = if value == limit { 0.0 } else { limit - value };
+        let margin = match self {
+            Self::Less | Self::LessOrEqual => tolerance + room,
+            Self::Greater | Self::GreaterOrEqual => tolerance - room,
+            Self::Equal => tolerance - room.abs(),
+            Self::NotEqual => room.abs() - tolerance,
+        };
+        let passed = match self {
+            Self::LessOrEqual | Self::GreaterOrEqual | Self::Equal => margin >= 0.0,
+            Self::Less | Self::Greater | Self::NotEqual => margin > 0.0,
+        };
+        Judgement { passed, margin, value, limit }
+    }
+}
+
+/// What the nodes of an expression are evaluated with.
+struct Sample<'a> {
+    time: f64,
+    row: &'a [f64],
+    reduced: &'a [f64],
+}
+
+impl Sample<'_> {
+    fn value(&self, node: &Node) -> f64 {
+        match node {
+            Node::Number(number) => *number,
+            Node::Time => self.time,
+            // A missing column is not a number, so the check fails and says so.
+            Node::Signal(column) => self.row.get(*column).copied().unwrap_or(f64::NAN),
+            Node::Reduced(index) => self.reduced.get(*index).copied().unwrap_or(f64::NAN),
+            Node::Negate(inner) => -self.value(inner),
+            Node::Arithmetic(operator, sides) => {
+                let (a, b) = (self.value(&sides[0]), self.value(&sides[1]));
+                match operator {
+                    Operator::Add => a + b,
+                    Operator::Subtract => a - b,
+                    Operator::Multiply => a * b,
+                    Operator::Divide => a / b,
+                    // IEEE 754 has NaN^0 = 1 and 1^NaN = 1.
+                    Operator::Power if a.is_nan() || b.is_nan() => f64::NAN,
+                    Operator::Power => a.powf(b),
+                }
+            }
+            Node::Call(function, arguments) => self.call(*function, arguments),
+            // Truth that is counted or averaged is exact: a tolerance on it could tighten a check.
+            Node::Not(_) | Node::Compare(..) | Node::Join(..) => {
+                let judgement = self.judge(node, true, 0.0);
+                if judgement.margin.is_nan() {
+                    f64::NAN
+                } else {
+                    f64::from(u8::from(judgement.passed))
+                }
+            }
+        }
+    }
+
+    fn call(&self, function: Function, arguments: &[Node]) -> f64 {
+        let x = self.value(&arguments[0]);
+        // IEEE 754's minimum, maximum and hypot hide a NaN.
+        let fold = |pick: fn(f64, f64) -> f64| {
+            arguments[1..].iter().fold(x, |a, node| {
+                let b = self.value(node);
+                if a.is_nan() || b.is_nan() { f64::NAN } else { pick(a, b) }
+            })
+        };
+        match function {
+            Function::Abs => x.abs(),
+            Function::Sqrt => x.sqrt(),
+            Function::Sin => x.sin(),
+            Function::Cos => x.cos(),
+            Function::Tan => x.tan(),
+            Function::Atan => x.atan(),
+            Function::Atan2 => fold(f64::atan2),
+            Function::Exp => x.exp(),
+            Function::Ln => x.ln(),
+            Function::Min => fold(f64::min),
+            Function::Max => fold(f64::max),
+            Function::Sign if x == 0.0 => 0.0,
+            Function::Sign => x.signum(),
+            Function::Deg => x.to_degrees(),
+            Function::Rad => x.to_radians(),
+            Function::IsFinite => f64::from(u8::from(x.is_finite())),
+            Function::Hypot => fold(f64::hypot),
+        }
+    }
+
+    /// Judges the node, or its negation: the tolerance loosens every comparison in the sense in
+    /// which it has to hold.
+    fn judge(&self, node: &Node, positive: bool, tolerance: f64) -> Judgement {
+        match node {
+            Node::Not(inner) => self.judge(inner, !positive, tolerance),
+            Node::Compare(relation, sides) => {
+                let relation = if positive { *relation } else { relation.complement() };
+                relation.judge(self.value(&sides[0]), self.value(&sides[1]), tolerance)
+            }
+            Node::Join(junction, sides) => {
+                let [a, b] = sides.each_ref().map(|side| self.judge(side, positive, tolerance));
+                let junction = match (junction, positive) {
+                    (Junction::And, true) | (Junction::Or, false) => Junction::And,
+                    _ => Junction::Or,
+                };
+                Judgement::joined(junction, a, b)
+            }
+            _ => {
+                let value = self.value(node);
+                let passed = (value != 0.0) == positive;
+                let margin = match (value.is_nan(), passed) {
+                    (true, _) => f64::NAN,
+                    (false, true) => f64::INFINITY,
+                    (false, false) => f64::NEG_INFINITY,
+                };
+                Judgement { passed, margin, value, limit: f64::NAN }
+            }
+        }
+    }
+}
+
+/// The running state of one reduction.
+#[derive(Debug, Clone, Default)]
+struct Accumulator {
+    count: f64,
+    value: f64,
+    /// Sum of squared distances to the mean (Welford).
+    spread: f64,
+    /// When a largest, smallest, first or last value was seen.
+    at: Option<f64>,
+    not_a_number: Option<f64>,
+    kept: Vec<f64>,
+}
+
+impl Accumulator {
+    fn push(&mut self, reducer: Reducer, time: f64, x: f64) {
+        if x.is_nan() {
+            self.not_a_number.get_or_insert(time);
+        }
+        let first = self.count == 0.0;
+        self.count += 1.0;
+        let replaces = match reducer {
+            Reducer::Max => first || x > self.value,
+            Reducer::Min => first || x < self.value,
+            Reducer::First => first,
+            Reducer::Last => true,
+            _ => false,
+        };
+        if replaces {
+            (self.value, self.at) = (x, Some(time));
+        }
+        match reducer {
+            Reducer::Mean | Reducer::Sum => self.value += x,
+            Reducer::Rms => self.value += x * x,
+            Reducer::Count => self.value += f64::from(u8::from(x != 0.0)),
+            Reducer::Std => {
+                let distance = x - self.value;
+                self.value += distance / self.count;
+                self.spread += distance * (x - self.value);
+            }
+            Reducer::Quantile(_) => self.kept.push(x),
+            Reducer::Max | Reducer::Min | Reducer::First | Reducer::Last => {}
+        }
+    }
+
+    fn result(&self, reducer: Reducer) -> f64 {
+        if self.not_a_number.is_some() || self.count == 0.0 {
+            return f64::NAN;
+        }
+        match reducer {
+            Reducer::Mean => self.value / self.count,
+            Reducer::Rms => (self.value / self.count).sqrt(),
+            Reducer::Std => (self.spread / self.count).sqrt(),
+            Reducer::Quantile(p) => quantile(&self.kept, p),
+            _ => self.value,
+        }
+    }
+}
+
+/// The p-quantile, interpolated linearly between the two samples around it (type 7 of Hyndman and
+/// Fan, Sample Quantiles in Statistical Packages, 1996).
+fn quantile(samples: &[f64], p: f64) -> f64 {
+    let mut sorted = samples.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let place = p * (sorted.len() - 1) as f64;
+    let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+    // Without the comparison two equal infinities would become NaN.
+    if below == above { below } else { below + (above - below) * place.fract() }
+}
+
+/// What a check came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Whether the condition held, at every sample or for the window as a whole.
+    pub passed: bool,
+    /// The samples in the window; without any a check fails.
+    pub samples: u64,
+    /// The smallest distance to failing with the tolerance included, negative when violated;
+    /// nothing when there is none, as for a truth value or a NaN.
+    pub margin: Option<f64>,
+    /// Time [s] of the worst sample, or where the only reduction, if it picks a sample, found it.
+    pub at: Option<f64>,
+    /// The left side of the deciding comparison there.
+    pub value: Option<f64>,
+    /// The right side of the deciding comparison there.
+    pub limit: Option<f64>,
+    /// Whether an operand was not a number, which fails the check; `at` is the first such sample.
+    pub nan: bool,
+}
+
+/// Watches one condition while the samples of its window pass by.
+#[derive(Debug, Clone)]
+pub struct Monitor {
+    expression: Expression,
+    tolerance: f64,
+    samples: u64,
+    worst: Option<(f64, Judgement)>,
+    accumulators: Vec<Accumulator>,
+}
+
+impl Monitor {
+    /// Watches a condition whose comparisons are loosened by `tolerance`: `a < b` is
+    /// `a < b + tolerance`, and `a == b` is `|a - b| <= tolerance`. Comparisons that are operands,
+    /// as in `count(a < b)`, are exact.
+    #[must_use]
+    pub fn new(expression: Expression, tolerance: f64) -> Self {
+        let accumulators = vec![Accumulator::default(); expression.reductions.len()];
+        Self { expression, tolerance, samples: 0, worst: None, accumulators }
+    }
+
+    /// Takes one sample of the window; `row` has the columns that the signals were resolved to.
+    pub fn sample(&mut self, time: f64, row: &[f64]) {
+        self.samples += 1;
+        let sample = Sample { time, row, reduced: &[] };
+        if self.expression.is_reduction() {
+            let reductions = self.expression.reductions.iter();
+            for (reduction, accumulator) in reductions.zip(&mut self.accumulators) {
+                accumulator.push(reduction.reducer, time, sample.value(&reduction.argument));
+            }
+            return;
+        }
+        if matches!(&self.worst, Some((_, worst)) if worst.margin.is_nan()) {
+            return;
+        }
+        let judgement = sample.judge(&self.expression.root, true, self.tolerance);
+        let worse = |(_, worst): (f64, Judgement)| judgement.is_worse_than(&worst);
+        if judgement.margin.is_nan() || self.worst.is_none_or(worse) {
+            self.worst = Some((time, judgement));
+        }
+    }
+
+    /// What the check comes to after the samples so far.
+    #[must_use]
+    pub fn verdict(&self) -> Outcome {
+        let (at, judgement) = if self.samples == 0 {
+            (None, None)
+        } else if self.expression.is_reduction() {
+            let (at, judgement) = self.reduce();
+            (at, Some(judgement))
+        } else {
+            self.worst.unzip()
+        };
+        let nan = judgement.is_some_and(|judgement| judgement.margin.is_nan());
+        let number = |pick: fn(&Judgement) -> f64| {
+            judgement.as_ref().map(pick).filter(|value| !value.is_nan())
+        };
+        Outcome {
+            passed: !nan && judgement.is_some_and(|judgement| judgement.passed),
+            samples: self.samples,
+            margin: number(|judgement| judgement.margin).filter(|margin| margin.is_finite()),
+            at,
+            value: number(|judgement| judgement.value),
+            limit: number(|judgement| judgement.limit),
+            nan,
+        }
+    }
+
+    fn reduce(&self) -> (Option<f64>, Judgement) {
+        let reductions = self.expression.reductions.iter().zip(&self.accumulators);
+        let reduced: Vec<f64> = reductions
+            .map(|(reduction, accumulator)| accumulator.result(reduction.reducer))
+            .collect();
+        let sample = Sample { time: f64::NAN, row: &[], reduced: &reduced };
+        let judgement = sample.judge(&self.expression.root, true, self.tolerance);
+        let broken = self.accumulators.iter().filter_map(|a| a.not_a_number);
+        let at = match self.accumulators.as_slice() {
+            [only] if only.not_a_number.is_none() => only.at,
+            _ => broken.min_by(f64::total_cmp),
+        };
+        (at, judgement)
+    }
+}

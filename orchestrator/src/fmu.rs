@@ -1,0 +1,195 @@
+//! Opens an .fmu archive: unpacks it, reads and checks its description, and finds its library.
+
+mod binding;
+pub mod description;
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use sha2::{Digest as _, Sha256};
+use tempfile::TempDir;
+
+pub use binding::Instance;
+use description::Description;
+
+/// An archive may unpack to this many bytes, which is far more than any real one needs.
+const LARGEST: u64 = 4 << 30;
+
+/// The folders of this platform's library, by FMI 2.0's names.
+const PLATFORM: &str = fmu_export::pack::PLATFORM;
+
+/// Why an archive is no FMU that can run here.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// The file is not there or cannot be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The archive.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is no archive, or a broken one.
+    #[error("{path} is not an .fmu archive: {source}")]
+    Zip {
+        /// The archive.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: zip::result::ZipError,
+    },
+    /// An entry of the archive would leave the folder that it is unpacked to.
+    #[error("{path} contains the entry `{entry}`, which leaves the folder that it is unpacked to")]
+    Escapes {
+        /// The archive.
+        path: PathBuf,
+        /// The entry.
+        entry: String,
+    },
+    /// The archive is too large.
+    #[error("{path} unpacks to more than {LARGEST} bytes")]
+    TooLarge {
+        /// The archive.
+        path: PathBuf,
+    },
+    /// The description is missing, broken or against the rules.
+    #[error("{path}: modelDescription.xml: {what}")]
+    Description {
+        /// The archive.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// There is no library for this machine.
+    #[error("{path} has no library for {PLATFORM}: expected {expected}, found {found}")]
+    Platform {
+        /// The archive.
+        path: PathBuf,
+        /// The entry that is needed.
+        expected: String,
+        /// The platforms that there are.
+        found: String,
+    },
+    /// The library does not load.
+    #[error("{path}: the library does not load: {source}")]
+    Library {
+        /// The archive.
+        path: PathBuf,
+        /// What the loader says.
+        source: libloading::Error,
+    },
+    /// The library lacks a function.
+    #[error("{path}: the library lacks the function `{symbol}`")]
+    Symbol {
+        /// The archive.
+        path: PathBuf,
+        /// The function.
+        symbol: &'static str,
+    },
+}
+
+/// An opened FMU, from which instances are made.
+#[derive(Debug)]
+pub struct Fmu {
+    /// The archive.
+    pub path: PathBuf,
+    /// SHA-256 of the archive, in hexadecimal digits.
+    pub sha256: String,
+    /// What it says about itself.
+    pub description: Description,
+    /// The unpacked archive, which lives as long as any instance.
+    folder: TempDir,
+}
+
+impl Fmu {
+    /// Opens the archive at `path` and reads its description.
+    ///
+    /// # Errors
+    /// When the file is no FMI 2.0 co-simulation archive; its library is not looked at yet.
+    pub fn open(path: &Path) -> Result<Self, OpenError> {
+        let read = |source| OpenError::Read { path: path.to_owned(), source };
+        let bytes = std::fs::read(path).map_err(read)?;
+        let folder = TempDir::with_prefix("trackside-").map_err(read)?;
+        unpack(path, &bytes, folder.path())?;
+        let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
+        let xml = std::fs::read_to_string(folder.path().join("modelDescription.xml"))
+            .map_err(|error| wrong(error.to_string()))?;
+        let description = Description::parse(&xml).map_err(wrong)?;
+        let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Fmu { path: path.to_owned(), sha256, description, folder })
+    }
+
+    /// Loads the library.
+    ///
+    /// # Errors
+    /// When there is no library for this machine, or it does not load, or lacks a function.
+    pub fn load(self: &Arc<Self>) -> Result<Arc<binding::Library>, OpenError> {
+        let library = self.library()?;
+        binding::Library::load(Arc::clone(self), &library).map(Arc::new)
+    }
+
+    /// The platforms that the archive has libraries for.
+    #[must_use]
+    pub fn platforms(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path().join("binaries"));
+        let mut names: Vec<_> = entries
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    pub(crate) fn library(&self) -> Result<PathBuf, OpenError> {
+        let entry = format!(
+            "binaries/{PLATFORM}/{}.{}",
+            self.description.identifier,
+            std::env::consts::DLL_EXTENSION
+        );
+        let path = self.folder.path().join(&entry);
+        if path.is_file() {
+            return Ok(path);
+        }
+        let platforms = self.platforms();
+        let found = if platforms.is_empty() { "none".to_owned() } else { platforms.join(", ") };
+        Err(OpenError::Platform { path: self.path.clone(), expected: entry, found })
+    }
+
+    /// The URI of the unpacked `resources` folder, as FMI 2.0 wants it.
+    fn resources(&self) -> String {
+        format!("file://{}", self.folder.path().join("resources").display())
+    }
+}
+
+fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenError> {
+    let broken = |source| OpenError::Zip { path: path.to_owned(), source };
+    let failed = |source| OpenError::Read { path: path.to_owned(), source };
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).map_err(broken)?;
+    let mut left = LARGEST;
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index).map_err(broken)?;
+        let Some(inside) = entry.enclosed_name().filter(|_| !entry.is_symlink()) else {
+            let entry = String::from_utf8_lossy(entry.name_raw()).into_owned();
+            return Err(OpenError::Escapes { path: path.to_owned(), entry });
+        };
+        let target = into.join(inside);
+        if entry.is_dir() {
+            std::fs::create_dir_all(&target).map_err(failed)?;
+            continue;
+        }
+        if let Some(parent) = target.parent() {
+            std::fs::create_dir_all(parent).map_err(failed)?;
+        }
+        let mut file = File::create(&target).map_err(failed)?;
+        // What the entry claims about its size is not believed: one byte over the limit is enough.
+        let written =
+            std::io::copy(&mut entry.by_ref().take(left + 1), &mut file).map_err(failed)?;
+        left = left
+            .checked_sub(written)
+            .ok_or_else(|| OpenError::TooLarge { path: path.to_owned() })?;
+    }
+    Ok(())
+}

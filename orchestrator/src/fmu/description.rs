@@ -1,0 +1,189 @@
+//! Reads what an FMU says about itself into the form that the program works with.
+
+use fmi_rs::model_description::fmi2::{
+    self, Causality, ModelDescription, SimpleType, VariableType,
+};
+use fmu_export::unit::Unit;
+
+use crate::sink::Kind;
+
+/// What an FMU says about itself.
+#[derive(Debug)]
+pub struct Description {
+    /// Name of the model.
+    pub name: String,
+    /// Identity that the library is asked to confirm.
+    pub guid: String,
+    /// Name of the library.
+    pub identifier: String,
+    /// One line about the model.
+    pub summary: Option<String>,
+    /// The tool that made it.
+    pub tool: Option<String>,
+    /// Whether the communication step may differ from step to step.
+    pub variable_step: bool,
+    /// Whether the state can be stored and restored.
+    pub state: bool,
+    /// Whether the state can be turned into bytes.
+    pub serialised_state: bool,
+    /// Whether derivatives of outputs are given.
+    pub directional_derivative: bool,
+    /// Whether a second instance in the process is impossible.
+    pub only_once: bool,
+    /// Preferred communication step [s].
+    pub default_step: Option<f64>,
+    /// The variables, in the order of the file.
+    pub variables: Vec<Variable>,
+    /// What is against the rules of FMI 2.0 but does not hinder a run.
+    pub problems: Vec<String>,
+}
+
+/// The type of a variable; enumerations travel as integers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Type {
+    /// `Real`.
+    Real,
+    /// `Integer`.
+    Integer,
+    /// `Boolean`.
+    Boolean,
+    /// `String`.
+    String,
+    /// `Enumeration`.
+    Enumeration,
+}
+
+impl Type {
+    /// How values of the type are recorded; texts are not.
+    #[must_use]
+    pub fn kind(self) -> Option<Kind> {
+        match self {
+            Type::Real => Some(Kind::Real),
+            Type::Integer | Type::Enumeration => Some(Kind::Integer),
+            Type::Boolean => Some(Kind::Boolean),
+            Type::String => None,
+        }
+    }
+}
+
+/// A variable of an FMU.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its value reference.
+    pub reference: u32,
+    /// Its type.
+    pub kind: Type,
+    /// Who determines it.
+    pub causality: Causality,
+    /// When it may change.
+    pub variability: fmi2::Variability,
+    /// Name of its unit.
+    pub unit: Option<String>,
+    /// Its unit, when the file or its name says what that is.
+    pub dimension: Option<Unit>,
+    /// Start value, as written.
+    pub start: Option<String>,
+    /// One line about it.
+    pub description: Option<String>,
+    /// For outputs, the places of the variables that it follows directly; `None` means all inputs.
+    pub dependencies: Option<Vec<usize>>,
+}
+
+impl Description {
+    /// Reads the text of a `modelDescription.xml`.
+    ///
+    /// # Errors
+    /// When the text is no description of an FMI 2.0 co-simulation FMU.
+    pub fn parse(xml: &str) -> Result<Self, String> {
+        let found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
+        let problems = found.validate().into_iter().map(|problem| problem.message).collect();
+        let Some(cs) = &found.coSimulation else {
+            return Err("the FMU has no co-simulation interface".to_owned());
+        };
+        if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
+            return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
+        }
+        let default_step =
+            found.defaultExperiment.as_ref().and_then(|default| default.stepSize.as_ref());
+        Ok(Description {
+            name: found.modelName.clone(),
+            guid: found.guid.clone(),
+            identifier: cs.modelIdentifier.clone(),
+            summary: found.description.clone(),
+            tool: found.generationTool.clone(),
+            variable_step: cs.canHandleVariableCommunicationStepSize,
+            state: cs.canGetAndSetFMUstate,
+            serialised_state: cs.canSerializeFMUstate,
+            directional_derivative: cs.providesDirectionalDerivative,
+            only_once: cs.canBeInstantiatedOnlyOncePerProcess,
+            default_step: default_step.and_then(|step| step.parse().ok()),
+            variables: (0..found.modelVariables.len())
+                .map(|place| variable(&found, place))
+                .collect(),
+            problems,
+        })
+    }
+
+    /// The place of the variable called `name`.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.variables.iter().position(|variable| variable.name == name)
+    }
+
+    /// The places of the variables with a causality.
+    pub fn with(&self, causality: Causality) -> impl Iterator<Item = usize> {
+        (0..self.variables.len()).filter(move |&place| self.variables[place].causality == causality)
+    }
+}
+
+fn variable(found: &ModelDescription, place: usize) -> Variable {
+    let scalar = &found.modelVariables[place];
+    let unit = unit_name(found, &scalar.variableType);
+    let unknown = found.outputs.iter().find(|unknown| unknown.index as usize == place + 1);
+    let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {
+        indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect()
+    });
+    Variable {
+        name: scalar.name.clone(),
+        reference: scalar.valueReference,
+        kind: match scalar.variableType {
+            VariableType::Real { .. } => Type::Real,
+            VariableType::Integer { .. } => Type::Integer,
+            VariableType::Boolean { .. } => Type::Boolean,
+            VariableType::String { .. } => Type::String,
+            VariableType::Enumeration { .. } => Type::Enumeration,
+        },
+        causality: scalar.causality,
+        variability: scalar.variability,
+        dimension: unit.as_deref().and_then(|name| dimension(found, name)),
+        unit,
+        start: scalar.variableType.start().clone(),
+        description: scalar.description.clone(),
+        dependencies,
+    }
+}
+
+/// The unit that the variable or its declared type names.
+fn unit_name(found: &ModelDescription, kind: &VariableType) -> Option<String> {
+    let VariableType::Real { unit, declaredType, .. } = kind else { return None };
+    unit.clone().or_else(|| {
+        let declared = found.get_type_definition(declaredType.as_ref()?)?;
+        match declared {
+            SimpleType::Real { unit, .. } => unit.clone(),
+            _ => None,
+        }
+    })
+}
+
+/// The file's own definition of a unit, or else what its name says.
+fn dimension(found: &ModelDescription, name: &str) -> Option<Unit> {
+    let defined = found.unitDefintions.iter().find(|unit| unit.name == name);
+    let Some(base) = defined.and_then(|unit| unit.baseUnit.as_ref()) else {
+        return Unit::parse(name).ok();
+    };
+    let exponents = [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad];
+    let exponents = exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
+    Some(Unit::from_base(exponents, base.factor, base.offset))
+}

@@ -1,0 +1,206 @@
+//! Runs co-simulation scenarios: reads them, steps their FMUs, records and judges what happens.
+//!
+//! The data flows from `scenario` (the words that the user typed, with their place in the file) through
+//! `system` (a checked graph of indices) to the nodes, which `master` steps; each row goes to the sinks:
+//! recordings and checks.
+
+pub mod check;
+pub mod effects;
+pub mod error;
+pub mod expression;
+pub mod fmu;
+pub mod inspect;
+pub mod master;
+pub mod node;
+pub mod package;
+pub mod report;
+pub mod scenario;
+pub mod signal;
+pub mod sink;
+pub mod suggest;
+pub mod suite;
+pub mod system;
+pub mod table;
+pub mod view;
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use check::Checks;
+use error::Error;
+use master::Progress;
+use report::Report;
+use scenario::Scenario;
+use sink::csv::CsvSink;
+use sink::mcap::McapSink;
+use sink::{Event, Header, Level, Sink};
+use system::{Overrides, System};
+
+/// Where the replay goes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Replay {
+    /// To the file `run.rrd`.
+    #[default]
+    Save,
+    /// To a viewer that listens at this URL.
+    Connect(String),
+    /// To viewers that connect to this program.
+    Serve,
+    /// Nowhere.
+    Off,
+}
+
+/// What the command line says about a run.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The folder for the files; `target/runs/<scenario name>` unless it is given.
+    pub out: Option<PathBuf>,
+    /// Whether to write CSV.
+    pub csv: bool,
+    /// Start values and seed.
+    pub overrides: Overrides,
+    /// Where the replay goes.
+    pub replay: Replay,
+    /// Simulated seconds per second; as fast as possible unless it is given.
+    pub realtime: Option<f64>,
+}
+
+/// Runs the scenario at `path`. `watch` is told how many steps of how many are done.
+///
+/// # Errors
+/// When the scenario is wrong, an FMU fails, or a file cannot be written. A run that began has a report
+/// nevertheless.
+pub fn run(
+    path: &Path,
+    options: &Options,
+    watch: &mut dyn FnMut(u64, u64),
+) -> Result<Report, Error> {
+    let scenario = Scenario::read(path)?;
+    let archives = package::build(&scenario)?;
+    let default = || Path::new("target/runs").join(&scenario.name);
+    let folder = options.out.clone().unwrap_or_else(default);
+    let mut system = System::resolve(&scenario, &archives, &options.overrides, folder)?;
+    let mut nodes = system.instantiate()?;
+    let begin = Instant::now();
+    let mut recorder = Recorder::new(&mut system, options)?;
+    let mut report = Report::new(&system);
+    let (mut progress, steps, clock) = (Progress::default(), system.clock.steps, system.clock);
+    let mut tick = |k| {
+        watch(k, steps);
+        if let Some(factor) = options.realtime {
+            let due = Duration::from_secs_f64(clock.at(k) / factor);
+            std::thread::sleep(due.saturating_sub(begin.elapsed()));
+        }
+    };
+    let outcome = master::run(&mut system, &mut nodes, &mut recorder, &mut progress, &mut tick);
+    if let Err(error @ Error::Output { .. }) = outcome {
+        return Err(error);
+    }
+    let failure = outcome.err();
+    report.conclude(&progress, clock.step, recorder.checks.verdicts(), failure.as_ref());
+    recorder.conclude(&report)?;
+    report.took(begin.elapsed().as_secs_f64());
+    report.write()?;
+    match failure {
+        Some(error) => Err(error),
+        None => Ok(report),
+    }
+}
+
+/// Hands rows to the checks, and what is recorded of them to the files.
+struct Recorder {
+    checks: Checks,
+    recorded: Vec<usize>,
+    values: Vec<f64>,
+    files: Vec<Box<dyn Sink>>,
+    time: f64,
+}
+
+/// The files of a run.
+const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.csv.partial"];
+
+impl Recorder {
+    fn new(system: &mut System, options: &Options) -> Result<Self, Error> {
+        let header = &system.header;
+        std::fs::create_dir_all(&header.folder)
+            .map_err(|error| Error::output(&header.folder, error))?;
+        // What an earlier run left would pass for this one's if this one did not come to its end.
+        for name in FILES {
+            let path = header.folder.join(name);
+            match std::fs::remove_file(&path) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(Error::output(&path, error));
+                }
+                _ => {}
+            }
+        }
+        let mut files: Vec<Box<dyn Sink>> = vec![Box::new(McapSink::new(header)?)];
+        if options.csv {
+            files.push(Box::new(CsvSink::new(header)?));
+        }
+        files.extend(replay(header, &options.replay)?);
+        Ok(Recorder {
+            checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
+            values: Vec::with_capacity(system.recorded.len()),
+            recorded: system.recorded.clone(),
+            files,
+            time: 0.0,
+        })
+    }
+
+    /// Adds what was found to the recordings and completes them.
+    fn conclude(&mut self, report: &Report) -> Result<(), Error> {
+        let failed = report.checks.iter().filter(|check| !check.passed);
+        let failed = failed.map(|check| {
+            let reason = check.reason.as_deref().unwrap_or_default();
+            ("check", format!("FAILED {}: {} ({reason})", check.name, check.that))
+        });
+        let error = report.error.iter().map(|error| ("run", error.clone()));
+        let messages: Vec<_> = failed.chain(error).collect();
+        for (source, message) in messages {
+            let (time, source) = (self.time, source.to_owned());
+            self.event(&Event { time, level: Level::Error, source, message })?;
+        }
+        self.finish(&report.markdown(), report.error.is_none())
+    }
+}
+
+impl Sink for Recorder {
+    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+        self.time = time;
+        self.checks.row(tick, time, values)?;
+        self.values.clear();
+        self.values.extend(self.recorded.iter().map(|&place| values[place]));
+        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.values))
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Error> {
+        self.files.iter_mut().try_for_each(|file| file.event(event))
+    }
+
+    fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
+        self.files.iter_mut().try_for_each(|file| file.finish(summary, completed))
+    }
+}
+
+#[cfg(feature = "rerun")]
+fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Error> {
+    use sink::rerun::{RerunSink, Target};
+    let target = match replay {
+        Replay::Save => Target::File(header.folder.join("run.rrd")),
+        Replay::Connect(url) => Target::Connect(url.clone()),
+        Replay::Serve => Target::Serve,
+        Replay::Off => return Ok(None),
+    };
+    Ok(Some(Box::new(RerunSink::new(header, target)?)))
+}
+
+#[cfg(not(feature = "rerun"))]
+fn replay(_header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Error> {
+    match replay {
+        Replay::Save | Replay::Off => Ok(None),
+        Replay::Connect(_) | Replay::Serve => {
+            Err(Error::input("this program was built without the feature `rerun`"))
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! Parses the command line, calls the library, prints what it says, and picks the exit code.
+
+use std::io::{IsTerminal as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use orchestrator::error::Error;
+use orchestrator::fmu::Fmu;
+use orchestrator::package::Workspace;
+use orchestrator::suite::{self, Outcome, TestResult};
+use orchestrator::system::Overrides;
+use orchestrator::{Options, Replay};
+
+/// Co-simulation of vehicle dynamics: runs scenarios of FMUs, records them and judges them.
+#[derive(Parser)]
+#[command(name = "trackside", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run scenarios; exit code 0 when all checks pass, 1 when one fails, 2 when the input is wrong, 3
+    /// when an FMU fails.
+    Run(RunArgs),
+    /// Run scenarios as tests, several at a time, a line for each.
+    Test(TestArgs),
+    /// Build FMU packages of the workspace and pack them.
+    Pack {
+        /// The packages.
+        #[arg(default_values = ["plant-fmu", "controller", "estimator"])]
+        packages: Vec<String>,
+        /// The folder for the archives.
+        #[arg(long, default_value = "target/fmu")]
+        out: PathBuf,
+    },
+    /// Show what an FMU says about itself.
+    Inspect {
+        /// The archive.
+        fmu: PathBuf,
+    },
+}
+
+#[derive(Args)]
+struct RunArgs {
+    /// The scenario files.
+    #[arg(required = true)]
+    scenarios: Vec<PathBuf>,
+    /// The folder for the files; for several scenarios, each gets a folder of its name in it
+    /// [default: target/runs/<scenario name>].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Write run.csv too.
+    #[arg(long)]
+    csv: bool,
+    /// Set a start value: `plant.body.m=800`, or `@FILE` for a TOML file of them. May be repeated.
+    #[arg(long, value_name = "NODE.VARIABLE=VALUE")]
+    set: Vec<String>,
+    /// The seed of every random stream, instead of the scenario's.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Where the replay goes.
+    #[arg(long, value_enum, default_value_t = ReplayArg::Save)]
+    rerun: ReplayArg,
+    /// The viewer's address for `--rerun connect`.
+    #[arg(long, value_name = "URL", default_value = "rerun+http://127.0.0.1:9876/proxy")]
+    viewer: String,
+    /// Run this many times as fast as the clock, 1 when there is no number.
+    #[arg(long, num_args = 0..=1, default_missing_value = "1", value_name = "FACTOR")]
+    realtime: Option<f64>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ReplayArg {
+    /// To the file run.rrd.
+    Save,
+    /// To a viewer that is open.
+    Connect,
+    /// To viewers that connect to this program.
+    Serve,
+    /// Nowhere.
+    Off,
+}
+
+#[derive(Args)]
+struct TestArgs {
+    /// Scenario files, or folders of them.
+    #[arg(default_values = ["scenarios"])]
+    paths: Vec<PathBuf>,
+    /// How many run at a time; one for each core unless it is given.
+    #[arg(long)]
+    jobs: Option<std::num::NonZeroUsize>,
+    /// Write the results as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    let command = Cli::parse().command;
+    let result = match command {
+        Command::Run(args) => run(&args),
+        Command::Test(args) => test(&args),
+        Command::Pack { packages, out } => pack(&packages, &out),
+        Command::Inspect { fmu } => inspect(&fmu),
+    };
+    ExitCode::from(result.unwrap_or_else(|error| tell(error)))
+}
+
+/// Prints an error and gives its exit code.
+fn tell(error: Error) -> u8 {
+    let code = error.exit_code();
+    eprintln!("{:?}", miette::Report::new(error));
+    code
+}
+
+/// Prints to standard output; a reader that has gone away is no reason to panic.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn run(args: &RunArgs) -> Result<u8, Error> {
+    let overrides = Overrides { starts: starts(&args.set)?, seed: args.seed };
+    if let Some(factor) = args.realtime.filter(|factor| !(*factor > 0.0 && factor.is_finite())) {
+        return Err(Error::input(format!("--realtime: expected a factor above 0, found {factor}")));
+    }
+    let mut worst = 0;
+    for path in &args.scenarios {
+        let out = args.out.as_ref().map(|out| match args.scenarios.len() {
+            1 => out.clone(),
+            _ => out.join(path.file_stem().unwrap_or_default()),
+        });
+        let options = Options {
+            out,
+            csv: args.csv,
+            overrides: overrides.clone(),
+            replay: match args.rerun {
+                ReplayArg::Save => Replay::Save,
+                ReplayArg::Connect => Replay::Connect(args.viewer.clone()),
+                ReplayArg::Serve => Replay::Serve,
+                ReplayArg::Off => Replay::Off,
+            },
+            realtime: args.realtime,
+        };
+        worst = worst.max(run_one(path, &options));
+    }
+    Ok(worst)
+}
+
+fn run_one(path: &Path, options: &Options) -> u8 {
+    let bar = progress_bar(path);
+    let outcome = orchestrator::run(path, options, &mut |step, steps| {
+        // A redraw costs more than a step, and nobody sees more than a hundred of them.
+        if step % (steps / 100 + 1) == 0 {
+            bar.set_length(steps);
+            bar.set_position(step);
+        }
+    });
+    bar.finish_and_clear();
+    match outcome {
+        Ok(report) => {
+            for warning in &report.warnings {
+                eprintln!("warning: {warning}");
+            }
+            print(&report.lines());
+            report.exit_code()
+        }
+        Err(error) => tell(error),
+    }
+}
+
+/// A bar on a terminal, nothing in a pipe.
+fn progress_bar(path: &Path) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta:>4}");
+    let bar =
+        ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_message(path.file_stem().unwrap_or_default().to_string_lossy().into_owned());
+    bar.tick();
+    bar
+}
+
+/// Start values of `--set`: `node.variable=value`, or the tables of a TOML file by node.
+fn starts(set: &[String]) -> Result<Vec<(String, String, String)>, Error> {
+    let mut starts = Vec::new();
+    for entry in set {
+        if let Some(path) = entry.strip_prefix('@') {
+            starts.extend(orchestrator::system::read_starts(Path::new(path))?);
+            continue;
+        }
+        let parts =
+            entry.split_once('=').and_then(|(name, value)| Some((name.split_once('.')?, value)));
+        let Some(((node, variable), value)) = parts else {
+            return Err(Error::input(format!(
+                "--set: expected node.variable=value, found `{entry}`"
+            )));
+        };
+        starts.push((node.to_owned(), variable.to_owned(), value.to_owned()));
+    }
+    Ok(starts)
+}
+
+fn test(args: &TestArgs) -> Result<u8, Error> {
+    let paths = suite::find(&args.paths)?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = args.jobs.map_or(cores, usize::from);
+    let program = std::env::current_exe()
+        .map_err(|error| Error::input(format!("cannot find this program: {error}")))?;
+    let terminal = Mutex::new(());
+    let done = |result: &TestResult| {
+        let _one_at_a_time = terminal.lock();
+        print(&test_line(result));
+    };
+    let results = suite::run(&program, &paths, jobs, Path::new("target/runs"), &done)?;
+    if let Some(path) = &args.junit {
+        suite::write_junit(&results, path)?;
+    }
+    let count = |wanted: fn(&Outcome) -> bool| {
+        results.iter().filter(|result| wanted(&result.outcome)).count()
+    };
+    let (failed, broken) = (
+        count(|outcome| matches!(outcome, Outcome::Failed(_))),
+        count(|outcome| matches!(outcome, Outcome::Broken(_))),
+    );
+    print(&format!(
+        "{} passed, {} failed, {} skipped\n",
+        count(|outcome| *outcome == Outcome::Passed),
+        failed + broken,
+        count(|outcome| matches!(outcome, Outcome::Skipped(_))),
+    ));
+    Ok(u8::from(failed + broken > 0))
+}
+
+fn test_line(result: &TestResult) -> String {
+    let (path, seconds) = (result.path.display(), result.time.as_secs_f64());
+    let (word, text) = match &result.outcome {
+        Outcome::Passed => ("ok", String::new()),
+        Outcome::Skipped(reason) => ("skipped", format!("  ({reason})")),
+        Outcome::Failed(text) | Outcome::Broken(text) => ("FAILED", format!("\n{text}")),
+    };
+    format!("{word:<8} {path}  {seconds:.1} s{text}\n")
+}
+
+fn pack(packages: &[String], out: &Path) -> Result<u8, Error> {
+    let packages: Vec<_> = packages.iter().map(String::as_str).collect();
+    let archives = Workspace::around(Path::new("."))
+        .and_then(|workspace| workspace.pack(&packages, Some(out)))
+        .map_err(|error| Error::input(error.to_string()))?;
+    for archive in archives.values() {
+        print(&format!("{}\n", archive.display()));
+    }
+    Ok(0)
+}
+
+fn inspect(path: &Path) -> Result<u8, Error> {
+    let fmu = Fmu::open(path).map_err(|error| Error::input(error.to_string()))?;
+    print(&orchestrator::inspect::lines(&fmu));
+    Ok(0)
+}

@@ -1,0 +1,207 @@
+//! Steps the nodes from communication point to communication point and hands every row to the sinks.
+
+use std::time::{Duration, Instant};
+
+use crate::error::Error;
+use crate::node::{CallError, Node};
+use crate::scenario::At;
+use crate::sink::{Column, Event, Level, Sink};
+use crate::system::{Clock, FaultKind, FaultPlan, Link, NodePlan, System};
+
+/// `fmi2Warning`: messages from this status on are events of the run.
+const WARNING: i32 = 1;
+
+/// How often a node was stepped, and how long that took.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Number of steps.
+    pub calls: u64,
+    /// Time in them, with the values going in and coming out.
+    pub time: Duration,
+}
+
+/// How far a run came, and what it cost.
+#[derive(Debug, Clone, Default)]
+pub struct Progress {
+    /// Steps that were done.
+    pub steps: u64,
+    /// The effort of each node, in the order of the file.
+    pub efforts: Vec<Effort>,
+}
+
+/// Runs the system to its last communication point (sequential coupling, also called Gauss-Seidel).
+///
+/// In the order of the system, each node gets its inputs, steps, and shows its outputs, which the nodes
+/// after it see at once. `progress` tells how far the run came, also when it fails; `tick` is called at
+/// every communication point.
+///
+/// # Errors
+/// With node, call and time when a node fails or shows a value that is no number, and when a sink fails.
+pub fn run(
+    system: &mut System,
+    nodes: &mut [Box<dyn Node>],
+    sink: &mut dyn Sink,
+    progress: &mut Progress,
+    tick: &mut dyn FnMut(u64),
+) -> Result<(), Error> {
+    let System { nodes: plans, order, columns, clock, .. } = system;
+    let mut row = vec![0.0; columns.len()];
+    progress.efforts = vec![Effort::default(); nodes.len()];
+    let initialised = initialise((plans, columns), order, nodes, clock, &mut row);
+    report_messages(plans, nodes, sink, 0.0)?;
+    initialised?;
+    sink.row(0, 0.0, &row)?;
+    let mut start = row.clone();
+    for k in 0..clock.steps {
+        start.copy_from_slice(&row);
+        for &place in order.iter() {
+            let (plan, node) = (&mut plans[place], &mut nodes[place]);
+            let begin = Instant::now();
+            let stepped = step(plan, node.as_mut(), (&start, &mut row), clock, k);
+            let effort = &mut progress.efforts[place];
+            effort.calls += 1;
+            effort.time += begin.elapsed();
+            match stepped {
+                Ok(()) => check_numbers(plan, columns, &row, clock.at(k + 1))?,
+                Err(CallError { terminated: Some(reached), what, .. }) => {
+                    let message = format!("ended the simulation at {reached} s: {what}");
+                    let source = plan.name.clone();
+                    sink.event(&Event {
+                        time: clock.at(k),
+                        level: Level::Warning,
+                        source,
+                        message,
+                    })?;
+                    return end(plans, nodes, clock.at(k));
+                }
+                Err(error) => {
+                    report_messages(plans, nodes, sink, clock.at(k))?;
+                    return Err(failure(&plans[place], error, clock.at(k)));
+                }
+            }
+        }
+        let time = clock.at(k + 1);
+        report_messages(plans, nodes, sink, time)?;
+        sink.row(k + 1, time, &row)?;
+        progress.steps = k + 1;
+        tick(k + 1);
+    }
+    end(plans, nodes, clock.stop())
+}
+
+fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
+    Error::component(&plan.name, error.call, Some(time), error.what)
+}
+
+/// Lets the values of the first communication point settle: each node sees those before it in the
+/// order, and on a second pass the ones that a broken loop hands back.
+fn initialise(
+    (plans, columns): (&[NodePlan], &[Column]),
+    order: &[usize],
+    nodes: &mut [Box<dyn Node>],
+    clock: &Clock,
+    row: &mut [f64],
+) -> Result<(), Error> {
+    for (plan, node) in plans.iter().zip(nodes.iter_mut()) {
+        node.enter(0.0, clock.stop()).map_err(|error| failure(plan, error, 0.0))?;
+    }
+    for pass in 0..2 {
+        for &place in order {
+            let (plan, node) = (&plans[place], &mut nodes[place]);
+            let inputs = plan.links.iter().map(|link| row[link.source] * link.factor + link.offset);
+            let inputs: Vec<_> = inputs.collect();
+            let outputs = plan.outputs.clone();
+            let mut exchange = || {
+                node.set(&inputs)?;
+                if pass == 1 {
+                    node.ready()?;
+                }
+                node.get(&mut row[outputs])
+            };
+            exchange().map_err(|error| failure(plan, error, 0.0))?;
+            row[plan.inputs.clone()].copy_from_slice(&inputs);
+        }
+    }
+    plans.iter().try_for_each(|plan| check_numbers(plan, columns, row, 0.0))
+}
+
+/// A value that is no number spoils everything that it reaches, so the run ends where it appears.
+fn check_numbers(plan: &NodePlan, columns: &[Column], row: &[f64], time: f64) -> Result<(), Error> {
+    match plan.outputs.clone().find(|&place| row[place].is_nan()) {
+        None => Ok(()),
+        Some(place) => {
+            let what = format!("the output `{}` is NaN", columns[place].variable);
+            Err(Error::component(&plan.name, "fmi2GetReal", Some(time), what))
+        }
+    }
+}
+
+/// One communication step of one node. `start` is the row at the start of the step.
+fn step(
+    plan: &mut NodePlan,
+    node: &mut dyn Node,
+    (start, row): (&[f64], &mut [f64]),
+    clock: &Clock,
+    k: u64,
+) -> Result<(), CallError> {
+    for (link, place) in plan.links.iter_mut().zip(plan.inputs.clone()) {
+        let source = if link.at == At::Start { start } else { &*row };
+        row[place] = link.value(source[link.source], clock.at(k));
+    }
+    node.set(&row[plan.inputs.clone()])?;
+    node.step(clock, k)?;
+    node.get(&mut row[plan.outputs.clone()])
+}
+
+impl Link {
+    /// What the input gets in the step that starts at `time` [s] when the output shows `value`.
+    fn value(&mut self, value: f64, time: f64) -> f64 {
+        let value = self.effects.apply(value * self.factor + self.offset);
+        self.faults.iter_mut().fold(value, |value, fault| fault.apply(value, time))
+    }
+}
+
+impl FaultPlan {
+    fn apply(&mut self, value: f64, time: f64) -> f64 {
+        if time < self.from {
+            self.frozen = Some(value);
+            return value;
+        }
+        if time >= self.until {
+            return value;
+        }
+        match self.kind {
+            FaultKind::Freeze => *self.frozen.get_or_insert(value),
+            FaultKind::Value(instead) => instead,
+            FaultKind::Bias(bias) => value + bias,
+            FaultKind::Gain(gain) => value * gain,
+        }
+    }
+}
+
+fn report_messages(
+    plans: &[NodePlan],
+    nodes: &mut [Box<dyn Node>],
+    sink: &mut dyn Sink,
+    time: f64,
+) -> Result<(), Error> {
+    for (plan, node) in plans.iter().zip(nodes) {
+        for message in node.messages() {
+            let level = match message.status {
+                ..WARNING => Level::Info,
+                WARNING => Level::Warning,
+                _ => Level::Error,
+            };
+            let source = plan.name.clone();
+            sink.event(&Event { time, level, source, message: message.text })?;
+        }
+    }
+    Ok(())
+}
+
+fn end(plans: &[NodePlan], nodes: &mut [Box<dyn Node>], time: f64) -> Result<(), Error> {
+    for (plan, node) in plans.iter().zip(nodes) {
+        node.end().map_err(|error| failure(plan, error, time))?;
+    }
+    Ok(())
+}

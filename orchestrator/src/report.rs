@@ -1,0 +1,235 @@
+//! Sums up a run: as `report.json` for programs, as lines on a terminal and as Markdown for people.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::check::Verdict;
+use crate::error::Error;
+use crate::master::Progress;
+use crate::system::{Body, System};
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ending {
+    /// All checks passed.
+    Pass,
+    /// A check failed.
+    Fail,
+    /// The run did not come to its end.
+    Error,
+}
+
+/// What is known of a run afterwards.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The scenario's title.
+    pub title: String,
+    /// How it ended.
+    pub verdict: Ending,
+    /// Why it did not come to its end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// The checks, in the order of the file.
+    pub checks: Vec<Verdict>,
+    /// The results of analyses by name.
+    pub analyses: BTreeMap<String, serde_json::Value>,
+    /// Communication steps that were done.
+    pub steps: u64,
+    /// Simulated time [s].
+    pub sim_seconds: f64,
+    /// Time that it took, with recording, without building [s].
+    pub wall_seconds: f64,
+    /// Simulated time per time that it took.
+    pub realtime_factor: f64,
+    /// The effort of each node, in the order of the file.
+    pub nodes: Vec<NodeReport>,
+    /// The seed of every random stream.
+    pub seed: u64,
+    /// The generator of the random streams.
+    pub generator: &'static str,
+    /// The FMUs that took part.
+    pub fmus: Vec<FmuReport>,
+    /// Where the files are.
+    #[serde(skip)]
+    pub folder: PathBuf,
+    /// What is odd, but no error.
+    pub warnings: Vec<String>,
+}
+
+/// The effort of a node.
+#[derive(Debug, Clone, Serialize)]
+pub struct NodeReport {
+    /// Its name.
+    pub name: String,
+    /// Steps.
+    pub calls: u64,
+    /// Time in them [s].
+    pub seconds: f64,
+}
+
+/// An FMU that took part.
+#[derive(Debug, Clone, Serialize)]
+pub struct FmuReport {
+    /// The node's name.
+    pub name: String,
+    /// The identity that it states.
+    pub guid: String,
+    /// SHA-256 of the archive.
+    pub sha256: String,
+}
+
+impl Report {
+    /// What is known before the run: everything but how it went.
+    #[must_use]
+    pub fn new(system: &System) -> Self {
+        let fmus = system.nodes.iter().filter_map(|node| match &node.body {
+            Body::Fmu { fmu, .. } => Some(FmuReport {
+                name: node.name.clone(),
+                guid: fmu.description.guid.clone(),
+                sha256: fmu.sha256.clone(),
+            }),
+            _ => None,
+        });
+        let node = |name: &str| NodeReport { name: name.to_owned(), calls: 0, seconds: 0.0 };
+        Report {
+            scenario: system.header.scenario.clone(),
+            title: system.header.title.clone(),
+            verdict: Ending::Error,
+            error: None,
+            checks: Vec::new(),
+            analyses: BTreeMap::new(),
+            steps: 0,
+            sim_seconds: 0.0,
+            wall_seconds: 0.0,
+            realtime_factor: 0.0,
+            nodes: system.nodes.iter().map(|plan| node(&plan.name)).collect(),
+            seed: system.header.seed,
+            generator: "Pcg64",
+            fmus: fmus.collect(),
+            folder: system.header.folder.clone(),
+            warnings: system.warnings.clone(),
+        }
+    }
+
+    /// Adds how the run went.
+    pub fn conclude(
+        &mut self,
+        progress: &Progress,
+        step: f64,
+        checks: Vec<Verdict>,
+        error: Option<&Error>,
+    ) {
+        let passed = checks.iter().all(|check| check.passed);
+        self.verdict = match (error, passed) {
+            (Some(_), _) => Ending::Error,
+            (None, true) => Ending::Pass,
+            (None, false) => Ending::Fail,
+        };
+        self.error = error.map(ToString::to_string);
+        self.checks = checks;
+        self.steps = progress.steps;
+        self.sim_seconds = progress.steps as f64 * step;
+        for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
+            node.calls = effort.calls;
+            node.seconds = effort.time.as_secs_f64();
+        }
+    }
+
+    /// Adds the time that the run took [s].
+    pub fn took(&mut self, wall_seconds: f64) {
+        self.wall_seconds = wall_seconds;
+        self.realtime_factor = self.sim_seconds / wall_seconds;
+    }
+
+    /// Writes `report.json`; it appears when it is complete, and as the last file of a run.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self) -> Result<(), Error> {
+        let path = self.folder.join("report.json");
+        let partial = self.folder.join("report.json.partial");
+        let text =
+            serde_json::to_string_pretty(self).map_err(|error| Error::output(&path, error))?;
+        std::fs::write(&partial, text + "\n").map_err(|error| Error::output(&partial, error))?;
+        std::fs::rename(&partial, &path).map_err(|error| Error::output(&path, error))
+    }
+
+    /// The exit code of the program.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self.verdict {
+            Ending::Pass => 0,
+            Ending::Fail => 1,
+            Ending::Error => 3,
+        }
+    }
+
+    /// The verdict as Markdown, for the recordings.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let mut text = format!("**{}**\n\n", self.headline());
+        if !self.checks.is_empty() {
+            text += "| check | | worst | limit | at [s] |\n|---|---|---|---|---|\n";
+        }
+        for check in &self.checks {
+            let number =
+                |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
+            let sign = if check.passed { "passed" } else { "**FAILED**" };
+            let (name, worst, limit, at) =
+                (&check.name, number(check.value), number(check.limit), number(check.at));
+            // Writing into a string cannot fail.
+            let _ = writeln!(text, "| {name} | {sign} | {worst} | {limit} | {at} |");
+        }
+        text
+    }
+
+    fn headline(&self) -> String {
+        let failed = self.checks.iter().filter(|check| !check.passed).count();
+        match (self.verdict, &self.error) {
+            (Ending::Pass, _) if self.checks.is_empty() => "done, nothing was checked".to_owned(),
+            (Ending::Pass, _) => format!("all {} checks passed", self.checks.len()),
+            (Ending::Fail, _) => format!("{failed} of {} checks failed", self.checks.len()),
+            (Ending::Error, Some(error)) => {
+                format!("stopped after {} s: {error}", self.sim_seconds)
+            }
+            (Ending::Error, None) => "not finished".to_owned(),
+        }
+    }
+
+    /// The lines that a person reads after a run.
+    #[must_use]
+    pub fn lines(&self) -> String {
+        let mut text = format!("{}: {}\n", self.scenario, self.title);
+        let width = self.checks.iter().map(|check| check.name.chars().count()).max().unwrap_or(0);
+        for check in &self.checks {
+            let sign = if check.passed { "ok    " } else { "FAILED" };
+            // Writing into a string cannot fail.
+            let _ = write!(text, "  {sign}  {:width$}  {}", check.name, check.that);
+            let _ = match (&check.reason, check.value) {
+                (Some(reason), _) => writeln!(text, "  ({reason})"),
+                (None, Some(value)) => writeln!(text, "  ({value:.4})"),
+                (None, None) => writeln!(text),
+            };
+        }
+        let _ = writeln!(
+            text,
+            "  {} simulated in {}: {:.0} times real time",
+            seconds(self.sim_seconds),
+            seconds(self.wall_seconds),
+            self.realtime_factor
+        );
+        let _ = writeln!(text, "  {}", Path::new("").join(&self.folder).display());
+        let _ = writeln!(text, "{}", self.headline());
+        text
+    }
+}
+
+fn seconds(value: f64) -> String {
+    if value < 1.0 { format!("{:.0} ms", value * 1e3) } else { format!("{value:.1} s") }
+}

@@ -1,0 +1,349 @@
+//! Reads a scenario file into the words that the user typed, each with its place in the file.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::effects::{Effects, Noise};
+use crate::error::{Error, Source};
+use crate::signal::Part;
+use crate::table::Interpolation;
+use crate::view::Role;
+
+/// A scenario as it was written.
+#[derive(Debug)]
+pub struct Scenario {
+    /// The file's stem, which names the run.
+    pub name: String,
+    /// The file, for messages that point into it.
+    pub source: Source,
+    /// What it says.
+    pub document: Document,
+}
+
+/// The top level of a scenario file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Document {
+    /// What the run is about.
+    pub title: Option<String>,
+    /// Seed of every random stream; 1 unless it is given.
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// When the run ends, in which steps.
+    pub time: Time,
+    /// FMUs.
+    #[serde(default)]
+    pub fmu: Vec<Fmu>,
+    /// Generated signals.
+    #[serde(default)]
+    pub signal: Vec<Spanned<Part>>,
+    /// Recorded signals.
+    #[serde(default)]
+    pub table: Vec<Table>,
+    /// What is connected to what.
+    #[serde(default)]
+    pub connect: Vec<Connect>,
+    /// What breaks when.
+    #[serde(default)]
+    pub fault: Vec<Fault>,
+    /// What must hold.
+    #[serde(default)]
+    pub check: Vec<Check>,
+    /// What is recorded.
+    #[serde(default)]
+    pub record: Record,
+    /// How the replay looks.
+    #[serde(default)]
+    pub view: View,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// `[time]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// Communication step [s].
+    pub step: Spanned<f64>,
+    /// Last communication point [s].
+    pub stop: Spanned<f64>,
+}
+
+/// `[[fmu]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fmu {
+    /// Name of the node.
+    pub name: Spanned<String>,
+    /// The archive, relative to the scenario file.
+    pub path: Option<Spanned<String>>,
+    /// The package that the archive is built from, in the workspace around the scenario file.
+    #[serde(rename = "crate")]
+    pub package: Option<Spanned<String>>,
+    /// Start values by variable.
+    #[serde(default)]
+    pub start: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    /// Whether the FMU logs all it has to say.
+    #[serde(default)]
+    pub log: bool,
+}
+
+/// `[[table]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Name of the node.
+    pub name: Spanned<String>,
+    /// The CSV file, relative to the scenario file.
+    pub path: Spanned<String>,
+    /// The column of the time [s].
+    pub time: Spanned<String>,
+    /// What the file's clock shows at the scenario's time 0 [s]; its first row unless it is given.
+    pub origin: Option<f64>,
+    /// How values between two rows are made.
+    #[serde(default)]
+    pub interpolation: Interpolation,
+    /// The outputs of the node by name.
+    pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
+}
+
+/// An entry of `columns`: `v_x = { column = "vx_mps", unit = "m/s" }`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Column {
+    /// The column's title in the file.
+    pub column: Spanned<String>,
+    /// Its unit.
+    pub unit: Option<Spanned<String>>,
+}
+
+/// At which end of the receiver's step a value is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum At {
+    /// The value at the communication point where the step starts.
+    Start,
+    /// The value at the communication point where the step ends.
+    End,
+}
+
+/// `[[connect]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Connect {
+    /// The output, `node.variable`.
+    pub from: Spanned<String>,
+    /// The input, `node.variable`.
+    pub to: Spanned<String>,
+    /// Which end of the step the value is taken at: for FMUs the end unless it is given, for signals
+    /// and tables the start.
+    pub at: Option<At>,
+    /// Sensor effect: Gaussian noise.
+    pub noise: Option<Noise>,
+    /// Sensor effect: added.
+    pub bias: Option<f64>,
+    /// Sensor effect: multiplied.
+    pub gain: Option<f64>,
+    /// Sensor effect: late by this time [s].
+    pub delay: Option<f64>,
+    /// Sensor effect: rounded to multiples of this.
+    pub quantise: Option<f64>,
+    /// Sensor effect: sampled with this period [s].
+    pub hold: Option<f64>,
+    /// Sensor effect: share of the samples that are lost.
+    pub dropout: Option<f64>,
+}
+
+impl Connect {
+    /// The sensor effects of the connection.
+    #[must_use]
+    pub fn effects(&self) -> Effects {
+        Effects {
+            noise: self.noise,
+            bias: self.bias,
+            gain: self.gain,
+            delay: self.delay,
+            quantise: self.quantise,
+            hold: self.hold,
+            dropout: self.dropout,
+        }
+    }
+}
+
+/// `[[fault]]`: what an input gets instead of what is connected to it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// The input, `node.variable`.
+    pub input: Spanned<String>,
+    /// When it begins [s].
+    pub from: f64,
+    /// When it ends [s]; never unless it is given.
+    pub until: Option<f64>,
+    /// The value at the beginning stays.
+    #[serde(default)]
+    pub freeze: bool,
+    /// This value, which may be `nan`.
+    pub value: Option<f64>,
+    /// Added.
+    pub bias: Option<f64>,
+    /// Multiplied.
+    pub gain: Option<f64>,
+}
+
+/// `[[check]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Check {
+    /// What the check is called in reports.
+    pub name: String,
+    /// What must hold.
+    pub that: Spanned<String>,
+    /// First and last moment at which it must hold [s].
+    pub during: Option<Spanned<[f64; 2]>>,
+    /// By how much a comparison may be off.
+    #[serde(default)]
+    pub tolerance: f64,
+}
+
+/// `[record]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Record {
+    /// Names of variables that are not recorded; `*` stands for any letters.
+    #[serde(default)]
+    pub except: Vec<Spanned<String>>,
+}
+
+/// `[view]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct View {
+    /// The moving body.
+    pub pose: Option<Pose>,
+    /// Time plots.
+    #[serde(default)]
+    pub plot: Vec<Plot>,
+}
+
+/// `[view.pose]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pose {
+    /// Position east [m].
+    pub x: Spanned<String>,
+    /// Position north [m].
+    pub y: Spanned<String>,
+    /// Heading [rad].
+    pub heading: Spanned<String>,
+    /// Road-wheel angle [rad].
+    pub steer: Option<Spanned<String>>,
+    /// Speed [m/s].
+    pub speed: Option<Spanned<String>>,
+    /// Length of the drawn box [m].
+    #[serde(default = "Pose::default_length")]
+    pub length: f64,
+    /// Width of the drawn box [m].
+    #[serde(default = "Pose::default_width")]
+    pub width: f64,
+}
+
+impl Pose {
+    fn default_length() -> f64 {
+        4.5
+    }
+    fn default_width() -> f64 {
+        1.9
+    }
+}
+
+/// `[[view.plot]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plot {
+    /// Its title, without unit.
+    pub title: String,
+    /// The unit of the axis; that of the signals unless it is given.
+    pub unit: Option<Spanned<String>>,
+    /// Its curves.
+    pub signals: Vec<Curve>,
+}
+
+/// A curve of a plot: `{ signal = "plant.v_x", role = "plant" }`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Curve {
+    /// The recorded variable.
+    pub signal: Spanned<String>,
+    /// What it stands for.
+    #[serde(default)]
+    pub role: Role,
+    /// Its name in the legend; the signal's unless it is given.
+    pub label: Option<String>,
+}
+
+impl Scenario {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// When it cannot be read or does not have the form of a scenario.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            Error::input(format!("cannot read the scenario {}: {error}", path.display()))
+        })?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Self::parse(name, Source { path: path.to_owned(), text })
+    }
+
+    /// Reads the text of a scenario called `name`.
+    ///
+    /// # Errors
+    /// When it does not have the form of a scenario.
+    pub fn parse(name: String, source: Source) -> Result<Self, Error> {
+        match toml::from_str(&source.text) {
+            Ok(document) => Ok(Scenario { name, source, document }),
+            Err(error) => {
+                let end = source.text.len();
+                let span = error.span().unwrap_or(end..end);
+                let (message, known) = expected_names(error.message());
+                let wrong = source.text.get(span.clone()).unwrap_or_default().trim();
+                let closest = crate::suggest::closest(wrong, known.iter().map(String::as_str));
+                let help = match closest {
+                    Some(closest) => format!("did you mean `{closest}`?"),
+                    None if known.is_empty() => String::new(),
+                    None => format!("known here: {}", known.join(", ")),
+                };
+                let error = source.error(span, message, "here");
+                Err(if help.is_empty() { error } else { error.help(help) })
+            }
+        }
+    }
+
+    /// A path that the scenario names, which is relative to the scenario file.
+    #[must_use]
+    pub fn resolve(&self, path: &str) -> PathBuf {
+        self.source.path.parent().unwrap_or(Path::new("")).join(path)
+    }
+
+    /// An error at a word of the file.
+    pub fn error<T>(&self, at: &Spanned<T>, message: impl Into<String>) -> Error {
+        self.source.error(at.span(), message, "")
+    }
+}
+
+/// Splits serde's "unknown field `x`, expected one of `a`, `b`" into the message and the names.
+fn expected_names(message: &str) -> (String, Vec<String>) {
+    let Some((found, expected)) = message.split_once(", expected ") else {
+        return (message.to_owned(), Vec::new());
+    };
+    if !found.starts_with("unknown ") {
+        return (message.to_owned(), Vec::new());
+    }
+    let names = expected.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+    (found.replacen("unknown field", "unknown key", 1), names)
+}

@@ -1,0 +1,127 @@
+//! Receives a run row by row: the trait that recordings and checks implement, and what they are told beforehand.
+
+use std::path::PathBuf;
+
+use crate::error::Error;
+use crate::view::View;
+
+pub mod csv;
+pub mod mcap;
+#[cfg(feature = "rerun")]
+pub mod rerun;
+
+/// Which side of its node a recorded variable is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Direction {
+    /// What the node was given for the step that ended at the row's time, sensor effects included.
+    Input,
+    /// What the node showed at the row's time.
+    Output,
+}
+
+/// The type of a recorded variable; every value travels as `f64`, which holds each of them exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A floating-point number.
+    Real,
+    /// A 32-bit integer, or the value of an enumeration item.
+    Integer,
+    /// 0 or 1.
+    Boolean,
+}
+
+/// One recorded variable: a place in every row.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// The node's name in the scenario.
+    pub node: String,
+    /// The variable's name in the node.
+    pub variable: String,
+    /// The side of the node that it is on.
+    pub direction: Direction,
+    /// Its type.
+    pub kind: Kind,
+    /// Its unit, as the node states it.
+    pub unit: Option<String>,
+    /// One line about it, as the node states it.
+    pub description: Option<String>,
+}
+
+impl Column {
+    /// The name that scenarios, CSV headers and reports use: `node.variable`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{}.{}", self.node, self.variable)
+    }
+}
+
+/// What every sink is told before the first row.
+#[derive(Debug, Clone)]
+pub struct Header {
+    /// The scenario file's stem: `double_lane_change`.
+    pub scenario: String,
+    /// The scenario's title.
+    pub title: String,
+    /// The scenario file's text, kept with the recording.
+    pub text: String,
+    /// Communication step [s].
+    pub step: f64,
+    /// Last communication point [s].
+    pub stop: f64,
+    /// The seed of every random stream of the run.
+    pub seed: u64,
+    /// The recorded variables, in the order of the row.
+    pub columns: Vec<Column>,
+    /// How the replay is laid out.
+    pub view: View,
+    /// The folder that recordings go to.
+    pub folder: PathBuf,
+}
+
+/// How much attention an event deserves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Something that was asked for.
+    Info,
+    /// Something to look at.
+    Warning,
+    /// Something that ended the run or failed a check.
+    Error,
+}
+
+/// Something that happened at a time: a message of an FMU, a fault, a failed check.
+#[derive(Debug, Clone)]
+pub struct Event {
+    /// Simulated time [s].
+    pub time: f64,
+    /// How much attention it deserves.
+    pub level: Level,
+    /// The node or the part of the program that it comes from.
+    pub source: String,
+    /// What happened.
+    pub message: String,
+}
+
+/// Takes what a run produces. Any error stops the run.
+pub trait Sink {
+    /// Takes the values of all columns at communication point `tick`, which is at `time` [s].
+    ///
+    /// # Errors
+    /// When the row cannot be written.
+    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error>;
+
+    /// Takes an event; events come in the order of their time, between the rows.
+    ///
+    /// # Errors
+    /// When the event cannot be written.
+    fn event(&mut self, _event: &Event) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Completes what was written. `summary` is the verdict as Markdown; `completed` tells whether the
+    /// run reached its last communication point.
+    ///
+    /// # Errors
+    /// When the recording cannot be completed.
+    fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error>;
+}

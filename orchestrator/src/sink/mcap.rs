@@ -1,0 +1,339 @@
+//! Writes a run as MCAP: protobuf messages whose schemas are made from the variables, a channel for each
+//! side of each node.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::PathBuf;
+
+use ::mcap::records::MessageHeader;
+use ::mcap::write::Metadata;
+use ::mcap::{Attachment, Compression, WriteOptions, Writer};
+use prost::Message as _;
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
+
+use super::{Column, Direction, Event, Header, Level, Sink};
+use crate::error::Error;
+
+/// Chunks are closed at this size at the latest: what a killed run loses, and what a reader must hold.
+const CHUNK: u64 = 256 << 10;
+/// Chunks are closed at least once in this simulated time [s].
+const FLUSH_EVERY: f64 = 1.0;
+
+/// An MCAP file, readable up to its last closed chunk at any moment.
+pub struct McapSink {
+    path: PathBuf,
+    writer: Writer<BufWriter<File>>,
+    channels: Vec<Channel>,
+    log: u16,
+    header: Header,
+    next_flush: f64,
+    sequence: u32,
+    message: Vec<u8>,
+}
+
+/// A channel: the columns of one side of one node.
+struct Channel {
+    id: u16,
+    columns: Vec<usize>,
+    /// What protobuf writes before each value.
+    tags: Vec<Vec<u8>>,
+}
+
+impl McapSink {
+    /// Begins the file `run.mcap` of the run's folder.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn new(header: &Header) -> Result<Self, Error> {
+        let path = header.folder.join("run.mcap");
+        let failed = |error: &dyn std::fmt::Display| Error::output(&path, error);
+        let file = File::create(&path).map_err(|error| failed(&error))?;
+        let options = WriteOptions::new()
+            .profile("")
+            .library(concat!("trackside ", env!("CARGO_PKG_VERSION")))
+            .chunk_size(Some(CHUNK))
+            .compression(Some(Compression::Lz4));
+        let mut writer = options.create(BufWriter::new(file)).map_err(|error| failed(&error))?;
+        let mut sides: BTreeMap<(&str, Direction), Vec<usize>> = BTreeMap::new();
+        for (place, column) in header.columns.iter().enumerate() {
+            sides.entry((&column.node, column.direction)).or_default().push(place);
+        }
+        let channels = sides.into_iter().map(|((node, direction), columns)| {
+            channel(&mut writer, header, node, direction, columns)
+        });
+        let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
+        let log = log_channel(&mut writer).map_err(|error| failed(&error))?;
+        Ok(McapSink {
+            path,
+            writer,
+            channels,
+            log,
+            header: header.clone(),
+            next_flush: FLUSH_EVERY,
+            sequence: 0,
+            message: Vec::new(),
+        })
+    }
+
+    fn write(&mut self, channel_id: u16, time: f64) -> Result<(), Error> {
+        let log_time = nanoseconds(time);
+        let header =
+            MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
+        let written = self.writer.write_to_known_channel(&header, &self.message);
+        written.map_err(|error| Error::output(&self.path, error))
+    }
+
+    fn close(&mut self, summary: &str, completed: bool) -> Result<(), ::mcap::McapError> {
+        let Header { scenario, title, step, seed, text, .. } = &self.header;
+        let entries = [
+            ("scenario", scenario.clone()),
+            ("title", title.clone()),
+            ("step", format!("{step}")),
+            ("seed", seed.to_string()),
+            ("completed", completed.to_string()),
+            ("trackside", env!("CARGO_PKG_VERSION").to_owned()),
+        ];
+        let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+        self.writer.write_metadata(&Metadata { name: "run".to_owned(), metadata })?;
+        for (name, media_type, data) in [
+            (format!("{scenario}.toml"), "application/toml", text.as_str()),
+            ("summary.md".to_owned(), "text/markdown", summary),
+        ] {
+            self.writer.attach(&Attachment {
+                log_time: 0,
+                create_time: 0,
+                name,
+                media_type: media_type.to_owned(),
+                data: data.as_bytes().into(),
+            })?;
+        }
+        self.writer.finish().map(|_| ())
+    }
+}
+
+impl Sink for McapSink {
+    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+        self.sequence = tick as u32;
+        for index in 0..self.channels.len() {
+            let channel = &self.channels[index];
+            self.message.clear();
+            for (&place, tag) in channel.columns.iter().zip(&channel.tags) {
+                self.message.extend_from_slice(tag);
+                self.message.extend_from_slice(&values[place].to_le_bytes());
+            }
+            self.write(self.channels[index].id, time)?;
+        }
+        if time >= self.next_flush {
+            self.next_flush = time + FLUSH_EVERY;
+            self.writer.flush().map_err(|error| Error::output(&self.path, error))?;
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Error> {
+        self.message = Log::from(event).encode_to_vec();
+        self.write(self.log, event.time)
+    }
+
+    fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
+        self.close(summary, completed).map_err(|error| Error::output(&self.path, error))
+    }
+}
+
+/// Simulated time is the time of the recording, from 0 on.
+fn nanoseconds(time: f64) -> u64 {
+    (time * 1e9).round() as u64
+}
+
+fn channel(
+    writer: &mut Writer<BufWriter<File>>,
+    header: &Header,
+    node: &str,
+    direction: Direction,
+    columns: Vec<usize>,
+) -> ::mcap::McapResult<Channel> {
+    let side = match direction {
+        Direction::Input => "inputs",
+        Direction::Output => "outputs",
+    };
+    let fields: Vec<_> = columns.iter().map(|&place| &header.columns[place]).collect();
+    let names = field_names(&fields);
+    let message = format!("{}_{side}", identifier(node));
+    let schema = schema("trackside", &message, &names);
+    let schema = writer.add_schema(&format!("trackside.{message}"), "protobuf", &schema)?;
+    let mut metadata = BTreeMap::new();
+    for (field, column) in names.iter().zip(&fields) {
+        metadata.insert(format!("fmi:{field}"), column.variable.clone());
+        metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
+    }
+    let id = writer.add_channel(schema, &format!("/{node}/{side}"), "protobuf", &metadata)?;
+    let tags = (1..=columns.len() as u32).map(tag).collect();
+    Ok(Channel { id, columns, tags })
+}
+
+/// The key of a field of 64 bits (wire type 1).
+fn tag(number: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    prost::encoding::encode_key(number, prost::encoding::WireType::SixtyFourBit, &mut bytes);
+    bytes
+}
+
+/// A schema with one `double` for each name.
+fn schema(package: &str, message: &str, names: &[String]) -> Vec<u8> {
+    let field = |(name, number): (&String, i32)| FieldDescriptorProto {
+        name: Some(name.clone()),
+        number: Some(number),
+        label: Some(Label::Optional.into()),
+        r#type: Some(Type::Double.into()),
+        ..FieldDescriptorProto::default()
+    };
+    let message_type = DescriptorProto {
+        name: Some(message.to_owned()),
+        field: names.iter().zip(1..).map(field).collect(),
+        ..DescriptorProto::default()
+    };
+    descriptor(package, message, vec![message_type], Vec::new())
+}
+
+fn descriptor(
+    package: &str,
+    message: &str,
+    message_type: Vec<DescriptorProto>,
+    dependencies: Vec<FileDescriptorProto>,
+) -> Vec<u8> {
+    let mut file = dependencies.clone();
+    file.push(FileDescriptorProto {
+        name: Some(format!("{package}/{message}.proto")),
+        package: Some(package.to_owned()),
+        syntax: Some("proto3".to_owned()),
+        dependency: dependencies.into_iter().filter_map(|dependency| dependency.name).collect(),
+        message_type,
+        ..FileDescriptorProto::default()
+    });
+    FileDescriptorSet { file }.encode_to_vec()
+}
+
+/// The names of the fields: identifiers of protobuf, no two of them equal.
+fn field_names(columns: &[&Column]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for column in columns {
+        let wanted = identifier(&column.variable);
+        let mut name = wanted.clone();
+        // `a.b` and `a_b` become the same identifier.
+        for number in 2.. {
+            if !names.contains(&name) {
+                break;
+            }
+            name = format!("{wanted}_{number}");
+        }
+        names.push(name);
+    }
+    names
+}
+
+fn identifier(name: &str) -> String {
+    let letters = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
+    let name: String = letters.collect();
+    if name.starts_with(|first: char| first.is_ascii_alphabetic()) {
+        name
+    } else {
+        format!("v_{name}")
+    }
+}
+
+/// `google.protobuf.Timestamp`.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+struct Timestamp {
+    #[prost(int64, tag = "1")]
+    seconds: i64,
+    #[prost(int32, tag = "2")]
+    nanos: i32,
+}
+
+/// `foxglove.Log`, which viewers show as a log.
+#[derive(Clone, PartialEq, prost::Message)]
+struct Log {
+    #[prost(message, optional, tag = "1")]
+    timestamp: Option<Timestamp>,
+    /// 2 information, 3 warning, 4 error.
+    #[prost(int32, tag = "2")]
+    level: i32,
+    #[prost(string, tag = "3")]
+    message: String,
+    #[prost(string, tag = "4")]
+    name: String,
+}
+
+impl From<&Event> for Log {
+    fn from(event: &Event) -> Self {
+        let time = nanoseconds(event.time);
+        Log {
+            timestamp: Some(Timestamp {
+                seconds: (time / 1_000_000_000) as i64,
+                nanos: (time % 1_000_000_000) as i32,
+            }),
+            level: match event.level {
+                Level::Info => 2,
+                Level::Warning => 3,
+                Level::Error => 4,
+            },
+            message: event.message.clone(),
+            name: event.source.clone(),
+        }
+    }
+}
+
+fn log_channel(writer: &mut Writer<BufWriter<File>>) -> ::mcap::McapResult<u16> {
+    let field = |name: &str, number, kind: Type, of: Option<&str>| FieldDescriptorProto {
+        name: Some(name.to_owned()),
+        number: Some(number),
+        label: Some(Label::Optional.into()),
+        r#type: Some(kind.into()),
+        type_name: of.map(str::to_owned),
+        ..FieldDescriptorProto::default()
+    };
+    let message = |name: &str, field| DescriptorProto {
+        name: Some(name.to_owned()),
+        field,
+        ..DescriptorProto::default()
+    };
+    let timestamp = FileDescriptorProto {
+        name: Some("google/protobuf/timestamp.proto".to_owned()),
+        package: Some("google.protobuf".to_owned()),
+        syntax: Some("proto3".to_owned()),
+        message_type: vec![message(
+            "Timestamp",
+            vec![field("seconds", 1, Type::Int64, None), field("nanos", 2, Type::Int32, None)],
+        )],
+        ..FileDescriptorProto::default()
+    };
+    let log = message(
+        "Log",
+        vec![
+            field("timestamp", 1, Type::Message, Some(".google.protobuf.Timestamp")),
+            field("level", 2, Type::Enum, Some(".foxglove.Log.Level")),
+            field("message", 3, Type::String, None),
+            field("name", 4, Type::String, None),
+        ],
+    );
+    let names = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
+    let level = prost_types::EnumDescriptorProto {
+        name: Some("Level".to_owned()),
+        value: names
+            .into_iter()
+            .zip(0..)
+            .map(|(name, number)| prost_types::EnumValueDescriptorProto {
+                name: Some(name.to_owned()),
+                number: Some(number),
+                ..Default::default()
+            })
+            .collect(),
+        ..Default::default()
+    };
+    let log = DescriptorProto { enum_type: vec![level], ..log };
+    let schema = descriptor("foxglove", "Log", vec![log], vec![timestamp]);
+    let schema = writer.add_schema("foxglove.Log", "protobuf", &schema)?;
+    writer.add_channel(schema, "/log", "protobuf", &BTreeMap::new())
+}

@@ -1,0 +1,380 @@
+//! Draws the moving body, the ground below it and the line that it drove.
+
+use rerun::{
+    Arrows3D, Boxes3D, Color, EntityPath, FillMode, LineStrips3D, Points3D, Quaternion, Radius,
+    RecordingStream, RecordingStreamResult, TimeColumn, Transform3D, ViewCoordinates,
+};
+
+use super::{PLANT, axes};
+use crate::view::Pose;
+
+/// Samples of the driven line that are kept; beyond that every second one is dropped, so that a run
+/// of any length fits in memory.
+const TRACE_LIMIT: usize = 20_000;
+/// Strips of the driven line at most; each has one colour.
+const STRIP_LIMIT: usize = 2_000;
+/// Samples per strip at least.
+const STRIP_SAMPLES: usize = 10;
+/// Line spacing of the ground [m].
+const GROUND_SPACING: f32 = 10.0;
+/// The ground moves along in jumps of this length [m]; every line at a multiple of it is brighter.
+const GROUND_JUMP: f32 = 50.0;
+/// Half the edge of the ground [m].
+const GROUND_REACH: f32 = 250.0;
+/// Length of the heading's arrow on a map that follows the car [m].
+const HEADING_LEAST: f32 = 15.0;
+/// Labels along the driven line at most.
+const MARK_LIMIT: f64 = 8.0;
+
+const WHITE: [u8; 3] = [235, 235, 235];
+const MARK: [u8; 3] = [150, 150, 155];
+const TIRE: [u8; 3] = [78, 78, 84];
+const GLASS: [u8; 3] = [28, 44, 58];
+
+/// The rectangle that holds the driven line [m].
+#[derive(Clone, Copy)]
+pub(super) struct Bounds {
+    /// Smallest x and y.
+    pub low: [f32; 2],
+    /// Largest x and y.
+    pub high: [f32; 2],
+}
+
+/// The three-dimensional part of a recording.
+pub(super) struct Scene {
+    pose: Pose,
+    positions: Vec<[f32; 3]>,
+    headings: Vec<Quaternion>,
+    steers: Vec<Quaternion>,
+    ground: Ground,
+    trace: Trace,
+    /// Rows in the driven line that a viewer has.
+    drawn: usize,
+}
+
+impl Scene {
+    pub fn new(pose: Pose) -> Self {
+        Self {
+            pose,
+            positions: Vec::new(),
+            headings: Vec::new(),
+            steers: Vec::new(),
+            ground: Ground::default(),
+            trace: Trace::default(),
+            drawn: 0,
+        }
+    }
+
+    /// Sends what does not move in its own frame.
+    pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
+        describe_body(stream, self.pose.length as f32, self.pose.width as f32)?;
+        describe_wheels(stream, self.pose.length as f32, self.pose.width as f32)?;
+        describe_markers(stream)?;
+        describe_heading(stream, HEADING_LEAST)?;
+        describe_ground(stream)
+    }
+
+    /// Takes one row; `instant` is its simulated time [ns] and its step.
+    pub fn push(&mut self, instant: (i64, i64), values: &[f64]) {
+        let position = [values[self.pose.x] as f32, values[self.pose.y] as f32, 0.0];
+        self.positions.push(position);
+        self.headings.push(turn(values[self.pose.heading]));
+        if let Some(steer) = self.pose.steer {
+            self.steers.push(turn(values[steer]));
+        }
+        self.ground.push(instant, position);
+        let speed = self.pose.speed.map_or(0.0, |it| values[it] as f32);
+        self.trace.push(position, speed);
+    }
+
+    /// Sends what was collected, against the given time axes, and forgets it.
+    pub fn send(
+        &mut self,
+        stream: &RecordingStream,
+        axes: &[TimeColumn; 2],
+    ) -> RecordingStreamResult<()> {
+        let motion = Transform3D::update_fields()
+            .with_many_translation(self.positions.drain(..))
+            .with_many_quaternion(self.headings.drain(..));
+        stream.send_columns("world/car", axes.clone(), motion.columns_of_unit_batches()?)?;
+        if self.pose.steer.is_some() {
+            // One rotation per row turns both boxes, each about its own centre.
+            let steers = Boxes3D::update_fields().with_quaternions(self.steers.drain(..));
+            stream.send_columns(
+                "world/car/front_wheels",
+                axes.clone(),
+                steers.columns_of_unit_batches()?,
+            )?;
+        }
+        self.ground.send(stream)
+    }
+
+    /// Sends the driven line so far, when it has grown by 3 %: so all that is sent in the course of a
+    /// run is some 30 times the line, and not its square.
+    pub fn draw(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        if self.trace.rows < self.drawn + self.drawn * 3 / 100 + STRIP_SAMPLES {
+            return Ok(());
+        }
+        self.drawn = self.trace.rows;
+        self.draw_line(stream)
+    }
+
+    /// Sends the whole driven line and the distances along it.
+    pub fn finish(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        if let Some(bounds) = self.bounds() {
+            let size = (bounds.high[0] - bounds.low[0]).max(bounds.high[1] - bounds.low[1]);
+            // A twentieth of the map is seen whatever the size of the map.
+            describe_heading(stream, HEADING_LEAST.max(0.05 * size))?;
+        }
+        self.draw_line(stream)?;
+        let (marks, labels) = self.trace.marks();
+        let marks = Points3D::new(marks)
+            .with_labels(labels)
+            .with_show_labels(true)
+            .with_colors([MARK])
+            .with_radii([Radius::new_ui_points(2.5)]);
+        stream.log_static("world/path/marks", &marks)
+    }
+
+    fn draw_line(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        let (strips, colors) = self.trace.strips(self.pose.speed.is_some());
+        let line =
+            LineStrips3D::new(strips).with_colors(colors).with_radii([Radius::new_ui_points(2.0)]);
+        stream.log_static("world/path/line", &line)
+    }
+
+    /// The rectangle that the body stayed in.
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.trace.bounds()
+    }
+
+    /// The lowest and the highest speed of the driven line [m/s].
+    pub fn speeds(&self) -> Option<(f32, f32)> {
+        self.pose.speed.and_then(|_| self.trace.speeds())
+    }
+}
+
+fn turn(angle: f64) -> Quaternion {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    Quaternion::from_xyzw([0.0, 0.0, sin as f32, cos as f32])
+}
+
+fn describe_body(stream: &RecordingStream, length: f32, width: f32) -> RecordingStreamResult<()> {
+    // Half sizes and centres are shares of the car that look like a car; nothing depends on them.
+    let body = Boxes3D::from_centers_and_half_sizes(
+        [(0.0, 0.0, 0.50), (0.46 * length, 0.0, 0.42)],
+        [(0.46 * length, 0.42 * width, 0.22), (0.04 * length, 0.40 * width, 0.14)],
+    )
+    .with_colors([PLANT])
+    .with_fill_mode(FillMode::Solid);
+    stream.log_static("world/car/body", &body)?;
+    let cabin = Boxes3D::from_centers_and_half_sizes(
+        [(-0.08 * length, 0.0, 0.95)],
+        [(0.22 * length, 0.34 * width, 0.22)],
+    )
+    .with_colors([GLASS])
+    .with_fill_mode(FillMode::Solid);
+    stream.log_static("world/car/cabin", &cabin)
+}
+
+fn describe_wheels(stream: &RecordingStream, length: f32, width: f32) -> RecordingStreamResult<()> {
+    let (front, rear, side, radius) = (0.30 * length, -0.29 * length, 0.46 * width, 0.33);
+    for (name, x) in [("front_wheels", front), ("rear_wheels", rear)] {
+        let wheels = Boxes3D::from_centers_and_half_sizes(
+            [(x, side, radius), (x, -side, radius)],
+            [(radius, 0.12, radius)],
+        )
+        .with_colors([TIRE])
+        .with_fill_mode(FillMode::Solid);
+        stream.log_static(EntityPath::from(format!("world/car/{name}")), &wheels)?;
+    }
+    Ok(())
+}
+
+/// What a map shows instead of the car, and what a following camera needs.
+fn describe_markers(stream: &RecordingStream) -> RecordingStreamResult<()> {
+    let marker = Points3D::new([(0.0, 0.0, 2.0)])
+        .with_colors([WHITE])
+        .with_radii([Radius::new_ui_points(6.0)]);
+    stream.log_static("world/car/marker", &marker)?;
+    // The distance of a following camera is 1.5 times the bounding sphere of what it follows; a
+    // transform without geometry is not followed at all.
+    let frame = Points3D::new([(-60.0, -60.0, 0.0), (60.0, 60.0, 0.0)]).with_radii([0.001]);
+    stream.log_static("world/car/frame", &frame)
+}
+
+fn describe_heading(stream: &RecordingStream, length: f32) -> RecordingStreamResult<()> {
+    let arrow = Arrows3D::from_vectors([(length, 0.0, 0.0)])
+        .with_origins([(0.0, 0.0, 2.0)])
+        .with_colors([WHITE])
+        .with_radii([Radius::new_ui_points(2.0)]);
+    stream.log_static("world/car/heading", &arrow)
+}
+
+fn describe_ground(stream: &RecordingStream) -> RecordingStreamResult<()> {
+    let half = (GROUND_REACH / GROUND_SPACING) as i32;
+    let per_jump = (GROUND_JUMP / GROUND_SPACING) as i32;
+    let (mut strips, mut colors) = (Vec::new(), Vec::new());
+    for line in -half..=half {
+        let at = line as f32 * GROUND_SPACING;
+        strips.push([[-GROUND_REACH, at, 0.0], [GROUND_REACH, at, 0.0]]);
+        strips.push([[at, -GROUND_REACH, 0.0], [at, GROUND_REACH, 0.0]]);
+        let level = if line % per_jump == 0 { 92 } else { 52 };
+        colors.extend([Color::from_rgb(level, level, level + 6); 2]);
+    }
+    let ground = LineStrips3D::new(strips).with_colors(colors).with_radii([0.05]);
+    stream.log_static("world/ground", &ground)
+}
+
+/// A patch of ground that follows the car in jumps of whole squares, which looks like an endless plane.
+#[derive(Default)]
+struct Ground {
+    times: Vec<i64>,
+    steps: Vec<i64>,
+    places: Vec<[f32; 3]>,
+    last: Option<[f32; 3]>,
+}
+
+impl Ground {
+    fn push(&mut self, (time, step): (i64, i64), position: [f32; 3]) {
+        let place = position.map(|it| (it / GROUND_JUMP).round() * GROUND_JUMP);
+        if self.last != Some(place) {
+            self.times.push(time);
+            self.steps.push(step);
+            self.places.push(place);
+            self.last = Some(place);
+        }
+    }
+
+    fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        if self.places.is_empty() {
+            return Ok(());
+        }
+        let axes = axes(&self.times, &self.steps);
+        self.times.clear();
+        self.steps.clear();
+        let motion = Transform3D::update_fields().with_many_translation(self.places.drain(..));
+        stream.send_columns("world/ground", axes, motion.columns_of_unit_batches()?)
+    }
+}
+
+/// The driven line, thinned out as it grows.
+struct Trace {
+    points: Vec<[f32; 3]>,
+    speeds: Vec<f32>,
+    /// One row in so many is kept.
+    stride: usize,
+    rows: usize,
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Self { points: Vec::new(), speeds: Vec::new(), stride: 1, rows: 0 }
+    }
+}
+
+impl Trace {
+    fn push(&mut self, point: [f32; 3], speed: f32) {
+        let kept = self.rows.is_multiple_of(self.stride);
+        self.rows += 1;
+        if !kept || !point.iter().all(|it| it.is_finite()) {
+            return;
+        }
+        self.points.push(point);
+        self.speeds.push(speed);
+        if self.points.len() == TRACE_LIMIT {
+            self.points = self.points.iter().step_by(2).copied().collect();
+            self.speeds = self.speeds.iter().step_by(2).copied().collect();
+            self.stride *= 2;
+        }
+    }
+
+    fn strips(&self, colored: bool) -> (Vec<Vec<[f32; 3]>>, Vec<Color>) {
+        let last = self.points.len().saturating_sub(1);
+        let samples = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
+        let (slow, fast) = self.speeds().unwrap_or((0.0, 0.0));
+        let (mut strips, mut colors) = (Vec::new(), Vec::new());
+        for start in (0..last).step_by(samples) {
+            let end = (start + samples).min(last);
+            // 2 cm above the ground, so that the ground does not shine through.
+            let strip = self.points[start..=end].iter().map(|it| [it[0], it[1], 0.02]);
+            strips.push(strip.collect());
+            let share = (self.speeds[start] - slow) / (fast - slow).max(0.1);
+            colors.push(if colored { speed_color(share) } else { Color::from(WHITE) });
+        }
+        (strips, colors)
+    }
+
+    fn marks(&self) -> (Vec<[f32; 3]>, Vec<String>) {
+        let distances = self.distances();
+        let spacing = round_distance(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT);
+        let (mut marks, mut labels) = (Vec::new(), Vec::new());
+        let mut next = 0.0;
+        for (point, &distance) in self.points.iter().zip(&distances) {
+            if distance >= next {
+                marks.push(*point);
+                labels.push(format!("{next:.0} m"));
+                next += spacing;
+            }
+        }
+        (marks, labels)
+    }
+
+    fn distances(&self) -> Vec<f64> {
+        let mut total = 0.0;
+        let mut distances = vec![0.0; self.points.len().min(1)];
+        for pair in self.points.windows(2) {
+            let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
+            total += f64::from(dx).hypot(f64::from(dy));
+            distances.push(total);
+        }
+        distances
+    }
+
+    fn bounds(&self) -> Option<Bounds> {
+        let first = self.points.first()?;
+        let mut bounds = Bounds { low: [first[0], first[1]], high: [first[0], first[1]] };
+        for point in &self.points {
+            for axis in 0..2 {
+                bounds.low[axis] = bounds.low[axis].min(point[axis]);
+                bounds.high[axis] = bounds.high[axis].max(point[axis]);
+            }
+        }
+        Some(bounds)
+    }
+
+    fn speeds(&self) -> Option<(f32, f32)> {
+        let finite = || self.speeds.iter().copied().filter(|it| it.is_finite());
+        Some((finite().reduce(f32::min)?, finite().reduce(f32::max)?))
+    }
+}
+
+/// The smallest of 10, 20, 50, 100, 200 .. that is not below `least` [m].
+fn round_distance(least: f64) -> f64 {
+    let mut decade = 10.0;
+    while 5.0 * decade < least {
+        decade *= 10.0;
+    }
+    [1.0, 2.0, 5.0]
+        .into_iter()
+        .map(|it| it * decade)
+        .find(|it| *it >= least)
+        .unwrap_or(10.0 * decade)
+}
+
+/// Viridis without its darkest part, which is lost on a dark background.
+fn speed_color(share: f32) -> Color {
+    const STOPS: [[f32; 3]; 5] = [
+        [62.0, 74.0, 180.0],
+        [38.0, 130.0, 142.0],
+        [53.0, 183.0, 121.0],
+        [170.0, 220.0, 50.0],
+        [253.0, 231.0, 37.0],
+    ];
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
+    let below = (place as usize).min(STOPS.len() - 2);
+    let share = place - below as f32;
+    let mix = |i: usize| (STOPS[below][i] * (1.0 - share) + STOPS[below + 1][i] * share) as u8;
+    Color::from_rgb(mix(0), mix(1), mix(2))
+}

@@ -1,0 +1,167 @@
+//! Collects recorded scalars in columns and decides under which entity each curve of a plot is found.
+
+use rerun::external::re_log_types::EntityPathPart;
+use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
+
+use crate::sink::{Column, Direction, Header, Kind};
+use crate::view::{Plot, Role, Series};
+
+/// One curve of a plot, as the layout needs it.
+pub(super) struct Line {
+    /// The entity that holds its values.
+    pub path: EntityPath,
+    /// Its name in the legend.
+    pub label: String,
+    /// What it stands for.
+    pub role: Role,
+    /// Whether its values hold until the next sample.
+    pub stepped: bool,
+}
+
+/// One plot, as the layout needs it.
+pub(super) struct Chart {
+    /// Its title.
+    pub title: String,
+    /// Its curves.
+    pub lines: Vec<Line>,
+}
+
+/// One scalar entity with the samples that were not sent yet.
+struct Curve {
+    path: EntityPath,
+    column: usize,
+    factor: f64,
+    offset: f64,
+    samples: Vec<f64>,
+}
+
+/// Every scalar entity of a recording.
+pub(super) struct Signals {
+    curves: Vec<Curve>,
+    names: Vec<String>,
+}
+
+impl Signals {
+    /// Plans the entities: one per column under `/signals`, and one under `/plots` for each curve that
+    /// is drawn in another unit than the column's.
+    pub fn new(header: &Header) -> (Self, Vec<Chart>) {
+        let columns = &header.columns;
+        let mut curves: Vec<Curve> = columns
+            .iter()
+            .enumerate()
+            .map(|(column, it)| Curve::new(signal_path(it), column, 1.0, 0.0))
+            .collect();
+        let names = columns.iter().map(name_with_unit).collect();
+        let charts = header
+            .view
+            .plots
+            .iter()
+            .enumerate()
+            .map(|(number, plot)| chart(number, plot, columns, &mut curves))
+            .collect();
+        (Self { curves, names }, charts)
+    }
+
+    /// Names every column with its unit, for plots that the user makes by hand.
+    pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        for (curve, name) in self.curves.iter().zip(&self.names) {
+            let style = SeriesLines::new().with_names([name.as_str()]);
+            stream.log_static(curve.path.clone(), &style)?;
+        }
+        Ok(())
+    }
+
+    /// Takes one row.
+    pub fn push(&mut self, values: &[f64]) {
+        for curve in &mut self.curves {
+            let sample = values[curve.column] * curve.factor + curve.offset;
+            curve.samples.push(sample);
+        }
+    }
+
+    /// Sends what was collected, against the given time axes, and forgets it.
+    pub fn send(
+        &mut self,
+        stream: &RecordingStream,
+        axes: &[TimeColumn; 2],
+    ) -> RecordingStreamResult<()> {
+        for curve in &mut self.curves {
+            let scalars = Scalars::new(curve.samples.drain(..));
+            stream.send_columns(
+                curve.path.clone(),
+                axes.clone(),
+                scalars.columns_of_unit_batches()?,
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl Curve {
+    fn new(path: EntityPath, column: usize, factor: f64, offset: f64) -> Self {
+        Self { path, column, factor, offset, samples: Vec::new() }
+    }
+}
+
+/// Makes an entity path of names; separators in a name are escaped, so `std.v_x` stays one part.
+pub(super) fn entity<const N: usize>(parts: [&str; N]) -> EntityPath {
+    EntityPath::new(parts.into_iter().map(EntityPathPart::from).collect())
+}
+
+fn signal_path(column: &Column) -> EntityPath {
+    let side = match column.direction {
+        Direction::Input => "inputs",
+        Direction::Output => "outputs",
+    };
+    entity(["signals", &column.node, side, &column.variable])
+}
+
+fn name_with_unit(column: &Column) -> String {
+    match &column.unit {
+        Some(unit) => format!("{} [{unit}]", column.name()),
+        None => column.name(),
+    }
+}
+
+/// The viewer paints the curves of a plot, and lists them in the legend, in the order of their paths.
+/// A measurement is noisy and must lie below the others, so it gets a path that comes first, and if
+/// need be an entity of its own.
+fn chart(number: usize, plot: &Plot, columns: &[Column], curves: &mut Vec<Curve>) -> Chart {
+    let mut series: Vec<&Series> = plot.series.iter().collect();
+    series.sort_by_key(|it| it.role != Role::Measurement);
+    let first_of_others = series
+        .iter()
+        .enumerate()
+        .filter(|(_, it)| it.role != Role::Measurement)
+        .map(|(rank, it)| natural_path(number, rank, it, columns))
+        .min();
+    let mut lines = Vec::new();
+    for (rank, it) in series.into_iter().enumerate() {
+        let natural = natural_path(number, rank, it, columns);
+        let covered = it.role == Role::Measurement
+            && first_of_others.as_ref().is_some_and(|other| *other < natural);
+        let path = if covered { plot_path(number, rank) } else { natural };
+        if path == plot_path(number, rank) {
+            curves.push(Curve::new(path.clone(), it.column, it.factor, it.offset));
+        }
+        lines.push(Line {
+            path,
+            label: it.label.clone(),
+            role: it.role,
+            stepped: columns[it.column].kind != Kind::Real,
+        });
+    }
+    Chart { title: plot.title.clone(), lines }
+}
+
+fn natural_path(number: usize, rank: usize, series: &Series, columns: &[Column]) -> EntityPath {
+    if series.factor == 1.0 && series.offset == 0.0 {
+        signal_path(&columns[series.column])
+    } else {
+        plot_path(number, rank)
+    }
+}
+
+fn plot_path(number: usize, rank: usize) -> EntityPath {
+    entity(["plots", &(number + 1).to_string(), &(rank + 1).to_string()])
+}

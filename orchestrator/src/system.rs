@@ -1,0 +1,314 @@
+//! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
+
+mod checks;
+mod layout;
+mod links;
+mod nodes;
+mod order;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::expression::Expression;
+use crate::fmu::Fmu;
+use crate::node::{CallError, FmuNode, Node, SignalNode, TableNode};
+use crate::scenario::{At, Scenario};
+use crate::signal::Signal;
+use crate::sink::{Column, Header};
+use crate::table::Table;
+use crate::view::View;
+
+/// The communication points of a run: `t = k h`, computed and never accumulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clock {
+    /// Communication step [s].
+    pub step: f64,
+    /// Number of steps.
+    pub steps: u64,
+}
+
+impl Clock {
+    /// The time of communication point `tick` [s].
+    #[must_use]
+    pub fn at(&self, tick: u64) -> f64 {
+        // Ticks stay far below 2^53.
+        tick as f64 * self.step
+    }
+
+    /// The time of the last communication point [s].
+    #[must_use]
+    pub fn stop(&self) -> f64 {
+        self.at(self.steps)
+    }
+}
+
+/// Value references by type, in the order in which values travel.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Ports {
+    /// Of `Real` variables.
+    pub real: Vec<u32>,
+    /// Of `Integer` and `Enumeration` variables.
+    pub integer: Vec<u32>,
+    /// Of `Boolean` variables.
+    pub boolean: Vec<u32>,
+}
+
+/// A start value of an FMU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// The value reference.
+    pub reference: u32,
+    /// The value, of the variable's type.
+    pub value: StartValue,
+}
+
+/// A value of any type of FMI 2.0.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StartValue {
+    /// `Real`.
+    Real(f64),
+    /// `Integer` or `Enumeration`.
+    Integer(i32),
+    /// `Boolean`.
+    Boolean(bool),
+    /// `String`.
+    String(String),
+}
+
+/// What a node is.
+#[derive(Debug)]
+pub enum Body {
+    /// An FMU with its start values and its recorded and connected variables.
+    Fmu {
+        /// The opened archive.
+        fmu: Arc<Fmu>,
+        /// The start values.
+        starts: Vec<Start>,
+        /// The connected inputs.
+        inputs: Ports,
+        /// All outputs that are numbers.
+        outputs: Ports,
+        /// Whether it logs all it has to say.
+        log: bool,
+    },
+    /// Generated signals, one for each output.
+    Signals(Vec<Signal>),
+    /// A table, one column for each output.
+    Table(Table),
+}
+
+/// A node, and where its values are in the row.
+#[derive(Debug)]
+pub struct NodePlan {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub body: Body,
+    /// The places of its outputs.
+    pub outputs: Range<usize>,
+    /// The places of its connected inputs.
+    pub inputs: Range<usize>,
+    /// What each of the connected inputs gets.
+    pub links: Vec<Link>,
+}
+
+/// What an input gets: the value of an output, converted and disturbed.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// The place of the output in the row.
+    pub source: usize,
+    /// Which end of the step the value is taken at.
+    pub at: At,
+    /// Unit conversion: what the value is multiplied by.
+    pub factor: f64,
+    /// Unit conversion: what is added after that.
+    pub offset: f64,
+    /// Sensor effects.
+    pub effects: crate::effects::Chain,
+    /// What breaks, and when.
+    pub faults: Vec<FaultPlan>,
+}
+
+/// What an input gets during a fault.
+#[derive(Debug, Clone)]
+pub struct FaultPlan {
+    /// First communication point.
+    pub from: f64,
+    /// First communication point after the fault.
+    pub until: f64,
+    /// What happens to the value.
+    pub kind: FaultKind,
+    /// The value that was there before a freeze.
+    pub frozen: Option<f64>,
+}
+
+/// What a fault does to a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FaultKind {
+    /// It stays as it was.
+    Freeze,
+    /// It is replaced.
+    Value(f64),
+    /// Something is added.
+    Bias(f64),
+    /// It is multiplied.
+    Gain(f64),
+}
+
+/// A check, by columns.
+#[derive(Debug)]
+pub struct CheckPlan {
+    /// What it is called.
+    pub name: String,
+    /// As it was written.
+    pub that: String,
+    /// What must hold.
+    pub expression: Expression,
+    /// First and last moment [s].
+    pub during: [f64; 2],
+    /// By how much a comparison may be off.
+    pub tolerance: f64,
+}
+
+/// A scenario without names: what the master works with.
+#[derive(Debug)]
+pub struct System {
+    /// The communication points.
+    pub clock: Clock,
+    /// The nodes, in the order of the file.
+    pub nodes: Vec<NodePlan>,
+    /// The order in which they step.
+    pub order: Vec<usize>,
+    /// What is where in the row.
+    pub columns: Vec<Column>,
+    /// The checks.
+    pub checks: Vec<CheckPlan>,
+    /// The places of the row that are recorded.
+    pub recorded: Vec<usize>,
+    /// What recordings are told; its columns are the recorded ones.
+    pub header: Header,
+    /// What is odd, but no error.
+    pub warnings: Vec<String>,
+}
+
+/// What the command line adds to a scenario.
+#[derive(Debug, Clone, Default)]
+pub struct Overrides {
+    /// Start values: node, variable, value as typed.
+    pub starts: Vec<(String, String, String)>,
+    /// The seed.
+    pub seed: Option<u64>,
+}
+
+impl System {
+    /// Checks a scenario against its FMUs and tables. `archives` holds the archive of each package that
+    /// the scenario names by `crate`; recordings are to go to `folder`.
+    ///
+    /// # Errors
+    /// With the place in the file, when something does not fit.
+    pub fn resolve(
+        scenario: &Scenario,
+        archives: &BTreeMap<String, PathBuf>,
+        overrides: &Overrides,
+        folder: PathBuf,
+    ) -> Result<Self, Error> {
+        let document = &scenario.document;
+        let clock = clock(scenario)?;
+        let seed = overrides.seed.unwrap_or(document.seed);
+        let mut warnings = Vec::new();
+        let drafts = nodes::drafts(scenario, archives, overrides, clock, seed)?;
+        let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
+        let order = order::order(scenario, &drafts, &links)?;
+        let (nodes, columns) = nodes::place(drafts, links);
+        let checks = checks::resolve(scenario, &columns, clock)?;
+        let recorded = layout::recorded(scenario, &columns)?;
+        let header = Header {
+            scenario: scenario.name.clone(),
+            title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
+            text: scenario.source.text.clone(),
+            step: clock.step,
+            stop: clock.stop(),
+            seed,
+            columns: recorded.iter().map(|&place| columns[place].clone()).collect(),
+            view: View::default(),
+            folder,
+        };
+        let view = layout::view(scenario, &header.columns)?;
+        let header = Header { view, ..header };
+        Ok(System { clock, nodes, order, columns, checks, recorded, header, warnings })
+    }
+
+    /// Makes the nodes that the master steps.
+    ///
+    /// # Errors
+    /// With the node's name, when an FMU does not load or refuses its start values.
+    pub fn instantiate(&mut self) -> Result<Vec<Box<dyn Node>>, Error> {
+        self.nodes
+            .iter_mut()
+            .map(|plan| {
+                node(plan)
+                    .map_err(|error| Error::component(&plan.name, error.call, None, error.what))
+            })
+            .collect()
+    }
+}
+
+/// Start values from a TOML file with a table for each node, such as an identification writes.
+///
+/// # Errors
+/// When the file cannot be read or is no TOML.
+pub fn read_starts(path: &Path) -> Result<Vec<(String, String, String)>, Error> {
+    let wrong = |what: String| Error::input(format!("--set @{}: {what}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let tables: toml::Table = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    let mut starts = Vec::new();
+    for (node, table) in &tables {
+        let toml::Value::Table(table) = table else {
+            return Err(wrong(format!("expected a table [{node}], found {}", table.type_str())));
+        };
+        for (name, value) in table {
+            nodes::flatten(name, value, &mut |name, value| {
+                starts.push((node.clone(), name.to_owned(), value.to_string()));
+                Ok::<_, Error>(())
+            })?;
+        }
+    }
+    Ok(starts)
+}
+
+fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, CallError> {
+    Ok(match &mut plan.body {
+        Body::Fmu { fmu, starts, inputs, outputs, log } => {
+            let ports = (inputs.clone(), outputs.clone());
+            Box::new(FmuNode::new(fmu, &plan.name, *log, starts, ports)?)
+        }
+        Body::Signals(signals) => Box::new(SignalNode::new(std::mem::take(signals))),
+        Body::Table(table) => Box::new(TableNode::new(table.clone())),
+    })
+}
+
+fn clock(scenario: &Scenario) -> Result<Clock, Error> {
+    let time = &scenario.document.time;
+    let (step, stop) = (*time.step.get_ref(), *time.stop.get_ref());
+    if !(step > 0.0 && step.is_finite()) {
+        let message = format!("the communication step must be positive, found {step} s");
+        return Err(scenario.error(&time.step, message));
+    }
+    if !(stop > 0.0 && stop.is_finite()) {
+        let message = format!("the stop time must be positive, found {stop} s");
+        return Err(scenario.error(&time.stop, message));
+    }
+    let steps = (stop / step).round();
+    if steps < 1.0 || (steps * step - stop).abs() > 1e-6 * step {
+        let message = format!("the stop time {stop} s is no multiple of the step {step} s");
+        return Err(scenario.error(&time.stop, message));
+    }
+    if steps > 1e12 {
+        let message = format!("{steps} steps are more than a run can have");
+        return Err(scenario.error(&time.step, message));
+    }
+    Ok(Clock { step, steps: steps as u64 })
+}

@@ -1,0 +1,92 @@
+//! Turns `[[check]]` into expressions over columns.
+
+use super::{CheckPlan, Clock};
+use crate::error::Error;
+use crate::expression::Expression;
+use crate::scenario::{Check, Scenario};
+use crate::sink::Column;
+use crate::suggest::closest;
+
+pub(super) fn resolve(
+    scenario: &Scenario,
+    columns: &[Column],
+    clock: Clock,
+) -> Result<Vec<CheckPlan>, Error> {
+    scenario.document.check.iter().map(|check| plan(scenario, check, columns, clock)).collect()
+}
+
+fn plan(
+    scenario: &Scenario,
+    check: &Check,
+    columns: &[Column],
+    clock: Clock,
+) -> Result<CheckPlan, Error> {
+    let names: Vec<_> = columns.iter().map(Column::name).collect();
+    let that = check.that.get_ref();
+    let parsed = Expression::parse(that, &mut |name| names.iter().position(|known| known == name));
+    let expression = parsed.map_err(|error| {
+        let span = inside(scenario, &check.that, error.span.clone());
+        let unknown = error.unknown.as_deref();
+        let hint = unknown.and_then(|name| closest(name, names.iter().map(String::as_str)));
+        let help = hint.map(|hint| format!("did you mean `{hint}`?")).or(error.help);
+        let error = scenario.source.error(
+            span,
+            format!("check `{}`: {}", check.name, error.message),
+            "here",
+        );
+        match help {
+            Some(help) => error.help(help),
+            None => error,
+        }
+    })?;
+    if !expression.is_condition() {
+        let message = format!("check `{}`: expected a comparison, found a value", check.name);
+        return Err(scenario
+            .error(&check.that, message)
+            .help("write for example `abs(plant.v_y) < 2`"));
+    }
+    if !(check.tolerance >= 0.0 && check.tolerance.is_finite()) {
+        let message = format!(
+            "check `{}`: the tolerance {} is not a number from 0 on",
+            check.name, check.tolerance
+        );
+        return Err(scenario.error(&check.that, message));
+    }
+    Ok(CheckPlan {
+        name: check.name.clone(),
+        that: that.clone(),
+        expression,
+        during: during(scenario, check, clock)?,
+        tolerance: check.tolerance,
+    })
+}
+
+fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], Error> {
+    let Some(written) = &check.during else { return Ok([0.0, clock.stop()]) };
+    let [from, to] = *written.get_ref();
+    let stop = clock.stop();
+    // Half a step of slack: a window that ends with the run may be written with fewer digits.
+    if from <= to && from >= 0.0 && to <= stop + 0.5 * clock.step {
+        return Ok([from, to]);
+    }
+    let message = format!(
+        "check `{}`: expected a window within 0 .. {stop} s, found {from} .. {to} s",
+        check.name
+    );
+    Err(scenario.error(written, message))
+}
+
+/// The place in the file of a part of a text that is written there in plain quotes; texts with
+/// escapes are pointed at as a whole.
+fn inside(
+    scenario: &Scenario,
+    word: &toml::Spanned<String>,
+    part: std::ops::Range<usize>,
+) -> std::ops::Range<usize> {
+    let whole = word.span();
+    let written = scenario.source.text.get(whole.clone()).unwrap_or_default();
+    match written.find(word.get_ref().as_str()) {
+        Some(quotes) => whole.start + quotes + part.start..whole.start + quotes + part.end,
+        None => whole,
+    }
+}
