@@ -12,7 +12,7 @@ use vehicle::{NominalCar, SLIP_SPEED_FLOOR};
 pub enum Mode {
     /// The yaw-rate reference.
     YawRate,
-    /// The heading reference, through a yaw rate.
+    /// The heading reference, through a yaw rate; the yaw-rate reference leads the way.
     Heading,
 }
 
@@ -118,7 +118,7 @@ impl Controller {
             Mode::YawRate => reference.r,
             Mode::Heading => {
                 let error = wrap(reference.psi - estimate.psi);
-                (self.k_psi * error).clamp(-self.limit.r, self.limit.r)
+                (reference.r + self.k_psi * error).clamp(-self.limit.r, self.limit.r)
             }
         };
         let change = self.limit.r_rate * h;

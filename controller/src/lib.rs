@@ -28,7 +28,8 @@ impl Model for Node {
     const VARIABLES: &'static [Variable<Self>] = &[
         input("v_ref", "m/s", "Wanted forward speed").at(|n| &mut n.reference.v),
         input("psi_ref", "rad", "Wanted heading, followed in mode 1").at(|n| &mut n.reference.psi),
-        input("r_ref", "rad/s", "Wanted yaw rate, followed in mode 0").at(|n| &mut n.reference.r),
+        input("r_ref", "rad/s", "Wanted yaw rate; in mode 1 the heading error adds to it")
+            .at(|n| &mut n.reference.r),
         input("v_x", "m/s", "Estimated forward speed").at(|n| &mut n.estimate.v_x),
         input("v_y", "m/s", "Estimated speed to the left").at(|n| &mut n.estimate.v_y),
         input("r", "rad/s", "Estimated yaw rate").at(|n| &mut n.estimate.r),

@@ -111,7 +111,7 @@ fn initialise(
             let inputs = plan.links.iter().map(|link| row[link.source] * link.factor + link.offset);
             let inputs: Vec<_> = inputs.collect();
             let outputs = plan.outputs.clone();
-            let mut exchange = || {
+            let exchange = || {
                 node.set(&inputs)?;
                 if pass == 1 {
                     node.ready()?;

@@ -146,37 +146,44 @@ impl Workspace {
 
     /// The built library of each package.
     fn build(&self, packages: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+        // Cargo unites the features of what it builds together. With this program among the packages it
+        // finds every dependency as the program was built with it, and compiles none twice. If the
+        // program's own package does not compile at the moment, the others may do so without it.
+        let own = env!("CARGO_PKG_NAME");
+        let together = self.0.packages.iter().find(|package| package.name == own);
+        let together = together.map(|_| self.cargo(&[packages, &[own]].concat()));
+        match together {
+            Some(Ok(libraries)) => Ok(libraries),
+            _ => self.cargo(packages),
+        }
+    }
+
+    fn cargo(&self, packages: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
         let failed = |what| BuildError::Failed { packages: packages.join(", "), what };
-        // All libraries of the workspace, not only these: cargo unites the features of what it builds,
-        // and so finds every dependency as the program itself was built with, and compiles none twice.
         let mut cargo = Command::new("cargo");
         cargo.args(["build", "--lib", "--quiet", "--message-format=json-render-diagnostics"]);
-        cargo.args(profile()).current_dir(&self.0.workspace_root).stdin(Stdio::null());
+        cargo.args(profile()).args(packages.iter().flat_map(|package| ["--package", package]));
+        cargo.current_dir(&self.0.workspace_root).stdin(Stdio::null());
         let output =
             cargo.output().map_err(|error| failed(format!("cannot start cargo: {error}")))?;
         if !output.status.success() {
             return Err(failed(String::from_utf8_lossy(&output.stderr).into_owned()));
         }
-        let mut libraries = BTreeMap::new();
-        for line in output.stdout.split(|byte| *byte == b'\n') {
-            let Ok(message) = serde_json::from_slice::<BuildMessage>(line) else { continue };
-            let package = self
-                .0
-                .packages
-                .iter()
-                .find(|package| Some(&package.id) == message.package_id.as_ref());
-            let library = message.filenames.iter().find(|file| {
-                file.extension()
-                    .is_some_and(|extension| extension == std::env::consts::DLL_EXTENSION)
-            });
-            if let (Some(package), Some(library)) = (package, library)
-                && message.reason == "compiler-artifact"
-                && packages.contains(&package.name.as_str())
-            {
-                libraries.insert(package.name.clone(), library.clone());
-            }
-        }
-        Ok(libraries)
+        let messages = output.stdout.split(|byte| *byte == b'\n');
+        let messages =
+            messages.filter_map(|line| serde_json::from_slice::<BuildMessage>(line).ok());
+        let artifacts = messages.filter(|message| message.reason == "compiler-artifact");
+        Ok(artifacts.filter_map(|message| self.library(&message)).collect())
+    }
+
+    /// The package that a message is about, and the dynamic library that was made of it.
+    fn library(&self, message: &BuildMessage) -> Option<(String, PathBuf)> {
+        let mut packages = self.0.packages.iter();
+        let package = packages.find(|package| Some(&package.id) == message.package_id.as_ref())?;
+        let dynamic = |file: &&PathBuf| {
+            file.extension().is_some_and(|extension| extension == std::env::consts::DLL_EXTENSION)
+        };
+        Some((package.name.clone(), message.filenames.iter().find(dynamic)?.clone()))
     }
 }
 

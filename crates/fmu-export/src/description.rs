@@ -39,6 +39,48 @@ pub fn xml<M: Model>() -> String {
     text
 }
 
+/// What is wrong with a table of variables: names that are no C identifier or stand twice, units that
+/// are not understood, start values outside of their limits, dependencies on what is no input.
+#[must_use]
+pub fn problems<M: Model>() -> Vec<String> {
+    let mut problems = Vec::new();
+    let identifier = |name: &str| {
+        name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+    };
+    if !identifier(M::INFO.name) {
+        problems.push(format!("the model's name `{}` is no C identifier", M::INFO.name));
+    }
+    let rows = || M::VARIABLES.iter().map(|variable| variable.row);
+    let mut start = M::default();
+    for (place, Variable { row, access }) in M::VARIABLES.iter().enumerate() {
+        let Row { name, unit, .. } = *row;
+        if rows().take(place).any(|other| other.name == name) {
+            problems.push(format!("there are two variables called `{name}`"));
+        }
+        if !unit.is_empty()
+            && let Err(error) = Unit::parse(unit)
+        {
+            problems.push(format!("`{name}`: {error}"));
+        }
+        let value = match access {
+            Access::Real(at) => *at(&mut start),
+            Access::Integer(at) => f64::from(*at(&mut start)),
+            Access::Boolean(_) | Access::String(_) => continue,
+        };
+        if value < row.min.unwrap_or(value) || value > row.max.unwrap_or(value) {
+            problems.push(format!("`{name}` starts at {value}, outside of its limits"));
+        }
+        let Depends::On(inputs) = row.depends else { continue };
+        for input in inputs {
+            if !rows().any(|row| row.causality == Causality::Input && row.name == *input) {
+                problems.push(format!("`{name}` depends on `{input}`, which is no input"));
+            }
+        }
+    }
+    problems
+}
+
 /// Two FNV-1a hashes with different offset bases, 128 bits in all.
 struct Fnv([u64; 2]);
 
@@ -98,7 +140,7 @@ fn write_units<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result {
     writeln!(out, "  <UnitDefinitions>")?;
     for name in names {
         writeln!(out, r#"    <Unit name="{}">"#, Escaped(name))?;
-        // A name that is not understood is written without base unit; `tests` refuse it.
+        // A name that is not understood is written without base unit; `problems` tells of it.
         if let Ok(unit) = Unit::parse(name) {
             write!(out, "      <BaseUnit")?;
             for (base, exponent) in unit::BASE.iter().zip(unit.exponents) {

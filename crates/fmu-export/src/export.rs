@@ -18,7 +18,7 @@ use crate::variable::Access;
 const CO_SIMULATION: c_int = 1;
 const EVENTS: usize = 0;
 /// Categories that are on before anyone asks: without them a failure would be silent.
-const ALWAYS: u8 = 1 << Status::Error as u8 | 1 << Status::Fatal as u8;
+const ALWAYS: u8 = 1 << Status::Discard as u8 | 1 << Status::Error as u8 | 1 << Status::Fatal as u8;
 const ALL: u8 = (1 << LOG_CATEGORIES.len()) - 1;
 
 /// What an `fmi2Component` points to.
@@ -572,7 +572,7 @@ impl<M: Model> LastStep for Instance<M> {
     }
 }
 
-/// Gives the model's name and `modelDescription.xml` to a packer.
+/// Gives the model's name, `modelDescription.xml` and what is wrong with the table to a packer.
 ///
 /// # Safety
 /// `take` takes `context`, a number and a text, as [`crate::pack`] says.
@@ -580,7 +580,10 @@ pub unsafe fn describe<M: Model>(
     context: *mut c_void,
     take: unsafe extern "C" fn(*mut c_void, u32, *const u8, usize),
 ) {
-    let texts = catch_unwind(|| [M::INFO.name.to_owned(), description::xml::<M>()]);
+    let texts = catch_unwind(|| {
+        let problems = description::problems::<M>().join("; ");
+        [M::INFO.name.to_owned(), description::xml::<M>(), problems]
+    });
     for (what, text) in (0..).zip(texts.iter().flatten()) {
         // SAFETY: as the caller promises.
         unsafe { take(context, what, text.as_ptr(), text.len()) };

@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 /// Name of the function by which a library describes itself; [`crate::export!`] makes it.
 pub const DESCRIBE: &str = "fmu_export_describe";
 
-/// Receives a model's name (`what` 0) or its `modelDescription.xml` (`what` 1).
+/// Hands over a model's name (`what` 0), its `modelDescription.xml` (1) and what is wrong with it (2).
 pub type Describe = unsafe extern "C" fn(context: *mut c_void, take: TakeText);
 /// Takes a text of a library, UTF-8, valid during the call.
 pub type TakeText =
@@ -45,6 +45,14 @@ pub enum PackError {
         /// The library.
         path: PathBuf,
     },
+    /// The table of variables is wrong.
+    #[error("{path}: {problems}")]
+    Table {
+        /// The library.
+        path: PathBuf,
+        /// What is wrong with it.
+        problems: String,
+    },
     /// A file could not be read or written.
     #[error("{path}: {source}")]
     File {
@@ -62,6 +70,7 @@ pub enum PackError {
 struct Description {
     name: String,
     xml: String,
+    problems: String,
 }
 
 /// # Safety
@@ -73,7 +82,8 @@ unsafe extern "C" fn take(context: *mut c_void, what: u32, text: *const u8, leng
     let text = String::from_utf8_lossy(text).into_owned();
     match what {
         0 => description.name = text,
-        _ => description.xml = text,
+        1 => description.xml = text,
+        _ => description.problems = text,
     }
 }
 
@@ -86,10 +96,14 @@ fn describe(library: &Path) -> Result<Description, PackError> {
         let describe = loaded.get::<Describe>(DESCRIBE).map_err(error)?;
         describe((&raw mut description).cast(), take);
     }
+    let path = || library.to_owned();
     if description.name.is_empty() || description.xml.is_empty() {
-        return Err(PackError::Description { path: library.to_owned() });
+        return Err(PackError::Description { path: path() });
     }
-    Ok(description)
+    match description.problems.is_empty() {
+        true => Ok(description),
+        false => Err(PackError::Table { path: path(), problems: description.problems }),
+    }
 }
 
 /// Packs the built `library` as `<model name>.fmu` into the folder `into`, and returns the archive's path.
@@ -104,7 +118,7 @@ pub fn pack(library: &Path, into: &Path) -> Result<PathBuf, PackError> {
         let path = path.to_owned();
         move |source| PackError::File { path, source }
     };
-    let Description { name, xml } = describe(library)?;
+    let Description { name, xml, .. } = describe(library)?;
     let binary = std::fs::read(library).map_err(file(library))?;
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().last_modified_time(zip::DateTime::default());

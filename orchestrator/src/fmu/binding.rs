@@ -17,7 +17,6 @@ type Status = c_int;
 type Call = unsafe extern "C" fn(Component) -> Status;
 type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T) -> Status;
 type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T) -> Status;
-type Take = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 type Instantiate = unsafe extern "C" fn(
     *const c_char,
     c_int,

@@ -1,24 +1,28 @@
 //! Writes a run for the Rerun viewer, into a file or over the network, in columns and with a layout.
 
-use std::net::{Ipv4Addr, TcpListener, TcpStream, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use rerun::external::re_uri::RedapUri;
 use rerun::{
-    ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, ServerOptions,
-    TextDocument, TextLog, TextLogLevel, TimeColumn,
+    ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
+    TextLog, TextLogLevel, TimeColumn,
 };
 
 use crate::error::Error;
 use crate::sink::{Event, Header, Level, Sink};
+use card::Card;
 use layout::Layout;
 use scene::Scene;
 use signals::Signals;
+pub use target::Target;
+use target::{CONNECT_PATIENCE, open};
 
+mod card;
 mod layout;
 mod scene;
 mod signals;
+mod target;
+mod trace;
 
 /// Timeline of the simulated time.
 const TIME: &str = "sim_time";
@@ -33,8 +37,6 @@ const LIVE_BATCH: i64 = 1_000_000_000;
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// How long the disk or the viewer may take to accept a batch.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How long a viewer may take to answer at all.
-const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
 
 // Okabe and Ito's colours, which can be told apart without red-green vision.
 const REFERENCE: [u8; 3] = [230, 159, 0];
@@ -42,17 +44,7 @@ const PLANT: [u8; 3] = [86, 180, 233];
 const ESTIMATE: [u8; 3] = [0, 158, 115];
 const LIMIT: [u8; 3] = [213, 94, 0];
 const MEASUREMENT: [u8; 3] = [170, 170, 170];
-
-/// Where a recording goes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Target {
-    /// Into this file.
-    File(PathBuf),
-    /// To the viewer that listens at this address, `rerun+http://127.0.0.1:9876/proxy` or `host:port`.
-    Connect(String),
-    /// To the viewers of this machine that ask for it, at [`RerunSink::url`].
-    Serve,
-}
+const WHITE: [u8; 3] = [235, 235, 235];
 
 /// Takes a run and writes it for the Rerun viewer.
 pub struct RerunSink {
@@ -79,13 +71,8 @@ impl RerunSink {
     /// # Errors
     /// When the file cannot be made or no viewer listens at the address.
     pub fn new(header: &Header, target: Target) -> Result<Self, Error> {
-        let place = match &target {
-            Target::File(path) => path.clone(),
-            Target::Connect(url) => PathBuf::from(url),
-            Target::Serve => PathBuf::from("Rerun server"),
-        };
+        let (place, live) = (target.place(), target.is_live());
         let application = application(&header.scenario);
-        let live = !matches!(target, Target::File(_));
         // Its own properties hold the wall clock, and so does the timeline that is switched off below;
         // they would make every recording different. The random id must be: a viewer takes two
         // recordings of one id for one.
@@ -98,18 +85,14 @@ impl RerunSink {
         stream.set_log_time_enabled(false);
         let (signals, charts) = Signals::new(header);
         let pose = header.view.pose.clone();
+        let body = pose.as_ref().map(|it| it.length as f32);
         let mut sink = Self {
             stream: Some(stream),
             live,
             url,
             warning: None,
             card: Card::new(header),
-            layout: Layout {
-                application,
-                charts,
-                body: pose.as_ref().map(|it| it.length as f32),
-                live,
-            },
+            layout: Layout { application, charts, body, live },
             signals,
             scene: pose.map(Scene::new),
             times: Vec::new(),
@@ -273,60 +256,6 @@ impl Sink for RerunSink {
     }
 }
 
-/// What the recording says about itself.
-struct Card {
-    title: String,
-    scenario: String,
-    step: f64,
-    stop: f64,
-    seed: u64,
-    /// The last time that was recorded [s].
-    end: f64,
-}
-
-impl Card {
-    fn new(header: &Header) -> Self {
-        Self {
-            title: header.title.clone(),
-            scenario: header.scenario.clone(),
-            step: header.step,
-            stop: header.stop,
-            seed: header.seed,
-            end: 0.0,
-        }
-    }
-
-    fn running(&self) -> TextDocument {
-        let state = "*This run has not ended yet, or it was cut off.*";
-        TextDocument::from_markdown(format!("# {}\n\n{state}\n\n{}", self.title, self.facts("")))
-    }
-
-    fn finished(&self, summary: &str, completed: bool, speeds: Option<(f32, f32)>) -> TextDocument {
-        let colors = speeds.map_or(String::new(), |(slow, fast)| {
-            let (slow, fast) = (slow * 3.6, fast * 3.6);
-            format!("| Driven line | blue {slow:.0} km/h to yellow {fast:.0} km/h |\n")
-        });
-        let state = match completed {
-            true => String::new(),
-            false => format!(
-                "**⚠ NOT COMPLETED: the run stopped at {:.3} s of {} s.**\n\n",
-                self.end, self.stop
-            ),
-        };
-        let facts = self.facts(&colors);
-        TextDocument::from_markdown(format!("# {}\n\n{state}{summary}\n\n{facts}", self.title))
-    }
-
-    fn facts(&self, more: &str) -> String {
-        let Self { scenario, step, stop, seed, .. } = self;
-        format!(
-            "| Scenario | {scenario} |\n|:--|:--|\n| Time | {stop} s in steps of {} ms |\n\
-             | Seed | {seed} |\n{more}",
-            step * 1e3
-        )
-    }
-}
-
 fn nanoseconds(time: f64) -> i64 {
     (time * 1e9).round() as i64
 }
@@ -373,50 +302,4 @@ fn application(scenario: &str) -> ApplicationId {
     let name = scenario.to_ascii_lowercase();
     let name: String = name.chars().map(|it| if allowed(it) { it } else { '_' }).collect();
     ApplicationId::new_or_unknown(name)
-}
-
-fn open(
-    builder: RecordingStreamBuilder,
-    target: &Target,
-) -> Result<(RecordingStream, Option<String>), String> {
-    match target {
-        Target::File(path) => {
-            let stream = builder.save(path).map_err(|it| it.to_string())?;
-            Ok((stream, None))
-        }
-        Target::Connect(url) => Ok((connect(builder, url)?, None)),
-        Target::Serve => serve(builder).map(|(stream, url)| (stream, Some(url))),
-    }
-}
-
-fn connect(builder: RecordingStreamBuilder, url: &str) -> Result<RecordingStream, String> {
-    let url = match url.contains("://") {
-        true => url.to_owned(),
-        false => format!("rerun+http://{url}/proxy"),
-    };
-    let Ok(RedapUri::Proxy(proxy)) = url.parse() else {
-        return Err("a viewer's address reads rerun+http://<host>:<port>/proxy".into());
-    };
-    // The SDK would wait for ever for somebody to listen.
-    let (host, port) = (proxy.origin.host.to_string(), proxy.origin.port);
-    let addresses = (host.trim_matches(['[', ']']), port).to_socket_addrs();
-    let mut addresses = addresses.map_err(|it| format!("unknown host {host}: {it}"))?;
-    if !addresses.any(|it| TcpStream::connect_timeout(&it, CONNECT_PATIENCE).is_ok()) {
-        return Err(format!("no Rerun viewer listens at {host}:{port}"));
-    }
-    builder.connect_grpc_opts(url).map_err(|it| it.to_string())
-}
-
-fn serve(builder: RecordingStreamBuilder) -> Result<(RecordingStream, String), String> {
-    let local = Ipv4Addr::LOCALHOST;
-    // The SDK's server does not tell when its port is taken.
-    let port = TcpListener::bind((local, rerun::DEFAULT_SERVER_PORT))
-        .or_else(|_| TcpListener::bind((local, 0)))
-        .and_then(|it| it.local_addr())
-        .map_err(|it| format!("no port to serve on: {it}"))?
-        .port();
-    let options = ServerOptions::default();
-    let stream =
-        builder.serve_grpc_opts(local.to_string(), port, options).map_err(|it| it.to_string())?;
-    Ok((stream, format!("rerun+http://{local}:{port}/proxy")))
 }

@@ -21,9 +21,9 @@ use rerun::{
     SerializedComponentBatch, SeriesLines,
 };
 
-use super::scene::Bounds;
 use super::signals::{Chart, Line};
-use super::{ESTIMATE, LIMIT, MEASUREMENT, PLANT, REFERENCE};
+use super::trace::Bounds;
+use super::{ESTIMATE, LIMIT, MEASUREMENT, PLANT, REFERENCE, WHITE};
 use crate::view::Role;
 
 /// Plots that are visible at once; the last place holds all that are left, as tabs.
@@ -35,7 +35,7 @@ const HALF_VIEW: f32 = 0.5206;
 
 /// Colours of curves that stand for nothing in particular: Okabe and Ito's purple and yellow, and two
 /// that can be told from them and from the roles' colours without red-green vision.
-const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], [235, 235, 235]];
+const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], WHITE];
 
 /// How a recording is shown.
 pub(super) struct Layout {
@@ -199,16 +199,16 @@ fn chase(properties: &mut Properties, length: f32) -> ContainerLike {
         "- /world/car/heading",
         "- /world/path/marks",
     ]);
-    spatial(properties, view, &eye)
+    // The viewer's own grid would move with the origin of the view, which is the body.
+    spatial(properties, view, &eye, &LineGrid3D::new().with_visible(false))
 }
 
 fn map(properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
-    let view = Spatial3DView::new("Map (top)").with_origin("/world");
-    // From high above the ground is a patch around the car, of no use on a map of the whole line.
-    let view = match bounds {
-        Some(_) => view.with_contents(["+ /world/**", "- /world/ground"]),
-        None => view,
-    };
+    // The ground is a patch around the car; seen from high above the viewer's own grid does better.
+    let view = Spatial3DView::new("Map (top)")
+        .with_origin("/world")
+        .with_contents(["+ /world/**", "- /world/ground"]);
+    let grid = LineGrid3D::new().with_spacing(10.0).with_color([54, 54, 62, 255]);
     let eye = EyeControls3D::new().with_kind(Eye3DKind::Orbital);
     let eye = match bounds {
         Some(bounds) => above(eye, bounds),
@@ -218,7 +218,7 @@ fn map(properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
             .with_look_target([0.0, 0.0, 0.0])
             .with_tracking_entity("/world/car/frame"),
     };
-    spatial(properties, view, &eye)
+    spatial(properties, view, &eye, &grid)
 }
 
 /// Looks straight down at all of `bounds`, with the longer edge of them from left to right.
@@ -237,11 +237,15 @@ fn above(eye: EyeControls3D, bounds: Bounds) -> EyeControls3D {
         .with_look_target([x, y, 0.0])
 }
 
-fn spatial(properties: &mut Properties, view: Spatial3DView, eye: &EyeControls3D) -> ContainerLike {
-    let grid = LineGrid3D::new().with_visible(false);
+fn spatial(
+    properties: &mut Properties,
+    view: Spatial3DView,
+    eye: &EyeControls3D,
+    grid: &LineGrid3D,
+) -> ContainerLike {
     let background = Background::new(BackgroundKind::SolidColor).with_color([18, 18, 22, 255]);
     properties
-        .add(view, [("EyeControls3D", eye), ("LineGrid3D", &grid), ("Background", &background)])
+        .add(view, [("EyeControls3D", eye), ("LineGrid3D", grid), ("Background", &background)])
 }
 
 /// Settings of views. `rerun::blueprint` has no way to set them, but they are plain archetypes at

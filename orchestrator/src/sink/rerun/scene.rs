@@ -5,16 +5,10 @@ use rerun::{
     RecordingStream, RecordingStreamResult, TimeColumn, Transform3D, ViewCoordinates,
 };
 
-use super::{PLANT, axes};
+use super::trace::{Bounds, STRIP_SAMPLES, Trace};
+use super::{PLANT, WHITE, axes};
 use crate::view::Pose;
 
-/// Samples of the driven line that are kept; beyond that every second one is dropped, so that a run
-/// of any length fits in memory.
-const TRACE_LIMIT: usize = 20_000;
-/// Strips of the driven line at most; each has one colour.
-const STRIP_LIMIT: usize = 2_000;
-/// Samples per strip at least.
-const STRIP_SAMPLES: usize = 10;
 /// Line spacing of the ground [m].
 const GROUND_SPACING: f32 = 10.0;
 /// The ground moves along in jumps of this length [m]; every line at a multiple of it is brighter.
@@ -23,22 +17,10 @@ const GROUND_JUMP: f32 = 50.0;
 const GROUND_REACH: f32 = 250.0;
 /// Length of the heading's arrow on a map that follows the car [m].
 const HEADING_LEAST: f32 = 15.0;
-/// Labels along the driven line at most.
-const MARK_LIMIT: f64 = 8.0;
 
-const WHITE: [u8; 3] = [235, 235, 235];
-const MARK: [u8; 3] = [150, 150, 155];
+const MARK: [u8; 3] = [190, 190, 195];
 const TIRE: [u8; 3] = [78, 78, 84];
 const GLASS: [u8; 3] = [28, 44, 58];
-
-/// The rectangle that holds the driven line [m].
-#[derive(Clone, Copy)]
-pub(super) struct Bounds {
-    /// Smallest x and y.
-    pub low: [f32; 2],
-    /// Largest x and y.
-    pub high: [f32; 2],
-}
 
 /// The three-dimensional part of a recording.
 pub(super) struct Scene {
@@ -257,124 +239,4 @@ impl Ground {
         let motion = Transform3D::update_fields().with_many_translation(self.places.drain(..));
         stream.send_columns("world/ground", axes, motion.columns_of_unit_batches()?)
     }
-}
-
-/// The driven line, thinned out as it grows.
-struct Trace {
-    points: Vec<[f32; 3]>,
-    speeds: Vec<f32>,
-    /// One row in so many is kept.
-    stride: usize,
-    rows: usize,
-}
-
-impl Default for Trace {
-    fn default() -> Self {
-        Self { points: Vec::new(), speeds: Vec::new(), stride: 1, rows: 0 }
-    }
-}
-
-impl Trace {
-    fn push(&mut self, point: [f32; 3], speed: f32) {
-        let kept = self.rows.is_multiple_of(self.stride);
-        self.rows += 1;
-        if !kept || !point.iter().all(|it| it.is_finite()) {
-            return;
-        }
-        self.points.push(point);
-        self.speeds.push(speed);
-        if self.points.len() == TRACE_LIMIT {
-            self.points = self.points.iter().step_by(2).copied().collect();
-            self.speeds = self.speeds.iter().step_by(2).copied().collect();
-            self.stride *= 2;
-        }
-    }
-
-    fn strips(&self, colored: bool) -> (Vec<Vec<[f32; 3]>>, Vec<Color>) {
-        let last = self.points.len().saturating_sub(1);
-        let samples = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
-        let (slow, fast) = self.speeds().unwrap_or((0.0, 0.0));
-        let (mut strips, mut colors) = (Vec::new(), Vec::new());
-        for start in (0..last).step_by(samples) {
-            let end = (start + samples).min(last);
-            // 2 cm above the ground, so that the ground does not shine through.
-            let strip = self.points[start..=end].iter().map(|it| [it[0], it[1], 0.02]);
-            strips.push(strip.collect());
-            let share = (self.speeds[start] - slow) / (fast - slow).max(0.1);
-            colors.push(if colored { speed_color(share) } else { Color::from(WHITE) });
-        }
-        (strips, colors)
-    }
-
-    fn marks(&self) -> (Vec<[f32; 3]>, Vec<String>) {
-        let distances = self.distances();
-        let spacing = round_distance(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT);
-        let (mut marks, mut labels) = (Vec::new(), Vec::new());
-        let mut next = 0.0;
-        for (point, &distance) in self.points.iter().zip(&distances) {
-            if distance >= next {
-                marks.push(*point);
-                labels.push(format!("{next:.0} m"));
-                next += spacing;
-            }
-        }
-        (marks, labels)
-    }
-
-    fn distances(&self) -> Vec<f64> {
-        let mut total = 0.0;
-        let mut distances = vec![0.0; self.points.len().min(1)];
-        for pair in self.points.windows(2) {
-            let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
-            total += f64::from(dx).hypot(f64::from(dy));
-            distances.push(total);
-        }
-        distances
-    }
-
-    fn bounds(&self) -> Option<Bounds> {
-        let first = self.points.first()?;
-        let mut bounds = Bounds { low: [first[0], first[1]], high: [first[0], first[1]] };
-        for point in &self.points {
-            for axis in 0..2 {
-                bounds.low[axis] = bounds.low[axis].min(point[axis]);
-                bounds.high[axis] = bounds.high[axis].max(point[axis]);
-            }
-        }
-        Some(bounds)
-    }
-
-    fn speeds(&self) -> Option<(f32, f32)> {
-        let finite = || self.speeds.iter().copied().filter(|it| it.is_finite());
-        Some((finite().reduce(f32::min)?, finite().reduce(f32::max)?))
-    }
-}
-
-/// The smallest of 10, 20, 50, 100, 200 .. that is not below `least` [m].
-fn round_distance(least: f64) -> f64 {
-    let mut decade = 10.0;
-    while 5.0 * decade < least {
-        decade *= 10.0;
-    }
-    [1.0, 2.0, 5.0]
-        .into_iter()
-        .map(|it| it * decade)
-        .find(|it| *it >= least)
-        .unwrap_or(10.0 * decade)
-}
-
-/// Viridis without its darkest part, which is lost on a dark background.
-fn speed_color(share: f32) -> Color {
-    const STOPS: [[f32; 3]; 5] = [
-        [62.0, 74.0, 180.0],
-        [38.0, 130.0, 142.0],
-        [53.0, 183.0, 121.0],
-        [170.0, 220.0, 50.0],
-        [253.0, 231.0, 37.0],
-    ];
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
-    let below = (place as usize).min(STOPS.len() - 2);
-    let share = place - below as f32;
-    let mix = |i: usize| (STOPS[below][i] * (1.0 - share) + STOPS[below + 1][i] * share) as u8;
-    Color::from_rgb(mix(0), mix(1), mix(2))
 }

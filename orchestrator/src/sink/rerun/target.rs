@@ -1,0 +1,85 @@
+//! Opens the file, the connection or the server that a recording goes to.
+
+use std::net::{Ipv4Addr, TcpListener, TcpStream, ToSocketAddrs};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use rerun::external::re_uri::RedapUri;
+use rerun::{RecordingStream, RecordingStreamBuilder, ServerOptions};
+
+/// How long a viewer may take to answer at all.
+pub(super) const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
+
+/// Where a recording goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Target {
+    /// Into this file.
+    File(PathBuf),
+    /// To the viewer that listens at this address, `rerun+http://127.0.0.1:9876/proxy` or `host:port`.
+    Connect(String),
+    /// To the viewers of this machine that ask for it, at [`RerunSink::url`](super::RerunSink::url).
+    Serve,
+}
+
+impl Target {
+    /// What errors call it.
+    pub(super) fn place(&self) -> PathBuf {
+        match self {
+            Target::File(path) => path.clone(),
+            Target::Connect(url) => PathBuf::from(url),
+            Target::Serve => PathBuf::from("Rerun server"),
+        }
+    }
+
+    /// Whether somebody may watch the run while it happens.
+    pub(super) fn is_live(&self) -> bool {
+        !matches!(self, Target::File(_))
+    }
+}
+
+/// Opens the stream; a server also has an address.
+pub(super) fn open(
+    builder: RecordingStreamBuilder,
+    target: &Target,
+) -> Result<(RecordingStream, Option<String>), String> {
+    match target {
+        Target::File(path) => {
+            let stream = builder.save(path).map_err(|it| it.to_string())?;
+            Ok((stream, None))
+        }
+        Target::Connect(url) => Ok((connect(builder, url)?, None)),
+        Target::Serve => serve(builder).map(|(stream, url)| (stream, Some(url))),
+    }
+}
+
+fn connect(builder: RecordingStreamBuilder, url: &str) -> Result<RecordingStream, String> {
+    let url = match url.contains("://") {
+        true => url.to_owned(),
+        false => format!("rerun+http://{url}/proxy"),
+    };
+    let Ok(RedapUri::Proxy(proxy)) = url.parse() else {
+        return Err("a viewer's address reads rerun+http://<host>:<port>/proxy".into());
+    };
+    // The SDK would wait for ever for somebody to listen.
+    let (host, port) = (proxy.origin.host.to_string(), proxy.origin.port);
+    let addresses = (host.trim_matches(['[', ']']), port).to_socket_addrs();
+    let mut addresses = addresses.map_err(|it| format!("unknown host {host}: {it}"))?;
+    if !addresses.any(|it| TcpStream::connect_timeout(&it, CONNECT_PATIENCE).is_ok()) {
+        return Err(format!("no Rerun viewer listens at {host}:{port}"));
+    }
+    builder.connect_grpc_opts(url).map_err(|it| it.to_string())
+}
+
+fn serve(builder: RecordingStreamBuilder) -> Result<(RecordingStream, String), String> {
+    let local = Ipv4Addr::LOCALHOST;
+    // The SDK's server does not tell when its port is taken.
+    let port = TcpListener::bind((local, rerun::DEFAULT_SERVER_PORT))
+        .or_else(|_| TcpListener::bind((local, 0)))
+        .and_then(|it| it.local_addr())
+        .map_err(|it| format!("no port to serve on: {it}"))?
+        .port();
+    let options = ServerOptions::default();
+    let stream =
+        builder.serve_grpc_opts(local.to_string(), port, options).map_err(|it| it.to_string())?;
+    Ok((stream, format!("rerun+http://{local}:{port}/proxy")))
+}

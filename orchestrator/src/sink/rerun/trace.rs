@@ -1,0 +1,148 @@
+//! Keeps the driven line, thinned out as it grows, and cuts it into coloured strips.
+
+use rerun::Color;
+
+use super::WHITE;
+
+/// Samples of the driven line that are kept; beyond that every second one is dropped, so that a run
+/// of any length fits in memory.
+const TRACE_LIMIT: usize = 20_000;
+/// Strips of the driven line at most; each has one colour.
+const STRIP_LIMIT: usize = 2_000;
+/// Samples per strip at least.
+pub(super) const STRIP_SAMPLES: usize = 10;
+/// Labels along the driven line at most.
+const MARK_LIMIT: f64 = 8.0;
+
+/// The rectangle that holds the driven line [m].
+#[derive(Clone, Copy)]
+pub(super) struct Bounds {
+    /// Smallest x and y.
+    pub low: [f32; 2],
+    /// Largest x and y.
+    pub high: [f32; 2],
+}
+
+/// The driven line, thinned out as it grows.
+pub(super) struct Trace {
+    points: Vec<[f32; 3]>,
+    speeds: Vec<f32>,
+    /// One row in so many is kept.
+    stride: usize,
+    /// Rows that were taken, kept or not.
+    pub rows: usize,
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Self { points: Vec::new(), speeds: Vec::new(), stride: 1, rows: 0 }
+    }
+}
+
+impl Trace {
+    /// Takes the place and the speed of one row; a place that is no number is left out.
+    pub fn push(&mut self, point: [f32; 3], speed: f32) {
+        let kept = self.rows.is_multiple_of(self.stride);
+        self.rows += 1;
+        if !kept || !point.iter().all(|it| it.is_finite()) {
+            return;
+        }
+        self.points.push(point);
+        self.speeds.push(speed);
+        if self.points.len() == TRACE_LIMIT {
+            self.points = self.points.iter().step_by(2).copied().collect();
+            self.speeds = self.speeds.iter().step_by(2).copied().collect();
+            self.stride *= 2;
+        }
+    }
+
+    /// The line as short strips of one colour each, from slow to fast when it is `colored`.
+    pub fn strips(&self, colored: bool) -> (Vec<Vec<[f32; 3]>>, Vec<Color>) {
+        let last = self.points.len().saturating_sub(1);
+        let samples = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
+        let (slow, fast) = self.speeds().unwrap_or((0.0, 0.0));
+        let (mut strips, mut colors) = (Vec::new(), Vec::new());
+        for start in (0..last).step_by(samples) {
+            let end = (start + samples).min(last);
+            // 2 cm above the ground, so that the ground does not shine through.
+            let strip = self.points[start..=end].iter().map(|it| [it[0], it[1], 0.02]);
+            strips.push(strip.collect());
+            let share = (self.speeds[start] - slow) / (fast - slow).max(0.1);
+            colors.push(if colored { speed_color(share) } else { Color::from(WHITE) });
+        }
+        (strips, colors)
+    }
+
+    /// Points at round distances along the line, and what to write there.
+    pub fn marks(&self) -> (Vec<[f32; 3]>, Vec<String>) {
+        let distances = self.distances();
+        let spacing = round_distance(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT);
+        let (mut marks, mut labels) = (Vec::new(), Vec::new());
+        let mut next = 0.0;
+        for (point, &distance) in self.points.iter().zip(&distances) {
+            if distance >= next {
+                marks.push(*point);
+                labels.push(format!("{next:.0} m"));
+                next += spacing;
+            }
+        }
+        (marks, labels)
+    }
+
+    fn distances(&self) -> Vec<f64> {
+        let mut total = 0.0;
+        let mut distances = vec![0.0; self.points.len().min(1)];
+        for pair in self.points.windows(2) {
+            let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
+            total += f64::from(dx).hypot(f64::from(dy));
+            distances.push(total);
+        }
+        distances
+    }
+
+    /// The rectangle that holds the line.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let first = self.points.first()?;
+        let mut bounds = Bounds { low: [first[0], first[1]], high: [first[0], first[1]] };
+        for &[x, y, _] in &self.points {
+            bounds.low = [bounds.low[0].min(x), bounds.low[1].min(y)];
+            bounds.high = [bounds.high[0].max(x), bounds.high[1].max(y)];
+        }
+        Some(bounds)
+    }
+
+    /// The lowest and the highest speed.
+    pub fn speeds(&self) -> Option<(f32, f32)> {
+        let finite = || self.speeds.iter().copied().filter(|it| it.is_finite());
+        Some((finite().reduce(f32::min)?, finite().reduce(f32::max)?))
+    }
+}
+
+/// The smallest of 10, 20, 50, 100, 200 .. that is not below `least` [m].
+fn round_distance(least: f64) -> f64 {
+    let mut decade = 10.0;
+    while 5.0 * decade < least {
+        decade *= 10.0;
+    }
+    [1.0, 2.0, 5.0]
+        .into_iter()
+        .map(|it| it * decade)
+        .find(|it| *it >= least)
+        .unwrap_or(10.0 * decade)
+}
+
+/// Viridis without its darkest part, which is lost on a dark background.
+fn speed_color(share: f32) -> Color {
+    const STOPS: [[f32; 3]; 5] = [
+        [62.0, 74.0, 180.0],
+        [38.0, 130.0, 142.0],
+        [53.0, 183.0, 121.0],
+        [170.0, 220.0, 50.0],
+        [253.0, 231.0, 37.0],
+    ];
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
+    let below = (place as usize).min(STOPS.len() - 2);
+    let share = place - below as f32;
+    let mix = |i: usize| (STOPS[below][i] * (1.0 - share) + STOPS[below + 1][i] * share) as u8;
+    Color::from_rgb(mix(0), mix(1), mix(2))
+}

@@ -1,0 +1,33 @@
+//! Uses the program as a person does, from the command line, and judges what it prints, returns and writes.
+
+// Starts the program in folders of its own.
+#[path = "acceptance/harness.rs"]
+mod harness;
+// Makes FMUs: ours packed, a broken one compiled, archives with something wrong.
+#[path = "acceptance/fmus.rs"]
+mod fmus;
+// Other people's programs: a virtual environment with fmpy, mcap and the Rerun viewer.
+#[path = "acceptance/python.rs"]
+mod python;
+
+// What depends on what, and where `unsafe` may be.
+#[path = "acceptance/architecture.rs"]
+mod architecture;
+// What a user may get wrong, and what the program says then.
+#[path = "acceptance/bad_input.rs"]
+mod bad_input;
+// Inspect, test, --set, several scenarios.
+#[path = "acceptance/cli.rs"]
+mod cli;
+// The same scenario gives the same numbers, and a report that is complete.
+#[path = "acceptance/determinism.rs"]
+mod determinism;
+// What an FMU may do wrong, and what is left of the run then.
+#[path = "acceptance/failing_fmu.rs"]
+mod failing_fmu;
+// A second opinion on our FMUs.
+#[path = "acceptance/interop.rs"]
+mod interop;
+// A second opinion on our recordings, also of a run that was killed.
+#[path = "acceptance/recordings.rs"]
+mod recordings;

@@ -1,0 +1,247 @@
+//! Checks that each mistake of a user ends with an exit code and the wrong word, and leaves nothing half written.
+
+use std::path::Path;
+
+use super::fmus::{archive, changed, ours};
+use super::harness::{Ended, Lab, ROOT, trackside};
+
+/// A scenario with nothing wrong, which each case edits.
+const GOOD: &str = r#"title = "Good"
+
+[time]
+step = 0.01
+stop = 0.1
+
+[[fmu]]
+name = "plant"
+path = "plant.fmu"
+start = { start.v_x = 20.0, F_x = 0.0 }
+
+[[fmu]]
+name = "controller"
+path = "controller.fmu"
+start = { mode = 0, v_x = 20.0, v_y = 0.0, r = 0.0, xi_x = 0.0, xi_y = 0.0, xi_psi = 0.0, psi = 0.0, psi_ref = 0.0, r_ref = 0.0 }
+
+[[signal]]
+name = "driver.v"
+unit = "m/s"
+constant = 20.0
+
+[[table]]
+name = "log"
+path = "log.csv"
+time = "t"
+columns = { delta = { column = "steer", unit = "rad" } }
+
+[[connect]]
+from = "driver.v"
+to = "controller.v_ref"
+
+[[connect]]
+from = "log.delta"
+to = "plant.delta"
+
+[[check]]
+name = "drives on"
+that = "plant.v_x > 10 and plant.v_x < 30"
+"#;
+
+/// A mistake: what is replaced by what, a text on the line that the message must point at, and what it
+/// must say. The exit code is 2.
+type Mistake = (&'static str, &'static str, &'static str, &'static [&'static str]);
+
+#[rustfmt::skip]
+const MISTAKES: &[Mistake] = &[
+    // The form of the file.
+    ("title = \"Good\"", "title = \"Good", "title", &["invalid"]),
+    ("stop = 0.1", "stop = 0.1\nstpo = 2.0", "stpo", &["stpo", "did you mean `stop`?"]),
+    ("[[check]]\nname", "[[check]]\nnam", "nam =", &["unknown key `nam`", "did you mean `name`?"]),
+    ("[[signal]]", "[[signals]]", "[[signals]]", &["signals", "did you mean `signal`?"]),
+    ("step = 0.01", "step = \"fast\"", "fast", &["expected f64"]),
+    ("stop = 0.1\n", "", "[time]", &["missing field `stop`"]),
+    // Time.
+    ("step = 0.01", "step = 0.0", "step = 0.0", &["must be positive", "0 s"]),
+    ("step = 0.01", "step = -0.01", "step = -0.01", &["must be positive", "-0.01 s"]),
+    ("step = 0.01", "step = nan", "step = nan", &["must be positive", "NaN"]),
+    ("stop = 0.1", "stop = 0.105", "stop = 0.105", &["0.105 s is no multiple of the step 0.01 s"]),
+    ("stop = 0.1", "stop = -1.0", "stop = -1.0", &["must be positive", "-1 s"]),
+    // Archives.
+    ("plant.fmu", "plan.fmu", "plan.fmu", &["cannot read plan.fmu"]),
+    ("plant.fmu", "text.fmu", "text.fmu", &["text.fmu is not an .fmu archive"]),
+    ("plant.fmu", "cut.fmu", "cut.fmu", &["cut.fmu is not an .fmu archive"]),
+    ("plant.fmu", "windows.fmu", "windows.fmu", &["no library for linux64", "found win64"]),
+    ("plant.fmu", "mute.fmu", "mute.fmu", &["mute.fmu", "modelDescription.xml"]),
+    ("plant.fmu", "broken.fmu", "broken.fmu", &["broken.fmu: modelDescription.xml"]),
+    ("plant.fmu", "escape.fmu", "escape.fmu", &["`../escaped.txt`", "leaves the folder"]),
+    ("path = \"plant.fmu\"\n", "", "\"plant\"", &["`plant` needs either `path` or `crate`"]),
+    // Names.
+    ("controller.v_ref", "controller.v_reff", "v_reff", &["no input `v_reff`", "did you mean `controller.v_ref`?"]),
+    ("controller.v_ref", "controler.v_ref", "controler.", &["no node is called `controler`", "controller"]),
+    ("controller.v_ref", "plant.v_x", "to = \"plant.v_x\"", &["`plant.v_x` is no input of `plant`"]),
+    ("\"controller.v_ref\"", "\"controller\"", "to = \"controller\"", &["expected `node.variable`"]),
+    ("from = \"log.delta\"", "from = \"log.dleta\"", "dleta", &["no output `dleta`", "did you mean `log.delta`?"]),
+    ("name = \"controller\"", "name = \"plant\"", "name = \"plant\"\npath = \"controller", &["two nodes called `plant`"]),
+    ("name = \"log\"", "name = \"driver\"", "name = \"driver\"", &["two nodes called `driver`"]),
+    // Connections.
+    ("to = \"plant.delta\"", "to = \"controller.v_ref\"", "to = \"controller.v_ref\"\n\n[[check]]", &["`controller.v_ref` is connected twice"]),
+    ("from = \"log.delta\"\nto = \"plant.delta\"", "from = \"plant.v_x\"\nto = \"plant.delta\"", "to = \"plant.delta\"", &["`plant.v_x` to `plant.delta`", "[m/s] is no unit of [rad]"]),
+    ("from = \"log.delta\"\nto = \"plant.delta\"", "from = \"plant.v_x\"\nto = \"controller.psi\"", "to = \"controller.psi\"", &["`plant.v_x` to `controller.psi`", "[m/s] is no unit of [rad]"]),
+    (", F_x = 0.0", "", "\"plant\"", &["nothing is connected to `F_x` of `plant`", "no start value"]),
+    ("[[connect]]\nfrom = \"driver.v\"", "[[connect]]\nfrom = \"controller.delta\"\nto = \"plant.delta\"\n\n[[connect]]\nfrom = \"plant.a_y\"\nto = \"controller.v_y\"\n\n[[connect]]\nfrom = \"driver.v\"", "to = \"plant.delta\"", &["connected twice"]),
+    // Start values.
+    ("start.v_x", "start.v_xx", "start.v_xx", &["no variable `start.v_xx`", "did you mean `start.v_x`?"]),
+    ("F_x = 0.0", "F_x = 0.0, v_x = 3.0", "v_x = 3.0", &["`v_x` is computed by the FMU"]),
+    ("start.v_x = 20.0", "start.v_x = \"fast\"", "\"fast\"", &["`start.v_x` is Real, found string \"fast\""]),
+    ("mode = 0", "mode = 0.5", "mode = 0.5", &["`mode` is Integer, found float 0.5"]),
+    ("mode = 0", "mode = 3000000000", "mode = 3000000000", &["32-bit integer"]),
+    // Signals and tables.
+    ("constant = 20.0\n", "", "driver.v", &["no shape"]),
+    ("constant = 20.0", "constant = 20.0\nsine = { amplitude = 1.0, frequency = 1.0 }", "sine", &["`constant` and `sine`"]),
+    ("unit = \"m/s\"", "unit = \"m/fortnight\"", "fortnight", &["fortnight"]),
+    ("log.csv", "lag.csv", "lag.csv", &["lag.csv"]),
+    ("\"steer\"", "\"stear\"", "stear", &["no column `stear`", "did you mean `steer`?"]),
+    ("time = \"t\"", "time = \"T_s\"", "T_s", &["no column `T_s`"]),
+    ("log.csv", "words.csv", "words.csv", &["line 3 of words.csv", "column `steer`", "left"]),
+    // Checks and the rest.
+    ("plant.v_x < 30", "plant.v_z < 30", "plant.v_z", &["plant.v_z", "did you mean `plant.v_x`?"]),
+    ("plant.v_x > 10 and plant.v_x < 30", "plant.v_x", "that =", &["expected a comparison"]),
+    ("plant.v_x > 10 and plant.v_x < 30", "plant.v_x > ", "that =", &["check `drives on`"]),
+    ("drives on\"", "drives on\"\nduring = [0.05, 0.2]", "during", &["window within 0 .. 0.1 s"]),
+    ("drives on\"", "drives on\"\ntolerance = -1.0", "that =", &["tolerance -1"]),
+    ("[[check]]", "[record]\nexcept = [\"plat.*\"]\n\n[[check]]", "plat.*", &["`plat.*`"]),
+    ("[[check]]", "[[fault]]\ninput = \"plant.F_x\"\nfrom = 0.0\nvalue = 1.0\n\n[[check]]", "input =", &["nothing is connected to `plant.F_x`"]),
+];
+
+/// A lab with what the good scenario needs, and with archives and a table that are wrong.
+fn lab() -> Lab {
+    let lab = Lab::new();
+    let plant = ours().join("plant.fmu");
+    lab.add(&plant);
+    lab.add(&ours().join("controller.fmu"));
+    lab.write("log.csv", "t,steer\n0,0\n1,0.01\n");
+    lab.write("words.csv", "t,steer\n0,0\n1,left\n");
+    lab.write("text.fmu", "no archive");
+    let whole = std::fs::read(&plant).expect("an FMU");
+    lab.write("cut.fmu", &whole[..whole.len() / 2]);
+    let windows = |name: &str, bytes| Some((name.replace("linux64", "win64"), bytes));
+    lab.write("windows.fmu", changed(&plant, windows));
+    let mute = |name: &str, bytes| (!name.ends_with(".xml")).then(|| (name.to_owned(), bytes));
+    lab.write("mute.fmu", changed(&plant, mute));
+    lab.write("broken.fmu", archive(&[("modelDescription.xml", b"<fmiModelDescription")]));
+    lab.write("escape.fmu", archive(&[("../escaped.txt", b"out")]));
+    lab
+}
+
+fn run(lab: &Lab, text: &str) -> Ended {
+    lab.write("case.toml", text);
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"])
+}
+
+#[test]
+fn the_good_scenario_is_good() {
+    let lab = lab();
+    run(&lab, GOOD).expect(0);
+    assert!(lab.has("out/report.json"));
+}
+
+#[test]
+fn a_mistake_is_told_with_its_place() {
+    let lab = lab();
+    let wrong: Vec<_> = MISTAKES.iter().filter_map(|mistake| look_at(&lab, *mistake)).collect();
+    assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
+}
+
+/// What is wrong with how a mistake is told, if anything.
+fn look_at(lab: &Lab, (old, new, at, says): Mistake) -> Option<String> {
+    let text = GOOD.replacen(old, new, 1);
+    assert_ne!(text, GOOD, "the edit of {old:?} changes nothing");
+    let place = text.find(at).unwrap_or_else(|| panic!("no {at:?} in the edited scenario"));
+    let line = format!("case.toml:{}:", text[..place].lines().count().max(1));
+    let ended = run(lab, &text);
+    let message = ended.message();
+    let mut missing: Vec<_> = says.iter().filter(|word| !message.contains(*word)).copied().collect();
+    missing.extend((!message.contains(&line)).then_some(line.as_str()));
+    let clean = ended.code() == 2 && !message.contains("panicked") && !lab.has("out");
+    if clean && missing.is_empty() {
+        return None;
+    }
+    let (code, left) = (ended.code(), lab.has("out"));
+    let _ = std::fs::remove_dir_all(lab.path("out"));
+    Some(format!(
+        "{old:?} -> {new:?}: exit code {code}, not said: {missing:?}, something written: {left}\n{}",
+        ended.stderr
+    ))
+}
+
+#[test]
+fn a_scenario_without_anything_in_it_is_refused() {
+    let lab = Lab::new();
+    for (text, says) in [
+        ("", "missing field `time`"),
+        ("# nothing\n", "missing field `time`"),
+        ("[time]\nstep = 0.1\nstop = 1.0\n", "the scenario has no node"),
+    ] {
+        run(&lab, text).expect(2).says(&["case.toml", says]);
+        assert!(!lab.has("out"), "{text}");
+    }
+}
+
+#[test]
+fn a_loop_is_told_with_all_its_connections() {
+    let lab = lab();
+    let connections = [("controller.delta", "plant.delta"), ("plant.a_y", "controller.v_y")];
+    let mut text = GOOD.split("[[connect]]").next().unwrap_or_default().to_owned();
+    text = text.replace("v_y = 0.0, ", "v_ref = 20.0, ");
+    for (from, to) in connections {
+        text += &format!("[[connect]]\nfrom = \"{from}\"\nto = \"{to}\"\n\n");
+    }
+    // An output of a controller does not follow its inputs within a step unless it says nothing about it.
+    let silent = |name: &str, bytes: Vec<u8>| {
+        let text = || String::from_utf8_lossy(&bytes).replace(" dependencies=\"\"", "").into_bytes();
+        Some((name.to_owned(), if name.ends_with(".xml") { text() } else { bytes.clone() }))
+    };
+    lab.write("controller.fmu", changed(&ours().join("controller.fmu"), silent));
+    let ended = run(&lab, &text).expect(2);
+    ended.says(&["form a loop", "controller.delta -> plant.delta", "plant.a_y -> controller.v_y", "case.toml:"]);
+    assert!(!lab.has("out"));
+}
+
+#[test]
+fn an_argument_that_fits_nothing_is_refused() {
+    let lab = lab();
+    lab.write("case.toml", GOOD);
+    for (arguments, says) in [
+        (&["nowhere.toml"][..], &["cannot read the scenario nowhere.toml"][..]),
+        (&["case.toml", "--set", "plnt.body.m=1"], &["no FMU is called `plnt`", "plant"]),
+        (&["case.toml", "--set", "plant.bdy.m=1"], &["`bdy.m`", "did you mean `body.m`?"]),
+        (&["case.toml", "--set", "plant.body.m=heavy"], &["`body.m` is Real", "heavy"]),
+        (&["case.toml", "--set", "plant=1"], &["expected node.variable=value", "plant=1"]),
+        (&["case.toml", "--set", "@nowhere.toml"], &["nowhere.toml"]),
+        (&["case.toml", "--realtime", "0"], &["--realtime", "above 0"]),
+    ] {
+        let arguments = [&["run", "--out", "out"], arguments].concat();
+        lab.trackside(&arguments).expect(2).says(says);
+        assert!(!lab.has("out"), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_start_value_that_the_fmu_refuses_is_the_fmus_failure() {
+    let lab = lab();
+    let text = GOOD.replace("F_x = 0.0", "F_x = 0.0, body.m = -5.0");
+    let ended = run(&lab, &text).expect(3);
+    ended.says(&["node `plant`", "fmi2SetReal", "fmi2Error", "body.m = -5"]);
+    assert!(!lab.has("out"));
+}
+
+#[test]
+fn an_unknown_package_is_refused() {
+    let lab = Lab::new();
+    let text = "[time]\nstep = 0.01\nstop = 0.1\n[[fmu]]\nname = \"plant\"\ncrate = \"plant-fum\"\n";
+    let file = lab.write("case.toml", text);
+    let mut command = trackside(Path::new(ROOT));
+    let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
+    let ended = Ended::of(output.expect("it starts")).expect(2);
+    ended.says(&["no package `plant-fum`", "did you mean `plant-fmu`?", "case.toml:6:"]);
+    assert!(!lab.has("out"));
+}

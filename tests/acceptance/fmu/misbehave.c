@@ -1,0 +1,146 @@
+/* Does what FMI 2.0 asks for, until the function named by the parameter `fault` goes wrong at the time `at`. */
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef void Logger(void *, const char *, int, const char *, const char *, ...);
+typedef struct {
+    Logger *logger;
+    void *(*allocate)(size_t, size_t);
+    void (*release)(void *);
+    void (*step_finished)(void *, int);
+    void *environment;
+} Callbacks;
+
+typedef struct {
+    const Callbacks *callbacks;
+    char name[64], fault[64];
+    double time, at;
+    int status, terminated, fatal, failed;
+} Model;
+
+enum { OK, WARNING, DISCARD, ERROR, FATAL };
+
+/* After an error nothing but freeing is allowed, after a fatal one not even that: whoever calls dies. */
+static int call(Model *m, const char *function) {
+    if (m->failed) abort();
+    if (strcmp(m->fault, function) != 0 || m->time < m->at) return OK;
+    m->callbacks->logger(m->callbacks->environment, m->name, m->status, "logStatusError",
+                         "%s: the %s is %d %% full at %.2f s", function, "tank", 42, m->time);
+    m->failed = m->status >= ERROR;
+    m->fatal = m->status == FATAL;
+    return m->status;
+}
+static int is(Model *m, const char *fault) {
+    return strcmp(m->fault, fault) == 0 && m->time >= m->at;
+}
+
+const char *fmi2GetTypesPlatform(void) { return "default"; }
+const char *fmi2GetVersion(void) { return "2.0"; }
+int fmi2SetDebugLogging(void *m, int on, size_t n, const char *const *categories) { return OK; }
+
+void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
+                      const Callbacks *callbacks, int visible, int logging) {
+    if (strcmp(guid, "{misbehave}") != 0 || strcmp(name, "refused") == 0) {
+        callbacks->logger(callbacks->environment, name, ERROR, "logStatusError",
+                          "%s is not welcome", name);
+        return NULL;
+    }
+    Model *m = callbacks->allocate(1, sizeof(Model));
+    m->callbacks = callbacks;
+    strncpy(m->name, name, sizeof m->name - 1);
+    return m;
+}
+void fmi2FreeInstance(void *c) {
+    Model *m = c;
+    if (m->fatal) abort();
+    m->callbacks->release(m);
+}
+int fmi2SetupExperiment(void *m, int with, double tolerance, double start, int ends, double stop) {
+    return call(m, "fmi2SetupExperiment");
+}
+int fmi2EnterInitializationMode(void *m) { return call(m, "fmi2EnterInitializationMode"); }
+int fmi2ExitInitializationMode(void *m) { return call(m, "fmi2ExitInitializationMode"); }
+int fmi2Terminate(void *m) { return call(m, "fmi2Terminate"); }
+int fmi2Reset(void *m) { return call(m, "fmi2Reset"); }
+
+int fmi2DoStep(void *c, double time, double step, int keep) {
+    Model *m = c;
+    m->time = time;
+    if (is(m, "crash")) {
+        volatile int *nowhere = NULL;
+        *nowhere = 0;
+    }
+    int status = call(m, "fmi2DoStep");
+    if (status <= WARNING) m->time = time + step;
+    return status;
+}
+int fmi2CancelStep(void *m) { return DISCARD; }
+
+int fmi2GetReal(void *c, const unsigned *reference, size_t n, double *value) {
+    Model *m = c;
+    for (size_t i = 0; i < n; i++)
+        value[i] = reference[i] == 1 ? m->at : is(m, "nan") ? NAN : m->time;
+    return call(m, "fmi2GetReal");
+}
+int fmi2SetReal(void *c, const unsigned *reference, size_t n, const double *value) {
+    if (n > 0) ((Model *)c)->at = value[n - 1];
+    return call(c, "fmi2SetReal");
+}
+int fmi2GetInteger(void *c, const unsigned *reference, size_t n, int *value) {
+    if (n > 0) value[0] = ((Model *)c)->status;
+    return OK;
+}
+int fmi2SetInteger(void *c, const unsigned *reference, size_t n, const int *value) {
+    if (n > 0) ((Model *)c)->status = value[n - 1];
+    return OK;
+}
+int fmi2GetBoolean(void *c, const unsigned *reference, size_t n, int *value) {
+    if (n > 0) value[0] = ((Model *)c)->terminated;
+    return OK;
+}
+int fmi2SetBoolean(void *c, const unsigned *reference, size_t n, const int *value) {
+    if (n > 0) ((Model *)c)->terminated = value[n - 1];
+    return OK;
+}
+int fmi2GetString(void *c, const unsigned *reference, size_t n, const char **value) {
+    if (n > 0) value[0] = ((Model *)c)->fault;
+    return OK;
+}
+int fmi2SetString(void *c, const unsigned *reference, size_t n, const char *const *value) {
+    if (n > 0) strncpy(((Model *)c)->fault, value[n - 1], sizeof ((Model *)c)->fault - 1);
+    return OK;
+}
+
+int fmi2GetFMUstate(void *m, void **state) { return ERROR; }
+int fmi2SetFMUstate(void *m, void *state) { return ERROR; }
+int fmi2FreeFMUstate(void *m, void **state) { return ERROR; }
+int fmi2SerializedFMUstateSize(void *m, void *state, size_t *size) { return ERROR; }
+int fmi2SerializeFMUstate(void *m, void *state, char *bytes, size_t size) { return ERROR; }
+int fmi2DeSerializeFMUstate(void *m, const char *bytes, size_t size, void **state) { return ERROR; }
+int fmi2GetDirectionalDerivative(void *m, const unsigned *unknown, size_t unknowns,
+                                 const unsigned *known, size_t knowns, const double *change,
+                                 double *value) {
+    return ERROR;
+}
+int fmi2SetRealInputDerivatives(void *m, const unsigned *reference, size_t n, const int *order,
+                                const double *value) {
+    return ERROR;
+}
+int fmi2GetRealOutputDerivatives(void *m, const unsigned *reference, size_t n, const int *order,
+                                 double *value) {
+    return ERROR;
+}
+
+int fmi2GetStatus(void *m, int kind, int *value) { return DISCARD; }
+int fmi2GetRealStatus(void *c, int kind, double *value) {
+    *value = ((Model *)c)->time;
+    return OK;
+}
+int fmi2GetIntegerStatus(void *m, int kind, int *value) { return DISCARD; }
+int fmi2GetBooleanStatus(void *c, int kind, int *value) {
+    *value = ((Model *)c)->terminated;
+    return OK;
+}
+int fmi2GetStringStatus(void *m, int kind, const char **value) { return DISCARD; }

@@ -1,0 +1,72 @@
+//! Makes the FMUs that the tests need: ours packed, one that misbehaves compiled, archives with something wrong.
+
+use std::fs::File;
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use zip::write::SimpleFileOptions;
+use zip::{ZipArchive, ZipWriter};
+
+use super::harness::{Ended, Lab, ROOT, trackside};
+
+/// The folder with `plant.fmu`, `controller.fmu` and `estimator.fmu`, packed once by the program.
+pub fn ours() -> &'static Path {
+    static PACKED: OnceLock<PathBuf> = OnceLock::new();
+    PACKED.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fmu");
+        let mut pack = trackside(Path::new(ROOT));
+        pack.arg("pack").arg("--out").arg(&folder);
+        Ended::of(pack.output().expect("it starts")).expect(0);
+        folder
+    })
+}
+
+/// The FMU of `fmu/misbehave.c`, compiled once.
+pub fn misbehave() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| compile(&[]))
+}
+
+/// The FMU of `fmu/misbehave.c`, compiled with these arguments.
+pub fn compile(arguments: &[&str]) -> Vec<u8> {
+    let sources = Path::new(ROOT).join("tests/acceptance/fmu");
+    let lab = Lab::new();
+    let library = lab.path("misbehave.so");
+    let mut cc = Command::new("cc");
+    cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
+    let output = cc.arg(sources.join("misbehave.c")).arg("-o").arg(&library).output();
+    Ended::of(output.expect("a C compiler")).expect(0);
+    let xml = std::fs::read(sources.join("misbehave.xml")).expect("the description");
+    let library = std::fs::read(library).expect("the library");
+    archive(&[("modelDescription.xml", &xml), (LIBRARY, &library)])
+}
+
+/// Where the library of [`misbehave`] is in the archive.
+const LIBRARY: &str = "binaries/linux64/misbehave.so";
+
+/// An archive with these entries.
+pub fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut zip = ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, bytes) in entries {
+        zip.start_file(*name, SimpleFileOptions::default()).expect("an entry");
+        zip.write_all(bytes).expect("an entry");
+    }
+    zip.finish().expect("an archive").into_inner()
+}
+
+/// The archive with its entries changed; an entry of which nothing is left is left out.
+pub fn changed(fmu: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) -> Vec<u8> {
+    let mut zip = ZipArchive::new(File::open(fmu).expect("an FMU")).expect("an archive");
+    let mut entries = Vec::new();
+    for index in 0..zip.len() {
+        let mut entry = zip.by_index(index).expect("an entry");
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).expect("an entry");
+        entries.extend(change(entry.name(), bytes));
+    }
+    let entries: Vec<_> =
+        entries.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
+    archive(&entries)
+}

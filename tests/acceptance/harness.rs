@@ -1,0 +1,131 @@
+//! Starts the program in a folder of its own and collects what it printed, returned and wrote.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Output, Stdio};
+use std::sync::OnceLock;
+
+use tempfile::TempDir;
+
+/// The workspace.
+pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// What a run of the program printed and returned.
+pub struct Ended {
+    pub status: ExitStatus,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Ended {
+    pub fn of(output: Output) -> Self {
+        let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
+        Ended { status: output.status, stdout: text(&output.stdout), stderr: text(&output.stderr) }
+    }
+
+    /// The exit code, or -1 when a signal ended the program.
+    pub fn code(&self) -> i32 {
+        self.status.code().unwrap_or(-1)
+    }
+
+    /// The error message on one line: terminals get it wrapped and framed.
+    pub fn message(&self) -> String {
+        let frame = |c: char| "│╭╰─┬▲×·".contains(c);
+        let words = self.stderr.split_whitespace();
+        words
+            .map(|word| word.trim_matches(frame))
+            .filter(|word| !word.is_empty())
+            .collect::<Vec<_>>()
+            .join(" ")
+    }
+
+    /// Insists on the exit code.
+    #[track_caller]
+    pub fn expect(self, code: i32) -> Self {
+        assert_eq!(self.code(), code, "{}\n{}\n{}", self.status, self.stdout, self.stderr);
+        self
+    }
+
+    /// Insists on words of the error message.
+    #[track_caller]
+    pub fn says(self, words: &[&str]) -> Self {
+        let message = self.message();
+        for word in words {
+            assert!(message.contains(word), "expected {word:?} in:\n{}", self.stderr);
+        }
+        assert!(!message.contains("panicked"), "{}", self.stderr);
+        self
+    }
+}
+
+/// A folder for one test, where the program runs; paths in messages stay short that way.
+pub struct Lab(TempDir);
+
+impl Lab {
+    pub fn new() -> Self {
+        Lab(TempDir::with_prefix("lab-").expect("a temporary folder"))
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(&path, text).expect("a file");
+        path
+    }
+
+    /// Puts a copy of a file into the folder.
+    pub fn add(&self, file: &Path) {
+        let name = file.file_name().expect("a name");
+        std::fs::copy(file, self.0.path().join(name)).expect("a copy");
+    }
+
+    /// Runs `trackside` with these arguments in the folder.
+    pub fn trackside<A: AsRef<OsStr>>(&self, arguments: &[A]) -> Ended {
+        Ended::of(trackside(self.0.path()).args(arguments).output().expect("it starts"))
+    }
+
+    /// The report of the run that wrote into `folder`.
+    pub fn report(&self, folder: &str) -> serde_json::Value {
+        let text = self.read(&format!("{folder}/report.json"));
+        serde_json::from_str(&text).expect("JSON")
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.path(name).exists()
+    }
+}
+
+/// The program, to be started in `folder`.
+pub fn trackside(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trackside"));
+    command.current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+/// The folder with a run of the limit handling, with CSV, made once for all tests that look at it.
+pub fn limit_handling() -> &'static Lab {
+    static RUN: OnceLock<Lab> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let lab = Lab::new();
+        let scenario = Path::new(ROOT).join("scenarios/limit_handling.toml");
+        lab.write("limit_handling.toml", std::fs::read(scenario).expect("the scenario"));
+        record(&lab, "run", &[]);
+        lab
+    })
+}
+
+/// Runs the limit handling of a lab into `out`, with CSV.
+pub fn record(lab: &Lab, out: &str, more: &[&str]) {
+    let mut command = trackside(Path::new(ROOT));
+    command.arg("run").arg(lab.path("limit_handling.toml")).arg("--out").arg(lab.path(out));
+    let ended = Ended::of(command.arg("--csv").args(more).output().expect("it starts"));
+    assert!(ended.code() < 2, "{}\n{}", ended.status, ended.stderr);
+}

@@ -1,0 +1,46 @@
+//! Runs every file of `scenarios/` as a test of its name, with the program as a user starts it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use orchestrator::scenario::Scenario;
+use orchestrator::suite;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    let files = suite::find(&[folder]).expect("there are scenarios");
+    libtest_mimic::run(&arguments, files.into_iter().map(trial).collect()).exit_code()
+}
+
+/// A scenario whose data is not there is ignored, but not where data is meant to be: with CI=true its
+/// run fails and says which file is missing.
+fn trial(file: PathBuf) -> Trial {
+    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let absent = Scenario::read(&file).ok().and_then(|scenario| suite::absent_data(&scenario));
+    let trial = Trial::test(name.as_str(), {
+        let name = name.clone();
+        move || run(&file, &name)
+    });
+    match absent {
+        Some(absent) => {
+            let ci = std::env::var("CI").is_ok_and(|value| value == "true");
+            trial.with_kind(format!("{} is not there", absent.display())).with_ignored_flag(!ci)
+        }
+        None => trial,
+    }
+}
+
+fn run(file: &Path, name: &str) -> Result<(), Failed> {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scenarios").join(name);
+    let mut trackside = Command::new(env!("CARGO_BIN_EXE_trackside"));
+    trackside.arg("run").arg(file).arg("--out").arg(out).stdin(Stdio::null());
+    let output = trackside.output()?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let [stdout, stderr] = [output.stdout, output.stderr]
+        .map(|bytes| String::from_utf8_lossy(&bytes).trim_end().to_owned());
+    Err(format!("{}\n{stdout}\n{stderr}", output.status).into())
+}
