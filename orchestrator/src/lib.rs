@@ -65,16 +65,28 @@ pub struct Options {
     pub realtime: Option<f64>,
 }
 
-/// Runs the scenario at `path`. `watch` is told how many steps of how many are done.
+/// What is told while a run goes on.
+#[derive(Debug, Clone, Copy)]
+pub enum News<'a> {
+    /// Viewers can connect to this URL.
+    Serving(&'a str),
+    /// So many steps of so many are done.
+    Steps(u64, u64),
+}
+
+/// A run that came to its end. Viewers can be connected to it as long as it is kept.
+pub struct Run {
+    /// What is known of it.
+    pub report: Report,
+    _recorder: Recorder,
+}
+
+/// Runs the scenario at `path` and tells `watch` how it goes on.
 ///
 /// # Errors
 /// When the scenario is wrong, an FMU fails, or a file cannot be written. A run that began has a report
 /// nevertheless.
-pub fn run(
-    path: &Path,
-    options: &Options,
-    watch: &mut dyn FnMut(u64, u64),
-) -> Result<Report, Error> {
+pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Result<Run, Error> {
     let scenario = Scenario::read(path)?;
     let archives = package::build(&scenario)?;
     let default = || Path::new("target/runs").join(&scenario.name);
@@ -83,10 +95,13 @@ pub fn run(
     let mut nodes = system.instantiate()?;
     let begin = Instant::now();
     let mut recorder = Recorder::new(&mut system, options)?;
+    if let Some(url) = recorder.files.iter().find_map(|file| file.url()) {
+        watch(News::Serving(url));
+    }
     let mut report = Report::new(&system);
     let (mut progress, steps, clock) = (Progress::default(), system.clock.steps, system.clock);
     let mut tick = |k| {
-        watch(k, steps);
+        watch(News::Steps(k, steps));
         if let Some(factor) = options.realtime {
             let due = Duration::from_secs_f64(clock.at(k) / factor);
             std::thread::sleep(due.saturating_sub(begin.elapsed()));
@@ -99,11 +114,13 @@ pub fn run(
     let failure = outcome.err();
     report.conclude(&progress, clock.step, recorder.checks.verdicts(), failure.as_ref());
     recorder.conclude(&report)?;
+    let warnings = recorder.files.iter().filter_map(|file| file.warning());
+    report.warnings.extend(warnings.map(str::to_owned));
     report.took(begin.elapsed().as_secs_f64());
     report.write()?;
     match failure {
         Some(error) => Err(error),
-        None => Ok(report),
+        None => Ok(Run { report, _recorder: recorder }),
     }
 }
 

@@ -12,7 +12,7 @@ use orchestrator::fmu::Fmu;
 use orchestrator::package::Workspace;
 use orchestrator::suite::{self, Outcome, TestResult};
 use orchestrator::system::Overrides;
-use orchestrator::{Options, Replay};
+use orchestrator::{News, Options, Replay};
 
 /// Co-simulation of vehicle dynamics: runs scenarios of FMUs, records them and judges them.
 #[derive(Parser)]
@@ -107,7 +107,7 @@ fn main() -> ExitCode {
         Command::Pack { packages, out } => pack(&packages, &out),
         Command::Inspect { fmu } => inspect(&fmu),
     };
-    ExitCode::from(result.unwrap_or_else(|error| tell(error)))
+    ExitCode::from(result.unwrap_or_else(tell))
 }
 
 /// Prints an error and gives its exit code.
@@ -152,24 +152,33 @@ fn run(args: &RunArgs) -> Result<u8, Error> {
 
 fn run_one(path: &Path, options: &Options) -> u8 {
     let bar = progress_bar(path);
-    let outcome = orchestrator::run(path, options, &mut |step, steps| {
+    let outcome = orchestrator::run(path, options, &mut |news| match news {
+        News::Serving(url) => {
+            bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}"))
+        }
         // A redraw costs more than a step, and nobody sees more than a hundred of them.
-        if step % (steps / 100 + 1) == 0 {
+        News::Steps(step, steps) if step % (steps / 100 + 1) == 0 => {
             bar.set_length(steps);
             bar.set_position(step);
         }
+        News::Steps(..) => {}
     });
     bar.finish_and_clear();
-    match outcome {
-        Ok(report) => {
-            for warning in &report.warnings {
-                eprintln!("warning: {warning}");
-            }
-            print(&report.lines());
-            report.exit_code()
-        }
-        Err(error) => tell(error),
+    let run = match outcome {
+        Ok(run) => run,
+        Err(error) => return tell(error),
+    };
+    for warning in &run.report.warnings {
+        eprintln!("warning: {warning}");
     }
+    print(&run.report.lines());
+    if options.replay == Replay::Serve {
+        eprintln!("still serving; Ctrl-C ends it");
+        loop {
+            std::thread::park();
+        }
+    }
+    run.report.exit_code()
 }
 
 /// A bar on a terminal, nothing in a pipe.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 
@@ -193,6 +193,7 @@ impl Report {
         let failed = self.checks.iter().filter(|check| !check.passed).count();
         match (self.verdict, &self.error) {
             (Ending::Pass, _) if self.checks.is_empty() => "done, nothing was checked".to_owned(),
+            (Ending::Pass, _) if self.checks.len() == 1 => "the check passed".to_owned(),
             (Ending::Pass, _) => format!("all {} checks passed", self.checks.len()),
             (Ending::Fail, _) => format!("{failed} of {} checks failed", self.checks.len()),
             (Ending::Error, Some(error)) => {
@@ -224,7 +225,7 @@ impl Report {
             seconds(self.wall_seconds),
             self.realtime_factor
         );
-        let _ = writeln!(text, "  {}", Path::new("").join(&self.folder).display());
+        let _ = writeln!(text, "  {}", self.folder.display());
         let _ = writeln!(text, "{}", self.headline());
         text
     }

@@ -124,4 +124,14 @@ pub trait Sink {
     /// # Errors
     /// When the recording cannot be completed.
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error>;
+
+    /// Where viewers can connect to what is received.
+    fn url(&self) -> Option<&str> {
+        None
+    }
+
+    /// What went wrong that the run goes on without, such as a viewer that was closed.
+    fn warning(&self) -> Option<&str> {
+        None
+    }
 }

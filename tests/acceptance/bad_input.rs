@@ -159,7 +159,8 @@ fn look_at(lab: &Lab, (old, new, at, says): Mistake) -> Option<String> {
     let line = format!("case.toml:{}:", text[..place].lines().count().max(1));
     let ended = run(lab, &text);
     let message = ended.message();
-    let mut missing: Vec<_> = says.iter().filter(|word| !message.contains(*word)).copied().collect();
+    let mut missing: Vec<_> =
+        says.iter().filter(|word| !message.contains(*word)).copied().collect();
     missing.extend((!message.contains(&line)).then_some(line.as_str()));
     let clean = ended.code() == 2 && !message.contains("panicked") && !lab.has("out");
     if clean && missing.is_empty() {
@@ -197,12 +198,18 @@ fn a_loop_is_told_with_all_its_connections() {
     }
     // An output of a controller does not follow its inputs within a step unless it says nothing about it.
     let silent = |name: &str, bytes: Vec<u8>| {
-        let text = || String::from_utf8_lossy(&bytes).replace(" dependencies=\"\"", "").into_bytes();
+        let text =
+            || String::from_utf8_lossy(&bytes).replace(" dependencies=\"\"", "").into_bytes();
         Some((name.to_owned(), if name.ends_with(".xml") { text() } else { bytes.clone() }))
     };
     lab.write("controller.fmu", changed(&ours().join("controller.fmu"), silent));
     let ended = run(&lab, &text).expect(2);
-    ended.says(&["form a loop", "controller.delta -> plant.delta", "plant.a_y -> controller.v_y", "case.toml:"]);
+    ended.says(&[
+        "form a loop",
+        "controller.delta -> plant.delta",
+        "plant.a_y -> controller.v_y",
+        "case.toml:",
+    ]);
     assert!(!lab.has("out"));
 }
 
@@ -237,7 +244,8 @@ fn a_start_value_that_the_fmu_refuses_is_the_fmus_failure() {
 #[test]
 fn an_unknown_package_is_refused() {
     let lab = Lab::new();
-    let text = "[time]\nstep = 0.01\nstop = 0.1\n[[fmu]]\nname = \"plant\"\ncrate = \"plant-fum\"\n";
+    let text =
+        "[time]\nstep = 0.01\nstop = 0.1\n[[fmu]]\nname = \"plant\"\ncrate = \"plant-fum\"\n";
     let file = lab.write("case.toml", text);
     let mut command = trackside(Path::new(ROOT));
     let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();

@@ -1,1 +1,128 @@
-//! Waits.
+//! Checks what the commands print, return and write when nothing is wrong with what they are given.
+
+use super::fmus::ours;
+use super::harness::Lab;
+
+/// A car that coasts, with a check on how far it comes.
+fn coasting(check: &str) -> String {
+    format!(
+        "title = \"Coasting\"\n\n[time]\nstep = 0.01\nstop = 1.0\n\n[[fmu]]\nname = \"plant\"\n\
+         path = \"plant.fmu\"\nstart = {{ start.v_x = 20.0, F_x = 1000.0, delta = 0.02 }}\n\n\
+         [[check]]\nname = \"distance\"\nthat = \"{check}\"\n"
+    )
+}
+
+fn lab() -> Lab {
+    let lab = Lab::new();
+    lab.add(&ours().join("plant.fmu"));
+    lab.write("good.toml", coasting("plant.X < 30"));
+    lab
+}
+
+#[test]
+fn inspect_lists_variables_units_and_dependencies() {
+    let ended = lab().trackside(&["inspect", "plant.fmu"]).expect(0);
+    let words =
+        ended.stdout.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+    let lines: Vec<_> = words.collect();
+    for expected in [
+        "model plant",
+        "platforms linux64",
+        "default step 0.01 s",
+        "get and set state yes",
+        "input Real F_x [N] = 0 Driving force; braking when negative",
+        "output Real v_x [m/s] Forward speed of the centre of gravity follows nothing",
+        "output Real a_y [m/s2] Acceleration to the left follows F_x, delta",
+        "output Real alpha_f [rad] Front slip angle follows delta",
+    ] {
+        assert!(lines.iter().any(|line| line == expected), "{expected}\n{}", ended.stdout);
+    }
+    let parameter = lines.iter().find(|line| line.starts_with("parameter Real body.m [kg] = "));
+    assert!(parameter.is_some(), "{}", ended.stdout);
+}
+
+#[test]
+fn a_good_run_says_how_it_went_and_is_silent_on_stderr() {
+    let lab = lab();
+    let ended = lab.trackside(&["run", "good.toml"]).expect(0);
+    assert_eq!(ended.stderr, "");
+    for expected in
+        ["good: Coasting", "ok      distance", "1.0 s simulated in", "all 1 checks passed"]
+    {
+        assert!(ended.stdout.contains(expected), "{expected}\n{}", ended.stdout);
+    }
+    assert!(lab.has("target/runs/good/report.json") && lab.has("target/runs/good/run.mcap"));
+    assert!(!lab.has("target/runs/good/run.csv"), "nobody asked for it");
+}
+
+#[test]
+fn set_changes_the_result() {
+    let lab = lab();
+    lab.write("light.toml", "[plant]\nbody.m = 800.0\n");
+    let speed = |out: &str, more: &[&str]| {
+        let arguments = [&["run", "good.toml", "--csv", "--out", out], more].concat();
+        lab.trackside(&arguments).expect(0);
+        last(&lab.read(&format!("{out}/run.csv")), "plant.v_x")
+    };
+    let (heavy, light) = (speed("a", &[]), speed("b", &["--set", "plant.body.m=800"]));
+    assert!(light > heavy + 0.1, "{light} m/s against {heavy} m/s");
+    assert_eq!(speed("c", &["--set", "@light.toml"]).to_bits(), light.to_bits());
+}
+
+/// The last value of a column.
+fn last(csv: &str, column: &str) -> f64 {
+    let mut lines = csv.lines();
+    let names = lines.next().expect("a header");
+    let place = names.split(',').position(|name| name == column).expect("the column");
+    let cell = lines.next_back().and_then(|line| line.split(',').nth(place));
+    cell.expect("a row").parse().expect("a number")
+}
+
+#[test]
+fn several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts() {
+    let lab = lab();
+    lab.write("bad.toml", coasting("plant.X < 10"));
+    let ended = lab.trackside(&["run", "bad.toml", "good.toml", "--out", "all"]).expect(1);
+    assert!(ended.stdout.contains("FAILED  distance"), "{}", ended.stdout);
+    assert_eq!(lab.report("all/bad")["verdict"], "fail");
+    assert_eq!(lab.report("all/good")["verdict"], "pass");
+}
+
+#[test]
+fn test_tells_passed_failed_broken_and_skipped_apart() {
+    let lab = lab();
+    lab.write("fails.toml", coasting("plant.X < 10"));
+    lab.write("broken.toml", coasting("plnt.X < 10"));
+    let table = "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = {}\n";
+    lab.write("skipped.toml", coasting("plant.X < 30") + table);
+    let ended = lab.trackside(&["test", ".", "--junit", "results.xml"]).expect(1);
+    for line in [
+        "ok       ./good.toml",
+        "FAILED   ./fails.toml",
+        "FAILED   ./broken.toml",
+        "skipped  ./skipped.toml",
+        "did you mean `plant.X`?",
+        "log.csv is not there",
+        "1 passed, 2 failed, 1 skipped",
+    ] {
+        assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
+    }
+    junit(&lab.read("results.xml"));
+}
+
+fn junit(xml: &str) {
+    for element in [
+        "tests=\"4\"",
+        "failures=\"1\"",
+        "errors=\"1\"",
+        "<testcase name=\"good\"",
+        "<testcase name=\"fails\"",
+        "<testcase name=\"broken\"",
+        "<testcase name=\"skipped\"",
+        "<failure message=",
+        "<error message=",
+        "<skipped message=",
+    ] {
+        assert!(xml.contains(element), "{element}\n{xml}");
+    }
+}

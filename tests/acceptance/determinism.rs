@@ -1,1 +1,43 @@
-//! Waits.
+//! Checks that the same scenario gives the same numbers, another seed others, and a report that is complete.
+
+use super::harness::{limit_handling, record};
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_one_does_not() {
+    let lab = limit_handling();
+    record(lab, "again", &["--rerun", "off"]);
+    record(lab, "other", &["--rerun", "off", "--seed", "2"]);
+    let table = |run: &str| lab.read(&format!("{run}/run.csv"));
+    assert!(table("run") == table("again"), "two runs of the same scenario differ");
+    assert!(table("run") != table("other"), "the seed changes nothing");
+    assert_eq!(lab.report("other")["seed"], 2);
+}
+
+#[test]
+fn the_report_says_what_a_program_wants_to_know() {
+    let report = limit_handling().report("run");
+    assert_eq!(report["scenario"], "limit_handling");
+    assert_eq!((&report["seed"], &report["steps"]), (&1.into(), &10_400.into()));
+    assert!((report["sim_seconds"].as_f64().expect("a number") - 104.0).abs() < 1e-9);
+    for number in ["wall_seconds", "realtime_factor"] {
+        assert!(report[number].as_f64().is_some_and(|value| value > 0.0), "{number}");
+    }
+    let passed = |check: &serde_json::Value| check["passed"].as_bool().expect("a verdict");
+    let all = report["checks"].as_array().expect("a list").iter().all(passed);
+    assert_eq!(report["verdict"], if all { "pass" } else { "fail" });
+    assert!(report["analyses"].is_object());
+    let nodes = report["nodes"].as_array().expect("a list");
+    for node in nodes {
+        assert!(node["name"].is_string() && node["seconds"].is_number(), "{node}");
+        assert_eq!(node["calls"], 10_400, "{node}");
+    }
+    let fmus = report["fmus"].as_array().expect("a list");
+    let names: Vec<_> = fmus.iter().filter_map(|fmu| fmu["name"].as_str()).collect();
+    assert_eq!(names, ["plant", "estimator", "controller"]);
+    for fmu in fmus {
+        assert!(fmu["guid"].as_str().is_some_and(|guid| !guid.is_empty()), "{fmu}");
+        let hexadecimal =
+            |text: &str| text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit());
+        assert!(fmu["sha256"].as_str().is_some_and(hexadecimal), "{fmu}");
+    }
+}

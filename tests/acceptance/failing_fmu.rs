@@ -1,1 +1,170 @@
-//! Waits.
+//! Checks that an FMU that fails is told with node, call and time, and that what was recorded stays usable.
+
+use std::path::Path;
+
+use super::fmus::{changed, compile, misbehave, ours};
+use super::harness::{Ended, Lab};
+
+/// A scenario of one node called `name` whose FMU has these start values.
+fn scenario(name: &str, start: &str) -> String {
+    format!(
+        "[time]\nstep = 0.1\nstop = 1.0\n\n[[fmu]]\nname = \"{name}\"\npath = \"misbehave.fmu\"\n\
+         start = {{ {start} }}\n\n[[check]]\nname = \"clock\"\nthat = \"abs({name}.y - time) < 1e-9\"\n"
+    )
+}
+
+/// A lab in which the scenario ran.
+fn run(text: &str) -> (Lab, Ended) {
+    let lab = Lab::new();
+    lab.write("misbehave.fmu", misbehave());
+    lab.write("case.toml", text);
+    let ended = lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]);
+    (lab, ended)
+}
+
+/// A start value and what the message must say.
+type Failure = (&'static str, &'static [&'static str]);
+
+/// What goes wrong before the first communication point.
+#[rustfmt::skip]
+const EARLY: &[Failure] = &[
+    ("fault = 'fmi2SetupExperiment', status = 3", &["node `tank`: fmi2SetupExperiment at t = 0 s", "fmi2Error"]),
+    ("fault = 'fmi2EnterInitializationMode', status = 3", &["node `tank`: fmi2EnterInitializationMode at t = 0 s", "fmi2Error"]),
+    ("fault = 'fmi2ExitInitializationMode', status = 4", &["node `tank`: fmi2ExitInitializationMode at t = 0 s", "fmi2Fatal"]),
+    ("fault = 'fmi2GetReal', status = 2", &["node `tank`: fmi2GetReal at t = 0 s", "fmi2Discard"]),
+    ("fault = 'nan'", &["node `tank`: fmi2GetReal at t = 0 s", "`y` is NaN"]),
+];
+
+/// What goes wrong in the middle of a run.
+#[rustfmt::skip]
+const LATE: &[Failure] = &[
+    ("fault = 'nan', at = 0.5", &["node `tank`: fmi2GetReal at t = 0.5 s", "`y` is NaN"]),
+    ("fault = 'fmi2DoStep', at = 0.5, status = 2", &["node `tank`: fmi2DoStep at t = 0.5 s", "fmi2Discard", "fmi2DoStep: the tank is 42 % full at 0.50 s"]),
+    ("fault = 'fmi2DoStep', at = 0.5, status = 3", &["node `tank`: fmi2DoStep at t = 0.5 s", "fmi2Error", "fmi2DoStep: the tank is 42 % full at 0.50 s"]),
+    ("fault = 'fmi2DoStep', at = 0.5, status = 4", &["node `tank`: fmi2DoStep at t = 0.5 s", "fmi2Fatal", "fmi2DoStep: the tank is 42 % full at 0.50 s"]),
+    ("fault = 'fmi2DoStep', at = 0.5, status = 5", &["node `tank`: fmi2DoStep at t = 0.5 s", "fmi2Pending"]),
+    ("fault = 'fmi2DoStep', at = 0.5, status = 17", &["node `tank`: fmi2DoStep at t = 0.5 s", "17, which is no status"]),
+    ("fault = 'fmi2DoStep', at = 0.5, status = -1", &["node `tank`: fmi2DoStep at t = 0.5 s", "-1, which is no status"]),
+    ("fault = 'fmi2GetReal', at = 0.5, status = 3", &["node `tank`: fmi2GetReal at t = 0.5 s", "fmi2Error", "the tank is 42 % full"]),
+    ("fault = 'fmi2Terminate', status = 3", &["node `tank`: fmi2Terminate at t = 1 s", "fmi2Error"]),
+];
+
+#[test]
+fn a_failure_is_told_with_node_call_and_time() {
+    for (start, says) in EARLY.iter().chain(LATE) {
+        let (_, ended) = run(&scenario("tank", start));
+        println!("{start}");
+        ended.expect(3).says(says);
+    }
+}
+
+#[test]
+fn what_was_recorded_before_a_failure_stays_usable() {
+    for (start, says) in LATE {
+        let (lab, ended) = run(&scenario("tank", start));
+        println!("{start}");
+        ended.expect(3);
+        let report = lab.report("out");
+        assert_eq!(report["verdict"], "error");
+        let error = report["error"].as_str().expect("a text");
+        assert!(says.iter().all(|word| error.contains(word)), "{error}");
+        assert!(!lab.has("out/run.csv"), "a table that stops early looks complete");
+        let ends = if error.contains("fmi2Terminate") { 11 } else { 5 };
+        // The value of 0.5 s belongs to the row only when the step that ends there succeeded.
+        assert!(recorded(&lab.path("out/run.mcap"), "/tank/outputs").abs_diff(ends) <= 1);
+    }
+}
+
+/// How many messages a topic of a closed recording has.
+fn recorded(file: &Path, topic: &str) -> usize {
+    let bytes = std::fs::read(file).expect("a recording");
+    let summary = mcap::Summary::read(&bytes).expect("a closed recording");
+    assert!(summary.is_some(), "no summary at the end");
+    let messages = mcap::MessageStream::new(&bytes).expect("a recording");
+    let messages = messages.map(|message| message.expect("a readable recording"));
+    messages.filter(|message| message.channel.topic == topic).count()
+}
+
+#[test]
+fn a_warning_is_no_failure_but_an_event() {
+    let start = "fault = 'fmi2DoStep', at = 0.5, status = 1";
+    let (lab, ended) = run(&scenario("tank", start));
+    ended.expect(0);
+    assert_eq!(recorded(&lab.path("out/run.mcap"), "/log"), 5);
+}
+
+#[test]
+fn an_fmu_may_end_the_run_early() {
+    let text = scenario("tank", "fault = 'fmi2DoStep', at = 0.5, status = 2, terminated = true");
+    let (lab, ended) = run(&text);
+    ended.expect(0);
+    let report = lab.report("out");
+    assert_eq!((&report["verdict"], &report["steps"]), (&"pass".into(), &5.into()));
+    let later = text.replace("name = \"clock\"", "name = \"clock\"\nduring = [0.8, 1.0]");
+    let (lab, ended) = run(&later);
+    assert!(ended.expect(1).stdout.contains("FAILED  clock"));
+    assert_eq!(lab.report("out")["checks"][0]["samples"], 0);
+}
+
+#[test]
+fn an_fmu_that_refuses_to_start_is_told_with_its_reason() {
+    let (lab, ended) = run(&scenario("refused", "at = 0.0").replace("refused.y", "time"));
+    ended.expect(3).says(&["node `refused`: fmi2Instantiate", "refused is not welcome"]);
+    assert!(!lab.has("out"));
+}
+
+#[test]
+fn another_guid_than_the_librarys_is_refused() {
+    let lab = Lab::new();
+    let other = |name: &str, bytes: Vec<u8>| {
+        let mut text = String::from_utf8_lossy(&bytes).into_owned();
+        if let Some(start) = text.find("guid=\"") {
+            text.replace_range(start + 6..start + 10, "{xxx");
+        }
+        Some((name.to_owned(), if name.ends_with(".xml") { text.into_bytes() } else { bytes }))
+    };
+    lab.write("plant.fmu", changed(&ours().join("plant.fmu"), other));
+    lab.write(
+        "case.toml",
+        "[time]\nstep = 0.01\nstop = 0.1\n[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\n\
+         start = { F_x = 0.0, delta = 0.0 }\n",
+    );
+    let ended = lab.trackside(&["run", "case.toml", "--out", "out"]).expect(3);
+    ended.says(&["node `plant`: fmi2Instantiate", "it says:", "{xxx"]);
+}
+
+#[test]
+fn a_library_without_one_of_the_functions_is_refused() {
+    let lab = Lab::new();
+    lab.write("case.toml", scenario("tank", "at = 0.0"));
+    for function in FUNCTIONS.split_whitespace() {
+        let symbol = format!("fmi2{function}");
+        lab.write("misbehave.fmu", compile(&[&format!("-D{symbol}=absent")]));
+        let ended = lab.trackside(&["run", "case.toml", "--out", "out"]).expect(3);
+        ended.says(&["node `tank`", &format!("lacks the function `{symbol}`")]);
+    }
+    assert!(!lab.has("out"));
+}
+
+/// All functions of a co-simulation library, without the `fmi2` before each.
+const FUNCTIONS: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance \
+    SetupExperiment EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger \
+    GetBoolean GetString SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate FreeFMUstate \
+    SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate GetDirectionalDerivative \
+    SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus \
+    GetIntegerStatus GetBooleanStatus GetStringStatus";
+
+#[test]
+fn a_crash_ends_one_scenario_and_not_the_others() {
+    let lab = Lab::new();
+    lab.write("misbehave.fmu", misbehave());
+    lab.write("a_good.toml", scenario("tank", "at = 0.0"));
+    lab.write("b_crash.toml", scenario("tank", "fault = 'crash', at = 0.5"));
+    lab.write("c_good.toml", scenario("tank", "at = 0.0"));
+    let ended = lab.trackside(&["test", ".", "--jobs", "1"]).expect(1);
+    for line in ["ok       ./a_good.toml", "FAILED   ./b_crash.toml", "ok       ./c_good.toml"] {
+        assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
+    }
+    assert!(ended.stdout.contains("SIGSEGV"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("2 passed, 1 failed, 0 skipped"), "{}", ended.stdout);
+}

@@ -64,7 +64,8 @@ pub fn changed(fmu: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec
         let mut entry = zip.by_index(index).expect("an entry");
         let mut bytes = Vec::new();
         entry.read_to_end(&mut bytes).expect("an entry");
-        entries.extend(change(entry.name(), bytes));
+        let name = entry.name().expect("a readable name").into_owned();
+        entries.extend(change(&name, bytes));
     }
     let entries: Vec<_> =
         entries.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();

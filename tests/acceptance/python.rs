@@ -1,1 +1,83 @@
-//! Waits.
+//! Runs Python scripts in a virtual environment with other people's FMI, MCAP and Rerun programs, made once.
+
+use std::ffi::OsStr;
+use std::fs::File;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use super::harness::{Ended, ROOT};
+
+/// What the environment has: the viewer's version is that of the library, fmpy's is the one whose
+/// verdict we know.
+const PACKAGES: &[&str] =
+    &["fmpy==0.3.32", "mcap", "mcap-protobuf-support", "rerun-sdk==0.36.3", "numpy"];
+
+/// A virtual environment.
+pub struct Python(PathBuf);
+
+impl Python {
+    /// Runs a script of `tests/acceptance/python` and insists on its success.
+    #[track_caller]
+    pub fn run<A: AsRef<OsStr>>(&self, script: &str, arguments: &[A]) -> Ended {
+        let script = Path::new(ROOT).join("tests/acceptance/python").join(script);
+        let mut python = Command::new(self.0.join("bin/python"));
+        let output = python.arg("-B").arg(script).args(arguments).output().expect("Python");
+        Ended::of(output).expect(0)
+    }
+
+    /// The viewer's own program; what pip puts on the path wraps it.
+    pub fn rerun(&self) -> Command {
+        let script = "import rerun_sdk, os; print(os.path.dirname(rerun_sdk.__file__))";
+        let output = Command::new(self.0.join("bin/python")).args(["-c", script]).output();
+        let folder = Ended::of(output.expect("Python")).expect(0).stdout;
+        Command::new(Path::new(folder.trim()).join("rerun_cli/rerun"))
+    }
+}
+
+/// The environment; or nothing, with the reason printed, where it cannot be made. With CI=true it must be.
+pub fn python() -> Option<&'static Python> {
+    static MADE: OnceLock<Result<Python, String>> = OnceLock::new();
+    match MADE.get_or_init(make) {
+        Ok(python) => Some(python),
+        Err(reason) => {
+            assert!(!std::env::var("CI").is_ok_and(|ci| ci == "true"), "{reason}");
+            // `eprintln!` would be captured, and a test that did nothing would look like one that passed.
+            let _ = writeln!(std::io::stderr(), "skipped: {reason}");
+            None
+        }
+    }
+}
+
+/// Makes the environment beside the build, unless it is there. A file written last tells that it is complete.
+fn make() -> Result<Python, String> {
+    let mut hash = DefaultHasher::new();
+    PACKAGES.hash(&mut hash);
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap_or(Path::new("."));
+    let folder = target.join(format!("venv-{:016x}", hash.finish()));
+    let complete = folder.join("complete");
+    let lock = File::create(folder.with_extension("lock")).map_err(|error| error.to_string())?;
+    lock.lock().map_err(|error| error.to_string())?;
+    if !complete.exists() {
+        let _ = std::fs::remove_dir_all(&folder);
+        command(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+        let mut pip = Command::new(folder.join("bin/python"));
+        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+        command(pip.args(PACKAGES))?;
+        File::create(&complete).map_err(|error| error.to_string())?;
+    }
+    Ok(Python(folder))
+}
+
+fn command(command: &mut Command) -> Result<(), String> {
+    let what = command.get_args().map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ");
+    let output = command.output().map_err(|error| format!("no Python: {error}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let last = stderr.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("no message");
+    Err(format!("python {what}: {last}"))
+}

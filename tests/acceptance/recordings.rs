@@ -1,1 +1,54 @@
-//! Waits.
+//! Compares the recordings with each other through other people's readers, also those of a killed run.
+
+use std::time::{Duration, Instant};
+
+use super::fmus::ours;
+use super::harness::{Lab, limit_handling, trackside};
+use super::python::python;
+
+#[test]
+fn the_mcap_holds_the_numbers_of_the_csv_bit_for_bit() {
+    let Some(python) = python() else { return };
+    let run = limit_handling();
+    let ended = python.run("compare_mcap.py", &[run.path("run/run.mcap"), run.path("run/run.csv")]);
+    println!("{}", ended.stdout);
+}
+
+#[test]
+#[cfg(feature = "rerun")]
+fn the_replay_is_sound() {
+    let Some(python) = python() else { return };
+    let mut rerun = python.rerun();
+    let output = rerun.args(["rrd", "verify"]).arg(limit_handling().path("run/run.rrd")).output();
+    super::harness::Ended::of(output.expect("it starts")).expect(0);
+}
+
+/// How long the killed run lives, and how far its recording must reach: chunks are closed once a second.
+const LIFE: Duration = Duration::from_millis(3500);
+const LOST: f64 = 1.5;
+
+#[test]
+fn a_killed_run_leaves_a_readable_recording_and_nothing_that_looks_complete() {
+    let lab = Lab::new();
+    lab.add(&ours().join("plant.fmu"));
+    lab.write(
+        "case.toml",
+        "[time]\nstep = 0.01\nstop = 60.0\n[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\n\
+         start = { start.v_x = 20.0, F_x = 0.0, delta = 0.01 }\n",
+    );
+    let mut command = trackside(&lab.path(""));
+    command.args(["run", "case.toml", "--out", "out", "--csv", "--realtime"]);
+    let mut child = command.spawn().expect("it starts");
+    let patience = Instant::now();
+    while !lab.has("out/run.mcap") && patience.elapsed() < Duration::from_secs(30) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(LIFE);
+    child.kill().expect("it still runs");
+    child.wait().expect("it ends");
+    assert!(!lab.has("out/report.json") && !lab.has("out/run.csv"));
+    let Some(python) = python() else { return };
+    let ended = python.run("last_time.py", &[lab.path("out/run.mcap")]);
+    let last: f64 = ended.stdout.trim().parse().expect("a time");
+    assert!(last >= LIFE.as_secs_f64() - LOST, "the recording ends at {last} s");
+}

@@ -32,6 +32,8 @@
 //!
 //! In a crate of type `cdylib`, the line `fmu_export::export!(Mass);` adds the 34 C functions.
 
+#![allow(unsafe_code, reason = "the C interface of FMI")]
+
 pub mod abi;
 pub mod description;
 pub mod export;

@@ -105,18 +105,6 @@ impl RerunSink {
         Ok(sink)
     }
 
-    /// Where viewers find a recording that is served: `rerun --connect <url>`.
-    #[must_use]
-    pub fn url(&self) -> Option<&str> {
-        self.url.as_deref()
-    }
-
-    /// Why a viewer that was connected gets nothing any more. The run goes on without it.
-    #[must_use]
-    pub fn warning(&self) -> Option<&str> {
-        self.warning.as_deref()
-    }
-
     fn open_recording(&mut self, header: &Header) -> Result<(), String> {
         let Some(stream) = &self.stream else {
             return Ok(());
@@ -253,6 +241,14 @@ impl Sink for RerunSink {
             self.stream = None;
         }
         Ok(())
+    }
+
+    fn url(&self) -> Option<&str> {
+        self.url.as_deref()
+    }
+
+    fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
     }
 }
 

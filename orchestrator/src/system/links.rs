@@ -156,7 +156,7 @@ fn attach(
         return Err(scenario.error(&fault.input, message));
     };
     let until = fault.until.unwrap_or(f64::INFINITY);
-    if !(fault.from < until) {
+    if fault.from.is_nan() || fault.from >= until {
         let message = format!("the fault begins at {} s and ends at {until} s", fault.from);
         return Err(scenario.error(&fault.input, message));
     }

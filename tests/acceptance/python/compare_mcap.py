@@ -1,0 +1,54 @@
+"""Compares every sample of a recording with the table of the same run, bit for bit: compare_mcap.py MCAP CSV"""
+import csv
+import struct
+import sys
+
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+recording, table = sys.argv[1:]
+with open(table, newline="") as file:
+    names, *rows = csv.reader(file)
+columns = {name: column for column, name in enumerate(names)}
+row_at = {round(float(row[0]) * 1e9): row for row in rows}
+
+
+def bits(number):
+    return struct.pack("<d", number)
+
+
+with open(recording, "rb") as file:
+    reader = make_reader(file, decoder_factories=[DecoderFactory()])
+    summary = reader.get_summary()
+    assert summary.chunk_indexes, "no chunks"
+    for chunk in summary.chunk_indexes:
+        assert chunk.compression == "lz4", chunk.compression
+        # A chunk is closed by the message that passes the limit.
+        assert chunk.uncompressed_size <= 260 << 10, chunk.uncompressed_size
+    fields, seen = {}, set()
+    for channel in summary.channels.values():
+        if channel.topic == "/log":
+            continue
+        node = channel.topic.split("/")[1]
+        variables = {key[4:]: name for key, name in channel.metadata.items() if key.startswith("fmi:")}
+        fields[channel.topic] = [(field, columns[f"{node}.{name}"]) for field, name in variables.items()]
+        assert all(f"unit:{field}" in channel.metadata for field in variables), channel.topic
+    outputs = next(c for c in summary.channels.values() if c.topic == "/plant/outputs")
+    assert outputs.metadata["unit:v_x"] == "m/s" and outputs.metadata["unit:a_y"] == "m/s2"
+    samples = 0
+    for _, channel, message, decoded in reader.iter_decoded_messages():
+        if channel.topic == "/log":
+            continue
+        row = row_at[message.log_time]
+        for field, column in fields[channel.topic]:
+            found, expected = getattr(decoded, field), float(row[column])
+            assert bits(found) == bits(expected), f"{names[column]} at {row[0]} s: {found!r} {expected!r}"
+        seen.add((channel.topic, message.log_time))
+        samples += len(fields[channel.topic])
+    assert samples == len(rows) * (len(names) - 1), f"{samples} samples in {len(rows)} rows"
+    assert len(seen) == len(rows) * len(fields), "a row is missing or there twice"
+    run = {entry.name: entry.metadata for entry in reader.iter_metadata()}["run"]
+    assert run["completed"] == "true" and run["step"] == "0.01" and run["seed"] == "1", run
+    attached = {attachment.name for attachment in reader.iter_attachments()}
+    assert attached == {"limit_handling.toml", "summary.md"}, attached
+print(f"{samples} samples")
