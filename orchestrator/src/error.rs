@@ -36,7 +36,7 @@ pub struct Input {
 
 /// What a node of the run did: which node, which call, at what time.
 #[derive(Debug, Clone, thiserror::Error)]
-#[error("node `{node}`: {call}{} {what}", match .time { Some(time) => format!(" at t = {time} s"), None => String::new() })]
+#[error("node `{node}`: {call}{} {what}", .time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default())]
 pub struct Failure {
     /// The node's name in the scenario.
     pub node: String,
@@ -46,6 +46,11 @@ pub struct Failure {
     pub time: Option<f64>,
     /// What it returned or wrote, and what its log says about it.
     pub what: String,
+}
+
+/// A time for people [s]: `k h` with the rounding error of the product left out.
+fn rounded(time: f64) -> f64 {
+    (time * 1e9).round() / 1e9
 }
 
 impl Error {

@@ -205,3 +205,6 @@ fn end(plans: &[NodePlan], nodes: &mut [Box<dyn Node>], time: f64) -> Result<(),
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

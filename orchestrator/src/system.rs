@@ -230,7 +230,7 @@ impl System {
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             text: scenario.source.text.clone(),
             step: clock.step,
-            stop: clock.stop(),
+            stop: *document.time.stop.get_ref(),
             seed,
             columns: recorded.iter().map(|&place| columns[place].clone()).collect(),
             view: View::default(),

@@ -58,15 +58,15 @@ fn a_good_run_says_how_it_went_and_is_silent_on_stderr() {
 #[test]
 fn set_changes_the_result() {
     let lab = lab();
-    lab.write("light.toml", "[plant]\nbody.m = 800.0\n");
+    lab.write("heavy.toml", "[plant]\nbody.m = 1600.0\n");
     let speed = |out: &str, more: &[&str]| {
         let arguments = [&["run", "good.toml", "--csv", "--out", out], more].concat();
         lab.trackside(&arguments).expect(0);
         last(&lab.read(&format!("{out}/run.csv")), "plant.v_x")
     };
-    let (heavy, light) = (speed("a", &[]), speed("b", &["--set", "plant.body.m=800"]));
+    let (light, heavy) = (speed("a", &[]), speed("b", &["--set", "plant.body.m=1600"]));
     assert!(light > heavy + 0.1, "{light} m/s against {heavy} m/s");
-    assert_eq!(speed("c", &["--set", "@light.toml"]).to_bits(), light.to_bits());
+    assert_eq!(speed("c", &["--set", "@heavy.toml"]).to_bits(), heavy.to_bits());
 }
 
 /// The last value of a column.

@@ -1,7 +1,7 @@
 //! Compares our FMUs and our master with fmpy, which validates the archives and simulates the plant again.
 
 use super::fmus::ours;
-use super::harness::limit_handling;
+use super::harness::{Lab, limit_handling, record};
 use super::python::python;
 
 #[test]
@@ -16,8 +16,15 @@ fn fmpy_finds_nothing_wrong_with_the_archives() {
 #[test]
 fn fmpy_simulates_the_same_plant() {
     let Some(python) = python() else { return };
-    let run = limit_handling();
-    let (plant, csv) = (ours().join("plant.fmu"), run.path("run/run.csv"));
+    let lab = Lab::new();
+    let text = limit_handling().read("limit_handling.toml");
+    // fmpy subtracts communication points to get the step. With a power of two that is exact, and it has
+    // to be: past the peak of its tires the car makes anything of a difference in the last digit.
+    let dyadic = text.replacen("step = 0.01 ", "step = 0.0078125 ", 1);
+    assert_ne!(text, dyadic, "another step in the scenario");
+    lab.write("limit_handling.toml", dyadic);
+    record(&lab, "run", &["--rerun", "off"]);
+    let (plant, csv) = (ours().join("plant.fmu"), lab.path("run/run.csv"));
     let ended = python.run("simulate_plant.py", &[plant, csv]);
     println!("{}", ended.stdout);
 }

@@ -30,7 +30,7 @@ impl Python {
 
     /// The viewer's own program; what pip puts on the path wraps it.
     pub fn rerun(&self) -> Command {
-        let script = "import rerun_sdk, os; print(os.path.dirname(rerun_sdk.__file__))";
+        let script = "import rerun_sdk; print(*rerun_sdk.__path__)";
         let output = Command::new(self.0.join("bin/python")).args(["-c", script]).output();
         let folder = Ended::of(output.expect("Python")).expect(0).stdout;
         Command::new(Path::new(folder.trim()).join("rerun_cli/rerun"))

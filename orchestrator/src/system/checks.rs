@@ -64,7 +64,7 @@ fn plan(
 fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], Error> {
     let Some(written) = &check.during else { return Ok([0.0, clock.stop()]) };
     let [from, to] = *written.get_ref();
-    let stop = clock.stop();
+    let stop = *scenario.document.time.stop.get_ref();
     // Half a step of slack: a window that ends with the run may be written with fewer digits.
     if from <= to && from >= 0.0 && to <= stop + 0.5 * clock.step {
         return Ok([from, to]);

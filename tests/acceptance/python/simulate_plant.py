@@ -14,7 +14,7 @@ with open(table, newline="") as file:
 values = np.array(rows, dtype=float)
 recorded = {name: values[:, column] for column, name in enumerate(names)}
 time = recorded["time"]
-step = 0.01
+step = time[1]
 
 # A row holds what was given for the step that ended there; fmpy wants what to give from a time on.
 given = np.zeros(len(time), dtype=[(name, float) for name in ["time"] + INPUTS])
