@@ -9,8 +9,9 @@ use orchestrator::suite;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
-    let files = suite::find(&[folder]).expect("there are scenarios");
+    // Paths in messages are short from the workspace on.
+    std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).expect("the workspace");
+    let files = suite::find(&["scenarios".into()]).expect("there are scenarios");
     libtest_mimic::run(&arguments, files.into_iter().map(trial).collect()).exit_code()
 }
 

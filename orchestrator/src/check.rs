@@ -38,6 +38,8 @@ pub struct Verdict {
 /// All checks of a run.
 pub struct Checks {
     checks: Vec<(CheckPlan, Monitor)>,
+    /// The last communication point so far [s].
+    reached: f64,
     /// Half a communication step [s]: windows include the points at their ends whatever their digits.
     slack: f64,
 }
@@ -50,18 +52,29 @@ impl Checks {
             let monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
             (plan, monitor)
         };
-        Checks { checks: plans.into_iter().map(monitor).collect(), slack: 0.5 * step }
+        Checks { checks: plans.into_iter().map(monitor).collect(), reached: 0.0, slack: 0.5 * step }
     }
 
     /// The verdicts, in the order of the file.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
-        self.checks.iter().map(|(plan, monitor)| verdict(plan, &monitor.verdict())).collect()
+        let judge = |(plan, monitor): &(CheckPlan, Monitor)| {
+            let mut verdict = verdict(plan, &monitor.verdict());
+            if plan.windowed && self.reached < plan.during[1] - self.slack {
+                verdict.passed = false;
+                let reached = self.reached;
+                verdict.reason =
+                    Some(format!("the run ended at {reached:.3} s, before the window did"));
+            }
+            verdict
+        };
+        self.checks.iter().map(judge).collect()
     }
 }
 
 impl Sink for Checks {
     fn row(&mut self, _tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+        self.reached = time;
         for (plan, monitor) in &mut self.checks {
             let [from, to] = plan.during;
             if time > from - self.slack && time < to + self.slack {

@@ -87,10 +87,13 @@ pub struct Run {
 /// When the scenario is wrong, an FMU fails, or a file cannot be written. A run that began has a report
 /// nevertheless.
 pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Result<Run, Error> {
+    let default = || Path::new("target/runs").join(path.file_stem().unwrap_or_default());
+    let folder = options.out.clone().unwrap_or_else(default);
+    if path.exists() {
+        clear(&folder)?;
+    }
     let scenario = Scenario::read(path)?;
     let archives = package::build(&scenario)?;
-    let default = || Path::new("target/runs").join(&scenario.name);
-    let folder = options.out.clone().unwrap_or_else(default);
     let mut system = System::resolve(&scenario, &archives, &options.overrides, folder)?;
     let mut nodes = system.instantiate()?;
     let begin = Instant::now();
@@ -114,8 +117,8 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
     let failure = outcome.err();
     report.conclude(&progress, clock.step, recorder.checks.verdicts(), failure.as_ref());
     recorder.conclude(&report)?;
-    let warnings = recorder.files.iter().filter_map(|file| file.warning());
-    report.warnings.extend(warnings.map(str::to_owned));
+    let warnings = recorder.files.iter().filter_map(|file| file.warning()).map(str::to_owned);
+    report.warnings.extend(warnings.chain(progress.ended));
     report.took(begin.elapsed().as_secs_f64());
     report.write()?;
     match failure {
@@ -136,21 +139,26 @@ struct Recorder {
 /// The files of a run.
 const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.csv.partial"];
 
+/// Removes what an earlier run left: it would pass for this one's if this one did not come to its end.
+fn clear(folder: &Path) -> Result<(), Error> {
+    use std::io::ErrorKind::{NotADirectory, NotFound};
+    for name in FILES {
+        let path = folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(error) if !matches!(error.kind(), NotFound | NotADirectory) => {
+                return Err(Error::output(&path, error));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 impl Recorder {
     fn new(system: &mut System, options: &Options) -> Result<Self, Error> {
         let header = &system.header;
         std::fs::create_dir_all(&header.folder)
             .map_err(|error| Error::output(&header.folder, error))?;
-        // What an earlier run left would pass for this one's if this one did not come to its end.
-        for name in FILES {
-            let path = header.folder.join(name);
-            match std::fs::remove_file(&path) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(Error::output(&path, error));
-                }
-                _ => {}
-            }
-        }
         let mut files: Vec<Box<dyn Sink>> = vec![Box::new(McapSink::new(header)?)];
         if options.csv {
             files.push(Box::new(CsvSink::new(header)?));

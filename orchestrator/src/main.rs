@@ -127,6 +127,7 @@ fn run(args: &RunArgs) -> Result<u8, Error> {
     if let Some(factor) = args.realtime.filter(|factor| !(*factor > 0.0 && factor.is_finite())) {
         return Err(Error::input(format!("--realtime: expected a factor above 0, found {factor}")));
     }
+    suite::check_names(&args.scenarios)?;
     let mut worst = 0;
     for path in &args.scenarios {
         let out = args.out.as_ref().map(|out| match args.scenarios.len() {

@@ -25,6 +25,8 @@ pub struct Effort {
 pub struct Progress {
     /// Steps that were done.
     pub steps: u64,
+    /// Who ended the run before its last communication point, as planned, and when.
+    pub ended: Option<String>,
     /// The effort of each node, in the order of the file.
     pub efforts: Vec<Effort>,
 }
@@ -75,8 +77,10 @@ pub fn run(
                     return end(plans, nodes, clock.at(k));
                 }
                 Err(error) => {
-                    report_messages(plans, nodes, sink, clock.at(k))?;
-                    return Err(failure(&plans[place], error, clock.at(k)));
+                    // What cannot be read belongs to the end of the step, all else to its start.
+                    let time = clock.at(k + u64::from(error.call.starts_with("fmi2Get")));
+                    report_messages(plans, nodes, sink, time)?;
+                    return Err(failure(&plans[place], error, time));
                 }
             }
         }

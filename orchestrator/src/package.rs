@@ -89,7 +89,7 @@ impl Workspace {
         let wrong = |what: String| BuildError::Workspace { folder: folder.to_owned(), what };
         // The path of a file in the current folder has an empty parent.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let mut cargo = Command::new("cargo");
+        let mut cargo = cargo();
         cargo.args(["metadata", "--no-deps", "--format-version", "1"]).current_dir(folder);
         let output =
             cargo.output().map_err(|error| wrong(format!("cannot start cargo: {error}")))?;
@@ -151,16 +151,16 @@ impl Workspace {
         // program's own package does not compile at the moment, the others may do so without it.
         let own = env!("CARGO_PKG_NAME");
         let together = self.0.packages.iter().find(|package| package.name == own);
-        let together = together.map(|_| self.cargo(&[packages, &[own]].concat()));
+        let together = together.map(|_| self.build_together(&[packages, &[own]].concat()));
         match together {
             Some(Ok(libraries)) => Ok(libraries),
-            _ => self.cargo(packages),
+            _ => self.build_together(packages),
         }
     }
 
-    fn cargo(&self, packages: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    fn build_together(&self, packages: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
         let failed = |what| BuildError::Failed { packages: packages.join(", "), what };
-        let mut cargo = Command::new("cargo");
+        let mut cargo = cargo();
         cargo.args(["build", "--lib", "--quiet", "--message-format=json-render-diagnostics"]);
         cargo.args(profile()).args(packages.iter().flat_map(|package| ["--package", package]));
         cargo.current_dir(&self.0.workspace_root).stdin(Stdio::null());
@@ -185,6 +185,21 @@ impl Workspace {
         };
         Some((package.name.clone(), message.filenames.iter().find(dynamic)?.clone()))
     }
+}
+
+/// Cargo, without what another cargo told this program about its own package: build scripts that look
+/// at such variables would find them changed, and compile everything that depends on them again.
+fn cargo() -> Command {
+    const TOLD: [&str; 5] =
+        ["CARGO_MANIFEST_", "CARGO_PKG_", "CARGO_BIN_", "CARGO_CRATE_", "CARGO_PRIMARY_"];
+    let mut cargo = Command::new("cargo");
+    cargo.env_remove("OUT_DIR");
+    for (name, _) in std::env::vars_os() {
+        if TOLD.iter().any(|prefix| name.as_encoded_bytes().starts_with(prefix.as_bytes())) {
+            cargo.env_remove(name);
+        }
+    }
+    cargo
 }
 
 /// The profile that this program was built with, so that a fast program steps fast FMUs.

@@ -119,7 +119,7 @@ pub trait Sink {
     }
 
     /// Completes what was written. `summary` is the verdict as Markdown; `completed` tells whether the
-    /// run reached its last communication point.
+    /// run came to its end, be it the last communication point or where an FMU ended it as planned.
     ///
     /// # Errors
     /// When the recording cannot be completed.

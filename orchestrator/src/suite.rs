@@ -38,7 +38,7 @@ pub enum Outcome {
 /// The scenario files that `paths` name: files as they are, folders with all `*.toml` in them.
 ///
 /// # Errors
-/// When a path does not exist, or no file is found.
+/// When a path does not exist, no file is found, or two have the same name.
 pub fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut found = Vec::new();
     for path in paths {
@@ -55,8 +55,26 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     found.dedup();
     match found.is_empty() {
         true => Err(Error::input("there is no scenario to test")),
-        false => Ok(found),
+        false => check_names(&found).map(|()| found),
     }
+}
+
+/// Makes sure that no two scenarios have the same name, which names the folder of their files.
+///
+/// # Errors
+/// With both files.
+pub fn check_names(paths: &[PathBuf]) -> Result<(), Error> {
+    for (place, path) in paths.iter().enumerate() {
+        let twin = paths[..place].iter().find(|other| other.file_stem() == path.file_stem());
+        if let Some(twin) = twin {
+            let (one, other) = (twin.display(), path.display());
+            let error = Error::input(format!("{one} and {other} would write to the same folder"));
+            return Err(
+                error.help("rename one of them, or run them one after the other with --out")
+            );
+        }
+    }
+    Ok(())
 }
 
 /// The first data file of the scenario that is not there, if any: data of others cannot be part of a

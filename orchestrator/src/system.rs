@@ -169,6 +169,8 @@ pub struct CheckPlan {
     pub expression: Expression,
     /// First and last moment [s].
     pub during: [f64; 2],
+    /// Whether the scenario gives the window; a run that ends early must not have cut it short.
+    pub windowed: bool,
     /// By how much a comparison may be off.
     pub tolerance: f64,
 }

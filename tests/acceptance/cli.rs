@@ -46,13 +46,30 @@ fn a_good_run_says_how_it_went_and_is_silent_on_stderr() {
     let lab = lab();
     let ended = lab.trackside(&["run", "good.toml"]).expect(0);
     assert_eq!(ended.stderr, "");
-    for expected in
-        ["good: Coasting", "ok      distance", "1.0 s simulated in", "all 1 checks passed"]
+    for expected in ["good: Coasting", "ok      distance", "1.0 s simulated in", "the check passed"]
     {
         assert!(ended.stdout.contains(expected), "{expected}\n{}", ended.stdout);
     }
     assert!(lab.has("target/runs/good/report.json") && lab.has("target/runs/good/run.mcap"));
     assert!(!lab.has("target/runs/good/run.csv"), "nobody asked for it");
+}
+
+#[test]
+fn a_command_that_cannot_do_anything_says_why() {
+    let lab = lab();
+    lab.write("text.fmu", "no archive");
+    for (arguments, says) in [
+        (&["inspect", "nowhere.fmu"][..], "cannot read nowhere.fmu"),
+        (&["inspect", "text.fmu"], "text.fmu is not an .fmu archive"),
+        (&["inspect", "good.toml"], "good.toml is not an .fmu archive"),
+        (&["test", "nowhere"], "cannot read nowhere"),
+        (&["test", "nowhere.toml"], "cannot read nowhere.toml"),
+        (&["pack", "plant-fmu"], "no cargo workspace"),
+        (&["run", "--csv"], "required"),
+        (&["rnu", "good.toml"], "rnu"),
+    ] {
+        lab.trackside(arguments).expect(2).says(&[says]);
+    }
 }
 
 #[test]

@@ -17,12 +17,8 @@ fn fmpy_finds_nothing_wrong_with_the_archives() {
 fn fmpy_simulates_the_same_plant() {
     let Some(python) = python() else { return };
     let lab = Lab::new();
-    let text = limit_handling().read("limit_handling.toml");
-    // fmpy subtracts communication points to get the step. With a power of two that is exact, and it has
-    // to be: past the peak of its tires the car makes anything of a difference in the last digit.
-    let dyadic = text.replacen("step = 0.01 ", "step = 0.0078125 ", 1);
-    assert_ne!(text, dyadic, "another step in the scenario");
-    lab.write("limit_handling.toml", dyadic);
+    // fmpy hands over the difference of two communication points as the step, which is off by rounding.
+    lab.write("limit_handling.toml", limit_handling().read("limit_handling.toml"));
     record(&lab, "run", &["--rerun", "off"]);
     let (plant, csv) = (ours().join("plant.fmu"), lab.path("run/run.csv"));
     let ended = python.run("simulate_plant.py", &[plant, csv]);

@@ -12,6 +12,9 @@ use crate::{Model, ModelError};
 /// How far the communication point may be from the end of the last step, as a share of the step:
 /// masters that add up time are off by rounding, a master that skips a step is off by a whole one.
 const TIME_TOLERANCE: f64 = 1e-6;
+/// Steps that differ by less than this share are the same step: masters that compute it as the
+/// difference of two times are off by rounding, and a car at its limit would turn that into another lap.
+const STEP_TOLERANCE: f64 = 1e-9;
 
 /// What a call could not do, and how bad that is.
 #[derive(Debug)]
@@ -37,6 +40,8 @@ pub(crate) struct Snapshot<M: Model> {
     stale: bool,
     /// The end of the last step, or the start time [s].
     now: f64,
+    /// The size of the last step, or the model's preferred one [s].
+    step: f64,
     stop: Option<f64>,
     terminated: bool,
 }
@@ -55,6 +60,7 @@ impl<M: Model> Instance<M> {
             state: State::Instantiated,
             stale: true,
             now: 0.0,
+            step: M::INFO.step,
             stop: None,
             terminated: false,
         };
@@ -136,6 +142,10 @@ impl<M: Model> Instance<M> {
             ));
         }
         let current = &mut self.current;
+        if (step - current.step).abs() > STEP_TOLERANCE * step {
+            current.step = step;
+        }
+        let step = current.step;
         let before = current.model.clone();
         let (state, status, message) = match current.model.step(time, step) {
             Ok(()) => {

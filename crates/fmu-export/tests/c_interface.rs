@@ -1,5 +1,6 @@
 //! Calls an exported model through its C functions, as an importer does, rightly and wrongly.
-#![expect(non_snake_case, reason = "symbols as in mechanics")]
+#![allow(unsafe_code, reason = "the C interface of FMI")]
+#![allow(non_snake_case, reason = "symbols as in mechanics")]
 
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_void};

@@ -257,7 +257,8 @@ impl Instance {
     }
 
     fn failure(&self, call: &'static str, what: String) -> CallError {
-        let last = self.messages().pop();
+        let mailbox = self.mailbox.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = mailbox.last();
         let said = last.map(|message| format!("; it says: {}", message.text)).unwrap_or_default();
         CallError { call, what: what + &said, terminated: None }
     }

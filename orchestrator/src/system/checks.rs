@@ -57,6 +57,7 @@ fn plan(
         that: that.clone(),
         expression,
         during: during(scenario, check, clock)?,
+        windowed: check.during.is_some(),
         tolerance: check.tolerance,
     })
 }

@@ -16,7 +16,7 @@ use crate::fmu::description::{Type, Variable};
 use crate::scenario::{self, Scenario};
 use crate::sink::{Column, Direction, Kind};
 use crate::suggest::closest;
-use crate::table::Table;
+use crate::table::{Table, TableError};
 
 /// A variable that can be connected or recorded.
 #[derive(Debug, Clone)]
@@ -144,7 +144,8 @@ fn table(scenario: &Scenario, table: &scenario::Table) -> Result<Draft, Error> {
         .map(|(name, column)| (name.get_ref().clone(), column.get_ref().column.get_ref().clone()))
         .collect();
     let read = Table::read(&path, table.time.get_ref(), &columns);
-    let mut read = read.map_err(|error| scenario.error(&table.path, error.to_string()))?;
+    let mut read =
+        read.map_err(|error| scenario.error(wrong_word(table, &error), error.to_string()))?;
     read.set_origin(table.origin);
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
@@ -172,6 +173,14 @@ fn table(scenario: &Scenario, table: &scenario::Table) -> Result<Draft, Error> {
         started: Vec::new(),
         place: table.name.span(),
     })
+}
+
+/// The word of the scenario that does not fit the file.
+fn wrong_word<'a>(table: &'a scenario::Table, error: &TableError) -> &'a Spanned<String> {
+    let TableError::MissingColumn { column: missing, .. } = error else { return &table.path };
+    let columns = table.columns.values().map(|column| &column.get_ref().column);
+    let mut words = columns.chain([&table.time]);
+    words.find(|word| word.get_ref() == missing).unwrap_or(&table.path)
 }
 
 fn fmu(
