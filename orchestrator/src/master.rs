@@ -68,6 +68,7 @@ pub fn run(
                 Err(CallError { terminated: Some(reached), what, .. }) => {
                     let message = format!("ended the simulation at {reached} s: {what}");
                     let source = plan.name.clone();
+                    progress.ended = Some(format!("`{source}` {message}"));
                     sink.event(&Event {
                         time: clock.at(k),
                         level: Level::Warning,
