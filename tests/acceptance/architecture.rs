@@ -117,3 +117,10 @@ fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
     }
     found
 }
+
+#[test]
+fn the_readme_shows_a_scenario_that_is_run() {
+    let read = |name: &str| std::fs::read_to_string(Path::new(ROOT).join(name)).expect("a text");
+    let (readme, scenario) = (read("README.md"), read("scenarios/step_steer.toml"));
+    assert!(readme.contains(scenario.trim()), "the example is not scenarios/step_steer.toml");
+}

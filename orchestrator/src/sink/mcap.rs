@@ -16,8 +16,9 @@ use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, Fi
 use super::{Column, Direction, Event, Header, Level, Sink};
 use crate::error::Error;
 
-/// Chunks are closed at this size at the latest: what a killed run loses, and what a reader must hold.
-const CHUNK: u64 = 256 << 10;
+/// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
+/// a killed run loses, and what a reader must hold.
+const CHUNK: u64 = 240 << 10;
 /// Chunks are closed at least once in this simulated time [s].
 const FLUSH_EVERY: f64 = 1.0;
 

@@ -23,8 +23,7 @@ with open(recording, "rb") as file:
     assert summary.chunk_indexes, "no chunks"
     for chunk in summary.chunk_indexes:
         assert chunk.compression == "lz4", chunk.compression
-        # A chunk is closed by the message that passes the limit.
-        assert chunk.uncompressed_size <= 260 << 10, chunk.uncompressed_size
+        assert chunk.uncompressed_size <= 256 << 10, chunk.uncompressed_size
     fields, seen = {}, set()
     for channel in summary.channels.values():
         if channel.topic == "/log":
