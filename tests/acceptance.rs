@@ -25,6 +25,9 @@ mod determinism;
 // What an FMU may do wrong, and what is left of the run then.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// Other masters with our FMUs: libcosim and Ecos.
+#[path = "acceptance/importers.rs"]
+mod importers;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;

@@ -34,6 +34,9 @@ pub struct Document {
     pub seed: u64,
     /// When the run ends, in which steps.
     pub time: Time,
+    /// How the nodes hand over values.
+    #[serde(default)]
+    pub coupling: Coupling,
     /// FMUs.
     #[serde(default)]
     pub fmu: Vec<Fmu>,
@@ -72,6 +75,27 @@ pub struct Time {
     pub step: Spanned<f64>,
     /// Last communication point [s].
     pub stop: Spanned<f64>,
+}
+
+/// `[coupling]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Coupling {
+    /// Who sees whose values when.
+    #[serde(default)]
+    pub algorithm: Algorithm,
+}
+
+/// Who sees whose values when.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Algorithm {
+    /// The nodes step one after the other, and each sees what those before it have just computed
+    /// (Gauss-Seidel).
+    #[default]
+    Sequential,
+    /// All nodes step with the values from the start of the step, so their order does not matter.
+    Jacobi,
 }
 
 /// `[[fmu]]`.
@@ -142,7 +166,7 @@ pub struct Connect {
     pub to: Spanned<String>,
     /// Which end of the step the value is taken at: for FMUs the end unless it is given, for signals
     /// and tables the start.
-    pub at: Option<At>,
+    pub at: Option<Spanned<At>>,
     /// Sensor effect: Gaussian noise.
     pub noise: Option<Noise>,
     /// Sensor effect: added.

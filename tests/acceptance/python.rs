@@ -10,10 +10,18 @@ use std::sync::OnceLock;
 
 use super::harness::{Ended, ROOT};
 
-/// What the environment has: the viewer's version is that of the library, fmpy's is the one whose
-/// verdict we know.
-const PACKAGES: &[&str] =
-    &["fmpy==0.3.32", "mcap", "mcap-protobuf-support", "rerun-sdk==0.36.3", "numpy"];
+/// What the environment has: the viewer's version is that of the library, those of the FMI tools are the
+/// ones whose verdict we know. Ecos needs a library that `tbb` brings.
+const PACKAGES: &[&str] = &[
+    "fmpy==0.3.32",
+    "libcosimpy==0.0.6",
+    "ecospy==0.7.2",
+    "tbb",
+    "mcap",
+    "mcap-protobuf-support",
+    "rerun-sdk==0.36.3",
+    "numpy",
+];
 
 /// A virtual environment.
 pub struct Python(PathBuf);
@@ -24,6 +32,7 @@ impl Python {
     pub fn run<A: AsRef<OsStr>>(&self, script: &str, arguments: &[A]) -> Ended {
         let script = Path::new(ROOT).join("tests/acceptance/python").join(script);
         let mut python = Command::new(self.0.join("bin/python"));
+        python.env("LD_LIBRARY_PATH", self.0.join("lib"));
         let output = python.arg("-B").arg(script).args(arguments).output().expect("Python");
         Ended::of(output).expect(0)
     }

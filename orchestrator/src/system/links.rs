@@ -7,7 +7,7 @@ use super::nodes::{Draft, Port, first_outputs};
 use super::{Body, Clock, FaultKind, FaultPlan, Link};
 use crate::effects::{Chain, stream_seed};
 use crate::error::Error;
-use crate::scenario::{At, Connect, Fault, Scenario};
+use crate::scenario::{Algorithm, At, Connect, Fault, Scenario};
 use crate::suggest::closest;
 
 /// What each input of each node gets, `None` where nothing is connected.
@@ -39,7 +39,7 @@ pub(super) fn connect(
             .map_err(|message| scenario.error(&connect.to, message))?;
         *slot = Some(Link {
             source: first[producer] + output,
-            at: connect.at.unwrap_or(default_at(&drafts[producer])),
+            at: at(scenario, connect, &drafts[producer])?,
             factor,
             offset,
             effects,
@@ -53,12 +53,22 @@ pub(super) fn connect(
     Ok(links)
 }
 
+/// Which end of the step the value is taken at.
+///
 /// A source acts like the input file of any FMI tool: what it says at a communication point holds for
-/// the step that starts there. An FMU's output goes on as soon as it is known.
-fn default_at(producer: &Draft) -> At {
-    match producer.body {
-        Body::Fmu { .. } => At::End,
-        Body::Signals(_) | Body::Table(_) => At::Start,
+/// the step that starts there. In a sequence an FMU's output goes on as soon as it is known.
+fn at(scenario: &Scenario, connect: &Connect, producer: &Draft) -> Result<At, Error> {
+    let algorithm = scenario.document.coupling.algorithm;
+    match (&connect.at, algorithm, &producer.body) {
+        (Some(at), Algorithm::Jacobi, _) if *at.get_ref() == At::End => {
+            let message = "with Jacobi coupling every value is taken at the start of the step";
+            Err(scenario
+                .error(at, message)
+                .help("leave `at` out, or choose the sequential coupling"))
+        }
+        (Some(at), ..) => Ok(*at.get_ref()),
+        (None, Algorithm::Sequential, Body::Fmu { .. }) => Ok(At::End),
+        (None, ..) => Ok(At::Start),
     }
 }
 

@@ -1,0 +1,110 @@
+//! Lets libcosim and Ecos simulate our FMUs, alone and in their own coupling, and compares every value with ours.
+
+use serde_json::json;
+
+use super::fmus::ours;
+use super::harness::{Lab, record};
+use super::python::python;
+
+/// The closed loop: what each input of the three FMUs gets.
+const LOOP: [(&str, &str); 15] = [
+    ("controller.F_x", "plant.F_x"),
+    ("controller.delta", "plant.delta"),
+    ("controller.F_x", "estimator.F_x"),
+    ("controller.delta", "estimator.delta"),
+    ("plant.v_x", "estimator.v_x_meas"),
+    ("plant.v_y", "estimator.v_y_meas"),
+    ("plant.r", "estimator.r_meas"),
+    ("plant.a_y", "estimator.a_y_meas"),
+    ("plant.psi", "controller.psi"),
+    ("estimator.v_x", "controller.v_x"),
+    ("estimator.v_y", "controller.v_y"),
+    ("estimator.r", "controller.r"),
+    ("estimator.xi_x", "controller.xi_x"),
+    ("estimator.xi_y", "controller.xi_y"),
+    ("estimator.xi_psi", "controller.xi_psi"),
+];
+
+const HEAD: &str = "title = 'Importers'\n[time]\nstep = 0.01\nstop = 10.0\n";
+
+fn fmu(name: &str, start: &str) -> String {
+    let path = ours().join(format!("{name}.fmu"));
+    format!("[[fmu]]\nname = '{name}'\npath = '{}'\nstart = {{ {start} }}\n", path.display())
+}
+
+/// Runs the scenario with us, then the same system with both tools.
+fn compare(scenario: &str, system: serde_json::Value) {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    lab.write("limit_handling.toml", scenario);
+    record(&lab, "run", &["--rerun", "off"]);
+    let mut system = system;
+    let header = lab.read("run/run.csv").lines().next().unwrap_or_default().to_owned();
+    let targets: Vec<_> = LOOP.iter().map(|(_, to)| *to).collect();
+    let fmus: Vec<String> =
+        system["fmus"].as_object().into_iter().flatten().map(|fmu| fmu.0.clone()).collect();
+    let of_an_fmu = |name: &&str| fmus.iter().any(|fmu| name.starts_with(&format!("{fmu}.")));
+    let outputs: Vec<_> =
+        header.split(',').filter(of_an_fmu).filter(|name| !targets.contains(name)).collect();
+    assert!(outputs.len() > 10, "{header}");
+    system["outputs"] = json!(outputs);
+    let description = lab.write("system.json", system.to_string());
+    for tool in ["libcosim", "ecos"] {
+        let (description, csv) = (description.as_os_str(), lab.path("run/run.csv"));
+        let ended = python.run("coupled.py", &[tool.as_ref(), description, csv.as_os_str()]);
+        println!("{}", ended.stdout.lines().last().unwrap_or_default());
+    }
+}
+
+#[test]
+fn the_plant_moves_the_same_everywhere() {
+    let scenario = HEAD.to_owned()
+        + &fmu("plant", "start.v_x = 25.0")
+        + "
+[[signal]]
+name = 'driver.delta'
+multisine = { peak = 0.05, frequencies = [0.2, 0.5, 1.1] }
+[[signal]]
+name = 'driver.F_x'
+sine = { amplitude = 2000.0, frequency = 0.3 }
+[[connect]]
+from = 'driver.delta'
+to = 'plant.delta'
+[[connect]]
+from = 'driver.F_x'
+to = 'plant.F_x'
+";
+    let system = json!({
+        "step": 0.01,
+        "fmus": { "plant": ours().join("plant.fmu") },
+        "start": { "plant.start.v_x": 25.0 },
+        "connections": [],
+        "inputs": ["plant.F_x", "plant.delta"],
+    });
+    compare(&scenario, system);
+}
+
+#[test]
+fn the_closed_loop_in_jacobi_coupling_is_that_of_other_masters() {
+    let connect =
+        |(from, to): &(&str, &str)| format!("[[connect]]\nfrom = '{from}'\nto = '{to}'\n");
+    let scenario = HEAD.to_owned()
+        + "[coupling]\nalgorithm = 'jacobi'\n"
+        + &fmu("plant", "")
+        + &fmu("estimator", "")
+        + &fmu("controller", "v_ref = 25.0, r_ref = 0.2, psi_ref = 0.0")
+        + &LOOP.iter().map(connect).collect::<String>();
+    let path = |name: &str| ours().join(format!("{name}.fmu"));
+    let system = json!({
+        "step": 0.01,
+        "fmus": {
+            "plant": path("plant"),
+            "estimator": path("estimator"),
+            "controller": path("controller"),
+        },
+        "start": { "controller.v_ref": 25.0, "controller.r_ref": 0.2, "controller.psi_ref": 0.0 },
+        "connections": LOOP,
+        "inputs": [],
+    });
+    compare(&scenario, system);
+}
