@@ -72,12 +72,12 @@ pub enum OpenError {
         found: String,
     },
     /// The library does not load.
-    #[error("{path}: the library does not load: {source}")]
+    #[error("{path}: the library does not load: {what}")]
     Library {
         /// The archive.
         path: PathBuf,
         /// What the loader says.
-        source: libloading::Error,
+        what: String,
     },
     /// The library lacks a function.
     #[error("{path}: the library lacks the function `{symbol}`")]

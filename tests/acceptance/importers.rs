@@ -1,9 +1,12 @@
-//! Lets libcosim and Ecos simulate our FMUs, alone and in their own coupling, and compares every value with ours.
+//! Lets libcosim and Ecos simulate our FMUs, alone and in their own coupling, and compares every value with
+//! ours; and runs an FMU that another tool made.
+
+use std::path::Path;
 
 use serde_json::json;
 
 use super::fmus::ours;
-use super::harness::{Lab, record};
+use super::harness::{Ended, Lab, record, trackside};
 use super::python::python;
 
 /// The closed loop: what each input of the three FMUs gets.
@@ -107,4 +110,49 @@ fn the_closed_loop_in_jacobi_coupling_is_that_of_other_masters() {
         "inputs": [],
     });
     compare(&scenario, system);
+}
+
+/// An FMU with variables of all types, alone and in front of our plant.
+#[test]
+fn an_fmu_made_in_python_runs() {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    let made = python.run("make_fmu.py", &[lab.path("made")]);
+    let (library, archive) = made.stdout.trim().split_once('\n').expect("a library and an archive");
+    if !Path::new(library).exists() {
+        println!("skipped: this Python has no shared library {library}");
+        return;
+    }
+    let demo = format!(
+        "[[fmu]]\nname = 'demo'\npath = '{archive}'\nstart = {{ count = 3, on = true, label = 'hello' }}\n"
+    );
+    let text = HEAD.to_owned()
+        + &demo
+        + &fmu("plant", "F_x = 0.0")
+        + "
+[[signal]]
+name = 'driver.delta'
+unit = 'rad'
+sine = { amplitude = 0.01, frequency = 0.5 }
+[[connect]]
+from = 'driver.delta'
+to = 'demo.u'
+[[connect]]
+from = 'demo.y'
+to = 'plant.delta'
+[[check]]
+name = 'integer parameter, real input and output'
+that = 'abs(demo.y - 3 * demo.u) < 1e-12 and plant.delta == demo.y'
+during = [0.01, 10.0]
+[[check]]
+name = 'integer and boolean outputs'
+that = 'last(demo.n) == 1000 and min(demo.b) == 0 and max(demo.b) == 1'
+";
+    lab.write("python.toml", text);
+    let mut command = trackside(&lab.path(""));
+    command
+        .args(["run", "python.toml", "--out", "run", "--rerun", "off"])
+        .env("LD_PRELOAD", library);
+    let ended = Ended::of(command.output().expect("it starts")).expect(0);
+    assert!(ended.stdout.contains("all 2 checks passed"), "{}", ended.stdout);
 }

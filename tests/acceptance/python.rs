@@ -17,6 +17,7 @@ const PACKAGES: &[&str] = &[
     "libcosimpy==0.0.6",
     "ecospy==0.7.2",
     "tbb",
+    "pythonfmu==0.7.0",
     "mcap",
     "mcap-protobuf-support",
     "rerun-sdk==0.36.3",

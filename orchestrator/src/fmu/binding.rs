@@ -122,6 +122,17 @@ unsafe extern "C" fn trackside_take_log(
     }
 }
 
+/// The loader's own words, which `libloading` keeps as the source of its error.
+fn reason(error: &libloading::Error) -> String {
+    let inner = std::error::Error::source(error);
+    let what = inner.map_or_else(|| error.to_string(), ToString::to_string);
+    if what.contains("undefined symbol: Py") || what.contains("undefined symbol: _Py") {
+        return what
+            + "; it expects Python in the process: set LD_PRELOAD to the path of libpython3";
+    }
+    what
+}
+
 /// A loaded library and the functions that a run calls.
 pub struct Library {
     instantiate: Instantiate,
@@ -156,7 +167,7 @@ impl Library {
         let archive = || fmu.path.clone();
         // SAFETY: loading runs the library's initialisers; an FMU is code that the user asked to run.
         let library = unsafe { libloading::Library::new(path) }
-            .map_err(|source| OpenError::Library { path: archive(), source })?;
+            .map_err(|error| OpenError::Library { path: archive(), what: reason(&error) })?;
         for symbol in SYMBOLS {
             // SAFETY: the address is looked at, not called.
             if unsafe { library.get::<*const ()>(symbol) }.is_err() {

@@ -1,0 +1,39 @@
+"""Makes an FMU with variables of all types by pythonfmu: make_fmu.py FOLDER; prints Python's library and the archive"""
+import pathlib
+import subprocess
+import sys
+import sysconfig
+
+MODEL = """
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String
+
+
+class Demo(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.u, self.y, self.count, self.n = 0.0, 0.0, 0, 0
+        self.on, self.b, self.label, self.s = False, False, "", ""
+        tunable = dict(causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable)
+        discrete = dict(causality=Fmi2Causality.output, variability=Fmi2Variability.discrete)
+        self.register_variable(Real("u", causality=Fmi2Causality.input))
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+        for variable in Integer("count", **tunable), Boolean("on", **tunable), String("label", **tunable):
+            self.register_variable(variable)
+        for variable in Integer("n", **discrete), Boolean("b", **discrete), String("s", **discrete):
+            self.register_variable(variable)
+
+    def do_step(self, time, step):
+        assert self.on and self.label == "hello", (self.on, self.label)
+        self.y, self.n, self.b = self.count * self.u, self.n + 1, not self.b
+        self.s = f"{self.label} {self.n}"
+        return True
+"""
+
+folder = pathlib.Path(sys.argv[1])
+folder.mkdir(parents=True)
+model = folder / "demo.py"
+model.write_text(MODEL)
+build = [sys.executable, "-m", "pythonfmu", "build", "-f", str(model), "-d", str(folder)]
+subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
+print(pathlib.Path(sysconfig.get_config_var("LIBDIR")) / sysconfig.get_config_var("INSTSONAME"))
+print(folder / "Demo.fmu")
