@@ -5,13 +5,17 @@ use std::ffi::CString;
 use serde::{Deserialize, Serialize};
 
 use crate::abi::Status;
+use crate::derivative::{Derivatives, Partial, partial};
 use crate::lifecycle::{Call, State};
-use crate::variable::{Access, Causality, Row, Variability, Variable};
+use crate::value::Value;
+use crate::variable::{Access, Causality, Initial, Kind, Row, Variability, Variable};
 use crate::{Model, ModelError};
 
 /// How far the communication point may be from the end of the last step, as a share of the step:
 /// masters that add up time are off by rounding, a master that skips a step is off by a whole one.
 const TIME_TOLERANCE: f64 = 1e-6;
+/// Highest order of an input derivative. Extrapolation gains nothing from higher ones.
+const HIGHEST_ORDER: i32 = 4;
 
 /// What a call could not do, and how bad that is.
 #[derive(Debug)]
@@ -22,9 +26,16 @@ pub(crate) struct Refusal {
 
 pub(crate) type Outcome<T = ()> = Result<T, Refusal>;
 
-/// Refuses the call and leaves the instance in the error state.
-fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
+pub(crate) fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
     Err(Refusal { status: Status::Error, message: message.into() })
+}
+
+/// A derivative of an input at the beginning of the next step.
+#[derive(Clone, Serialize, Deserialize)]
+struct Slope {
+    reference: u32,
+    order: i32,
+    value: f64,
 }
 
 /// Everything that an FMU state restores.
@@ -33,12 +44,80 @@ fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
 pub(crate) struct Snapshot<M: Model> {
     model: M,
     state: State,
+    /// `fmi2SetupExperiment` was called.
+    set_up: bool,
     /// Inputs or parameters were written after the outputs were computed.
     stale: bool,
     /// The end of the last step, or the start time [s].
     now: f64,
     stop: Option<f64>,
     terminated: bool,
+    slopes: Vec<Slope>,
+}
+
+impl<M: Model> Snapshot<M> {
+    /// The variable that shows the time.
+    const TIME: Option<&'static Variable<M>> = {
+        let (rows, mut i) = (M::VARIABLES, 0);
+        while i < rows.len() && !matches!(rows[i].row.causality, Causality::Independent) {
+            i += 1;
+        }
+        if i < rows.len() { Some(&rows[i]) } else { None }
+    };
+
+    fn compute_outputs(&mut self) {
+        if let Some(Variable { access: Access::Real(at), .. }) = Self::TIME {
+            *at(&mut self.model) = self.now;
+        }
+        self.model.outputs();
+        self.stale = false;
+    }
+
+    /// Steps the model. With interpolated inputs it steps in sub-steps, each under the inputs of its
+    /// middle: of the values that an input could be held at this one has an error of second order, and
+    /// none for what integrates a ramp. The inputs stay at their values of the end.
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
+        if self.slopes.is_empty() {
+            return self.model.step(time, step);
+        }
+        // The slack keeps a ratio that is whole but for rounding from costing one sub-step more.
+        let n = (step / M::INFO.substep - 1e-9).ceil().max(1.0);
+        let start = self.interpolated_inputs();
+        for i in 0..n as u64 {
+            let at = step * (i as f64 / n);
+            self.move_inputs(&start, at + 0.5 * step / n);
+            self.model.step(time + at, step / n)?;
+        }
+        self.move_inputs(&start, step);
+        Ok(())
+    }
+
+    /// The inputs with derivatives, and their values.
+    fn interpolated_inputs(&mut self) -> Vec<(u32, f64)> {
+        let mut inputs = Vec::new();
+        for Slope { reference, .. } in &self.slopes {
+            if inputs.iter().all(|(other, _)| other != reference)
+                && let Some(at) = real::<M>(*reference)
+            {
+                inputs.push((*reference, *at(&mut self.model)));
+            }
+        }
+        inputs
+    }
+
+    /// Sets inputs to the sum of their Taylor series, `time` [s] after the beginning of the step.
+    fn move_inputs(&mut self, start: &[(u32, f64)], time: f64) {
+        for (input, start) in start {
+            let Some(at) = real::<M>(*input) else { continue };
+            let terms = self.slopes.iter().filter(|slope| slope.reference == *input);
+            let change: f64 = terms
+                .map(|slope| {
+                    (1..=slope.order).fold(slope.value, |term, k| term * time / f64::from(k))
+                })
+                .sum();
+            *at(&mut self.model) = start + change;
+        }
+    }
 }
 
 /// An instance: the model, where it is in its life, and what its logger listens to.
@@ -53,16 +132,26 @@ impl<M: Model> Instance<M> {
         let current = Snapshot {
             model: M::default(),
             state: State::Instantiated,
+            set_up: false,
             stale: true,
             now: 0.0,
             stop: None,
             terminated: false,
+            slopes: Vec::new(),
         };
         Instance { current, strings: Vec::new() }
     }
 
-    pub fn state(&self) -> State {
-        self.current.state
+    /// Refuses a call that the state of the instance does not allow.
+    pub fn check(&self, call: Call) -> Outcome {
+        let Snapshot { state, set_up, .. } = self.current;
+        if !call.allowed(state) {
+            return refuse(format!("{call:?} is not allowed in the state {state:?}"));
+        }
+        if call == Call::EnterInitializationMode && !set_up {
+            return refuse("EnterInitializationMode is not allowed before SetupExperiment");
+        }
+        Ok(())
     }
 
     pub fn fail(&mut self, status: Status) {
@@ -83,8 +172,8 @@ impl<M: Model> Instance<M> {
                 "start time {start} and stop time {stop:?} do not make an interval"
             ));
         }
-        self.current.now = start;
-        self.current.stop = stop;
+        let current = &mut self.current;
+        (current.now, current.stop, current.set_up) = (start, stop, true);
         Ok(())
     }
 
@@ -104,7 +193,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// Makes the outputs fit the inputs and parameters that were written since they were computed.
-    fn refresh(&mut self) -> Outcome {
+    pub fn refresh(&mut self) -> Outcome {
         let Snapshot { model, state, stale, .. } = &mut self.current;
         if *stale && matches!(state, State::Initialization | State::StepComplete) {
             if *state == State::Initialization {
@@ -113,35 +202,21 @@ impl<M: Model> Instance<M> {
                     message: format!("initialisation failed: {error}"),
                 })?;
             }
-            model.outputs();
-            *stale = false;
+            self.current.compute_outputs();
         }
         Ok(())
     }
 
     pub fn do_step(&mut self, time: f64, step: f64) -> Outcome {
-        let Snapshot { now, stop, .. } = self.current;
-        if !(step > 0.0 && step.is_finite()) {
-            return refuse(format!("communication step size {step} s is not positive"));
-        }
-        let tolerance = TIME_TOLERANCE * step;
-        if time.is_nan() || (time - now).abs() > tolerance {
-            return refuse(format!("expected communication point {now} s, found {time} s"));
-        }
-        if let Some(stop) = stop
-            && time + step > stop + tolerance
-        {
-            return refuse(format!(
-                "a step of {step} s from {time} s passes the stop time {stop} s"
-            ));
-        }
+        self.check_step(time, step)?;
         let current = &mut self.current;
         let before = current.model.clone();
-        let (state, status, message) = match current.model.step(time, step) {
+        let (state, status, message) = match current.advance(time, step) {
             Ok(()) => {
-                current.model.outputs();
-                current.stale = false;
+                // They were given with respect to the beginning of this step (FMI 2.0, section 4.2.2).
+                current.slopes.clear();
                 current.now = time + step;
+                current.compute_outputs();
                 return Ok(());
             }
             Err(ModelError::Error(message)) => (State::Error, Status::Error, message),
@@ -154,6 +229,24 @@ impl<M: Model> Instance<M> {
         current.model = before;
         current.state = state;
         Err(Refusal { status, message: format!("step of {step} s from {time} s: {message}") })
+    }
+
+    fn check_step(&self, time: f64, step: f64) -> Outcome {
+        let Snapshot { now, stop, .. } = self.current;
+        if !(step > 0.0 && step.is_finite()) {
+            return refuse(format!("communication step size {step} s is not positive"));
+        }
+        // Late in a long run with short steps the rounding of the time itself is the larger part.
+        let tolerance = TIME_TOLERANCE * step + 4.0 * f64::EPSILON * now.abs();
+        if time.is_nan() || (time - now).abs() > tolerance {
+            return refuse(format!("expected communication point {now} s, found {time} s"));
+        }
+        match stop {
+            Some(stop) if time + step > stop + tolerance => {
+                refuse(format!("a step of {step} s from {time} s passes the stop time {stop} s"))
+            }
+            _ => Ok(()),
+        }
     }
 
     pub fn last_successful_time(&self) -> f64 {
@@ -176,41 +269,42 @@ impl<M: Model> Instance<M> {
         self.current = snapshot.clone();
     }
 
-    /// Brings outputs up to date before they are read.
-    pub fn prepare_get(&mut self) -> Outcome {
-        self.refresh()
-    }
-
-    /// Reads the variable with the given reference through `read`, which picks the type.
-    pub fn get<T>(
-        &mut self,
-        reference: u32,
-        read: impl Fn(&Access<M>, &mut M) -> Option<T>,
-    ) -> Outcome<T> {
-        let Variable { row, access } = variable::<M>(reference)?;
-        match read(access, &mut self.current.model) {
+    /// Reads the variable with the given reference; [`Instance::refresh`] comes first.
+    pub fn get<T: Value>(&mut self, reference: u32) -> Outcome<T> {
+        let variable = variable::<M>(reference)?;
+        match T::read(&variable.access, &mut self.current.model) {
             Some(value) => Ok(value),
-            None => refuse(format!("{} is of another type", row.name)),
+            None => other_type(variable, T::KIND),
         }
     }
 
-    /// Writes the variable with the given reference through `write`, which picks the type;
-    /// `number` is the value for the check of its limits.
-    pub fn set(
-        &mut self,
-        reference: u32,
-        number: Option<f64>,
-        write: impl FnOnce(&Access<M>, &mut M) -> bool,
-    ) -> Outcome {
-        let Variable { row, access } = variable::<M>(reference)?;
-        if !writable(row, self.current.state) {
+    /// Writes variables: all of them, or none when one cannot be written.
+    pub fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> Outcome {
+        for (reference, value) in references.iter().zip(values) {
+            self.check_set(variable::<M>(*reference)?, value)?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            value.write(&variable::<M>(*reference)?.access, &mut self.current.model);
+            self.current.stale = true;
+            self.current.slopes.retain(|slope| slope.reference != *reference);
+        }
+        Ok(())
+    }
+
+    fn check_set<T: Value>(&self, variable: &Variable<M>, value: &T) -> Outcome {
+        let (Variable { row, access }, state) = (variable, self.current.state);
+        if access.kind() != T::KIND {
+            return other_type(variable, T::KIND);
+        }
+        if !writable(row, state) {
             return refuse(format!(
-                "{} is {:?} {:?} and cannot be set in the state {:?}",
-                row.name, row.variability, row.causality, self.current.state
+                "{} is {:?} {:?} and cannot be set in the state {state:?}",
+                row.name, row.variability, row.causality
             ));
         }
+        // Inputs come from other models, whose transients may leave the limits.
         if row.causality == Causality::Parameter
-            && let Some(number) = number
+            && let Some(number) = value.number()
         {
             let (min, max) =
                 (row.min.unwrap_or(f64::NEG_INFINITY), row.max.unwrap_or(f64::INFINITY));
@@ -218,11 +312,98 @@ impl<M: Model> Instance<M> {
                 return refuse(format!("{} = {number} is outside of {min} .. {max}", row.name));
             }
         }
-        if !write(access, &mut self.current.model) {
-            return refuse(format!("{} is of another type", row.name));
-        }
-        self.current.stale = true;
         Ok(())
+    }
+
+    /// Takes derivatives of inputs for the next step: all of them, or none.
+    pub fn set_slopes(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
+        let slopes = || references.iter().zip(orders).zip(values);
+        for ((reference, order), value) in slopes() {
+            let Variable { row, access } = variable::<M>(*reference)?;
+            let name = row.name;
+            if row.causality != Causality::Input
+                || row.variability != Variability::Continuous
+                || access.kind() != Kind::Real
+            {
+                return refuse(format!("{name} is no continuous input and has no derivative"));
+            }
+            if !(1..=HIGHEST_ORDER).contains(order) {
+                return refuse(format!(
+                    "expected an order of 1 .. {HIGHEST_ORDER} for {name}, found {order}"
+                ));
+            }
+            if !value.is_finite() {
+                return refuse(format!("the derivative {value} of {name} is not finite"));
+            }
+        }
+        let kept = &mut self.current.slopes;
+        for ((&reference, &order), &value) in slopes() {
+            kept.retain(|slope| (slope.reference, slope.order) != (reference, order));
+            kept.push(Slope { reference, order, value });
+        }
+        Ok(())
+    }
+
+    /// How `unknowns` change when `knowns` change by `changes`.
+    pub fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        changes: &[f64],
+    ) -> Outcome<Vec<f64>> {
+        let Some(derivatives) = M::DERIVATIVES else {
+            return refuse("a directional derivative is not supported");
+        };
+        let places = self.places(&derivatives, unknowns, knowns)?;
+        self.refresh()?;
+        let seeds = derivatives.known.iter().map(|name| {
+            let reference = M::VARIABLES.iter().position(|variable| variable.row.name == *name);
+            let at = reference.and_then(|reference| real::<M>(reference as u32));
+            let value = at.map_or(f64::NAN, |at| *at(&mut self.current.model));
+            let asked = knowns.iter().zip(changes);
+            let asked = asked.filter(|(known, _)| Some(**known as usize) == reference);
+            (value, asked.map(|(_, change)| change).sum())
+        });
+        let seeds: Vec<_> = seeds.collect();
+        let found = derivatives.along(&self.current.model, &seeds);
+        Ok(places.into_iter().map(|place| place.map_or(0.0, |place| found[place].1)).collect())
+    }
+
+    /// The place of each unknown in the equations, none for those that no known moves.
+    fn places(
+        &self,
+        derivatives: &Derivatives<M>,
+        unknowns: &[u32],
+        knowns: &[u32],
+    ) -> Outcome<Vec<Option<usize>>> {
+        let state = self.current.state;
+        let row = |reference: u32, may: fn(&Row, State) -> bool, part: &str| {
+            let Variable { row, access } = variable::<M>(reference)?;
+            if access.kind() == Kind::Real && may(row, state) {
+                return Ok(row);
+            }
+            refuse(format!("{} is no real {part} in the state {state:?}", row.name))
+        };
+        let knowns: Vec<_> =
+            knowns.iter().map(|known| row(*known, is_known, "known")).collect::<Outcome<_>>()?;
+        let mut places = Vec::with_capacity(unknowns.len());
+        for unknown in unknowns {
+            let (unknown, mut place) = (row(*unknown, is_unknown, "unknown")?, None);
+            for known in &knowns {
+                match partial::<M>(derivatives, unknown, known) {
+                    Partial::Equation(found) => place = Some(found),
+                    Partial::Zero => {}
+                    Partial::Missing => {
+                        return refuse(format!(
+                            "the derivative of {} with respect to {} is not known",
+                            unknown.name, known.name
+                        ));
+                    }
+                }
+            }
+            places.push(place);
+        }
+        Ok(places)
     }
 }
 
@@ -233,27 +414,46 @@ fn variable<M: Model>(reference: u32) -> Outcome<&'static Variable<M>> {
     })
 }
 
+/// Where a real variable is in the model.
+fn real<M: Model>(reference: u32) -> Option<fn(&mut M) -> &mut f64> {
+    match M::VARIABLES.get(reference as usize)?.access {
+        Access::Real(at) => Some(at),
+        _ => None,
+    }
+}
+
+fn other_type<M, T>(Variable { row, access }: &Variable<M>, expected: Kind) -> Outcome<T> {
+    refuse(format!("{} is of type {:?}, not {expected:?}", row.name, access.kind()))
+}
+
 /// Which variables may be written when: the notes below table 4.2.4 of FMI 2.0.
 fn writable(row: &Row, state: State) -> bool {
+    let input = row.causality == Causality::Input;
+    let constant = row.variability == Variability::Constant;
     match state {
-        State::Instantiated | State::Initialization => {
-            row.has_start() && row.variability != Variability::Constant
-        }
-        State::StepComplete => {
-            row.causality == Causality::Input
-                || row.causality == Causality::Parameter && row.variability == Variability::Tunable
-        }
+        State::Instantiated => row.has_start() && !constant,
+        State::Initialization => input || row.initial == Some(Initial::Exact) && !constant,
+        State::StepComplete => input || is_tunable(row),
         _ => false,
     }
 }
 
-impl<M: Model> Instance<M> {
-    /// Refuses a call that the state of the instance does not allow.
-    pub fn check(&self, call: Call) -> Outcome {
-        let state = self.state();
-        if call.allowed(state) {
-            return Ok(());
-        }
-        refuse(format!("{call:?} is not allowed in the state {state:?}"))
+fn is_tunable(row: &Row) -> bool {
+    row.causality == Causality::Parameter && row.variability == Variability::Tunable
+}
+
+/// Which variables may be varied when (FMI 2.0, section 2.1.9).
+fn is_known(row: &Row, state: State) -> bool {
+    match state {
+        State::Initialization => writable(row, state),
+        _ => row.causality == Causality::Input || is_tunable(row),
+    }
+}
+
+/// Which variables respond when (FMI 2.0, section 2.1.9).
+fn is_unknown(row: &Row, state: State) -> bool {
+    match state {
+        State::Initialization => row.is_initial_unknown(),
+        _ => row.causality == Causality::Output,
     }
 }

@@ -16,7 +16,7 @@
 //! }
 //!
 //! impl Model for Mass {
-//!     const INFO: Info = Info { name: "mass", description: "A mass on a line", step: 0.01 };
+//!     const INFO: Info = Info::new("mass", "A mass on a line", 0.01);
 //!     const VARIABLES: &'static [Variable<Self>] = &[
 //!         parameter("m", "kg", "Mass").min(1e-6).at(|s| &mut s.m),
 //!         input("F", "N", "Force").at(|s| &mut s.F),
@@ -35,29 +35,28 @@
 #![allow(unsafe_code, reason = "the C interface of FMI")]
 
 pub mod abi;
+mod derivative;
 pub mod description;
 pub mod export;
+mod info;
 mod instance;
 mod lifecycle;
+mod log;
 #[cfg(feature = "pack")]
 pub mod pack;
+mod table;
 pub mod unit;
+mod value;
 mod variable;
 
+pub use derivative::{Derivatives, Equations, Number};
+pub use info::Info;
+pub use log::{LOG_CATEGORIES, log, warn};
+pub use value::Value;
 pub use variable::{
-    Access, Causality, Depends, Initial, Row, Variability, Variable, input, output, parameter,
+    Access, Causality, Depends, Initial, Kind, Row, Variability, Variable, calculated_parameter,
+    constant, independent, input, local, output, parameter,
 };
-
-/// What a model is called and how it likes to be stepped.
-#[derive(Debug, Clone, Copy)]
-pub struct Info {
-    /// Name of the model, of its archive and of the library in it; a C identifier.
-    pub name: &'static str,
-    /// One line about the model.
-    pub description: &'static str,
-    /// Preferred communication step size [s].
-    pub step: f64,
-}
 
 /// Why a model could not do what it was asked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -84,6 +83,8 @@ pub trait Model:
     const INFO: Info;
     /// What the outside world may see. The row number is the value reference.
     const VARIABLES: &'static [Variable<Self>];
+    /// The derivatives of the output equations, for a model that has [`Equations`].
+    const DERIVATIVES: Option<Derivatives<Self>> = None;
 
     /// Computes the initial state from parameters and start values. It may be called repeatedly and
     /// must depend on nothing that an earlier call computed.
