@@ -20,13 +20,32 @@ const DISPLAY_UNITS: [(&str, &str); 7] = [
     ("J", "kWh"),
 ];
 
+/// What a description is written from.
+struct Table<'a, M> {
+    info: &'a Info,
+    variables: &'a [Variable<M>],
+    start: M,
+    differentiable: bool,
+}
+
+impl<M: Model> Table<'_, M> {
+    fn of_model() -> Self {
+        Table {
+            info: &const { M::INFO },
+            variables: M::VARIABLES,
+            start: M::default(),
+            differentiable: M::DERIVATIVES.is_some(),
+        }
+    }
+}
+
 /// The identity of a model: a hash of its whole description, so that a library and a description of
 /// different builds do not fit together.
 #[must_use]
 pub fn guid<M: Model>() -> String {
     let mut hash = Fnv::default();
     // Hashing cannot fail, and so neither can writing into the hash.
-    let _ = write::<M>(&mut hash, "");
+    let _ = write(&mut hash, "", &mut Table::<M>::of_model());
     format!("{{{:016x}{:016x}}}", hash.0[0], hash.0[1])
 }
 
@@ -35,7 +54,7 @@ pub fn guid<M: Model>() -> String {
 pub fn xml<M: Model>() -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
-    let _ = write::<M>(&mut text, &guid::<M>());
+    let _ = write(&mut text, &guid::<M>(), &mut Table::<M>::of_model());
     text
 }
 
@@ -59,8 +78,9 @@ impl Write for Fnv {
     }
 }
 
-fn write<M: Model>(out: &mut dyn Write, guid: &str) -> fmt::Result {
-    let Info { name, description, version, author, .. } = M::INFO;
+fn write<M>(out: &mut dyn Write, guid: &str, table: &mut Table<M>) -> fmt::Result {
+    let Table { info, variables, start, differentiable } = table;
+    let Info { name, description, version, author, log_categories, .. } = **info;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     write!(
         out,
@@ -76,35 +96,33 @@ fn write<M: Model>(out: &mut dyn Write, guid: &str) -> fmt::Result {
         r#" version="{}" generationTool="Trackside" variableNamingConvention="structured" numberOfEventIndicators="0">"#,
         Escaped(version),
     )?;
-    write_capabilities::<M>(out)?;
-    write_units(out, M::VARIABLES)?;
+    write_capabilities(out, name, *differentiable)?;
+    write_units(out, variables)?;
     writeln!(out, "  <LogCategories>")?;
-    for (name, description) in LOG_CATEGORIES.iter().chain(M::INFO.log_categories) {
+    for (name, description) in LOG_CATEGORIES.iter().chain(log_categories) {
         let (name, description) = (Escaped(name), Escaped(description));
         writeln!(out, r#"    <Category name="{name}" description="{description}"/>"#)?;
     }
     writeln!(out, "  </LogCategories>")?;
-    write_experiment(out, &M::INFO)?;
-    // The schema wants at least one variable in the list.
+    write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
-    let mut start = M::default();
-    for (reference, variable) in M::VARIABLES.iter().enumerate() {
-        write_variable(out, reference, variable, &mut start)?;
+    for (reference, variable) in variables.iter().enumerate() {
+        write_variable(out, reference, variable, start)?;
     }
     writeln!(out, "  </ModelVariables>")?;
-    write_structure(out, M::VARIABLES)?;
+    write_structure(out, variables)?;
     writeln!(out, "</fmiModelDescription>")
 }
 
 /// What the library can do. Its outputs have no time derivatives: `maxOutputDerivativeOrder` is 0, as
 /// when it is absent.
-fn write_capabilities<M: Model>(out: &mut dyn Write) -> fmt::Result {
+fn write_capabilities(out: &mut dyn Write, name: &str, differentiable: bool) -> fmt::Result {
     write!(
         out,
         r#"  <CoSimulation modelIdentifier="{}" canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true" canNotUseMemoryManagementFunctions="true" canGetAndSetFMUstate="true" canSerializeFMUstate="true""#,
-        Escaped(M::INFO.name),
+        Escaped(name),
     )?;
-    if M::DERIVATIVES.is_some() {
+    if differentiable {
         write!(out, r#" providesDirectionalDerivative="true""#)?;
     }
     writeln!(out, "/>")
@@ -311,3 +329,6 @@ impl Display for Joined<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -17,26 +17,7 @@ const MOST_CATEGORIES: usize = 64;
 #[must_use]
 pub fn problems<M: Model>() -> Vec<String> {
     let mut problems = info_problems(&M::INFO);
-    if M::VARIABLES.is_empty() {
-        problems.push("there is no variable".to_owned());
-    }
-    let mut names = BTreeSet::new();
-    let mut start = M::default();
-    for variable in M::VARIABLES {
-        let name = variable.row.name;
-        if !names.insert(name) {
-            problems.push(format!("there are two variables called `{name}`"));
-        }
-        let found = row_problems(&variable.row, variable.access.kind())
-            .chain(unit_problem(&variable.row))
-            .chain(start_problem(variable, &mut start))
-            .chain(name_problems::<M>(&variable.row));
-        problems.extend(found.map(|problem| format!("`{name}`: {problem}")));
-    }
-    let clocks = rows::<M>().filter(|row| row.causality == Causality::Independent);
-    if clocks.count() > 1 {
-        problems.push("there are two independent variables".to_owned());
-    }
+    problems.extend(table_problems(M::VARIABLES, &mut M::default()));
     if problems.is_empty() {
         // A model that panics here panics in front of its user too, who then reads why.
         let tried = catch_unwind(AssertUnwindSafe(behaviour_problems::<M>));
@@ -46,8 +27,29 @@ pub fn problems<M: Model>() -> Vec<String> {
     problems
 }
 
-fn rows<M: Model>() -> impl Iterator<Item = &'static Row> {
-    M::VARIABLES.iter().map(|variable| &variable.row)
+/// What is wrong with a table and its start values, before anything is computed.
+pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec<String> {
+    let mut problems = Vec::new();
+    if variables.is_empty() {
+        problems.push("there is no variable".to_owned());
+    }
+    let mut names = BTreeSet::new();
+    for variable in variables {
+        let name = variable.row.name;
+        if !names.insert(name) {
+            problems.push(format!("there are two variables called `{name}`"));
+        }
+        let found = row_problems(&variable.row, variable.access.kind())
+            .chain(unit_problem(&variable.row))
+            .chain(start_problem(variable, start))
+            .chain(dependency_problems(variables, &variable.row));
+        problems.extend(found.map(|problem| format!("`{name}`: {problem}")));
+    }
+    let clocks = variables.iter().filter(|other| other.row.causality == Causality::Independent);
+    if clocks.count() > 1 {
+        problems.push("there are two independent variables".to_owned());
+    }
+    problems
 }
 
 fn info_problems(info: &Info) -> Vec<String> {
@@ -141,17 +143,19 @@ fn start_problem<M>(Variable { row, access }: &Variable<M>, start: &mut M) -> Op
     wrong.then(|| format!("it starts at {value}, outside of its limits"))
 }
 
-/// Names of inputs that an output cannot depend on.
-fn name_problems<M: Model>(row: &Row) -> impl Iterator<Item = String> + use<M> {
+/// Names that an output cannot depend on.
+fn dependency_problems<M>(variables: &[Variable<M>], row: &Row) -> impl Iterator<Item = String> {
     let names = match row.depends {
         Depends::On(names) => names,
         Depends::All => &[],
     };
-    let known =
-        |name: &str| rows::<M>().any(|row| row.causality == Causality::Input && row.name == name);
+    let is_input = |name: &str| {
+        let mut inputs = variables.iter().filter(|other| other.row.causality == Causality::Input);
+        inputs.any(|input| input.row.name == name)
+    };
     names
         .iter()
-        .filter(move |name| !known(name))
+        .filter(move |name| !is_input(name))
         .map(|name| format!("depends on `{name}`, which is no input"))
 }
 
