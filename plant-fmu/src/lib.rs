@@ -173,3 +173,6 @@ impl Model for Plant {
 }
 
 fmu_export::export!(Plant);
+
+#[cfg(test)]
+mod tests;

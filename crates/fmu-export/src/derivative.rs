@@ -66,8 +66,13 @@ impl<M: 'static> Derivatives<M> {
         }
     }
 
-    /// The values of the unknowns and their changes, when the knowns have these values and changes.
-    pub(crate) fn along(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    /// The values of the unknowns and their changes, when the knowns have these values and changes; both
+    /// in the orders of their names.
+    ///
+    /// # Panics
+    /// When there are fewer values than knowns.
+    #[must_use]
+    pub fn along(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let known: Vec<_> =
             known.iter().map(|(value, change)| Dual64::new(*value, *change)).collect();
         (self.evaluate)(model, &known).iter().map(|unknown| (unknown.re, unknown.eps)).collect()
