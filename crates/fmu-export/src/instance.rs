@@ -2,20 +2,21 @@
 
 use std::ffi::CString;
 
+mod direction;
+mod slope;
+
 use serde::{Deserialize, Serialize};
 
 use crate::abi::Status;
-use crate::derivative::{Derivatives, Partial, partial};
 use crate::lifecycle::{Call, State};
 use crate::value::Value;
 use crate::variable::{Access, Causality, Initial, Kind, Row, Variability, Variable};
 use crate::{Model, ModelError};
+use slope::Slope;
 
 /// How far the communication point may be from the end of the last step, as a share of the step:
 /// masters that add up time are off by rounding, a master that skips a step is off by a whole one.
 const TIME_TOLERANCE: f64 = 1e-6;
-/// Highest order of an input derivative. Extrapolation gains nothing from higher ones.
-const HIGHEST_ORDER: i32 = 4;
 
 /// What a call could not do, and how bad that is.
 #[derive(Debug)]
@@ -28,14 +29,6 @@ pub(crate) type Outcome<T = ()> = Result<T, Refusal>;
 
 pub(crate) fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
     Err(Refusal { status: Status::Error, message: message.into() })
-}
-
-/// A derivative of an input at the beginning of the next step.
-#[derive(Clone, Serialize, Deserialize)]
-struct Slope {
-    reference: u32,
-    order: i32,
-    value: f64,
 }
 
 /// Everything that an FMU state restores.
@@ -71,52 +64,6 @@ impl<M: Model> Snapshot<M> {
         }
         self.model.outputs();
         self.stale = false;
-    }
-
-    /// Steps the model. With interpolated inputs it steps in sub-steps, each under the inputs of its
-    /// middle: of the values that an input could be held at this one has an error of second order, and
-    /// none for what integrates a ramp. The inputs stay at their values of the end.
-    fn advance(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        if self.slopes.is_empty() {
-            return self.model.step(time, step);
-        }
-        // The slack keeps a ratio that is whole but for rounding from costing one sub-step more.
-        let n = (step / M::INFO.substep - 1e-9).ceil().max(1.0);
-        let start = self.interpolated_inputs();
-        for i in 0..n as u64 {
-            let at = step * (i as f64 / n);
-            self.move_inputs(&start, at + 0.5 * step / n);
-            self.model.step(time + at, step / n)?;
-        }
-        self.move_inputs(&start, step);
-        Ok(())
-    }
-
-    /// The inputs with derivatives, and their values.
-    fn interpolated_inputs(&mut self) -> Vec<(u32, f64)> {
-        let mut inputs = Vec::new();
-        for Slope { reference, .. } in &self.slopes {
-            if inputs.iter().all(|(other, _)| other != reference)
-                && let Some(at) = real::<M>(*reference)
-            {
-                inputs.push((*reference, *at(&mut self.model)));
-            }
-        }
-        inputs
-    }
-
-    /// Sets inputs to the sum of their Taylor series, `time` [s] after the beginning of the step.
-    fn move_inputs(&mut self, start: &[(u32, f64)], time: f64) {
-        for (input, start) in start {
-            let Some(at) = real::<M>(*input) else { continue };
-            let terms = self.slopes.iter().filter(|slope| slope.reference == *input);
-            let change: f64 = terms
-                .map(|slope| {
-                    (1..=slope.order).fold(slope.value, |term, k| term * time / f64::from(k))
-                })
-                .sum();
-            *at(&mut self.model) = start + change;
-        }
     }
 }
 
@@ -314,97 +261,6 @@ impl<M: Model> Instance<M> {
         }
         Ok(())
     }
-
-    /// Takes derivatives of inputs for the next step: all of them, or none.
-    pub fn set_slopes(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
-        let slopes = || references.iter().zip(orders).zip(values);
-        for ((reference, order), value) in slopes() {
-            let Variable { row, access } = variable::<M>(*reference)?;
-            let name = row.name;
-            if row.causality != Causality::Input
-                || row.variability != Variability::Continuous
-                || access.kind() != Kind::Real
-            {
-                return refuse(format!("{name} is no continuous input and has no derivative"));
-            }
-            if !(1..=HIGHEST_ORDER).contains(order) {
-                return refuse(format!(
-                    "expected an order of 1 .. {HIGHEST_ORDER} for {name}, found {order}"
-                ));
-            }
-            if !value.is_finite() {
-                return refuse(format!("the derivative {value} of {name} is not finite"));
-            }
-        }
-        let kept = &mut self.current.slopes;
-        for ((&reference, &order), &value) in slopes() {
-            kept.retain(|slope| (slope.reference, slope.order) != (reference, order));
-            kept.push(Slope { reference, order, value });
-        }
-        Ok(())
-    }
-
-    /// How `unknowns` change when `knowns` change by `changes`.
-    pub fn directional_derivative(
-        &mut self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        changes: &[f64],
-    ) -> Outcome<Vec<f64>> {
-        let Some(derivatives) = M::DERIVATIVES else {
-            return refuse("a directional derivative is not supported");
-        };
-        let places = self.places(&derivatives, unknowns, knowns)?;
-        self.refresh()?;
-        let seeds = derivatives.known.iter().map(|name| {
-            let reference = M::VARIABLES.iter().position(|variable| variable.row.name == *name);
-            let at = reference.and_then(|reference| real::<M>(reference as u32));
-            let value = at.map_or(f64::NAN, |at| *at(&mut self.current.model));
-            let asked = knowns.iter().zip(changes);
-            let asked = asked.filter(|(known, _)| Some(**known as usize) == reference);
-            (value, asked.map(|(_, change)| change).sum())
-        });
-        let seeds: Vec<_> = seeds.collect();
-        let found = derivatives.along(&self.current.model, &seeds);
-        Ok(places.into_iter().map(|place| place.map_or(0.0, |place| found[place].1)).collect())
-    }
-
-    /// The place of each unknown in the equations, none for those that no known moves.
-    fn places(
-        &self,
-        derivatives: &Derivatives<M>,
-        unknowns: &[u32],
-        knowns: &[u32],
-    ) -> Outcome<Vec<Option<usize>>> {
-        let state = self.current.state;
-        let row = |reference: u32, may: fn(&Row, State) -> bool, part: &str| {
-            let Variable { row, access } = variable::<M>(reference)?;
-            if access.kind() == Kind::Real && may(row, state) {
-                return Ok(row);
-            }
-            refuse(format!("{} is no real {part} in the state {state:?}", row.name))
-        };
-        let knowns: Vec<_> =
-            knowns.iter().map(|known| row(*known, is_known, "known")).collect::<Outcome<_>>()?;
-        let mut places = Vec::with_capacity(unknowns.len());
-        for unknown in unknowns {
-            let (unknown, mut place) = (row(*unknown, is_unknown, "unknown")?, None);
-            for known in &knowns {
-                match partial::<M>(derivatives, unknown, known) {
-                    Partial::Equation(found) => place = Some(found),
-                    Partial::Zero => {}
-                    Partial::Missing => {
-                        return refuse(format!(
-                            "the derivative of {} with respect to {} is not known",
-                            unknown.name, known.name
-                        ));
-                    }
-                }
-            }
-            places.push(place);
-        }
-        Ok(places)
-    }
 }
 
 fn variable<M: Model>(reference: u32) -> Outcome<&'static Variable<M>> {
@@ -440,20 +296,4 @@ fn writable(row: &Row, state: State) -> bool {
 
 fn is_tunable(row: &Row) -> bool {
     row.causality == Causality::Parameter && row.variability == Variability::Tunable
-}
-
-/// Which variables may be varied when (FMI 2.0, section 2.1.9).
-fn is_known(row: &Row, state: State) -> bool {
-    match state {
-        State::Initialization => writable(row, state),
-        _ => row.causality == Causality::Input || is_tunable(row),
-    }
-}
-
-/// Which variables respond when (FMI 2.0, section 2.1.9).
-fn is_unknown(row: &Row, state: State) -> bool {
-    match state {
-        State::Initialization => row.is_initial_unknown(),
-        _ => row.causality == Causality::Output,
-    }
 }

@@ -9,85 +9,28 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::{ptr, slice};
 
 use crate::Model;
-use crate::abi::{Boolean, CallbackFunctions, Component, Logger, Status};
+use crate::abi::{Boolean, CallbackFunctions, Component, Status};
 use crate::description::{self, guid};
 use crate::instance::{Instance, Outcome, Refusal, refuse};
 pub use crate::lifecycle::Call;
-use crate::log::{LOG_CATEGORIES, Message, take_messages};
 pub use crate::value::Truth;
 
 mod functions;
+mod logger;
 mod state;
 mod values;
 
+use logger::{ALWAYS, EVENTS, Log};
 pub use state::{
     deserialize, free_fmu_state, get_fmu_state, serialize, serialized_size, set_fmu_state,
 };
 pub use values::{directional_derivative, get, get_string, set, set_input_derivatives, set_string};
 
 const CO_SIMULATION: c_int = 1;
-const EVENTS: &str = LOG_CATEGORIES[Status::Ok as usize].0;
-/// Categories that are on before anyone asks: without them a failure would be silent.
-const ALWAYS: u64 =
-    1 << Status::Discard as u64 | 1 << Status::Error as u64 | 1 << Status::Fatal as u64;
-
 /// What an `fmi2Component` points to.
 struct Slave<M: Model> {
     instance: Instance<M>,
     log: Log,
-}
-
-struct Log {
-    name: CString,
-    logger: Logger,
-    environment: *mut c_void,
-    /// The model's own categories, numbered after [`LOG_CATEGORIES`].
-    own: &'static [(&'static str, &'static str)],
-    /// Bit `i` is set when category `i` is wanted.
-    wanted: u64,
-}
-
-impl Log {
-    /// The bit of a category.
-    fn bit(&self, category: &str) -> Option<u64> {
-        let place =
-            LOG_CATEGORIES.iter().chain(self.own).position(|(name, _)| *name == category)?;
-        1_u64.checked_shl(place as u32)
-    }
-
-    fn send(&self, status: Status, category: &str, message: &str) {
-        if self.bit(category).is_none_or(|bit| self.wanted & bit == 0) {
-            return;
-        }
-        let text = CString::new(message.replace('\0', "?")).unwrap_or_default();
-        let category = CString::new(category).unwrap_or_default();
-        // SAFETY: the importer's logger takes these arguments. The message is an argument of a fixed
-        // format, so that a percent sign in it means nothing.
-        unsafe {
-            (self.logger)(
-                self.environment,
-                self.name.as_ptr(),
-                status,
-                category.as_ptr(),
-                c"%s".as_ptr(),
-                text.as_ptr(),
-            );
-        }
-    }
-
-    fn status(&self, refusal: &Refusal) {
-        self.send(refusal.status, LOG_CATEGORIES[refusal.status as usize].0, &refusal.message);
-    }
-
-    /// Hands over what the model said during a call, and gives the worst status of it.
-    fn messages(&self) -> Status {
-        let mut worst = Status::Ok;
-        for Message { status, category, text } in take_messages() {
-            self.send(status, category, &text);
-            worst = worst.max(status);
-        }
-        worst
-    }
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> String {
@@ -255,7 +198,7 @@ pub unsafe fn set_debug_logging<M: Model>(
 /// `fmi2SetupExperiment`; the tolerance is for solvers, and there is none.
 ///
 /// # Safety
-/// As [`with`] demands of `component`.
+/// As `with` demands of `component`.
 pub unsafe fn setup_experiment<M: Model>(
     component: Component,
     start: f64,
@@ -275,7 +218,7 @@ pub unsafe fn setup_experiment<M: Model>(
 /// `fmi2Terminate`, `fmi2Reset` and `fmi2CancelStep`.
 ///
 /// # Safety
-/// As [`with`] demands of `component`.
+/// As `with` demands of `component`.
 pub unsafe fn proceed<M: Model>(component: Component, call: Call) -> Status {
     let body = |instance: &mut Instance<M>, log: &mut Log| {
         match call {
@@ -300,7 +243,7 @@ pub unsafe fn proceed<M: Model>(component: Component, call: Call) -> Status {
 /// `fmi2DoStep`.
 ///
 /// # Safety
-/// As [`with`] demands of `component`.
+/// As `with` demands of `component`.
 pub unsafe fn do_step<M: Model>(component: Component, time: f64, step: f64) -> Status {
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::DoStep, |instance, _| instance.do_step(time, step)) }
@@ -309,7 +252,7 @@ pub unsafe fn do_step<M: Model>(component: Component, time: f64, step: f64) -> S
 /// The functions whose capability flags are not set: they say so.
 ///
 /// # Safety
-/// As [`with`] demands of `component`.
+/// As `with` demands of `component`.
 pub unsafe fn unsupported<M: Model>(component: Component, call: Call, name: &str) -> Status {
     let body = |_: &mut Instance<M>, _: &mut Log| refuse(format!("{name} is not supported"));
     // SAFETY: as the caller promises.
@@ -320,7 +263,7 @@ pub unsafe fn unsupported<M: Model>(component: Component, call: Call, name: &str
 /// function answers, by their numbers in `fmi2StatusKind`.
 ///
 /// # Safety
-/// `value` is valid; as [`with`] demands of `component`.
+/// `value` is valid; as `with` demands of `component`.
 pub unsafe fn get_status<M: Model, T>(
     component: Component,
     kind: c_int,

@@ -12,7 +12,7 @@ use crate::value::Value;
 /// `fmi2GetReal`, `fmi2GetInteger` and `fmi2GetBoolean`.
 ///
 /// # Safety
-/// `references` and `values` are valid for `length` values; as [`with`] demands of `component`.
+/// `references` and `values` are valid for `length` values; as `with` demands of `component`.
 pub unsafe fn get<M: Model, T: Value>(
     component: Component,
     references: *const ValueReference,
@@ -105,7 +105,7 @@ pub unsafe fn set_string<M: Model>(
 /// `fmi2SetRealInputDerivatives`: for the next step, and until the input is set.
 ///
 /// # Safety
-/// `references`, `orders` and `values` are valid for `length` values; as [`with`] demands of
+/// `references`, `orders` and `values` are valid for `length` values; as `with` demands of
 /// `component`.
 pub unsafe fn set_input_derivatives<M: Model>(
     component: Component,
@@ -128,7 +128,7 @@ pub unsafe fn set_input_derivatives<M: Model>(
 ///
 /// # Safety
 /// `unknowns` and `responses` are valid for `rows` values, `knowns` and `changes` for `columns`; as
-/// [`with`] demands of `component`.
+/// `with` demands of `component`.
 pub unsafe fn directional_derivative<M: Model>(
     component: Component,
     (unknowns, rows): (*const ValueReference, usize),
