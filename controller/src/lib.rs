@@ -19,11 +19,11 @@ struct Node {
 }
 
 impl Model for Node {
-    const INFO: Info = Info {
-        name: "controller",
-        description: "Speed and yaw control with rejection of the estimated disturbances",
-        step: 0.01,
-    };
+    const INFO: Info = Info::new(
+        "controller",
+        "Speed and yaw control with rejection of the estimated disturbances",
+        0.01,
+    );
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("v_ref", "m/s", "Wanted forward speed").at(|n| &mut n.reference.v),

@@ -38,11 +38,11 @@ impl Default for Node {
 const MEASURED: &[&str] = &["v_x_meas", "v_y_meas", "r_meas", "a_y_meas"];
 
 impl Model for Node {
-    const INFO: Info = Info {
-        name: "estimator",
-        description: "Extended-state Kalman filter of a single-track car with three disturbances",
-        step: 0.01,
-    };
+    const INFO: Info = Info::new(
+        "estimator",
+        "Extended-state Kalman filter of a single-track car with three disturbances",
+        0.01,
+    );
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("F_x", "N", "Driving force during the step").at(|n| &mut n.F_x),

@@ -9,10 +9,13 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::error::Error;
 use orchestrator::fmu::Fmu;
-use orchestrator::package::Workspace;
+use orchestrator::package::{Product, Workspace};
 use orchestrator::suite::{self, Outcome, TestResult};
 use orchestrator::system::Overrides;
 use orchestrator::{News, Options, Replay};
+
+/// The packages whose FMUs make the closed loop.
+const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
 
 /// Co-simulation of vehicle dynamics: runs scenarios of FMUs, records them and judges them.
 #[derive(Parser)]
@@ -31,9 +34,11 @@ enum Command {
     Test(TestArgs),
     /// Build FMU packages of the workspace and pack them.
     Pack {
-        /// The packages.
-        #[arg(default_values = ["plant-fmu", "controller", "estimator"])]
+        /// The packages [default: plant-fmu controller estimator].
         packages: Vec<String>,
+        /// Pack an example instead, of the given packages or of any. May be repeated.
+        #[arg(long, value_name = "NAME")]
+        example: Vec<String>,
         /// The folder for the archives.
         #[arg(long, default_value = "target/fmu")]
         out: PathBuf,
@@ -104,7 +109,7 @@ fn main() -> ExitCode {
     let result = match command {
         Command::Run(args) => run(&args),
         Command::Test(args) => test(&args),
-        Command::Pack { packages, out } => pack(&packages, &out),
+        Command::Pack { packages, example, out } => pack(&packages, &example, &out),
         Command::Inspect { fmu } => inspect(&fmu),
     };
     ExitCode::from(result.unwrap_or_else(tell))
@@ -256,10 +261,20 @@ fn test_line(result: &TestResult) -> String {
     format!("{word:<8} {path}  {seconds:.1} s{text}\n")
 }
 
-fn pack(packages: &[String], out: &Path) -> Result<u8, Error> {
-    let packages: Vec<_> = packages.iter().map(String::as_str).collect();
+fn pack(packages: &[String], examples: &[String], out: &Path) -> Result<u8, Error> {
     let archives = Workspace::around(Path::new("."))
-        .and_then(|workspace| workspace.pack(&packages, Some(out)))
+        .and_then(|workspace| {
+            let library = |package: &str| Product { package: package.to_owned(), example: None };
+            let products = match (examples, packages) {
+                ([], []) => FMUS.map(library).to_vec(),
+                ([], packages) => packages.iter().map(|package| library(package)).collect(),
+                (examples, packages) => examples
+                    .iter()
+                    .map(|example| workspace.example(packages, example))
+                    .collect::<Result<_, _>>()?,
+            };
+            workspace.pack(&products, Some(out))
+        })
         .map_err(|error| Error::input(error.to_string()))?;
     for archive in archives.values() {
         print(&format!("{}\n", archive.display()));

@@ -30,6 +30,16 @@ pub enum BuildError {
         /// What there is instead.
         hint: String,
     },
+    /// No package has such an example.
+    #[error("the workspace {root} has no example `{example}` that makes an FMU{hint}")]
+    UnknownExample {
+        /// The example.
+        example: String,
+        /// The workspace.
+        root: PathBuf,
+        /// What there is instead.
+        hint: String,
+    },
     /// The package does not compile.
     #[error("cargo could not build {packages}:\n{what}")]
     Failed {
@@ -59,13 +69,42 @@ struct Package {
 
 #[derive(Deserialize)]
 struct Target {
+    name: String,
     kind: Vec<String>,
+    #[serde(default)]
+    crate_types: Vec<String>,
+}
+
+impl Target {
+    fn is_example(&self) -> bool {
+        self.kind.iter().any(|kind| kind == "example")
+    }
+
+    fn makes_library(&self) -> bool {
+        self.crate_types.iter().any(|kind| kind == "cdylib")
+    }
 }
 
 impl Package {
     fn makes_library(&self) -> bool {
-        self.targets.iter().any(|target| target.kind.iter().any(|kind| kind == "cdylib"))
+        self.targets.iter().any(|target| target.makes_library() && !target.is_example())
     }
+
+    /// The names of the examples that make a library.
+    fn examples(&self) -> impl Iterator<Item = &str> {
+        let examples =
+            self.targets.iter().filter(|target| target.makes_library() && target.is_example());
+        examples.map(|target| target.name.as_str())
+    }
+}
+
+/// What an FMU is built from: the library of a package, or an example of it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Product {
+    /// The package.
+    pub package: String,
+    /// Its example, when the FMU is not the package itself.
+    pub example: Option<String>,
 }
 
 /// A line of `cargo build --message-format=json`.
@@ -73,6 +112,7 @@ impl Package {
 struct BuildMessage {
     reason: String,
     package_id: Option<String>,
+    target: Option<Target>,
     #[serde(default)]
     filenames: Vec<PathBuf>,
 }
@@ -107,27 +147,55 @@ impl Workspace {
         &self.0.target_directory
     }
 
-    /// Builds the libraries of `packages` and packs each into the folder `into`, or by default beside
-    /// the libraries. Returns the archives.
+    /// Builds libraries and packs each into the folder `into`, or by default beside the libraries.
+    /// Returns the archives.
     ///
     /// # Errors
-    /// When a package is unknown, does not compile, or makes no FMU.
+    /// When a package or example is unknown, does not compile, or makes no FMU.
     pub fn pack(
         &self,
-        packages: &[&str],
+        products: &[Product],
         into: Option<&Path>,
-    ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-        for package in packages {
-            self.check(package)?;
+    ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+        for Product { package, example } in products {
+            match example {
+                Some(example) => self.example(std::slice::from_ref(package), example).map(drop)?,
+                None => self.check(package)?,
+            }
         }
-        let libraries = self.build(packages)?;
+        let libraries = self.build(products)?;
         let mut archives = BTreeMap::new();
-        for (package, library) in libraries {
+        // The program's own package may be built beside what was asked for.
+        for (product, library) in
+            libraries.into_iter().filter(|(found, _)| products.contains(found))
+        {
             let beside = library.with_file_name("fmu");
             let archive = fmu_export::pack::pack(&library, into.unwrap_or(&beside))?;
-            archives.insert(package, archive);
+            archives.insert(product, archive);
         }
         Ok(archives)
+    }
+
+    /// The example of this name, in one of `packages`, or in any when there are none.
+    ///
+    /// # Errors
+    /// When there is no such example that makes a library.
+    pub fn example(&self, packages: &[String], example: &str) -> Result<Product, BuildError> {
+        let all = || {
+            let searched =
+                |package: &&Package| packages.is_empty() || packages.contains(&package.name);
+            self.0.packages.iter().filter(searched)
+        };
+        if let Some(package) = all().find(|package| package.examples().any(|name| name == example))
+        {
+            return Ok(Product {
+                package: package.name.clone(),
+                example: Some(example.to_owned()),
+            });
+        }
+        let names: Vec<_> = all().flat_map(Package::examples).collect();
+        let (hint, root) = (hint(example, &names), self.0.workspace_root.clone());
+        Err(BuildError::UnknownExample { example: example.to_owned(), root, hint })
     }
 
     fn check(&self, package: &str) -> Result<(), BuildError> {
@@ -136,33 +204,40 @@ impl Workspace {
         if names.contains(&package) {
             return Ok(());
         }
-        let hint = match closest(package, names.iter().copied()) {
-            Some(hint) => format!("; did you mean `{hint}`?"),
-            None => format!("; there are: {}", names.join(", ")),
-        };
-        let root = self.0.workspace_root.clone();
+        let (hint, root) = (hint(package, &names), self.0.workspace_root.clone());
         Err(BuildError::Unknown { package: package.to_owned(), root, hint })
     }
 
-    /// The built library of each package.
-    fn build(&self, packages: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    /// The built library of each product.
+    fn build(&self, products: &[Product]) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
         // Cargo unites the features of what it builds together. With this program among the packages it
         // finds every dependency as the program was built with it, and compiles none twice. If the
         // program's own package does not compile at the moment, the others may do so without it.
         let own = env!("CARGO_PKG_NAME");
         let together = self.0.packages.iter().find(|package| package.name == own);
-        let together = together.map(|_| self.build_together(&[packages, &[own]].concat()));
-        match together {
+        match together.map(|_| self.build_together(products, Some(own))) {
             Some(Ok(libraries)) => Ok(libraries),
-            _ => self.build_together(packages),
+            _ => self.build_together(products, None),
         }
     }
 
-    fn build_together(&self, packages: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    fn build_together(
+        &self,
+        products: &[Product],
+        own: Option<&str>,
+    ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+        let packages: Vec<_> = products.iter().map(|product| product.package.as_str()).collect();
         let failed = |what| BuildError::Failed { packages: packages.join(", "), what };
         let mut cargo = cargo();
-        cargo.args(["build", "--lib", "--quiet", "--message-format=json-render-diagnostics"]);
-        cargo.args(profile()).args(packages.iter().flat_map(|package| ["--package", package]));
+        cargo.args(["build", "--quiet", "--message-format=json-render-diagnostics"]);
+        if products.iter().any(|product| product.example.is_none()) {
+            cargo.arg("--lib");
+        }
+        for example in products.iter().filter_map(|product| product.example.as_ref()) {
+            cargo.args(["--example", example]);
+        }
+        let packages = packages.iter().copied().chain(own);
+        cargo.args(profile()).args(packages.flat_map(|package| ["--package", package]));
         cargo.current_dir(&self.0.workspace_root).stdin(Stdio::null());
         let output =
             cargo.output().map_err(|error| failed(format!("cannot start cargo: {error}")))?;
@@ -176,14 +251,27 @@ impl Workspace {
         Ok(artifacts.filter_map(|message| self.library(&message)).collect())
     }
 
-    /// The package that a message is about, and the dynamic library that was made of it.
-    fn library(&self, message: &BuildMessage) -> Option<(String, PathBuf)> {
+    /// What a message is about, and the dynamic library that was made of it.
+    fn library(&self, message: &BuildMessage) -> Option<(Product, PathBuf)> {
         let mut packages = self.0.packages.iter();
         let package = packages.find(|package| Some(&package.id) == message.package_id.as_ref())?;
+        let example = message.target.as_ref().filter(|target| target.is_example());
+        let product = Product {
+            package: package.name.clone(),
+            example: example.map(|target| target.name.clone()),
+        };
         let dynamic = |file: &&PathBuf| {
             file.extension().is_some_and(|extension| extension == std::env::consts::DLL_EXTENSION)
         };
-        Some((package.name.clone(), message.filenames.iter().find(dynamic)?.clone()))
+        Some((product, message.filenames.iter().find(dynamic)?.clone()))
+    }
+}
+
+/// What a user may have meant by `name`.
+fn hint(name: &str, names: &[&str]) -> String {
+    match closest(name, names.iter().copied()) {
+        Some(hint) => format!("; did you mean `{hint}`?"),
+        None => format!("; there are: {}", names.join(", ")),
     }
 }
 
@@ -222,19 +310,22 @@ fn last_line(output: &Output) -> String {
 ///
 /// # Errors
 /// With the place in the file, when a package is unknown, does not compile, or makes no FMU.
-pub fn build(scenario: &crate::scenario::Scenario) -> Result<BTreeMap<String, PathBuf>, Error> {
-    let words = scenario.document.fmu.iter().filter_map(|fmu| fmu.package.as_ref());
-    let words: Vec<_> = words.collect();
-    let Some(first) = words.first() else { return Ok(BTreeMap::new()) };
+pub fn build(scenario: &crate::scenario::Scenario) -> Result<BTreeMap<Product, PathBuf>, Error> {
+    let fmus = scenario.document.fmu.iter();
+    let fmus: Vec<_> = fmus.filter_map(|fmu| Some((fmu, fmu.product()?))).collect();
+    let Some((first, _)) = fmus.first() else { return Ok(BTreeMap::new()) };
+    let first = first.package.as_ref().unwrap_or(&first.name);
     let folder = scenario.resolve("");
     let workspace = Workspace::around(&folder)
         .or_else(|error| Workspace::around(Path::new(".")).map_err(|_| error))
         .map_err(|error| scenario.error(first, error.to_string()))?;
-    let names: Vec<_> = words.iter().map(|word| word.get_ref().as_str()).collect();
-    workspace.pack(&names, None).map_err(|error| {
+    let products: Vec<_> = fmus.iter().map(|(_, product)| product.clone()).collect();
+    workspace.pack(&products, None).map_err(|error| {
+        let mut words = fmus.iter().flat_map(|(fmu, _)| fmu.package.iter().chain(&fmu.example));
         let word = match &error {
-            BuildError::Unknown { package, .. } => {
-                words.iter().find(|word| word.get_ref() == package).unwrap_or(first)
+            BuildError::Unknown { package: name, .. }
+            | BuildError::UnknownExample { example: name, .. } => {
+                words.find(|word| word.get_ref() == name).unwrap_or(first)
             }
             _ => first,
         };

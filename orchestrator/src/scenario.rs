@@ -8,6 +8,7 @@ use toml::Spanned;
 
 use crate::effects::{Effects, Noise};
 use crate::error::{Error, Source};
+use crate::package::Product;
 use crate::signal::Part;
 use crate::table::Interpolation;
 use crate::view::Role;
@@ -109,12 +110,23 @@ pub struct Fmu {
     /// The package that the archive is built from, in the workspace around the scenario file.
     #[serde(rename = "crate")]
     pub package: Option<Spanned<String>>,
+    /// The example of the package that the archive is built from, instead of the package itself.
+    pub example: Option<Spanned<String>>,
     /// Start values by variable.
     #[serde(default)]
     pub start: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
     /// Whether the FMU logs all it has to say.
     #[serde(default)]
     pub log: bool,
+}
+
+impl Fmu {
+    /// What the archive is built from, when it has no path.
+    #[must_use]
+    pub fn product(&self) -> Option<Product> {
+        let package = self.package.as_ref()?.get_ref().clone();
+        Some(Product { package, example: self.example.as_ref().map(|word| word.get_ref().clone()) })
+    }
 }
 
 /// `[[table]]`.

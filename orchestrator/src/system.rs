@@ -15,6 +15,7 @@ use crate::error::Error;
 use crate::expression::Expression;
 use crate::fmu::Fmu;
 use crate::node::{CallError, FmuNode, Node, SignalNode, TableNode};
+use crate::package::Product;
 use crate::scenario::{At, Scenario};
 use crate::signal::Signal;
 use crate::sink::{Column, Header};
@@ -213,7 +214,7 @@ impl System {
     /// With the place in the file, when something does not fit.
     pub fn resolve(
         scenario: &Scenario,
-        archives: &BTreeMap<String, PathBuf>,
+        archives: &BTreeMap<Product, PathBuf>,
         overrides: &Overrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {

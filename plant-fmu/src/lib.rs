@@ -2,7 +2,9 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use fmu_export::{Info, Model, ModelError, Variable, input, output, parameter};
+use fmu_export::{
+    Derivatives, Equations, Info, Model, ModelError, Number, Variable, input, output, parameter,
+};
 use serde::{Deserialize, Serialize};
 use vehicle::{Input, Motion, State, Vehicle};
 
@@ -33,12 +35,24 @@ impl Default for Plant {
 /// moves load between the axles.
 const BOTH: &[&str] = &["F_x", "delta"];
 
+impl Equations<2, 8> for Plant {
+    const KNOWN: [&str; 2] = ["F_x", "delta"];
+    const UNKNOWN: [&str; 8] = ["a_x", "a_y", "alpha_f", "alpha_r", "F_zf", "F_zr", "F_yf", "F_yr"];
+
+    fn equations<T: Number>(&self, [F_x, delta]: [T; 2]) -> [T; 8] {
+        let motion = self.vehicle.lift().evaluate(&self.state.lift(), &Input { F_x, delta });
+        let Motion { a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_yf, F_yr, .. } = motion;
+        [a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_yf, F_yr]
+    }
+}
+
 impl Model for Plant {
-    const INFO: Info = Info {
-        name: "plant",
-        description: "Single-track car with Magic Formula tires, load transfer and aerodynamics",
-        step: 0.01,
-    };
+    const INFO: Info = Info::new(
+        "plant",
+        "Single-track car with Magic Formula tires, load transfer and aerodynamics",
+        0.01,
+    )
+    .substep(SUBSTEP);
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("F_x", "N", "Driving force; braking when negative").at(|p| &mut p.input.F_x),
@@ -134,6 +148,8 @@ impl Model for Plant {
             .at(|p| &mut p.substep),
     ];
 
+    const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());
+
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.state = self.start;
         Ok(())
@@ -157,3 +173,6 @@ impl Model for Plant {
 }
 
 fmu_export::export!(Plant);
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! Checks what the commands print, return and write when nothing is wrong with what they are given.
 
 use super::fmus::ours;
-use super::harness::Lab;
+use super::harness::{Ended, Lab, ROOT, trackside};
 
 /// A car that coasts, with a check on how far it comes.
 fn coasting(check: &str) -> String {
@@ -142,4 +142,24 @@ fn junit(xml: &str) {
     ] {
         assert!(xml.contains(element), "{element}\n{xml}");
     }
+}
+
+#[test]
+fn an_example_is_packed_by_one_command_and_built_by_a_scenario() {
+    let root = std::path::Path::new(ROOT);
+    let lab = Lab::new();
+    let mut pack = trackside(root);
+    pack.args(["pack", "--example", "spring_damper", "--out"]).arg(lab.path("fmu"));
+    let packed = Ended::of(pack.output().expect("it starts")).expect(0);
+    assert!(packed.stdout.contains("spring_damper.fmu"), "{}", packed.stdout);
+    // A mass of 1 kg at 100 N/m, damped by 1/s, swings back to -0.1 m exp(-pi / 9.95) = -0.0729 m.
+    lab.write(
+        "swing.toml",
+        "[time]\nstep = 0.01\nstop = 2.0\n\n[[fmu]]\nname = \"mass\"\ncrate = \"fmu-export\"\n\
+         example = \"spring_damper\"\nstart = { F = 0.0 }\n\n[[check]]\nname = \"swing\"\n\
+         that = \"abs(mass.a + 100 * mass.x + 2 * mass.v) < 1e-9 and mass.x > -0.074\"\n",
+    );
+    let mut run = trackside(root);
+    run.args(["run", "--rerun", "off", "--out"]).arg(lab.path("out")).arg(lab.path("swing.toml"));
+    Ended::of(run.output().expect("it starts")).expect(0);
 }

@@ -1,24 +1,43 @@
 //! Writes `modelDescription.xml` from the table of variables.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Display, Write};
 
+use crate::log::LOG_CATEGORIES;
+pub use crate::table::problems;
 use crate::unit::{self, Unit};
-use crate::variable::{Access, Causality, Depends, Initial, Row, Variability, Variable};
+use crate::variable::{Access, Causality, Depends, Initial, Kind, Row, Variability, Variable};
 use crate::{Info, Model};
 
-/// The log categories of every unit, with what they carry.
-pub const LOG_CATEGORIES: [(&str, &str); 5] = [
-    ("logEvents", "Instantiation, initialisation, reset and termination"),
-    ("logStatusWarning", "Results to look at"),
-    ("logStatusDiscard", "Steps that were not completed"),
-    ("logStatusError", "Calls that failed"),
-    ("logStatusFatal", "Failures that no call recovers from"),
+/// Units in which people read what is computed in the unit on the left.
+const DISPLAY_UNITS: [(&str, &str); 7] = [
+    ("rad", "deg"),
+    ("rad/s", "deg/s"),
+    ("rad/s2", "deg/s2"),
+    ("m/s", "km/h"),
+    ("K", "degC"),
+    ("Pa", "bar"),
+    ("J", "kWh"),
 ];
 
-/// Units in which people read what is computed in the unit on the left.
-const DISPLAY_UNITS: [(&str, &str); 4] =
-    [("rad", "deg"), ("rad/s", "deg/s"), ("rad/s2", "deg/s2"), ("m/s", "km/h")];
+/// What a description is written from.
+struct Table<'a, M> {
+    info: &'a Info,
+    variables: &'a [Variable<M>],
+    start: M,
+    differentiable: bool,
+}
+
+impl<M: Model> Table<'_, M> {
+    fn of_model() -> Self {
+        Table {
+            info: &const { M::INFO },
+            variables: M::VARIABLES,
+            start: M::default(),
+            differentiable: M::DERIVATIVES.is_some(),
+        }
+    }
+}
 
 /// The identity of a model: a hash of its whole description, so that a library and a description of
 /// different builds do not fit together.
@@ -26,7 +45,7 @@ const DISPLAY_UNITS: [(&str, &str); 4] =
 pub fn guid<M: Model>() -> String {
     let mut hash = Fnv::default();
     // Hashing cannot fail, and so neither can writing into the hash.
-    let _ = write::<M>(&mut hash, "");
+    let _ = write(&mut hash, "", &mut Table::<M>::of_model());
     format!("{{{:016x}{:016x}}}", hash.0[0], hash.0[1])
 }
 
@@ -35,50 +54,8 @@ pub fn guid<M: Model>() -> String {
 pub fn xml<M: Model>() -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
-    let _ = write::<M>(&mut text, &guid::<M>());
+    let _ = write(&mut text, &guid::<M>(), &mut Table::<M>::of_model());
     text
-}
-
-/// What is wrong with a table of variables: names that are no C identifier or stand twice, units that
-/// are not understood, start values outside of their limits, dependencies on what is no input.
-#[must_use]
-pub fn problems<M: Model>() -> Vec<String> {
-    let mut problems = Vec::new();
-    let identifier = |name: &str| {
-        name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
-    };
-    if !identifier(M::INFO.name) {
-        problems.push(format!("the model's name `{}` is no C identifier", M::INFO.name));
-    }
-    let rows = || M::VARIABLES.iter().map(|variable| variable.row);
-    let mut start = M::default();
-    for (place, Variable { row, access }) in M::VARIABLES.iter().enumerate() {
-        let Row { name, unit, .. } = *row;
-        if rows().take(place).any(|other| other.name == name) {
-            problems.push(format!("there are two variables called `{name}`"));
-        }
-        if !unit.is_empty()
-            && let Err(error) = Unit::parse(unit)
-        {
-            problems.push(format!("`{name}`: {error}"));
-        }
-        let value = match access {
-            Access::Real(at) => *at(&mut start),
-            Access::Integer(at) => f64::from(*at(&mut start)),
-            Access::Boolean(_) | Access::String(_) => continue,
-        };
-        if value < row.min.unwrap_or(value) || value > row.max.unwrap_or(value) {
-            problems.push(format!("`{name}` starts at {value}, outside of its limits"));
-        }
-        let Depends::On(inputs) = row.depends else { continue };
-        for input in inputs {
-            if !rows().any(|row| row.causality == Causality::Input && row.name == *input) {
-                problems.push(format!("`{name}` depends on `{input}`, which is no input"));
-            }
-        }
-    }
-    problems
 }
 
 /// Two FNV-1a hashes with different offset bases, 128 bits in all.
@@ -101,82 +78,133 @@ impl Write for Fnv {
     }
 }
 
-fn write<M: Model>(out: &mut dyn Write, guid: &str) -> fmt::Result {
-    let Info { name, description, step } = M::INFO;
+fn write<M>(out: &mut dyn Write, guid: &str, table: &mut Table<M>) -> fmt::Result {
+    let Table { info, variables, start, differentiable } = table;
+    let Info { name, description, version, author, log_categories, .. } = **info;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
-    writeln!(
+    write!(
         out,
-        r#"<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{guid}" description="{}" version="{}" generationTool="Trackside" variableNamingConvention="structured" numberOfEventIndicators="0">"#,
+        r#"<fmiModelDescription fmiVersion="2.0" modelName="{}" guid="{guid}" description="{}""#,
+        Escaped(name),
         Escaped(description),
-        env!("CARGO_PKG_VERSION"),
     )?;
+    if let Some(author) = author {
+        write!(out, r#" author="{}""#, Escaped(author))?;
+    }
     writeln!(
         out,
-        r#"  <CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" canNotUseMemoryManagementFunctions="true" canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>"#
+        r#" version="{}" generationTool="Trackside" variableNamingConvention="structured" numberOfEventIndicators="0">"#,
+        Escaped(version),
     )?;
-    write_units(out, M::VARIABLES)?;
+    write_capabilities(out, name, *differentiable)?;
+    write_units(out, variables)?;
     writeln!(out, "  <LogCategories>")?;
-    for (name, description) in LOG_CATEGORIES {
+    for (name, description) in LOG_CATEGORIES.iter().chain(log_categories) {
+        let (name, description) = (Escaped(name), Escaped(description));
         writeln!(out, r#"    <Category name="{name}" description="{description}"/>"#)?;
     }
     writeln!(out, "  </LogCategories>")?;
-    writeln!(out, r#"  <DefaultExperiment startTime="0" stepSize="{step}"/>"#)?;
+    write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
-    let mut start = M::default();
-    for (reference, variable) in M::VARIABLES.iter().enumerate() {
-        write_variable(out, reference, variable, &mut start)?;
+    for (reference, variable) in variables.iter().enumerate() {
+        write_variable(out, reference, variable, start)?;
     }
     writeln!(out, "  </ModelVariables>")?;
-    write_structure(out, M::VARIABLES)?;
+    write_structure(out, variables)?;
     writeln!(out, "</fmiModelDescription>")
 }
 
+/// What the library can do. Its outputs have no time derivatives: `maxOutputDerivativeOrder` is 0, as
+/// when it is absent.
+fn write_capabilities(out: &mut dyn Write, name: &str, differentiable: bool) -> fmt::Result {
+    write!(
+        out,
+        r#"  <CoSimulation modelIdentifier="{}" canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true" canNotUseMemoryManagementFunctions="true" canGetAndSetFMUstate="true" canSerializeFMUstate="true""#,
+        Escaped(name),
+    )?;
+    if differentiable {
+        write!(out, r#" providesDirectionalDerivative="true""#)?;
+    }
+    writeln!(out, "/>")
+}
+
+fn write_experiment(out: &mut dyn Write, info: &Info) -> fmt::Result {
+    write!(out, r#"  <DefaultExperiment startTime="{}""#, info.start)?;
+    for (name, value) in [("stopTime", info.stop), ("tolerance", info.tolerance)] {
+        if let Some(value) = value {
+            write!(out, r#" {name}="{value}""#)?;
+        }
+    }
+    writeln!(out, r#" stepSize="{}"/>"#, info.step)
+}
+
 fn write_units<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result {
-    let names: BTreeSet<_> =
-        rows.iter().map(|variable| variable.row.unit).filter(|unit| !unit.is_empty()).collect();
-    if names.is_empty() {
+    let mut units = BTreeMap::<&str, BTreeSet<&str>>::new();
+    for Variable { row, .. } in rows.iter().filter(|variable| has_unit(variable)) {
+        units.entry(row.unit).or_default().extend(display_unit(row));
+    }
+    if units.is_empty() {
         return Ok(());
     }
     writeln!(out, "  <UnitDefinitions>")?;
-    for name in names {
+    for (name, displayed) in units {
         writeln!(out, r#"    <Unit name="{}">"#, Escaped(name))?;
         // A name that is not understood is written without base unit; `problems` tells of it.
         if let Ok(unit) = Unit::parse(name) {
-            write!(out, "      <BaseUnit")?;
-            for (base, exponent) in unit::BASE.iter().zip(unit.exponents) {
-                if exponent != 0 {
-                    write!(out, r#" {base}="{exponent}""#)?;
-                }
+            write_base_unit(out, &unit)?;
+            for display in displayed {
+                write_display_unit(out, &unit, display)?;
             }
-            if unit.factor != 1.0 {
-                write!(out, r#" factor="{}""#, unit.factor)?;
-            }
-            if unit.offset != 0.0 {
-                write!(out, r#" offset="{}""#, unit.offset)?;
-            }
-            writeln!(out, "/>")?;
-        }
-        if let Some(display) = display_unit(name)
-            && let (Ok(from), Ok(to)) = (Unit::parse(name), Unit::parse(display))
-            && let Some((factor, _)) = Unit::conversion(&from, &to)
-        {
-            writeln!(out, r#"      <DisplayUnit name="{display}" factor="{factor}"/>"#)?;
         }
         writeln!(out, "    </Unit>")?;
     }
     writeln!(out, "  </UnitDefinitions>")
 }
 
-fn display_unit(unit: &str) -> Option<&'static str> {
-    DISPLAY_UNITS.iter().find(|(from, _)| *from == unit).map(|(_, to)| *to)
+fn write_base_unit(out: &mut dyn Write, unit: &Unit) -> fmt::Result {
+    write!(out, "      <BaseUnit")?;
+    for (base, exponent) in unit::BASE.iter().zip(unit.exponents) {
+        if exponent != 0 {
+            write!(out, r#" {base}="{exponent}""#)?;
+        }
+    }
+    if unit.factor != 1.0 {
+        write!(out, r#" factor="{}""#, unit.factor)?;
+    }
+    if unit.offset != 0.0 {
+        write!(out, r#" offset="{}""#, unit.offset)?;
+    }
+    writeln!(out, "/>")
+}
+
+/// Value in the display unit = factor * value in the unit + offset (FMI 2.0, section 2.2.2).
+fn write_display_unit(out: &mut dyn Write, unit: &Unit, display: &str) -> fmt::Result {
+    let conversion = Unit::parse(display).ok().and_then(|to| Unit::conversion(unit, &to));
+    let Some((factor, offset)) = conversion else { return Ok(()) };
+    write!(out, r#"      <DisplayUnit name="{}" factor="{factor}""#, Escaped(display))?;
+    if offset != 0.0 {
+        write!(out, r#" offset="{offset}""#)?;
+    }
+    writeln!(out, "/>")
+}
+
+fn has_unit<M>(Variable { row, access }: &Variable<M>) -> bool {
+    access.kind() == Kind::Real && !row.unit.is_empty()
+}
+
+/// The unit that a variable is shown in, unless it is the one that it is in.
+fn display_unit(row: &Row) -> Option<&'static str> {
+    let usual = DISPLAY_UNITS.iter().find(|(from, _)| *from == row.unit).map(|(_, to)| *to);
+    row.display_unit.or(usual).filter(|display| *display != row.unit)
 }
 
 fn write_variable<M>(
     out: &mut dyn Write,
     reference: usize,
-    Variable { row, access }: &Variable<M>,
+    variable: &Variable<M>,
     start: &mut M,
 ) -> fmt::Result {
+    let Variable { row, access } = variable;
     write!(
         out,
         r#"    <ScalarVariable name="{}" valueReference="{reference}" description="{}" causality="{}" variability="{}""#,
@@ -188,11 +216,11 @@ fn write_variable<M>(
     if let Some(initial) = row.initial {
         write!(out, r#" initial="{}""#, self::initial(initial))?;
     }
-    write!(out, "><{}", kind(access))?;
-    if !row.unit.is_empty() {
+    write!(out, "><{:?}", access.kind())?;
+    if has_unit(variable) {
         write!(out, r#" unit="{}""#, Escaped(row.unit))?;
-        if let Some(display) = display_unit(row.unit) {
-            write!(out, r#" displayUnit="{display}""#)?;
+        if let Some(display) = display_unit(row) {
+            write!(out, r#" displayUnit="{}""#, Escaped(display))?;
         }
     }
     for (name, value) in [("min", row.min), ("max", row.max), ("nominal", row.nominal)] {
@@ -229,11 +257,7 @@ fn write_structure<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result 
         }
         writeln!(out, "    </Outputs>")?;
     }
-    let unknowns = index(&|row| {
-        row.causality == Causality::CalculatedParameter
-            || row.causality == Causality::Output
-                && matches!(row.initial, Some(Initial::Calculated | Initial::Approx))
-    });
+    let unknowns = index(&Row::is_initial_unknown);
     if !unknowns.is_empty() {
         writeln!(out, "    <InitialUnknowns>")?;
         for i in unknowns {
@@ -244,15 +268,6 @@ fn write_structure<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result 
     writeln!(out, "  </ModelStructure>")
 }
 
-fn kind<M>(access: &Access<M>) -> &'static str {
-    match access {
-        Access::Real(_) => "Real",
-        Access::Integer(_) => "Integer",
-        Access::Boolean(_) => "Boolean",
-        Access::String(_) => "String",
-    }
-}
-
 fn causality(causality: Causality) -> &'static str {
     match causality {
         Causality::Parameter => "parameter",
@@ -260,6 +275,7 @@ fn causality(causality: Causality) -> &'static str {
         Causality::Input => "input",
         Causality::Output => "output",
         Causality::Local => "local",
+        Causality::Independent => "independent",
     }
 }
 
@@ -293,6 +309,8 @@ impl Display for Escaped<'_> {
                 '>' => out.write_str("&gt;")?,
                 '"' => out.write_str("&quot;")?,
                 '\n' | '\r' | '\t' => write!(out, "&#{};", character as u32)?,
+                // XML 1.0 has no way to write these.
+                '\0'..' ' | '\u{fffe}' | '\u{ffff}' => out.write_char('\u{fffd}')?,
                 other => out.write_char(other)?,
             }
         }
@@ -311,3 +329,6 @@ impl Display for Joined<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,12 +2,17 @@
 
 use std::ffi::CString;
 
+mod direction;
+mod slope;
+
 use serde::{Deserialize, Serialize};
 
 use crate::abi::Status;
 use crate::lifecycle::{Call, State};
-use crate::variable::{Access, Causality, Row, Variability, Variable};
+use crate::value::Value;
+use crate::variable::{Access, Causality, Initial, Kind, Row, Variability, Variable};
 use crate::{Model, ModelError};
+use slope::Slope;
 
 /// How far the communication point may be from the end of the last step, as a share of the step:
 /// masters that add up time are off by rounding, a master that skips a step is off by a whole one.
@@ -25,8 +30,7 @@ pub(crate) struct Refusal {
 
 pub(crate) type Outcome<T = ()> = Result<T, Refusal>;
 
-/// Refuses the call and leaves the instance in the error state.
-fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
+pub(crate) fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
     Err(Refusal { status: Status::Error, message: message.into() })
 }
 
@@ -36,6 +40,8 @@ fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
 pub(crate) struct Snapshot<M: Model> {
     model: M,
     state: State,
+    /// `fmi2SetupExperiment` was called.
+    set_up: bool,
     /// Inputs or parameters were written after the outputs were computed.
     stale: bool,
     /// The end of the last step, or the start time [s].
@@ -44,6 +50,26 @@ pub(crate) struct Snapshot<M: Model> {
     step: f64,
     stop: Option<f64>,
     terminated: bool,
+    slopes: Vec<Slope>,
+}
+
+impl<M: Model> Snapshot<M> {
+    /// The variable that shows the time.
+    const TIME: Option<&'static Variable<M>> = {
+        let (rows, mut i) = (M::VARIABLES, 0);
+        while i < rows.len() && !matches!(rows[i].row.causality, Causality::Independent) {
+            i += 1;
+        }
+        if i < rows.len() { Some(&rows[i]) } else { None }
+    };
+
+    fn compute_outputs(&mut self) {
+        if let Some(Variable { access: Access::Real(at), .. }) = Self::TIME {
+            *at(&mut self.model) = self.now;
+        }
+        self.model.outputs();
+        self.stale = false;
+    }
 }
 
 /// An instance: the model, where it is in its life, and what its logger listens to.
@@ -58,17 +84,27 @@ impl<M: Model> Instance<M> {
         let current = Snapshot {
             model: M::default(),
             state: State::Instantiated,
+            set_up: false,
             stale: true,
             now: 0.0,
             step: M::INFO.step,
             stop: None,
             terminated: false,
+            slopes: Vec::new(),
         };
         Instance { current, strings: Vec::new() }
     }
 
-    pub fn state(&self) -> State {
-        self.current.state
+    /// Refuses a call that the state of the instance does not allow.
+    pub fn check(&self, call: Call) -> Outcome {
+        let Snapshot { state, set_up, .. } = self.current;
+        if !call.allowed(state) {
+            return refuse(format!("{call:?} is not allowed in the state {state:?}"));
+        }
+        if call == Call::EnterInitializationMode && !set_up {
+            return refuse("EnterInitializationMode is not allowed before SetupExperiment");
+        }
+        Ok(())
     }
 
     pub fn fail(&mut self, status: Status) {
@@ -89,8 +125,8 @@ impl<M: Model> Instance<M> {
                 "start time {start} and stop time {stop:?} do not make an interval"
             ));
         }
-        self.current.now = start;
-        self.current.stop = stop;
+        let current = &mut self.current;
+        (current.now, current.stop, current.set_up) = (start, stop, true);
         Ok(())
     }
 
@@ -110,7 +146,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// Makes the outputs fit the inputs and parameters that were written since they were computed.
-    fn refresh(&mut self) -> Outcome {
+    pub fn refresh(&mut self) -> Outcome {
         let Snapshot { model, state, stale, .. } = &mut self.current;
         if *stale && matches!(state, State::Initialization | State::StepComplete) {
             if *state == State::Initialization {
@@ -119,39 +155,25 @@ impl<M: Model> Instance<M> {
                     message: format!("initialisation failed: {error}"),
                 })?;
             }
-            model.outputs();
-            *stale = false;
+            self.current.compute_outputs();
         }
         Ok(())
     }
 
     pub fn do_step(&mut self, time: f64, step: f64) -> Outcome {
-        let Snapshot { now, stop, .. } = self.current;
-        if !(step > 0.0 && step.is_finite()) {
-            return refuse(format!("communication step size {step} s is not positive"));
-        }
-        let tolerance = TIME_TOLERANCE * step;
-        if time.is_nan() || (time - now).abs() > tolerance {
-            return refuse(format!("expected communication point {now} s, found {time} s"));
-        }
-        if let Some(stop) = stop
-            && time + step > stop + tolerance
-        {
-            return refuse(format!(
-                "a step of {step} s from {time} s passes the stop time {stop} s"
-            ));
-        }
+        self.check_step(time, step)?;
         let current = &mut self.current;
         if (step - current.step).abs() > STEP_TOLERANCE * step {
             current.step = step;
         }
         let step = current.step;
         let before = current.model.clone();
-        let (state, status, message) = match current.model.step(time, step) {
+        let (state, status, message) = match current.advance(time, step) {
             Ok(()) => {
-                current.model.outputs();
-                current.stale = false;
+                // They were given with respect to the beginning of this step (FMI 2.0, section 4.2.2).
+                current.slopes.clear();
                 current.now = time + step;
+                current.compute_outputs();
                 return Ok(());
             }
             Err(ModelError::Error(message)) => (State::Error, Status::Error, message),
@@ -164,6 +186,24 @@ impl<M: Model> Instance<M> {
         current.model = before;
         current.state = state;
         Err(Refusal { status, message: format!("step of {step} s from {time} s: {message}") })
+    }
+
+    fn check_step(&self, time: f64, step: f64) -> Outcome {
+        let Snapshot { now, stop, .. } = self.current;
+        if !(step > 0.0 && step.is_finite()) {
+            return refuse(format!("communication step size {step} s is not positive"));
+        }
+        // Late in a long run with short steps the rounding of the time itself is the larger part.
+        let tolerance = TIME_TOLERANCE * step + 4.0 * f64::EPSILON * now.abs();
+        if time.is_nan() || (time - now).abs() > tolerance {
+            return refuse(format!("expected communication point {now} s, found {time} s"));
+        }
+        match stop {
+            Some(stop) if time + step > stop + tolerance => {
+                refuse(format!("a step of {step} s from {time} s passes the stop time {stop} s"))
+            }
+            _ => Ok(()),
+        }
     }
 
     pub fn last_successful_time(&self) -> f64 {
@@ -186,41 +226,42 @@ impl<M: Model> Instance<M> {
         self.current = snapshot.clone();
     }
 
-    /// Brings outputs up to date before they are read.
-    pub fn prepare_get(&mut self) -> Outcome {
-        self.refresh()
-    }
-
-    /// Reads the variable with the given reference through `read`, which picks the type.
-    pub fn get<T>(
-        &mut self,
-        reference: u32,
-        read: impl Fn(&Access<M>, &mut M) -> Option<T>,
-    ) -> Outcome<T> {
-        let Variable { row, access } = variable::<M>(reference)?;
-        match read(access, &mut self.current.model) {
+    /// Reads the variable with the given reference; [`Instance::refresh`] comes first.
+    pub fn get<T: Value>(&mut self, reference: u32) -> Outcome<T> {
+        let variable = variable::<M>(reference)?;
+        match T::read(&variable.access, &mut self.current.model) {
             Some(value) => Ok(value),
-            None => refuse(format!("{} is of another type", row.name)),
+            None => other_type(variable, T::KIND),
         }
     }
 
-    /// Writes the variable with the given reference through `write`, which picks the type;
-    /// `number` is the value for the check of its limits.
-    pub fn set(
-        &mut self,
-        reference: u32,
-        number: Option<f64>,
-        write: impl FnOnce(&Access<M>, &mut M) -> bool,
-    ) -> Outcome {
-        let Variable { row, access } = variable::<M>(reference)?;
-        if !writable(row, self.current.state) {
+    /// Writes variables: all of them, or none when one cannot be written.
+    pub fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> Outcome {
+        for (reference, value) in references.iter().zip(values) {
+            self.check_set(variable::<M>(*reference)?, value)?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            value.write(&variable::<M>(*reference)?.access, &mut self.current.model);
+            self.current.stale = true;
+            self.current.slopes.retain(|slope| slope.reference != *reference);
+        }
+        Ok(())
+    }
+
+    fn check_set<T: Value>(&self, variable: &Variable<M>, value: &T) -> Outcome {
+        let (Variable { row, access }, state) = (variable, self.current.state);
+        if access.kind() != T::KIND {
+            return other_type(variable, T::KIND);
+        }
+        if !writable(row, state) {
             return refuse(format!(
-                "{} is {:?} {:?} and cannot be set in the state {:?}",
-                row.name, row.variability, row.causality, self.current.state
+                "{} is {:?} {:?} and cannot be set in the state {state:?}",
+                row.name, row.variability, row.causality
             ));
         }
+        // Inputs come from other models, whose transients may leave the limits.
         if row.causality == Causality::Parameter
-            && let Some(number) = number
+            && let Some(number) = value.number()
         {
             let (min, max) =
                 (row.min.unwrap_or(f64::NEG_INFINITY), row.max.unwrap_or(f64::INFINITY));
@@ -228,10 +269,6 @@ impl<M: Model> Instance<M> {
                 return refuse(format!("{} = {number} is outside of {min} .. {max}", row.name));
             }
         }
-        if !write(access, &mut self.current.model) {
-            return refuse(format!("{} is of another type", row.name));
-        }
-        self.current.stale = true;
         Ok(())
     }
 }
@@ -243,27 +280,30 @@ fn variable<M: Model>(reference: u32) -> Outcome<&'static Variable<M>> {
     })
 }
 
+/// Where a real variable is in the model.
+fn real<M: Model>(reference: u32) -> Option<fn(&mut M) -> &mut f64> {
+    match M::VARIABLES.get(reference as usize)?.access {
+        Access::Real(at) => Some(at),
+        _ => None,
+    }
+}
+
+fn other_type<M, T>(Variable { row, access }: &Variable<M>, expected: Kind) -> Outcome<T> {
+    refuse(format!("{} is of type {:?}, not {expected:?}", row.name, access.kind()))
+}
+
 /// Which variables may be written when: the notes below table 4.2.4 of FMI 2.0.
 fn writable(row: &Row, state: State) -> bool {
+    let input = row.causality == Causality::Input;
+    let constant = row.variability == Variability::Constant;
     match state {
-        State::Instantiated | State::Initialization => {
-            row.has_start() && row.variability != Variability::Constant
-        }
-        State::StepComplete => {
-            row.causality == Causality::Input
-                || row.causality == Causality::Parameter && row.variability == Variability::Tunable
-        }
+        State::Instantiated => row.has_start() && !constant,
+        State::Initialization => input || row.initial == Some(Initial::Exact) && !constant,
+        State::StepComplete => input || is_tunable(row),
         _ => false,
     }
 }
 
-impl<M: Model> Instance<M> {
-    /// Refuses a call that the state of the instance does not allow.
-    pub fn check(&self, call: Call) -> Outcome {
-        let state = self.state();
-        if call.allowed(state) {
-            return Ok(());
-        }
-        refuse(format!("{call:?} is not allowed in the state {state:?}"))
-    }
+fn is_tunable(row: &Row) -> bool {
+    row.causality == Causality::Parameter && row.variability == Variability::Tunable
 }

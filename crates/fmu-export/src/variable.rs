@@ -1,5 +1,18 @@
 //! Describes the members of a model that the outside world may see, one row each.
 
+/// The types of FMI 2.0 that a variable may have; an enumeration is an integer with limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// `fmi2Real`.
+    Real,
+    /// `fmi2Integer`.
+    Integer,
+    /// `fmi2Boolean`.
+    Boolean,
+    /// `fmi2String`.
+    String,
+}
+
 /// How to reach a variable inside the model, and so its type.
 #[derive(Debug)]
 pub enum Access<M> {
@@ -11,6 +24,19 @@ pub enum Access<M> {
     Boolean(fn(&mut M) -> &mut bool),
     /// An `fmi2String`.
     String(fn(&mut M) -> &mut String),
+}
+
+impl<M> Access<M> {
+    /// The type of the variable.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
+        match self {
+            Access::Real(_) => Kind::Real,
+            Access::Integer(_) => Kind::Integer,
+            Access::Boolean(_) => Kind::Boolean,
+            Access::String(_) => Kind::String,
+        }
+    }
 }
 
 /// Who determines a variable (FMI 2.0, section 2.2.7).
@@ -26,6 +52,8 @@ pub enum Causality {
     Output,
     /// For looking at only.
     Local,
+    /// The time [s], which the library writes into the model.
+    Independent,
 }
 
 /// When a variable may change (FMI 2.0, section 2.2.7).
@@ -70,13 +98,15 @@ pub struct Row {
     pub name: &'static str,
     /// Unit of a real variable, see [`crate::unit`]; empty for the other types.
     pub unit: &'static str,
+    /// Unit in which people read it, when it is not the usual one for its unit.
+    pub display_unit: Option<&'static str>,
     /// One line about it.
     pub description: &'static str,
     /// Who determines it.
     pub causality: Causality,
     /// When it may change.
     pub variability: Variability,
-    /// How it gets its initial value; inputs have none.
+    /// How it gets its initial value; inputs and the time have none.
     pub initial: Option<Initial>,
     /// Smallest legal value.
     pub min: Option<f64>,
@@ -109,6 +139,7 @@ pub const fn output(name: &'static str, unit: &'static str, description: &'stati
     Row {
         name,
         unit,
+        display_unit: None,
         description,
         causality: Causality::Output,
         variability: Variability::Continuous,
@@ -131,7 +162,48 @@ pub const fn parameter(name: &'static str, unit: &'static str, description: &'st
     }
 }
 
+/// A parameter in `unit` that the model computes from others while it is initialised; [`Row::tunable`]
+/// when it follows tunable ones.
+#[must_use]
+pub const fn calculated_parameter(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+) -> Row {
+    Row {
+        causality: Causality::CalculatedParameter,
+        variability: Variability::Fixed,
+        ..output(name, unit, description)
+    }
+}
+
+/// A variable in `unit` that is there to be looked at and connected to nothing.
+#[must_use]
+pub const fn local(name: &'static str, unit: &'static str, description: &'static str) -> Row {
+    Row { causality: Causality::Local, ..output(name, unit, description) }
+}
+
+/// A number or text that never changes: a local variable, or with `output(..).constant()` an output.
+#[must_use]
+pub const fn constant(name: &'static str, unit: &'static str, description: &'static str) -> Row {
+    local(name, unit, description).constant()
+}
+
+/// The time in `unit`, at most once in a table. It is real, and written before the outputs are computed.
+#[must_use]
+pub const fn independent(name: &'static str, unit: &'static str, description: &'static str) -> Row {
+    Row { causality: Causality::Independent, initial: None, ..output(name, unit, description) }
+}
+
+/// [`crate::description::problems`] tells of combinations that FMI 2.0 does not allow.
 impl Row {
+    /// Shows it in another unit of the same dimension; angles in deg, speeds in km/h and temperatures in
+    /// degC need no mention.
+    #[must_use]
+    pub const fn display(self, unit: &'static str) -> Self {
+        Row { display_unit: Some(unit), ..self }
+    }
+
     /// Sets the smallest legal value.
     #[must_use]
     pub const fn min(self, min: f64) -> Self {
@@ -150,10 +222,48 @@ impl Row {
         Row { nominal: Some(nominal), ..self }
     }
 
-    /// Lets a parameter be changed between steps.
+    /// Lets a parameter be changed between steps, or a variable follow such a parameter.
     #[must_use]
     pub const fn tunable(self) -> Self {
         Row { variability: Variability::Tunable, ..self }
+    }
+
+    /// Keeps a local variable as it is after initialisation.
+    #[must_use]
+    pub const fn fixed(self) -> Self {
+        Row { variability: Variability::Fixed, ..self }
+    }
+
+    /// Lets a real input, output or local variable jump instead of move; the other types always do.
+    #[must_use]
+    pub const fn discrete(self) -> Self {
+        Row { variability: Variability::Discrete, ..self }
+    }
+
+    /// Keeps an output or local variable at its start value for ever.
+    #[must_use]
+    pub const fn constant(self) -> Self {
+        Row { variability: Variability::Constant, ..self }.exact().depends_on(&[])
+    }
+
+    /// Takes the initial value of an output or local variable from its start value, which the
+    /// environment may set; [`crate::Model::initialise`] leaves it alone.
+    #[must_use]
+    pub const fn exact(self) -> Self {
+        Row { initial: Some(Initial::Exact), ..self }
+    }
+
+    /// Takes the start value as a guess, from which [`crate::Model::initialise`] computes the initial
+    /// value.
+    #[must_use]
+    pub const fn approx(self) -> Self {
+        Row { initial: Some(Initial::Approx), ..self }
+    }
+
+    /// Computes the initial value without a start value, as is usual for outputs and local variables.
+    #[must_use]
+    pub const fn calculated(self) -> Self {
+        Row { initial: Some(Initial::Calculated), ..self }
     }
 
     /// Says which inputs an output follows directly; an empty list for a state.
@@ -167,33 +277,55 @@ impl Row {
         Variable { row: self, access: Access::Real(at) }
     }
 
-    /// An integer variable at this place of the model; it has no unit.
+    /// An integer variable at this place of the model.
     pub const fn at_integer<M>(self, at: fn(&mut M) -> &mut i32) -> Variable<M> {
-        Variable { row: self.without_unit(), access: Access::Integer(at) }
+        Variable { row: self.jumping(), access: Access::Integer(at) }
     }
 
-    /// A boolean variable at this place of the model; it has no unit.
+    /// A boolean variable at this place of the model.
     pub const fn at_boolean<M>(self, at: fn(&mut M) -> &mut bool) -> Variable<M> {
-        Variable { row: self.without_unit(), access: Access::Boolean(at) }
+        Variable { row: self.jumping(), access: Access::Boolean(at) }
     }
 
-    /// A text variable at this place of the model; it has no unit.
+    /// A text variable at this place of the model.
     pub const fn at_string<M>(self, at: fn(&mut M) -> &mut String) -> Variable<M> {
-        Variable { row: self.without_unit(), access: Access::String(at) }
+        Variable { row: self.jumping(), access: Access::String(at) }
     }
 
-    /// FMI 2.0 knows units, and change at any time, of real variables only.
-    const fn without_unit(self) -> Self {
-        let variability = match self.variability {
-            Variability::Continuous => Variability::Discrete,
-            other => other,
-        };
-        Row { unit: "", variability, ..self }
+    /// FMI 2.0 knows change at any time of real variables only.
+    const fn jumping(self) -> Self {
+        match self.variability {
+            Variability::Continuous => self.discrete(),
+            _ => self,
+        }
     }
 
-    /// Whether the environment may write it before initialisation ends.
+    /// Whether the description gives a start value.
     pub(crate) const fn has_start(&self) -> bool {
         matches!(self.causality, Causality::Input)
             || matches!(self.initial, Some(Initial::Exact | Initial::Approx))
+    }
+
+    /// Whether its initial value is computed: what the description lists as `InitialUnknowns`.
+    pub(crate) const fn is_initial_unknown(&self) -> bool {
+        matches!(self.causality, Causality::CalculatedParameter)
+            || matches!(self.causality, Causality::Output)
+                && matches!(self.initial, Some(Initial::Calculated | Initial::Approx))
+    }
+
+    /// Whether FMI 2.0 allows this causality, variability and initial together (section 2.2.7).
+    pub(crate) const fn is_legal(&self) -> bool {
+        use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
+        use Initial::{Approx, Calculated, Exact};
+        use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
+        matches!(
+            (self.causality, self.variability, self.initial),
+            (Parameter, Fixed | Tunable, Some(Exact))
+                | (CalculatedParameter | Local, Fixed | Tunable, Some(Calculated | Approx))
+                | (Input, Discrete | Continuous, None)
+                | (Output | Local, Constant, Some(Exact))
+                | (Output | Local, Discrete | Continuous, Some(_))
+                | (Independent, Continuous, None)
+        )
     }
 }

@@ -1,17 +1,16 @@
 //! Calls an exported model through its C functions, as an importer does, rightly and wrongly.
-#![allow(unsafe_code, reason = "the C interface of FMI")]
-#![allow(non_snake_case, reason = "symbols as in mechanics")]
+#![expect(non_snake_case, reason = "symbols as in mechanics")]
+#![allow(unsafe_code, reason = "the functions under test are those of a C interface")]
 
-use std::cell::RefCell;
-use std::ffi::{CStr, CString, c_char, c_void};
+mod support;
+
 use std::ptr;
 
-use fmu_export::abi::{CallbackFunctions, Component, FmuState, Logger, Status};
+use fmu_export::abi::Status;
 use fmu_export::export::{self, Call};
-use fmu_export::{
-    Access, Info, Model, ModelError, Variable, description, input, output, parameter,
-};
+use fmu_export::{Info, Model, ModelError, Variable, description, input, output, parameter};
 use serde::{Deserialize, Serialize};
+use support::{logged, said};
 
 /// A mass on a line, which panics, fails or ends when it is told to.
 #[derive(Clone, Serialize, Deserialize)]
@@ -31,7 +30,7 @@ impl Default for Mass {
 }
 
 impl Model for Mass {
-    const INFO: Info = Info { name: "mass", description: "A mass on a line", step: 0.01 };
+    const INFO: Info = Info::new("mass", "A mass on a line", 0.01);
     const VARIABLES: &'static [Variable<Self>] = &[
         parameter("m", "kg", "Mass").min(1e-6).at(|s| &mut s.m),
         input("F", "N", "Force").at(|s| &mut s.F),
@@ -69,142 +68,10 @@ static A: u32 = 3;
 static LABEL: u32 = 4;
 static MISHAP: u32 = 5;
 
-thread_local! {
-    static LOG: RefCell<Vec<(Status, String, String)>> = const { RefCell::new(Vec::new()) };
-}
+type Slave = support::Slave<Mass>;
 
-unsafe extern "C" fn log(
-    _environment: *mut c_void,
-    _name: *const c_char,
-    status: Status,
-    category: *const c_char,
-    format: *const c_char,
-    text: *const c_char,
-) {
-    let text_of = |pointer| unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned();
-    assert_eq!(text_of(format), "%s", "a message must never be a format");
-    LOG.with_borrow_mut(|log| log.push((status, text_of(category), text_of(text))));
-}
-
-/// The message that was logged last.
-fn said() -> String {
-    LOG.with_borrow(|log| log.last().map(|(_, _, text)| text.clone()).unwrap_or_default())
-}
-
-/// An instance, called as C would.
-struct Slave(Component);
-
-impl Slave {
-    fn new() -> Self {
-        let slave = Slave::with_guid(&description::guid::<Mass>(), 0);
-        assert!(!slave.0.is_null());
-        slave
-    }
-
-    fn with_guid(guid: &str, logging: i32) -> Self {
-        // A logger takes any number of arguments. Rust cannot define such a function, but it can be
-        // called with the ones that are always given.
-        let logger = unsafe { std::mem::transmute::<*const (), Logger>(log as *const ()) };
-        let functions = CallbackFunctions {
-            logger: Some(logger),
-            allocate_memory: None,
-            free_memory: None,
-            step_finished: None,
-            environment: ptr::null_mut(),
-        };
-        let guid = CString::new(guid).expect("no zero in it");
-        Slave(unsafe {
-            export::instantiate::<Mass>(
-                c"slave".as_ptr(),
-                1,
-                guid.as_ptr(),
-                &raw const functions,
-                logging,
-            )
-        })
-    }
-
-    fn ready() -> Self {
-        let slave = Slave::new();
-        assert_eq!(slave.setup(0.0, 10.0), Status::Ok);
-        assert_eq!(slave.proceed(Call::EnterInitializationMode), Status::Ok);
-        assert_eq!(slave.proceed(Call::ExitInitializationMode), Status::Ok);
-        slave
-    }
-
-    fn setup(&self, start: f64, stop: f64) -> Status {
-        unsafe { export::setup_experiment::<Mass>(self.0, start, 1, stop) }
-    }
-
-    fn proceed(&self, call: Call) -> Status {
-        unsafe { export::proceed::<Mass>(self.0, call) }
-    }
-
-    fn step(&self, time: f64, step: f64) -> Status {
-        unsafe { export::do_step::<Mass>(self.0, time, step) }
-    }
-
-    fn set(&self, reference: u32, value: f64) -> Status {
-        unsafe {
-            export::set::<Mass, f64>(
-                self.0,
-                &raw const reference,
-                1,
-                &raw const value,
-                Some,
-                |access, model, value| match access {
-                    Access::Real(at) => {
-                        *at(model) = value;
-                        true
-                    }
-                    _ => false,
-                },
-            )
-        }
-    }
-
-    fn mishap(&self, value: i32) {
-        let status = unsafe {
-            export::set::<Mass, i32>(
-                self.0,
-                &raw const MISHAP,
-                1,
-                &raw const value,
-                |_| None,
-                |access, model, value| match access {
-                    Access::Integer(at) => {
-                        *at(model) = value;
-                        true
-                    }
-                    _ => false,
-                },
-            )
-        };
-        assert_eq!(status, Status::Ok);
-    }
-
-    fn get(&self, reference: u32) -> Result<f64, Status> {
-        let mut value = f64::NAN;
-        let status = unsafe {
-            export::get::<Mass, f64>(
-                self.0,
-                &raw const reference,
-                1,
-                &raw mut value,
-                |access, model| match access {
-                    Access::Real(at) => Some(*at(model)),
-                    _ => None,
-                },
-            )
-        };
-        if status == Status::Ok { Ok(value) } else { Err(status) }
-    }
-}
-
-impl Drop for Slave {
-    fn drop(&mut self) {
-        unsafe { export::free_instance::<Mass>(self.0) }
-    }
+fn mishap(slave: &Slave, value: i32) {
+    assert_eq!(slave.set(MISHAP, value), Status::Ok);
 }
 
 #[test]
@@ -270,7 +137,7 @@ fn masters_that_add_up_time_are_understood() {
 #[test]
 fn a_failure_comes_with_its_message_and_needs_a_reset() {
     let slave = Slave::ready();
-    slave.mishap(1);
+    mishap(&slave, 1);
     assert_eq!(slave.step(0.0, 0.1), Status::Error);
     assert!(said().contains("100 % wrong"), "{}", said());
     assert_eq!(slave.step(0.0, 0.1), Status::Error);
@@ -283,31 +150,20 @@ fn a_discarded_step_leaves_the_state_alone() {
     let slave = Slave::ready();
     slave.set(F, 2.0);
     slave.step(0.0, 0.5);
-    let last = |kind| unsafe {
-        let mut value = f64::NAN;
-        let answer: fn(&dyn export::LastStep, i32) -> Option<f64> = match kind {
-            2 => |last, _| Some(last.last_successful_time()),
-            _ => |last, _| Some(f64::from(u8::from(last.terminated()))),
-        };
-        assert_eq!(
-            export::get_status::<Mass, f64>(slave.0, kind, &raw mut value, answer),
-            Status::Ok
-        );
-        value
-    };
-    slave.mishap(2);
+    mishap(&slave, 2);
     assert_eq!(slave.step(0.5, 0.5), Status::Discard);
-    assert_eq!((slave.get(V), last(2), last(3)), (Ok(0.5), 0.5, 0.0));
+    assert_eq!((slave.get(V), slave.last()), (Ok(0.5), Ok((0.5, false))));
     let slave = Slave::ready();
-    slave.mishap(3);
+    mishap(&slave, 3);
     assert_eq!(slave.step(0.0, 0.5), Status::Discard);
     assert!(said().contains("that was it"));
+    assert_eq!(slave.last(), Ok((0.0, true)));
 }
 
 #[test]
 fn a_panic_is_fatal_and_stays_inside() {
     let slave = Slave::ready();
-    slave.mishap(4);
+    mishap(&slave, 4);
     assert_eq!(slave.step(0.0, 0.1), Status::Fatal);
     assert!(said().contains("mishap 4"), "{}", said());
     assert_eq!(slave.proceed(Call::Reset), Status::Error);
@@ -318,23 +174,12 @@ fn a_restored_state_continues_bit_for_bit_also_from_bytes() {
     let slave = Slave::ready();
     slave.set(F, 1.0 / 3.0);
     slave.step(0.0, 0.1);
-    let mut state: FmuState = ptr::null_mut();
-    let mut copy: FmuState = ptr::null_mut();
-    unsafe {
-        assert_eq!(export::get_fmu_state::<Mass>(slave.0, &raw mut state), Status::Ok);
-        let mut size = 0;
-        assert_eq!(export::serialized_size::<Mass>(slave.0, state, &raw mut size), Status::Ok);
-        let mut bytes = vec![0; size];
-        assert_eq!(export::serialize::<Mass>(slave.0, state, bytes.as_mut_ptr(), size), Status::Ok);
-        assert_eq!(
-            export::deserialize::<Mass>(slave.0, bytes.as_ptr(), size, &raw mut copy),
-            Status::Ok
-        );
-        bytes[size / 2] ^= 0xff;
-        let mut broken: FmuState = ptr::null_mut();
-        export::deserialize::<Mass>(slave.0, bytes.as_ptr(), 3, &raw mut broken);
-        assert!(broken.is_null());
-    }
+    let state = slave.state().expect("a state");
+    let mut bytes = slave.bytes(state);
+    let copy = slave.state_of(&bytes).expect("a state");
+    assert_eq!(slave.state_of(&bytes[..3]), Err(Status::Error), "it is cut short");
+    bytes[5] ^= 1;
+    assert_eq!(slave.state_of(&bytes), Err(Status::Error), "it is of another model");
     let on = || {
         for k in 1..10 {
             assert_eq!(slave.step(f64::from(k) * 0.1, 0.1), Status::Ok);
@@ -342,20 +187,16 @@ fn a_restored_state_continues_bit_for_bit_also_from_bytes() {
         slave.get(V).map(f64::to_bits)
     };
     let first = on();
-    unsafe {
-        assert_eq!(export::set_fmu_state::<Mass>(slave.0, state), Status::Ok);
+    for state in [state, copy] {
+        assert_eq!(slave.restore(state), Status::Ok);
         assert_eq!(on(), first);
-        assert_eq!(export::set_fmu_state::<Mass>(slave.0, copy), Status::Ok);
-        assert_eq!(on(), first);
-        assert_eq!(export::free_fmu_state::<Mass>(slave.0, &raw mut state), Status::Ok);
-        assert_eq!(export::free_fmu_state::<Mass>(slave.0, &raw mut copy), Status::Ok);
-        assert!(state.is_null() && copy.is_null());
+        assert_eq!(slave.free(state), Status::Ok);
     }
 }
 
 #[test]
 fn only_the_wanted_categories_are_logged() {
-    let count = || LOG.with_borrow(Vec::len);
+    let count = || logged(0).len();
     let slave = Slave::new();
     let before = count();
     slave.setup(0.0, 1.0);
@@ -378,13 +219,10 @@ fn null_pointers_are_refused() {
     let slave = Slave::ready();
     unsafe {
         assert_eq!(
-            export::get::<Mass, f64>(slave.0, ptr::null(), 1, ptr::null_mut(), |_, _| None),
+            export::get::<Mass, f64>(slave.0, ptr::null(), 1, ptr::null_mut()),
             Status::Error
         );
-        assert_eq!(
-            export::get::<Mass, f64>(slave.0, ptr::null(), 0, ptr::null_mut(), |_, _| None),
-            Status::Ok
-        );
+        assert_eq!(export::get::<Mass, f64>(slave.0, ptr::null(), 0, ptr::null_mut()), Status::Ok);
         assert_eq!(export::do_step::<Mass>(ptr::null_mut(), 0.0, 0.1), Status::Error);
         assert_eq!(export::get_fmu_state::<Mass>(slave.0, ptr::null_mut()), Status::Error);
         assert_eq!(export::set_fmu_state::<Mass>(slave.0, ptr::null_mut()), Status::Error);

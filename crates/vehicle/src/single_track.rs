@@ -49,6 +49,21 @@ impl<T: Number> From<State<T>> for SVector<T, 6> {
     }
 }
 
+impl State {
+    /// The same state as constants of another number type.
+    pub fn lift<T: Number>(&self) -> State<T> {
+        let State { X, Y, psi, v_x, v_y, r } = *self;
+        State {
+            X: X.into(),
+            Y: Y.into(),
+            psi: psi.into(),
+            v_x: v_x.into(),
+            v_y: v_y.into(),
+            r: r.into(),
+        }
+    }
+}
+
 /// What the driver commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Input<T = f64> {

@@ -13,6 +13,7 @@ use super::{Body, Clock, NodePlan, Overrides, Ports, Start, StartValue};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::fmu::description::{Type, Variable};
+use crate::package::Product;
 use crate::scenario::{self, Scenario};
 use crate::sink::{Column, Direction, Kind};
 use crate::suggest::closest;
@@ -47,7 +48,7 @@ pub(super) struct Draft {
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs.
 pub(super) fn drafts(
     scenario: &Scenario,
-    archives: &BTreeMap<String, PathBuf>,
+    archives: &BTreeMap<Product, PathBuf>,
     overrides: &Overrides,
     clock: Clock,
     seed: u64,
@@ -186,12 +187,12 @@ fn wrong_word<'a>(table: &'a scenario::Table, error: &TableError) -> &'a Spanned
 fn fmu(
     scenario: &Scenario,
     node: &scenario::Fmu,
-    archives: &BTreeMap<String, PathBuf>,
+    archives: &BTreeMap<Product, PathBuf>,
     overrides: &Overrides,
 ) -> Result<Draft, Error> {
-    let (word, path) = match (&node.path, &node.package) {
-        (Some(path), None) => (path, scenario.resolve(path.get_ref())),
-        (None, Some(package)) => match archives.get(package.get_ref()) {
+    let (word, path) = match (&node.path, &node.package, node.product()) {
+        (Some(path), None, _) if node.example.is_none() => (path, scenario.resolve(path.get_ref())),
+        (None, Some(package), Some(product)) => match archives.get(&product) {
             Some(path) => (package, path.clone()),
             None => {
                 return Err(
@@ -200,8 +201,10 @@ fn fmu(
             }
         },
         _ => {
-            let message =
-                format!("the FMU `{}` needs either `path` or `crate`", node.name.get_ref());
+            let message = format!(
+                "the FMU `{}` needs either `path` or `crate`, and `example` goes with `crate`",
+                node.name.get_ref()
+            );
             return Err(scenario.error(&node.name, message));
         }
     };

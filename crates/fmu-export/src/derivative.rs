@@ -1,0 +1,109 @@
+//! Differentiates the output equations of a model: one evaluation with dual numbers per direction.
+
+use num_dual::{Dual64, DualNum};
+
+use crate::Model;
+use crate::variable::{Causality, Depends, Row};
+
+/// What output equations calculate with: `f64`, or a dual number that carries a derivative along.
+pub trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
+
+/// Output equations that are written once, for numbers with and without derivatives.
+///
+/// ```
+/// use fmu_export::{Equations, Number};
+///
+/// struct Mass { m: f64, F: f64, a: f64 }
+///
+/// impl Equations<1, 1> for Mass {
+///     const KNOWN: [&str; 1] = ["F"];
+///     const UNKNOWN: [&str; 1] = ["a"];
+///     fn equations<T: Number>(&self, [F]: [T; 1]) -> [T; 1] {
+///         [F / self.m]
+///     }
+/// }
+///
+/// let mut mass = Mass { m: 2.0, F: 3.0, a: 0.0 };
+/// [mass.a] = mass.equations([mass.F]);
+/// assert_eq!(mass.a, 1.5);
+/// ```
+///
+/// `const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());` in the [`Model`] gives their
+/// derivatives to the environment.
+pub trait Equations<const N: usize, const K: usize> {
+    /// The names of the variables that the equations take: inputs, parameters.
+    const KNOWN: [&'static str; N];
+    /// The names of the variables that the equations give.
+    const UNKNOWN: [&'static str; K];
+
+    /// The unknown variables for the given values of the known ones, in the orders of their names.
+    fn equations<T: Number>(&self, known: [T; N]) -> [T; K];
+}
+
+/// The derivatives of a model's [`Equations`].
+#[derive(Debug)]
+pub struct Derivatives<M: 'static> {
+    pub(crate) known: &'static [&'static str],
+    pub(crate) unknown: &'static [&'static str],
+    evaluate: fn(&M, &[Dual64]) -> Vec<Dual64>,
+}
+
+impl<M: 'static> Derivatives<M> {
+    /// Differentiates the equations of the model.
+    #[must_use]
+    pub const fn of<const N: usize, const K: usize>() -> Self
+    where
+        M: Equations<N, K>,
+    {
+        Derivatives {
+            known: const { &M::KNOWN },
+            unknown: const { &M::UNKNOWN },
+            evaluate: |model, known| {
+                model.equations(std::array::from_fn(|place| known[place])).to_vec()
+            },
+        }
+    }
+
+    /// The values of the unknowns and their changes, when the knowns have these values and changes; both
+    /// in the orders of their names.
+    ///
+    /// # Panics
+    /// When there are fewer values than knowns.
+    #[must_use]
+    pub fn along(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let known: Vec<_> =
+            known.iter().map(|(value, change)| Dual64::new(*value, *change)).collect();
+        (self.evaluate)(model, &known).iter().map(|unknown| (unknown.re, unknown.eps)).collect()
+    }
+}
+
+/// How the derivative of one variable with respect to another is found.
+pub(crate) enum Partial {
+    /// The equations give it; the place of the unknown in them.
+    Equation(usize),
+    /// The table says that there is none.
+    Zero,
+    /// Nobody wrote it down.
+    Missing,
+}
+
+/// How to find the derivative of `unknown` with respect to `known`.
+pub(crate) fn partial<M: Model>(
+    derivatives: &Derivatives<M>,
+    unknown: &Row,
+    known: &Row,
+) -> Partial {
+    let place = derivatives.unknown.iter().position(|name| *name == unknown.name);
+    match place {
+        Some(place) if derivatives.known.contains(&known.name) => Partial::Equation(place),
+        // What a table declares of inputs holds in every mode: a state does not jump with an input.
+        _ if known.causality == Causality::Input
+            && matches!(unknown.depends, Depends::On(inputs) if !inputs.contains(&known.name)) =>
+        {
+            Partial::Zero
+        }
+        _ => Partial::Missing,
+    }
+}

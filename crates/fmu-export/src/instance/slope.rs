@@ -1,0 +1,97 @@
+//! Moves inputs during a step along the derivatives that the environment gave.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Instance, Outcome, Snapshot, real, refuse, variable};
+use crate::variable::{Causality, Kind, Variability, Variable};
+use crate::{Model, ModelError};
+
+/// Highest order of an input derivative. Extrapolation gains nothing from higher ones.
+const HIGHEST_ORDER: i32 = 4;
+
+/// A derivative of an input at the beginning of the next step.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct Slope {
+    pub reference: u32,
+    order: i32,
+    value: f64,
+}
+
+impl<M: Model> Snapshot<M> {
+    /// Steps the model. With interpolated inputs it steps in sub-steps, each under the inputs of its
+    /// middle: of the values that an input could be held at this one has an error of second order, and
+    /// none for what integrates a ramp. The inputs stay at their values of the end.
+    pub(super) fn advance(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
+        if self.slopes.is_empty() {
+            return self.model.step(time, step);
+        }
+        // The slack keeps a ratio that is whole but for rounding from costing one sub-step more.
+        let n = (step / M::INFO.substep - 1e-9).ceil().max(1.0);
+        let start = self.interpolated_inputs();
+        for i in 0..n as u64 {
+            let at = step * (i as f64 / n);
+            self.move_inputs(&start, at + 0.5 * step / n);
+            self.model.step(time + at, step / n)?;
+        }
+        self.move_inputs(&start, step);
+        Ok(())
+    }
+
+    /// The inputs with derivatives, and their values.
+    fn interpolated_inputs(&mut self) -> Vec<(u32, f64)> {
+        let mut inputs = Vec::new();
+        for Slope { reference, .. } in &self.slopes {
+            if inputs.iter().all(|(other, _)| other != reference)
+                && let Some(at) = real::<M>(*reference)
+            {
+                inputs.push((*reference, *at(&mut self.model)));
+            }
+        }
+        inputs
+    }
+
+    /// Sets inputs to the sum of their Taylor series, `time` [s] after the beginning of the step.
+    fn move_inputs(&mut self, start: &[(u32, f64)], time: f64) {
+        for (input, start) in start {
+            let Some(at) = real::<M>(*input) else { continue };
+            let terms = self.slopes.iter().filter(|slope| slope.reference == *input);
+            let change: f64 = terms
+                .map(|slope| {
+                    (1..=slope.order).fold(slope.value, |term, k| term * time / f64::from(k))
+                })
+                .sum();
+            *at(&mut self.model) = start + change;
+        }
+    }
+}
+
+impl<M: Model> Instance<M> {
+    /// Takes derivatives of inputs for the next step: all of them, or none.
+    pub fn set_slopes(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
+        let slopes = || references.iter().zip(orders).zip(values);
+        for ((reference, order), value) in slopes() {
+            let Variable { row, access } = variable::<M>(*reference)?;
+            let name = row.name;
+            if row.causality != Causality::Input
+                || row.variability != Variability::Continuous
+                || access.kind() != Kind::Real
+            {
+                return refuse(format!("{name} is no continuous input and has no derivative"));
+            }
+            if !(1..=HIGHEST_ORDER).contains(order) {
+                return refuse(format!(
+                    "expected an order of 1 .. {HIGHEST_ORDER} for {name}, found {order}"
+                ));
+            }
+            if !value.is_finite() {
+                return refuse(format!("the derivative {value} of {name} is not finite"));
+            }
+        }
+        let kept = &mut self.current.slopes;
+        for ((&reference, &order), &value) in slopes() {
+            kept.retain(|slope| (slope.reference, slope.order) != (reference, order));
+            kept.push(Slope { reference, order, value });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,298 @@
+//! Finds what is wrong with a table of variables before an importer does.
+
+use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::derivative::Derivatives;
+use crate::log::{LOG_CATEGORIES, take_messages};
+use crate::unit::Unit;
+use crate::variable::{Access, Causality, Depends, Kind, Row, Variability, Variable};
+use crate::{Info, Model};
+
+/// A log category is a bit of 64.
+const MOST_CATEGORIES: usize = 64;
+
+/// What is wrong with a model's table of variables, its [`Info`] and its [`Derivatives`]; nothing when
+/// `modelDescription.xml` follows FMI 2.0 and tells the truth as far as can be tried.
+#[must_use]
+pub fn problems<M: Model>() -> Vec<String> {
+    let mut problems = info_problems(&M::INFO);
+    problems.extend(table_problems(M::VARIABLES, &mut M::default()));
+    if problems.is_empty() {
+        // A model that panics here panics in front of its user too, who then reads why.
+        let tried = catch_unwind(AssertUnwindSafe(behaviour_problems::<M>));
+        problems.extend(tried.into_iter().flatten());
+        take_messages();
+    }
+    problems
+}
+
+/// What is wrong with a table and its start values, before anything is computed.
+pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec<String> {
+    let mut problems = Vec::new();
+    if variables.is_empty() {
+        problems.push("there is no variable".to_owned());
+    }
+    let mut names = BTreeSet::new();
+    for variable in variables {
+        let name = variable.row.name;
+        if !names.insert(name) {
+            problems.push(format!("there are two variables called `{name}`"));
+        }
+        let found = row_problems(&variable.row, variable.access.kind())
+            .chain(unit_problem(&variable.row))
+            .chain(start_problem(variable, start))
+            .chain(dependency_problems(variables, &variable.row));
+        problems.extend(found.map(|problem| format!("`{name}`: {problem}")));
+    }
+    let clocks = variables.iter().filter(|other| other.row.causality == Causality::Independent);
+    if clocks.count() > 1 {
+        problems.push("there are two independent variables".to_owned());
+    }
+    problems
+}
+
+fn info_problems(info: &Info) -> Vec<String> {
+    let mut problems = Vec::new();
+    if !is_identifier(info.name) {
+        problems.push(format!("the model's name `{}` is no C identifier", info.name));
+    }
+    for (what, value) in [
+        ("step", Some(info.step)),
+        ("sub-step", Some(info.substep)),
+        ("tolerance", info.tolerance),
+        ("duration", info.stop.map(|stop| stop - info.start)),
+    ] {
+        if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
+            problems.push(format!("the {what} of the experiment is not positive"));
+        }
+    }
+    if !info.start.is_finite() {
+        problems.push("the start of the experiment is not finite".to_owned());
+    }
+    let mut names = BTreeSet::new();
+    for (name, _) in LOG_CATEGORIES.iter().chain(info.log_categories) {
+        if !names.insert(name) {
+            problems.push(format!("there are two log categories called `{name}`"));
+        }
+    }
+    if names.len() > MOST_CATEGORIES {
+        problems.push(format!("there are more than {MOST_CATEGORIES} log categories"));
+    }
+    problems
+}
+
+fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String> + use<> {
+    let Row { min, max, nominal, .. } = *row;
+    let limits = [min, max, nominal];
+    let mut problems = Vec::new();
+    if !is_structured(row.name) {
+        problems.push("the name is no structured name of FMI 2.0".to_owned());
+    }
+    if !row.is_legal() || kind != Kind::Real && row.variability == Variability::Continuous {
+        let Row { causality, variability, initial, .. } = row;
+        let initial = initial.map_or("no initial".to_owned(), |initial| format!("{initial:?}"));
+        problems.push(format!("a {kind:?} cannot be {causality:?}, {variability:?} and {initial}"));
+    }
+    if kind != Kind::Real && (!row.unit.is_empty() || row.display_unit.is_some()) {
+        problems.push(format!("a {kind:?} has no unit"));
+    }
+    if limits.iter().flatten().any(|limit| !limit.is_finite()) {
+        problems.push("a limit is not finite".to_owned());
+    }
+    if min.zip(max).is_some_and(|(min, max)| min > max) {
+        problems.push("the limits leave no value".to_owned());
+    }
+    let whole = |limit: f64| limit == f64::from(limit as i32);
+    match kind {
+        Kind::Real => {}
+        Kind::Integer if nominal.is_some() => problems.push("an Integer has no nominal".to_owned()),
+        Kind::Integer if limits.into_iter().flatten().all(whole) => {}
+        Kind::Integer => problems.push("a limit is no 32-bit integer".to_owned()),
+        _ if limits.iter().all(Option::is_none) => {}
+        _ => problems.push(format!("a {kind:?} has no limits")),
+    }
+    if nominal.is_some_and(|nominal| nominal <= 0.0) {
+        problems.push("the nominal is not positive".to_owned());
+    }
+    problems.into_iter()
+}
+
+fn unit_problem(row: &Row) -> Option<String> {
+    let parse = |text| Unit::parse(text).map_err(|error| error.to_string());
+    let unit = match parse(row.unit) {
+        _ if row.unit.is_empty() && row.display_unit.is_none() => return None,
+        Ok(unit) => unit,
+        Err(error) => return Some(error),
+    };
+    match parse(row.display_unit?) {
+        Ok(display) if display.same_dimension(&unit) => None,
+        Ok(_) => Some(format!("{} cannot be shown in {}", row.unit, row.display_unit?)),
+        Err(error) => Some(error),
+    }
+}
+
+fn start_problem<M>(Variable { row, access }: &Variable<M>, start: &mut M) -> Option<String> {
+    let value = match access {
+        Access::Real(at) => *at(start),
+        Access::Integer(at) => f64::from(*at(start)),
+        Access::Boolean(_) | Access::String(_) => return None,
+    };
+    let outside = value < row.min.unwrap_or(value) || value > row.max.unwrap_or(value);
+    let wrong = row.has_start() && (outside || !value.is_finite());
+    wrong.then(|| format!("it starts at {value}, outside of its limits"))
+}
+
+/// Names that an output cannot depend on.
+fn dependency_problems<M>(variables: &[Variable<M>], row: &Row) -> impl Iterator<Item = String> {
+    let names = match row.depends {
+        Depends::On(names) => names,
+        Depends::All => &[],
+    };
+    let is_input = |name: &str| {
+        let mut inputs = variables.iter().filter(|other| other.row.causality == Causality::Input);
+        inputs.any(|input| input.row.name == name)
+    };
+    names
+        .iter()
+        .filter(move |name| !is_input(name))
+        .map(|name| format!("depends on `{name}`, which is no input"))
+}
+
+fn is_identifier(name: &str) -> bool {
+    name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+}
+
+/// Whether a name follows the convention `structured` (FMI 2.0, section 2.2.9): `a.b[1,2].'odd name'`,
+/// `der(a.b,2)`.
+fn is_structured(name: &str) -> bool {
+    let number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let Some(inner) = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')) else {
+        return is_path(name);
+    };
+    match inner.rsplit_once(',') {
+        Some((path, order)) if number(order) && is_path(path) => true,
+        _ => is_path(inner),
+    }
+}
+
+fn is_path(mut rest: &str) -> bool {
+    loop {
+        let Some(end) = name_end(rest) else { return false };
+        rest = &rest[end..];
+        if let Some(indices) = rest.strip_prefix('[') {
+            let Some((numbers, after)) = indices.split_once(']') else { return false };
+            let is_number =
+                |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+            if !numbers.split(',').all(is_number) {
+                return false;
+            }
+            rest = after;
+        }
+        match rest.strip_prefix('.') {
+            Some(next) => rest = next,
+            None => return rest.is_empty(),
+        }
+    }
+}
+
+/// Where the identifier or quoted name at the beginning of a text ends.
+fn name_end(text: &str) -> Option<usize> {
+    let Some(quoted) = text.strip_prefix('\'') else {
+        let letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let end = text.find(|c| !letter(c)).unwrap_or(text.len());
+        return is_identifier(&text[..end]).then_some(end);
+    };
+    let mut escaped = false;
+    for (place, c) in quoted.char_indices() {
+        match c {
+            '\'' if !escaped => return (place > 0).then_some(place + 2),
+            _ if escaped && !"'\"?\\abfnrtv".contains(c) => return None,
+            _ if !escaped
+                && !c.is_ascii_alphanumeric()
+                && !"_!#$%&()*+,-./:;<>=?@[]^{}|~ \\".contains(c) =>
+            {
+                return None;
+            }
+            _ => escaped = !escaped && c == '\\',
+        }
+    }
+    None
+}
+
+/// What a started model does that its table does not say.
+fn behaviour_problems<M: Model>() -> Vec<String> {
+    let mut model = M::default();
+    if model.initialise().is_err() {
+        return Vec::new();
+    }
+    model.outputs();
+    let mut problems = Vec::new();
+    for input in M::VARIABLES {
+        if input.row.causality == Causality::Input {
+            problems.extend(undeclared::<M>(&model, input));
+        }
+    }
+    if let Some(derivatives) = M::DERIVATIVES {
+        problems.extend(equation_problems(&derivatives, &mut model));
+    }
+    problems
+}
+
+/// Outputs that an input moves without a step although they do not say that they depend on it.
+fn undeclared<M: Model>(model: &M, input: &Variable<M>) -> Vec<String> {
+    let (mut before, mut after) = (model.clone(), model.clone());
+    match input.access {
+        // No round number, so that it is nobody's special case.
+        Access::Real(at) => *at(&mut after) += 0.012_345,
+        Access::Integer(at) => *at(&mut after) ^= 1,
+        Access::Boolean(at) => *at(&mut after) ^= true,
+        Access::String(at) => at(&mut after).push('~'),
+    }
+    after.outputs();
+    let mut moved = |variable: &Variable<M>| match variable.access {
+        Access::Real(at) => at(&mut before).to_bits() != at(&mut after).to_bits(),
+        Access::Integer(at) => at(&mut before) != at(&mut after),
+        Access::Boolean(at) => at(&mut before) != at(&mut after),
+        Access::String(at) => at(&mut before) != at(&mut after),
+    };
+    let name = input.row.name;
+    let outputs = M::VARIABLES.iter().filter(|row| row.row.causality == Causality::Output);
+    let silent = outputs.filter(|output| {
+        matches!(output.row.depends, Depends::On(inputs) if !inputs.contains(&name))
+            && moved(output)
+    });
+    silent
+        .map(|output| format!("`{}` follows `{name}` but does not say so", output.row.name))
+        .collect()
+}
+
+/// Equations whose variables are not in the table, or that give other values than the outputs have.
+fn equation_problems<M: Model>(derivatives: &Derivatives<M>, model: &mut M) -> Vec<String> {
+    let mut value = |name: &str| {
+        let variable = M::VARIABLES.iter().find(|variable| variable.row.name == name);
+        match variable.map(|variable| &variable.access) {
+            Some(Access::Real(at)) => Ok(*at(model)),
+            _ => Err(vec![format!("the equations know `{name}`, which is no real variable")]),
+        }
+    };
+    let mut values = |names: &[&str]| names.iter().map(|name| value(name)).collect();
+    let (known, unknown): (Result<Vec<f64>, _>, Result<Vec<f64>, _>) =
+        (values(derivatives.known), values(derivatives.unknown));
+    let (known, unknown) = match (known, unknown) {
+        (Ok(known), Ok(unknown)) => (known, unknown),
+        (Err(problem), _) | (_, Err(problem)) => return problem,
+    };
+    let known: Vec<_> = known.into_iter().map(|value| (value, 0.0)).collect();
+    let found = derivatives.along(model, &known);
+    let pairs = derivatives.unknown.iter().zip(found).zip(unknown);
+    // Rounding may differ between the two kinds of numbers.
+    let differing =
+        pairs.filter(|((_, (found, _)), have)| (found - have).abs() > 1e-9 * (1.0 + have.abs()));
+    differing
+        .map(|((name, (found, _)), have)| {
+            format!("the equations give `{name}` = {found}, the outputs {have}")
+        })
+        .collect()
+}

@@ -1,0 +1,222 @@
+//! Calls an exported model through its C functions, as an importer does.
+#![allow(dead_code, reason = "each test needs a part of it")]
+#![allow(unsafe_code, reason = "the functions under test are those of a C interface")]
+
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::marker::PhantomData;
+use std::ptr;
+
+use fmu_export::abi::{CallbackFunctions, Component, FmuState, Logger, Status};
+use fmu_export::export::{self, Call, Truth};
+use fmu_export::{Model, Value, description};
+
+thread_local! {
+    static LOG: RefCell<Vec<(Status, String, String)>> = const { RefCell::new(Vec::new()) };
+}
+
+unsafe extern "C" fn log(
+    _environment: *mut c_void,
+    name: *const c_char,
+    status: Status,
+    category: *const c_char,
+    format: *const c_char,
+    text: *const c_char,
+) {
+    let text_of = |pointer| unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned();
+    assert_eq!(text_of(name), "slave");
+    assert_eq!(text_of(format), "%s", "a message must never be a format");
+    LOG.with_borrow_mut(|log| log.push((status, text_of(category), text_of(text))));
+}
+
+/// The message that was logged last.
+pub fn said() -> String {
+    LOG.with_borrow(|log| log.last().map(|(_, _, text)| text.clone()).unwrap_or_default())
+}
+
+/// The log of this thread from an entry on.
+pub fn logged(from: usize) -> Vec<(Status, String, String)> {
+    LOG.with_borrow(|log| log[from..].to_vec())
+}
+
+/// An instance, called as C would.
+pub struct Slave<M: Model>(pub Component, PhantomData<M>);
+
+impl<M: Model> Slave<M> {
+    pub fn new() -> Self {
+        let slave = Slave::with_guid(&description::guid::<M>(), 0);
+        assert!(!slave.0.is_null());
+        slave
+    }
+
+    pub fn with_guid(guid: &str, logging: i32) -> Self {
+        // A logger takes any number of arguments. Rust cannot define such a function, but it can be
+        // called with the ones that are always given.
+        let logger = unsafe { std::mem::transmute::<*const (), Logger>(log as *const ()) };
+        let functions = CallbackFunctions {
+            logger: Some(logger),
+            allocate_memory: None,
+            free_memory: None,
+            step_finished: None,
+            environment: ptr::null_mut(),
+        };
+        let guid = CString::new(guid).expect("no zero in it");
+        let component = unsafe {
+            export::instantiate::<M>(
+                c"slave".as_ptr(),
+                1,
+                guid.as_ptr(),
+                &raw const functions,
+                logging,
+            )
+        };
+        Slave(component, PhantomData)
+    }
+
+    /// In initialisation mode.
+    pub fn initialising() -> Self {
+        let slave = Slave::new();
+        assert_eq!(slave.setup(0.0, 10.0), Status::Ok);
+        assert_eq!(slave.proceed(Call::EnterInitializationMode), Status::Ok);
+        slave
+    }
+
+    /// At the first communication point.
+    pub fn ready() -> Self {
+        let slave = Slave::initialising();
+        assert_eq!(slave.proceed(Call::ExitInitializationMode), Status::Ok);
+        slave
+    }
+
+    pub fn setup(&self, start: f64, stop: f64) -> Status {
+        unsafe { export::setup_experiment::<M>(self.0, start, 1, stop) }
+    }
+
+    pub fn proceed(&self, call: Call) -> Status {
+        unsafe { export::proceed::<M>(self.0, call) }
+    }
+
+    pub fn step(&self, time: f64, step: f64) -> Status {
+        unsafe { export::do_step::<M>(self.0, time, step) }
+    }
+
+    pub fn set<T: Value>(&self, reference: u32, value: T) -> Status {
+        unsafe { export::set::<M, T>(self.0, &raw const reference, 1, &raw const value) }
+    }
+
+    pub fn set_text(&self, reference: u32, value: &CStr) -> Status {
+        let value = value.as_ptr();
+        unsafe { export::set_string::<M>(self.0, &raw const reference, 1, &raw const value) }
+    }
+
+    pub fn get(&self, reference: u32) -> Result<f64, Status> {
+        self.get_as(reference, f64::NAN)
+    }
+
+    pub fn get_as<T: Value>(&self, reference: u32, mut value: T) -> Result<T, Status> {
+        let status =
+            unsafe { export::get::<M, T>(self.0, &raw const reference, 1, &raw mut value) };
+        if status == Status::Ok { Ok(value) } else { Err(status) }
+    }
+
+    pub fn get_truth(&self, reference: u32) -> Result<bool, Status> {
+        self.get_as(reference, Truth(-1)).map(|truth| truth.0 == 1)
+    }
+
+    pub fn get_text(&self, reference: u32) -> Result<String, Status> {
+        let mut value = ptr::null();
+        let status =
+            unsafe { export::get_string::<M>(self.0, &raw const reference, 1, &raw mut value) };
+        if status != Status::Ok {
+            return Err(status);
+        }
+        Ok(unsafe { CStr::from_ptr(value) }.to_string_lossy().into_owned())
+    }
+
+    pub fn slope(&self, reference: u32, order: i32, value: f64) -> Status {
+        unsafe {
+            export::set_input_derivatives::<M>(
+                self.0,
+                &raw const reference,
+                1,
+                &raw const order,
+                &raw const value,
+            )
+        }
+    }
+
+    pub fn derivative(
+        &self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        changes: &[f64],
+    ) -> Result<Vec<f64>, Status> {
+        assert_eq!(knowns.len(), changes.len());
+        let mut found = vec![f64::NAN; unknowns.len()];
+        let status = unsafe {
+            export::directional_derivative::<M>(
+                self.0,
+                (unknowns.as_ptr(), unknowns.len()),
+                (knowns.as_ptr(), knowns.len()),
+                changes.as_ptr(),
+                found.as_mut_ptr(),
+            )
+        };
+        if status == Status::Ok { Ok(found) } else { Err(status) }
+    }
+
+    pub fn state(&self) -> Result<FmuState, Status> {
+        let mut state = ptr::null_mut();
+        let status = unsafe { export::get_fmu_state::<M>(self.0, &raw mut state) };
+        if status == Status::Ok { Ok(state) } else { Err(status) }
+    }
+
+    pub fn restore(&self, state: FmuState) -> Status {
+        unsafe { export::set_fmu_state::<M>(self.0, state) }
+    }
+
+    pub fn free(&self, mut state: FmuState) -> Status {
+        let status = unsafe { export::free_fmu_state::<M>(self.0, &raw mut state) };
+        assert_eq!(state.is_null(), status == Status::Ok);
+        status
+    }
+
+    pub fn bytes(&self, state: FmuState) -> Vec<u8> {
+        let mut size = 0;
+        let status = unsafe { export::serialized_size::<M>(self.0, state, &raw mut size) };
+        assert_eq!(status, Status::Ok);
+        let mut bytes = vec![0; size];
+        let status = unsafe { export::serialize::<M>(self.0, state, bytes.as_mut_ptr(), size) };
+        assert_eq!(status, Status::Ok);
+        bytes
+    }
+
+    pub fn state_of(&self, bytes: &[u8]) -> Result<FmuState, Status> {
+        let mut state = ptr::null_mut();
+        let status = unsafe {
+            export::deserialize::<M>(self.0, bytes.as_ptr(), bytes.len(), &raw mut state)
+        };
+        if status == Status::Ok { Ok(state) } else { Err(status) }
+    }
+
+    /// `fmi2GetRealStatus` of the last successful time, `fmi2GetBooleanStatus` of the end.
+    pub fn last(&self) -> Result<(f64, bool), Status> {
+        let (mut time, mut ended) = (f64::NAN, -1);
+        let status = unsafe {
+            let time = &raw mut time;
+            let ended = &raw mut ended;
+            let of = |last: &dyn export::LastStep, _| Some(i32::from(last.terminated()));
+            export::get_status::<M, f64>(self.0, 2, time, |last, _| {
+                Some(last.last_successful_time())
+            })
+            .max(export::get_status::<M, i32>(self.0, 3, ended, of))
+        };
+        if status == Status::Ok { Ok((time, ended == 1)) } else { Err(status) }
+    }
+}
+
+impl<M: Model> Drop for Slave<M> {
+    fn drop(&mut self) {
+        unsafe { export::free_instance::<M>(self.0) }
+    }
+}
