@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Call, Component, Get, Instantiate, Set, Status};
+use crate::fmu::description::Description;
 use crate::fmu::{Fmu, OpenError};
 
 /// All functions that FMI 2.0 asks of a co-simulation library.
@@ -145,6 +146,12 @@ impl Library {
     /// The functions that the library at `path` lacks.
     pub(in crate::fmu) fn missing(fmu: &Fmu, path: &Path) -> Result<Vec<&'static str>, OpenError> {
         open(fmu, path).map(|library| absent(&library).collect())
+    }
+
+    /// What the FMU says about itself.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.fmu.description
     }
 
     /// What `fmi2GetVersion` says.
