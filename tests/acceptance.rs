@@ -19,6 +19,9 @@ mod bad_input;
 // Inspect, test, --set, several scenarios.
 #[path = "acceptance/cli.rs"]
 mod cli;
+// Our FMUs and one that breaks rules, judged by the rules of FMI 2.0.
+#[path = "acceptance/conform.rs"]
+mod conform;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;

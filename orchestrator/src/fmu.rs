@@ -11,7 +11,7 @@ use std::sync::Arc;
 use sha2::{Digest as _, Sha256};
 use tempfile::TempDir;
 
-pub use binding::Instance;
+pub use binding::{FmuState, Instance, Library};
 use description::Description;
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
@@ -124,9 +124,17 @@ impl Fmu {
     ///
     /// # Errors
     /// When there is no library for this machine, or it does not load, or lacks a function.
-    pub fn load(self: &Arc<Self>) -> Result<Arc<binding::Library>, OpenError> {
+    pub fn load(self: &Arc<Self>) -> Result<Arc<Library>, OpenError> {
         let library = self.library()?;
-        binding::Library::load(Arc::clone(self), &library).map(Arc::new)
+        Library::load(Arc::clone(self), &library).map(Arc::new)
+    }
+
+    /// The functions of FMI 2.0 co-simulation that the library lacks.
+    ///
+    /// # Errors
+    /// When there is no library for this machine, or it does not load.
+    pub fn missing_symbols(&self) -> Result<Vec<&'static str>, OpenError> {
+        Library::missing(self, &self.library()?)
     }
 
     /// The platforms that the archive has libraries for.
@@ -143,7 +151,11 @@ impl Fmu {
         names
     }
 
-    pub(crate) fn library(&self) -> Result<PathBuf, OpenError> {
+    /// The unpacked library for this machine.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn library(&self) -> Result<PathBuf, OpenError> {
         let entry = format!(
             "binaries/{PLATFORM}/{}.{}",
             self.description.identifier,

@@ -42,6 +42,54 @@ pub fn lines(fmu: &Fmu) -> String {
     text
 }
 
+/// The same as JSON.
+#[must_use]
+pub fn json(fmu: &Fmu) -> serde_json::Value {
+    let about = &fmu.description;
+    let variables: Vec<_> =
+        about.variables.iter().map(|variable| entry(variable, &about.variables)).collect();
+    serde_json::json!({
+        "model": about.name,
+        "description": about.summary,
+        "made_by": about.tool,
+        "guid": about.guid,
+        "sha256": fmu.sha256,
+        "platforms": fmu.platforms(),
+        "default_step": about.default_step,
+        "variable_step": about.variable_step,
+        "get_and_set_state": about.state,
+        "serialise_state": about.serialised_state,
+        "derivatives": about.directional_derivative,
+        "once_per_process": about.only_once,
+        "log_categories": about.log_categories,
+        "variables": variables,
+        "problems": about.problems,
+    })
+}
+
+fn entry(variable: &Variable, all: &[Variable]) -> serde_json::Value {
+    let word = |name: String| name[..1].to_lowercase() + &name[1..];
+    let follows = variable.dependencies.as_ref().map(|places| {
+        let names = places.iter().filter_map(|&place| all.get(place));
+        names.map(|variable| variable.name.clone()).collect::<Vec<_>>()
+    });
+    serde_json::json!({
+        "name": variable.name,
+        "reference": variable.reference,
+        "type": format!("{:?}", variable.kind),
+        "causality": word(format!("{:?}", variable.causality)),
+        "variability": word(format!("{:?}", variable.variability)),
+        "initial": variable.initial.map(|initial| word(format!("{initial:?}"))),
+        "unit": variable.unit,
+        "start": variable.start,
+        "min": variable.min,
+        "max": variable.max,
+        "nominal": variable.nominal,
+        "description": variable.description,
+        "follows": follows,
+    })
+}
+
 fn line(variable: &Variable, all: &[Variable], width: usize) -> String {
     let unit = variable.unit.as_ref().map(|unit| format!("[{unit}]")).unwrap_or_default();
     let causality = format!("{:?}", variable.causality).to_lowercase();

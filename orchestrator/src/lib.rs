@@ -5,6 +5,7 @@
 //! recordings and checks.
 
 pub mod check;
+pub mod conform;
 pub mod effects;
 pub mod error;
 pub mod expression;

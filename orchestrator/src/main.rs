@@ -4,9 +4,11 @@ use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use orchestrator::conform;
 use orchestrator::error::Error;
 use orchestrator::fmu::Fmu;
 use orchestrator::package::{Product, Workspace};
@@ -47,7 +49,31 @@ enum Command {
     Inspect {
         /// The archive.
         fmu: PathBuf,
+        /// Print JSON instead of lines.
+        #[arg(long)]
+        json: bool,
     },
+    /// Judge an FMU by the rules of FMI 2.0, a line for each; exit code 0 when it breaks none, 1 when it
+    /// breaks one, 2 when it cannot be opened.
+    Conform(ConformArgs),
+}
+
+#[derive(Args)]
+struct ConformArgs {
+    /// The archive.
+    fmu: PathBuf,
+    /// Print JSON instead of lines.
+    #[arg(long)]
+    json: bool,
+    /// How long each rule may take [s].
+    #[arg(long, hide = true, value_name = "SECONDS")]
+    limit: Option<f64>,
+    /// Judge by this rule in this process, for the process that judges by all.
+    #[arg(long, hide = true, requires = "trail")]
+    rule: Option<String>,
+    /// Where that process looks for what was found.
+    #[arg(long, hide = true, requires = "rule")]
+    trail: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -110,7 +136,8 @@ fn main() -> ExitCode {
         Command::Run(args) => run(&args),
         Command::Test(args) => test(&args),
         Command::Pack { packages, example, out } => pack(&packages, &example, &out),
-        Command::Inspect { fmu } => inspect(&fmu),
+        Command::Inspect { fmu, json } => inspect(&fmu, json),
+        Command::Conform(args) => conform(&args),
     };
     ExitCode::from(result.unwrap_or_else(tell))
 }
@@ -224,8 +251,7 @@ fn test(args: &TestArgs) -> Result<u8, Error> {
     let paths = suite::find(&args.paths)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = args.jobs.map_or(cores, usize::from);
-    let program = std::env::current_exe()
-        .map_err(|error| Error::input(format!("cannot find this program: {error}")))?;
+    let program = this_program()?;
     let terminal = Mutex::new(());
     let done = |result: &TestResult| {
         let _one_at_a_time = terminal.lock();
@@ -282,8 +308,32 @@ fn pack(packages: &[String], examples: &[String], out: &Path) -> Result<u8, Erro
     Ok(0)
 }
 
-fn inspect(path: &Path) -> Result<u8, Error> {
+fn inspect(path: &Path, json: bool) -> Result<u8, Error> {
     let fmu = Fmu::open(path).map_err(|error| Error::input(error.to_string()))?;
-    print(&orchestrator::inspect::lines(&fmu));
+    print(&match json {
+        true => format!("{:#}\n", orchestrator::inspect::json(&fmu)),
+        false => orchestrator::inspect::lines(&fmu),
+    });
     Ok(0)
+}
+
+fn conform(args: &ConformArgs) -> Result<u8, Error> {
+    let limit = match args.limit.map(Duration::try_from_secs_f64) {
+        Some(limit) => limit.map_err(|error| Error::input(format!("--limit: {error}")))?,
+        None => conform::TIME_LIMIT,
+    };
+    if let (Some(rule), Some(trail)) = (&args.rule, &args.trail) {
+        return conform::run_one(&args.fmu, rule, trail, limit).map(|()| 0);
+    }
+    let findings = conform::run(&this_program()?, &args.fmu, limit)?;
+    print(&match args.json {
+        true => format!("{:#}\n", serde_json::json!(findings)),
+        false => conform::lines(&findings),
+    });
+    Ok(u8::from(findings.iter().any(|finding| finding.outcome == conform::Outcome::Fail)))
+}
+
+fn this_program() -> Result<PathBuf, Error> {
+    std::env::current_exe()
+        .map_err(|error| Error::input(format!("cannot find this program: {error}")))
 }

@@ -123,7 +123,8 @@ impl FmuNode {
 
 impl Node for FmuNode {
     fn enter(&mut self, start: f64, stop: f64) -> Result<(), CallError> {
-        self.instance.enter_initialization(start, stop)
+        self.instance.setup_experiment(start, stop)?;
+        self.instance.enter_initialization()
     }
 
     fn ready(&mut self) -> Result<(), CallError> {

@@ -31,20 +31,27 @@ pub fn misbehave() -> &'static [u8] {
 
 /// The FMU of `fmu/misbehave.c`, compiled with these arguments.
 pub fn compile(arguments: &[&str]) -> Vec<u8> {
-    let sources = Path::new(ROOT).join("tests/acceptance/fmu");
-    let lab = Lab::new();
-    let library = lab.path("misbehave.so");
-    let mut cc = Command::new("cc");
-    cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
-    let output = cc.arg(sources.join("misbehave.c")).arg("-o").arg(&library).output();
-    Ended::of(output.expect("a C compiler")).expect(0);
-    let xml = std::fs::read(sources.join("misbehave.xml")).expect("the description");
-    let library = std::fs::read(library).expect("the library");
-    archive(&[("modelDescription.xml", &xml), (LIBRARY, &library)])
+    build("misbehave", arguments)
 }
 
-/// Where the library of [`misbehave`] is in the archive.
-const LIBRARY: &str = "binaries/linux64/misbehave.so";
+/// The FMU of `fmu/deviate.c`, compiled with these arguments: `-DBREAKS="..."` says what it breaks.
+pub fn deviate(arguments: &[&str]) -> Vec<u8> {
+    build("deviate", arguments)
+}
+
+fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
+    let sources = Path::new(ROOT).join("tests/acceptance/fmu");
+    let lab = Lab::new();
+    let library = lab.path("library.so");
+    let mut cc = Command::new("cc");
+    cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
+    let output = cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).output();
+    Ended::of(output.expect("a C compiler")).expect(0);
+    let xml = std::fs::read(sources.join(format!("{name}.xml"))).expect("the description");
+    let library = std::fs::read(library).expect("the library");
+    let place = format!("binaries/linux64/{name}.so");
+    archive(&[("modelDescription.xml", &xml), (&place, &library)])
+}
 
 /// An archive with these entries.
 pub fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! Reads what an FMU says about itself into the form that the program works with.
 
 use fmi_rs::model_description::fmi2::{
-    self, Causality, ModelDescription, SimpleType, VariableType,
+    self, Causality, Initial, ModelDescription, SimpleType, VariableType,
 };
 use fmu_export::unit::Unit;
 
@@ -32,6 +32,10 @@ pub struct Description {
     pub only_once: bool,
     /// Preferred communication step [s].
     pub default_step: Option<f64>,
+    /// Where a simulation starts unless somebody says otherwise [s].
+    pub default_start: f64,
+    /// The categories that messages may have.
+    pub log_categories: Vec<String>,
     /// The variables, in the order of the file.
     pub variables: Vec<Variable>,
     /// What is against the rules of FMI 2.0 but does not hinder a run.
@@ -79,6 +83,14 @@ pub struct Variable {
     pub causality: Causality,
     /// When it may change.
     pub variability: fmi2::Variability,
+    /// How its first value comes about.
+    pub initial: Option<Initial>,
+    /// The smallest value that it may have.
+    pub min: Option<f64>,
+    /// The largest value that it may have.
+    pub max: Option<f64>,
+    /// What a usual value of it is.
+    pub nominal: Option<f64>,
     /// Name of its unit.
     pub unit: Option<String>,
     /// Its unit, when the file or its name says what that is.
@@ -119,6 +131,16 @@ impl Description {
             directional_derivative: cs.providesDirectionalDerivative,
             only_once: cs.canBeInstantiatedOnlyOncePerProcess,
             default_step: default_step.and_then(|step| step.parse().ok()),
+            default_start: found
+                .defaultExperiment
+                .as_ref()
+                .and_then(|default| default.startTime.as_ref()?.parse().ok())
+                .unwrap_or(0.0),
+            log_categories: found
+                .logCategories
+                .iter()
+                .map(|category| category.name.clone())
+                .collect(),
             variables: (0..found.modelVariables.len())
                 .map(|place| variable(&found, place))
                 .collect(),
@@ -141,6 +163,7 @@ impl Description {
 fn variable(found: &ModelDescription, place: usize) -> Variable {
     let scalar = &found.modelVariables[place];
     let unit = unit_name(found, &scalar.variableType);
+    let [min, max, nominal] = range(found, &scalar.variableType);
     let unknown = found.outputs.iter().find(|unknown| unknown.index as usize == place + 1);
     let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {
         indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect()
@@ -157,6 +180,10 @@ fn variable(found: &ModelDescription, place: usize) -> Variable {
         },
         causality: scalar.causality,
         variability: scalar.variability,
+        initial: scalar.initial,
+        min,
+        max,
+        nominal,
         dimension: unit.as_deref().and_then(|name| dimension(found, name)),
         unit,
         start: scalar.variableType.start().clone(),
@@ -186,4 +213,28 @@ fn dimension(found: &ModelDescription, name: &str) -> Option<Unit> {
     let exponents = [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad];
     let exponents = exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
     Some(Unit::from_base(exponents, base.factor, base.offset))
+}
+
+/// Minimum, maximum and nominal value of the variable or its declared type.
+fn range(found: &ModelDescription, kind: &VariableType) -> [Option<f64>; 3] {
+    let own = |text: &Option<String>| text.as_ref().and_then(|text| text.parse().ok());
+    let (declared, own) = match kind {
+        VariableType::Real { declaredType, min, max, nominal, .. } => {
+            (declaredType.as_ref(), [own(min), own(max), own(nominal)])
+        }
+        VariableType::Integer { declaredType, min, max, .. } => {
+            (declaredType.as_ref(), [own(min), own(max), None])
+        }
+        _ => (None, [None; 3]),
+    };
+    let declared = match declared.and_then(|name| found.get_type_definition(name)) {
+        Some(SimpleType::Real { min, max, nominal, .. }) => {
+            [*min, *max, *nominal].map(|x| x.map(f64::from))
+        }
+        Some(SimpleType::Integer { min, max, .. }) => {
+            [min.map(f64::from), max.map(f64::from), None]
+        }
+        _ => [None; 3],
+    };
+    std::array::from_fn(|i| own[i].or(declared[i]))
 }

@@ -65,6 +65,7 @@ pub(super) fn drafts(
             let message = format!("there are two nodes called `{}`", draft.name);
             return Err(scenario.source.error(draft.place.clone(), message, "the second one"));
         }
+        only_once(scenario, draft, &drafts[..i])?;
     }
     for (node, variable, _) in &overrides.starts {
         let names = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
@@ -80,6 +81,23 @@ pub(super) fn drafts(
         return Err(error.help("add an `[[fmu]]`, a `[[signal]]` or a `[[table]]`"));
     }
     Ok(drafts)
+}
+
+/// Refuses a second node of an FMU that can be instantiated only once per process.
+fn only_once(scenario: &Scenario, draft: &Draft, before: &[Draft]) -> Result<(), Error> {
+    let Body::Fmu { fmu, .. } = &draft.body else { return Ok(()) };
+    let same = |other: &&Draft| matches!(&other.body, Body::Fmu { fmu: other, .. } if other.sha256 == fmu.sha256);
+    let Some(first) = before.iter().find(same).filter(|_| fmu.description.only_once) else {
+        return Ok(());
+    };
+    let message = format!(
+        "`{}` and `{}` are the same FMU, of which a process can hold one instance only",
+        first.name, draft.name
+    );
+    let error = scenario.source.error(draft.place.clone(), message, "the second one");
+    Err(error.help(
+        "its description sets canBeInstantiatedOnlyOncePerProcess: leave one of the nodes out",
+    ))
 }
 
 fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option<Unit>, Error> {

@@ -1,0 +1,57 @@
+//! Measures what instances leave in memory when they are freed.
+
+use std::time::Instant;
+
+use super::bench::Bench;
+use super::{Objection, Verdict, broken, not_applicable};
+
+/// How many instances are made and freed.
+const CYCLES: u32 = 10_000;
+/// How many of them come before the first measurement: allocators and libraries keep what they take at first.
+const WARM_UP: u32 = 1_000;
+/// What may be left for each instance [bytes]: less than the smallest block that `malloc` gives on a
+/// 64-bit system, which is 32 bytes, and more than the noise of whole pages over all cycles.
+const BOUND: f64 = 26.0;
+/// The size of a page on the platforms that FMI 2.0 has names for [bytes].
+const PAGE: f64 = 4096.0;
+
+pub(super) fn no_leak(bench: &Bench) -> Verdict {
+    let begin = Instant::now();
+    cycles(bench, WARM_UP)?;
+    // A slow FMU gets fewer cycles rather than no verdict.
+    let left = (bench.limit.as_secs_f64() * 0.8 - begin.elapsed().as_secs_f64()).max(0.0);
+    let each = begin.elapsed().as_secs_f64() / f64::from(WARM_UP);
+    let count = (left / each).min(CYCLES.into()) as u32;
+    if count < WARM_UP {
+        return not_applicable(format!("an instance takes {each:.3} s, too long for this"));
+    }
+    let before = resident()?;
+    cycles(bench, count)?;
+    let growth = (resident()? - before) / f64::from(count);
+    let told = format!("{growth:.1} bytes per instance over {count} instances");
+    if growth > BOUND { broken(told) } else { Ok(told) }
+}
+
+/// Each instance lives through a whole, short simulation.
+fn cycles(bench: &Bench, count: u32) -> Result<(), Objection> {
+    bench.note(&format!("{count} short simulations"));
+    for _ in 0..count {
+        let mut instance = bench.quiet_instance()?;
+        instance.setup_experiment(bench.time(0.0), bench.time(1000.0))?;
+        instance.enter_initialization()?;
+        instance.exit_initialization()?;
+        instance.do_step(bench.time(0.0), bench.step())?;
+        instance.terminate()?;
+    }
+    Ok(())
+}
+
+/// The memory of this process that is in use [bytes].
+fn resident() -> Result<f64, Objection> {
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = text.split_whitespace().nth(1).and_then(|pages| pages.parse::<f64>().ok());
+    match pages {
+        Some(pages) => Ok(pages * PAGE),
+        None => not_applicable("there is no /proc/self/statm"),
+    }
+}

@@ -1,0 +1,142 @@
+//! Checks that calls which FMI 2.0 does not allow in a state of an instance are refused and do no harm.
+
+use std::collections::BTreeMap;
+
+use fmi_rs::model_description::fmi2::Causality;
+
+use super::bench::{Bench, Row, STEPS, read};
+use super::{Objection, Verdict, broken};
+use crate::fmu::Instance;
+use crate::fmu::description::Type;
+use crate::node::CallError;
+
+/// A state of table 4.2.4 of FMI 2.0 that every master can bring every FMU to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum State {
+    Instantiated,
+    InitializationMode,
+    StepComplete,
+    Terminated,
+}
+
+use State::{InitializationMode, Instantiated, StepComplete, Terminated};
+
+type Call = fn(&Bench, &mut Instance) -> Result<(), CallError>;
+
+#[rustfmt::skip]
+/// The calls, and the states in which each of them is illegal by table 4.2.4.
+const ILLEGAL: &[(&str, Call, &[State])] = &[
+    ("fmi2SetupExperiment", setup, &[InitializationMode, StepComplete, Terminated]),
+    ("fmi2EnterInitializationMode", |_, instance| instance.enter_initialization(), &[InitializationMode, StepComplete, Terminated]),
+    ("fmi2ExitInitializationMode", |_, instance| instance.exit_initialization(), &[Instantiated, StepComplete, Terminated]),
+    ("fmi2Terminate", |_, instance| instance.terminate(), &[Instantiated, InitializationMode, Terminated]),
+    ("fmi2DoStep", step, &[Instantiated, InitializationMode, Terminated]),
+    ("fmi2CancelStep", |_, instance| instance.cancel_step(), &[Instantiated, InitializationMode, StepComplete, Terminated]),
+    ("reading a variable", get, &[Instantiated]),
+    ("setting a variable", set, &[Terminated]),
+    ("fmi2GetStatus", |_, instance| instance.status().map(drop), &[Instantiated, InitializationMode]),
+    ("fmi2GetRealStatus", |_, instance| instance.last_successful_time().map(drop), &[Instantiated, InitializationMode]),
+    ("fmi2GetBooleanStatus", |_, instance| instance.ended().map(drop), &[Instantiated, InitializationMode]),
+];
+
+fn setup(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    instance.setup_experiment(bench.time(0.0), bench.time(1000.0))
+}
+
+/// A step that would be right if the state were.
+fn step(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    instance.do_step(bench.time(0.0), bench.step())
+}
+
+/// Whether there is a variable for the call that reads one: the first output, or else any.
+fn get(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let variable = bench.with(Causality::Output).next().or(bench.about().variables.first());
+    variable.map_or_else(none, |variable| read(instance, variable).map(drop))
+}
+
+/// Sets an input, or else a parameter, to its start value.
+fn set(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let settable = bench.with(Causality::Input).chain(bench.with(Causality::Parameter));
+    for variable in settable {
+        let Some(start) = &variable.start else { continue };
+        let (reference, number) = ([variable.reference], start.parse::<f64>().unwrap_or(0.0));
+        return match variable.kind {
+            Type::Real => instance.set_real(&reference, &[number]),
+            Type::Integer | Type::Enumeration => instance.set_integer(&reference, &[number as i32]),
+            Type::Boolean => instance.set_boolean(&reference, &[(start == "true").into()]),
+            Type::String => instance.set_string(variable.reference, start),
+        };
+    }
+    none()
+}
+
+/// Nothing can be called, so nothing illegal can be accepted.
+fn none() -> Result<(), CallError> {
+    Err(CallError { call: "none", what: String::new(), terminated: None })
+}
+
+pub(super) fn call_order(bench: &Bench) -> Verdict {
+    let mut count = 0;
+    // By what went wrong, the calls with which it did: an FMU that looks at nothing fails with most.
+    let mut wrong: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for state in [Instantiated, InitializationMode, StepComplete, Terminated] {
+        let expected = after_reset(bench, bring(bench, state)?)?;
+        for (name, call, _) in ILLEGAL.iter().filter(|(.., states)| states.contains(&state)) {
+            count += 1;
+            if let Some((what, detail)) = attempt(bench, state, (name, *call), &expected)? {
+                wrong.entry(what).or_default().push(format!("{name} in {state:?}{detail}"));
+            }
+        }
+    }
+    let lines: Vec<_> =
+        wrong.iter().map(|(what, calls)| format!("{what}: {}", calls.join(", "))).collect();
+    match wrong.is_empty() {
+        true => Ok(format!("{count} calls")),
+        false => broken(lines.join("; ")),
+    }
+}
+
+/// Makes the illegal call in the state, and says what is wrong with what came of it.
+fn attempt(
+    bench: &Bench,
+    state: State,
+    (name, call): (&str, Call),
+    expected: &[Row],
+) -> Result<Option<(&'static str, String)>, CallError> {
+    let mut instance = bring(bench, state)?;
+    bench.note(&format!("{name} in {state:?}"));
+    if call(bench, &mut instance).is_ok() {
+        return Ok(Some(("expected fmi2Error, found success", String::new())));
+    }
+    if instance.is_lost() {
+        return Ok(Some(("expected fmi2Error, found fmi2Fatal", String::new())));
+    }
+    bench.note(&format!("a reset and a run after {name} in {state:?}"));
+    let same = after_reset(bench, instance).and_then(|found| bench.same(expected, &found));
+    Ok(match same {
+        Err(Objection::Broken(what)) => Some(("a reset does not make good", format!(" ({what})"))),
+        _ => None,
+    })
+}
+
+/// A fresh instance in the state.
+fn bring(bench: &Bench, state: State) -> Result<Instance, CallError> {
+    let mut instance = bench.instance()?;
+    match state {
+        Instantiated => {}
+        InitializationMode => bench.enter(&mut instance)?,
+        StepComplete | Terminated => bench.initialise(&mut instance)?,
+    }
+    if let Terminated = state {
+        instance.terminate()?;
+    }
+    Ok(instance)
+}
+
+/// The run of an instance that is reset first: an illegal call may leave it in the state of error, which
+/// only a reset ends.
+fn after_reset(bench: &Bench, mut instance: Instance) -> Result<Vec<Row>, Objection> {
+    instance.reset()?;
+    bench.initialise(&mut instance)?;
+    Ok(bench.run(&mut instance, 0..STEPS / 4, 0)?)
+}

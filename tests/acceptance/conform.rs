@@ -1,0 +1,200 @@
+//! Checks `trackside conform`: our FMUs keep every rule, and an FMU that breaks one is found to break that one.
+
+use super::fmus::{changed, deviate, ours};
+use super::harness::Lab;
+
+/// The findings about an FMU as (rule, outcome, detail), and the exit code.
+fn conform(lab: &Lab, fmu: &str, limit: &str) -> (Vec<[String; 3]>, i32) {
+    let ended = lab.trackside(&["conform", fmu, "--json", "--limit", limit]);
+    let json: serde_json::Value = serde_json::from_str(&ended.stdout)
+        .unwrap_or_else(|error| panic!("{error}\n{}\n{}", ended.stdout, ended.stderr));
+    let text = |finding: &serde_json::Value, key: &str| {
+        finding[key].as_str().unwrap_or_else(|| panic!("{key} in {finding}")).to_owned()
+    };
+    let findings = json.as_array().expect("a list").iter();
+    let of = |finding| ["rule", "outcome", "detail"].map(|key| text(finding, key));
+    (findings.map(of).collect(), ended.code())
+}
+
+/// The names of the rules with this outcome.
+fn rules<'a>(findings: &'a [[String; 3]], wanted: &str) -> Vec<&'a str> {
+    let found = findings.iter().filter(|[_, outcome, _]| outcome == wanted);
+    found.map(|[rule, ..]| rule.as_str()).collect()
+}
+
+#[test]
+fn our_fmus_keep_every_rule() {
+    for name in ["plant", "controller", "estimator"] {
+        let lab = Lab::new();
+        lab.add(&ours().join(format!("{name}.fmu")));
+        let ended = lab.trackside(&["conform", &format!("{name}.fmu")]).expect(0);
+        println!("{}", ended.stdout);
+        assert!(ended.stdout.ends_with("18 passed, 0 failed, 0 not applicable\n"));
+        assert!(ended.stdout.lines().any(|line| line.starts_with("pass  call-order ")));
+    }
+}
+
+/// A deviation, the rules that it breaks, and what is said about the first of them.
+#[rustfmt::skip]
+const DEVIATIONS: &[(&str, &[&str], &[&str])] = &[
+    ("nothing", &[], &[]),
+    ("another version", &["version"], &["fmi2GetVersion", "expected \"2.0\", found \"1.0\""]),
+    ("any GUID is accepted", &["guid"], &["{deviate}"]),
+    ("illegal calls are accepted", &["call-order"], &["expected fmi2Error, found success: fmi2ExitInitializationMode in Instantiated", "fmi2DoStep in Terminated"]),
+    ("another start value", &["start-values"], &["`gain`: expected 2, found 2.5"]),
+    ("no number", &["finite"], &["`y` is NaN at t = 4.1 s"]),
+    ("chance", &["call-order", "deterministic", "reset", "instances", "state-restore", "state-serialise"], &["expected `y`"]),
+    ("a reset forgets to reset", &["reset"], &["`y`", "t = 1 s"]),
+    ("state is shared", &["instances", "state-restore", "state-serialise"], &["`y`"]),
+    ("a state forgets", &["state-restore", "state-serialise"], &["`y`", "t = 3 s"]),
+    ("bytes forget", &["state-serialise"], &["`y`"]),
+    ("one step size only", &["step-size"], &["fmi2DoStep of 0.05 s from t = 1 s returned fmi2Error", "I step by 0.1 s"]),
+    ("a name as a format", &["logger"], &[]),
+    ("a category that is not declared", &["logger"], &["expected a category of logAll, logStatusError, found \"chatter\""]),
+    ("logging that nobody wants", &["logger"], &["loggingOn is false, and it logs", "here I am"]),
+    ("a category is refused", &["log-categories"], &["\"logAll\" returned fmi2Error"]),
+    ("a kilobyte is lost", &["memory"], &["bytes per instance over 10000 instances"]),
+];
+
+#[test]
+fn each_deviation_fails_the_rules_that_it_breaks_and_no_other() {
+    for (deviation, broken, says) in DEVIATIONS {
+        let lab = Lab::new();
+        lab.write("deviate.fmu", deviate(&[&format!("-DBREAKS=\"{deviation}\"")]));
+        let (findings, code) = conform(&lab, "deviate.fmu", "60");
+        println!("{deviation}: {findings:#?}");
+        assert_eq!(rules(&findings, "fail"), *broken, "{deviation}");
+        assert_eq!(code, i32::from(!broken.is_empty()), "{deviation}");
+        let failed = findings.iter().find(|[_, outcome, _]| outcome == "fail");
+        let detail = failed.map(|[.., detail]| detail.as_str()).unwrap_or_default();
+        assert!(says.iter().all(|word| detail.contains(word)), "{deviation}: {detail}");
+    }
+}
+
+#[test]
+fn a_crash_or_a_hang_fails_a_rule_and_the_others_go_on() {
+    for (deviation, says) in [
+        ("a crash", "ended by signal 11 during reading the outputs at t = 1 s"),
+        ("a step takes for ever", "did not end within 1 s during fmi2DoStep at t = 1 s"),
+    ] {
+        let lab = Lab::new();
+        lab.write("deviate.fmu", deviate(&[&format!("-DBREAKS=\"{deviation}\"")]));
+        let (findings, code) = conform(&lab, "deviate.fmu", "1");
+        assert_eq!(code, 1);
+        let finite = findings.iter().find(|[rule, ..]| rule == "finite").expect("the rule");
+        assert!(finite[1] == "fail" && finite[2].contains(says), "{finite:?}");
+        let passed = rules(&findings, "pass");
+        assert!(["version", "guid", "log-categories"].iter().all(|rule| passed.contains(rule)));
+    }
+}
+
+#[test]
+fn a_gap_in_time_that_is_accepted_is_warned_about() {
+    let lab = Lab::new();
+    lab.write("deviate.fmu", deviate(&["-DBREAKS=\"a gap in time is accepted\""]));
+    let (findings, code) = conform(&lab, "deviate.fmu", "60");
+    assert_eq!((code, rules(&findings, "fail")), (0, Vec::new()));
+    let warned = findings.iter().filter(|[rule, _, detail]| {
+        rule == "step-start"
+            && detail.contains("warning: after t = 3 s a step from 4 s was accepted")
+    });
+    assert_eq!(warned.count(), 1, "{findings:#?}");
+}
+
+#[test]
+fn a_library_that_cannot_be_loaded_makes_the_other_rules_not_applicable() {
+    let lab = Lab::new();
+    lab.write("deviate.fmu", deviate(&["-Dfmi2Reset=absent", "-Dfmi2GetStatus=too"]));
+    let (findings, code) = conform(&lab, "deviate.fmu", "60");
+    assert_eq!((code, rules(&findings, "fail")), (1, vec!["symbols"]));
+    assert_eq!(findings[2][2], "the library lacks fmi2Reset, fmi2GetStatus");
+    assert_eq!(rules(&findings, "not_applicable").len(), 15);
+
+    let fmu = lab.write("deviate.fmu", deviate(&[]));
+    let elsewhere = |name: &str, bytes| Some((name.replace("linux64", "win64"), bytes));
+    lab.write("other.fmu", changed(&fmu, elsewhere));
+    let (findings, code) = conform(&lab, "other.fmu", "60");
+    assert_eq!((code, rules(&findings, "pass")), (1, vec!["description"]));
+    assert!(findings[1][2].contains("found win64"), "{findings:#?}");
+}
+
+/// The FMU with a text of its description replaced.
+fn described(lab: &Lab, from: &str, to: &str) {
+    let fmu = lab.write("deviate.fmu", deviate(&[]));
+    let replace = |name: &str, bytes: Vec<u8>| match name.ends_with(".xml") {
+        true => {
+            let text = String::from_utf8(bytes).expect("a text");
+            assert!(text.contains(from), "{from}");
+            Some((name.to_owned(), text.replace(from, to).into_bytes()))
+        }
+        false => Some((name.to_owned(), bytes)),
+    };
+    lab.write("changed.fmu", changed(&fmu, replace));
+}
+
+#[test]
+fn what_is_wrong_in_the_description_is_said() {
+    let lab = Lab::new();
+    described(&lab, "<Boolean start=\"false\"/>", "<Boolean/>");
+    let (findings, code) = conform(&lab, "changed.fmu", "60");
+    assert_eq!((code, rules(&findings, "fail")), (1, vec!["description"]));
+    assert!(findings[0][2].contains("'on' has no start value"), "{findings:#?}");
+}
+
+#[test]
+fn rules_about_what_is_not_claimed_are_not_applicable() {
+    for (flag, rules_of_it) in [
+        ("canHandleVariableCommunicationStepSize", &["step-size"][..]),
+        ("canGetAndSetFMUstate", &["state-restore"]),
+        ("canSerializeFMUstate", &["state-serialise"]),
+    ] {
+        let lab = Lab::new();
+        described(&lab, &format!("{flag}=\"true\""), "");
+        let (findings, code) = conform(&lab, "changed.fmu", "60");
+        assert_eq!((code, rules(&findings, "not_applicable")), (0, rules_of_it.to_vec()));
+    }
+}
+
+#[test]
+fn an_fmu_of_which_there_can_be_one_in_a_process_is_judged_and_run_as_one() {
+    let lab = Lab::new();
+    let once = "canBeInstantiatedOnlyOncePerProcess";
+    described(&lab, &format!("{once}=\"false\""), &format!("{once}=\"true\""));
+    let (findings, code) = conform(&lab, "changed.fmu", "60");
+    let several = ["call-order", "deterministic", "instances", "step-size", "logger", "memory"];
+    assert_eq!((code, rules(&findings, "not_applicable")), (0, several.to_vec()));
+
+    let node = |name| {
+        format!(
+            "[[fmu]]\nname = \"{name}\"\npath = \"changed.fmu\"\nstart = {{ u = 0.1, on = true }}\n"
+        )
+    };
+    let time = "[time]\nstep = 0.1\nstop = 1.0\n";
+    lab.write("one.toml", format!("{time}{}", node("a")));
+    lab.trackside(&["run", "one.toml", "--out", "one"]).expect(0);
+    lab.write("two.toml", format!("{time}{}{}", node("a"), node("b")));
+    let ended = lab.trackside(&["run", "two.toml", "--out", "two"]).expect(2);
+    ended.says(&["`a` and `b`", once, "two.toml:"]);
+}
+
+#[test]
+fn what_is_no_fmu_is_refused() {
+    let lab = Lab::new();
+    lab.write("no.fmu", "no archive");
+    lab.trackside(&["conform", "no.fmu"]).expect(2).says(&["no.fmu is not an .fmu archive"]);
+    lab.trackside(&["conform", "absent.fmu"]).expect(2).says(&["cannot read absent.fmu"]);
+}
+
+#[test]
+fn inspect_says_the_same_as_json() {
+    let lab = Lab::new();
+    lab.write("deviate.fmu", deviate(&[]));
+    let ended = lab.trackside(&["inspect", "deviate.fmu", "--json"]).expect(0);
+    let json: serde_json::Value = serde_json::from_str(&ended.stdout).expect("JSON");
+    assert_eq!((&json["model"], &json["default_step"]), (&"deviate".into(), &0.1.into()));
+    let input = &json["variables"][2];
+    for (key, value) in [("name", "u"), ("type", "Real"), ("causality", "input"), ("start", "0")] {
+        assert_eq!(input[key], value, "{input:#}");
+    }
+    assert_eq!((&input["min"], &input["max"]), (&(-1.0).into(), &1.0.into()));
+}
