@@ -17,6 +17,9 @@ use description::Description;
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
 const LARGEST: u64 = 4 << 30;
 
+/// A description may be this long; the longest real ones have some hundred thousand variables.
+const LONGEST: u64 = 64 << 20;
+
 /// The folders of this platform's library, by FMI 2.0's names.
 const PLATFORM: &str = fmu_export::pack::PLATFORM;
 
@@ -46,6 +49,16 @@ pub enum OpenError {
         path: PathBuf,
         /// The entry.
         entry: String,
+    },
+    /// Two entries of the archive have the same name, so what is in it depends on who reads it.
+    #[error("{path} has {listed} entries, but only {different} different names")]
+    Ambiguous {
+        /// The archive.
+        path: PathBuf,
+        /// How many entries it lists.
+        listed: usize,
+        /// How many names there are.
+        different: usize,
     },
     /// The archive is too large.
     #[error("{path} unpacks to more than {LARGEST} bytes")]
@@ -113,8 +126,12 @@ impl Fmu {
         let folder = TempDir::with_prefix("trackside-").map_err(read)?;
         unpack(path, &bytes, folder.path())?;
         let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
-        let xml = std::fs::read_to_string(folder.path().join("modelDescription.xml"))
-            .map_err(|error| wrong(error.to_string()))?;
+        let xml = folder.path().join("modelDescription.xml");
+        let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();
+        if length > LONGEST {
+            return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
+        }
+        let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
         let description = Description::parse(&xml).map_err(wrong)?;
         let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Fmu { path: path.to_owned(), sha256, description, folder })
@@ -180,6 +197,10 @@ fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenError> {
     let broken = |source| OpenError::Zip { path: path.to_owned(), source };
     let failed = |source| OpenError::Read { path: path.to_owned(), source };
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).map_err(broken)?;
+    let different = archive.len();
+    if let Some(listed) = listed_entries(bytes).filter(|listed| *listed != different) {
+        return Err(OpenError::Ambiguous { path: path.to_owned(), listed, different });
+    }
     let mut left = LARGEST;
     for index in 0..archive.len() {
         let mut entry = archive.by_index(index).map_err(broken)?;
@@ -205,3 +226,16 @@ fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenError> {
     }
     Ok(())
 }
+
+/// How many entries the archive says it has. The zip library keeps the last one of each name and does
+/// not tell. Nothing is known of archives with more entries than the field can hold.
+fn listed_entries(bytes: &[u8]) -> Option<usize> {
+    const END: &[u8] = b"PK\x05\x06";
+    let end = bytes.windows(END.len()).rposition(|window| window == END)?;
+    let count = bytes.get(end + 10..end + 12)?;
+    let count = u16::from_le_bytes([count[0], count[1]]);
+    (count != u16::MAX).then_some(count.into())
+}
+
+#[cfg(test)]
+mod tests;
