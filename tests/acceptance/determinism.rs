@@ -5,8 +5,8 @@ use super::harness::{limit_handling, record};
 #[test]
 fn the_same_seed_gives_the_same_bytes_and_another_one_does_not() {
     let lab = limit_handling();
-    record(lab, "again", &["--rerun", "off"]);
-    record(lab, "other", &["--rerun", "off", "--seed", "2"]);
+    record(lab, "limit_handling.toml", "again", &["--rerun", "off"]);
+    record(lab, "limit_handling.toml", "other", &["--rerun", "off", "--seed", "2"]);
     let table = |run: &str| lab.read(&format!("{run}/run.csv"));
     assert!(table("run") == table("again"), "two runs of the same scenario differ");
     assert!(table("run") != table("other"), "the seed changes nothing");

@@ -117,15 +117,15 @@ pub fn limit_handling() -> &'static Lab {
         let lab = Lab::new();
         let scenario = Path::new(ROOT).join("scenarios/limit_handling.toml");
         lab.write("limit_handling.toml", std::fs::read(scenario).expect("the scenario"));
-        record(&lab, "run", &[]);
+        record(&lab, "limit_handling.toml", "run", &[]);
         lab
     })
 }
 
-/// Runs the limit handling of a lab into `out`, with CSV.
-pub fn record(lab: &Lab, out: &str, more: &[&str]) {
+/// Runs a scenario of a lab into its folder `out`, with CSV.
+pub fn record(lab: &Lab, scenario: &str, out: &str, more: &[&str]) {
     let mut command = trackside(Path::new(ROOT));
-    command.arg("run").arg(lab.path("limit_handling.toml")).arg("--out").arg(lab.path(out));
+    command.arg("run").arg(lab.path(scenario)).arg("--out").arg(lab.path(out));
     let ended = Ended::of(command.arg("--csv").args(more).output().expect("it starts"));
     assert!(ended.code() < 2, "{}\n{}", ended.status, ended.stderr);
 }

@@ -36,12 +36,11 @@ fn fmu(name: &str, start: &str) -> String {
 }
 
 /// Runs the scenario with us, then the same system with both tools.
-fn compare(scenario: &str, system: serde_json::Value) {
+fn compare(scenario: &str, mut system: serde_json::Value) {
     let Some(python) = python() else { return };
     let lab = Lab::new();
-    lab.write("limit_handling.toml", scenario);
-    record(&lab, "run", &["--rerun", "off"]);
-    let mut system = system;
+    lab.write("importers.toml", scenario);
+    record(&lab, "importers.toml", "run", &["--rerun", "off"]);
     let header = lab.read("run/run.csv").lines().next().unwrap_or_default().to_owned();
     let targets: Vec<_> = LOOP.iter().map(|(_, to)| *to).collect();
     let fmus: Vec<String> =

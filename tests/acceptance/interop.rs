@@ -19,7 +19,7 @@ fn fmpy_simulates_the_same_plant() {
     let lab = Lab::new();
     // fmpy hands over the difference of two communication points as the step, which is off by rounding.
     lab.write("limit_handling.toml", limit_handling().read("limit_handling.toml"));
-    record(&lab, "run", &["--rerun", "off"]);
+    record(&lab, "limit_handling.toml", "run", &["--rerun", "off"]);
     let (plant, csv) = (ours().join("plant.fmu"), lab.path("run/run.csv"));
     let ended = python.run("simulate_plant.py", &[plant, csv]);
     println!("{}", ended.stdout);
