@@ -1,0 +1,67 @@
+//! Names the parameters of a tire, and holds what is known of them before any data: bounds and a prior.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use serde::{Deserialize, Serialize};
+use vehicle::MagicFormula;
+
+/// How many parameters a curve has.
+pub const COUNT: usize = 6;
+
+/// A value for each parameter, in the order of [`Parameter`].
+pub type Theta = [f64; COUNT];
+
+/// A parameter of the Magic Formula, μ = D sin(C atan(Bx − E(Bx − atan Bx))) + S_v with x = slip + S_h.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Parameter {
+    /// Stiffness factor [1/rad], or [-] for a slip ratio.
+    B,
+    /// Shape factor [-].
+    C,
+    /// Peak friction coefficient [-].
+    D,
+    /// Curvature factor [-].
+    E,
+    /// Horizontal shift, in the unit of the slip.
+    S_h,
+    /// Vertical shift of the friction coefficient [-].
+    S_v,
+}
+
+impl Parameter {
+    /// All of them, in the order of [`Theta`].
+    pub const ALL: [Self; COUNT] = [Self::B, Self::C, Self::D, Self::E, Self::S_h, Self::S_v];
+
+    /// The symbol.
+    pub fn name(self) -> &'static str {
+        ["B", "C", "D", "E", "S_h", "S_v"][self as usize]
+    }
+}
+
+/// The curve with these parameters.
+pub fn curve(theta: &Theta) -> MagicFormula {
+    let [B, C, D, E, S_h, S_v] = *theta;
+    MagicFormula { B, C, D, E, S_h, S_v }
+}
+
+/// The parameters of a curve.
+pub fn theta(curve: &MagicFormula) -> Theta {
+    let MagicFormula { B, C, D, E, S_h, S_v } = *curve;
+    [B, C, D, E, S_h, S_v]
+}
+
+/// The box that every parameter stays in, borders included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lowest values.
+    pub lower: Theta,
+    /// Highest values.
+    pub upper: Theta,
+}
+
+impl Default for Bounds {
+    /// Table I of Goblirsch et al., "Bayesian Optimization-based Tire Parameter and Uncertainty Estimation for Real-World
+    /// Data", IV 2025; the shifts, which it does not bound, ours.
+    fn default() -> Self {
+        Self { lower: [5.0, 1.0, 0.1, -1.0, -0.02, -0.1], upper: [40.0, 3.0, 2.0, 1.0, 0.02, 0.1] }
+    }
+}
