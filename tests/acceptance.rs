@@ -34,6 +34,9 @@ mod importers;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
+// Analyses, and what may be wrong with them.
+#[path = "acceptance/plugins.rs"]
+mod plugins;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;

@@ -1,11 +1,16 @@
 //! Judges a run while it happens: a sink that ends in verdicts.
 
+mod results;
+
+use std::collections::BTreeMap;
+
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::error::Error;
 use crate::expression::{Monitor, Outcome};
 use crate::sink::Sink;
-use crate::system::CheckPlan;
+use crate::system::{CheckPlan, Subject};
 
 /// What became of a check.
 #[derive(Debug, Clone, Serialize)]
@@ -55,10 +60,15 @@ impl Checks {
         Checks { checks: plans.into_iter().map(monitor).collect(), reached: 0.0, slack: 0.5 * step }
     }
 
-    /// The verdicts, in the order of the file.
+    /// The verdicts, in the order of the file, given the results of the analyses.
     #[must_use]
-    pub fn verdicts(&self) -> Vec<Verdict> {
+    pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
         let judge = |(plan, monitor): &(CheckPlan, Monitor)| {
+            if let Subject::Results(names) = &plan.subject {
+                let numbers: Result<Vec<_>, _> =
+                    names.iter().map(|name| results::number(results, name)).collect();
+                return judge_results(plan, numbers);
+            }
             let mut verdict = verdict(plan, &monitor.verdict());
             if plan.windowed && self.reached < plan.during[1] - self.slack {
                 verdict.passed = false;
@@ -75,7 +85,8 @@ impl Checks {
 impl Sink for Checks {
     fn row(&mut self, _tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
         self.reached = time;
-        for (plan, monitor) in &mut self.checks {
+        let of_the_run = self.checks.iter_mut().filter(|(plan, _)| plan.subject == Subject::Run);
+        for (plan, monitor) in of_the_run {
             let [from, to] = plan.during;
             if time > from - self.slack && time < to + self.slack {
                 monitor.sample(time, values);
@@ -86,6 +97,19 @@ impl Sink for Checks {
 
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
         Ok(())
+    }
+}
+
+/// Judges the numbers that a check is about, or says why there are none.
+fn judge_results(plan: &CheckPlan, numbers: Result<Vec<f64>, String>) -> Verdict {
+    let mut monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
+    if let Ok(numbers) = &numbers {
+        monitor.sample(0.0, numbers);
+    }
+    let verdict = verdict(plan, &Outcome { at: None, ..monitor.verdict() });
+    match numbers {
+        Ok(_) => verdict,
+        Err(reason) => Verdict { reason: Some(reason), ..verdict },
     }
 }
 

@@ -14,6 +14,14 @@ pub enum Error {
     /// An FMU failed.
     #[error("{0}")]
     Component(Box<Failure>),
+    /// An analysis failed.
+    #[error("analysis `{name}`: {what}")]
+    Analysis {
+        /// Its name in the scenario.
+        name: String,
+        /// What it says, or what it did.
+        what: String,
+    },
     /// A result could not be written.
     #[error("{}: could not write: {what}", path.display())]
     Output {
@@ -76,6 +84,12 @@ impl Error {
         }))
     }
 
+    /// A failure of an analysis.
+    #[must_use]
+    pub fn analysis(name: &str, what: impl Into<String>) -> Self {
+        Error::Analysis { name: name.to_owned(), what: what.into() }
+    }
+
     /// A result that could not be written.
     #[must_use]
     pub fn output(path: &Path, what: impl std::fmt::Display) -> Self {
@@ -91,12 +105,12 @@ impl Error {
         self
     }
 
-    /// The exit code of the program: 2 for the user's matters, 3 for an FMU's.
+    /// The exit code of the program: 2 for the user's matters, 3 for an FMU's or a plugin's.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Input(_) | Error::Output { .. } => 2,
-            Error::Component(_) => 3,
+            Error::Component(_) | Error::Analysis { .. } => 3,
         }
     }
 }

@@ -2,8 +2,9 @@
 //!
 //! The data flows from `scenario` (the words that the user typed, with their place in the file) through
 //! `system` (a checked graph of indices) to the nodes, which `master` steps; each row goes to the sinks:
-//! recordings and checks.
+//! recordings and checks. What was recorded goes to the analyses, whose results are checked too.
 
+pub mod analysis;
 pub mod check;
 pub mod conform;
 pub mod effects;
@@ -27,6 +28,7 @@ pub mod view;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use analysis::{AnalysisPlan, Collected};
 use check::Checks;
 use error::Error;
 use master::Progress;
@@ -34,7 +36,7 @@ use report::Report;
 use scenario::Scenario;
 use sink::csv::CsvSink;
 use sink::mcap::McapSink;
-use sink::{Event, Header, Level, Sink};
+use sink::{Derived, Event, Header, Level, Sink};
 use system::{Overrides, System};
 
 /// Where the replay goes.
@@ -73,6 +75,8 @@ pub enum News<'a> {
     Serving(&'a str),
     /// So many steps of so many are done.
     Steps(u64, u64),
+    /// An analysis has done this share of its work and says what comes next.
+    Analysis(&'a str, f64, &'a str),
 }
 
 /// A run that came to its end. Viewers can be connected to it as long as it is kept.
@@ -94,8 +98,8 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
         clear(&folder)?;
     }
     let scenario = Scenario::read(path)?;
-    let archives = package::build(&scenario)?;
-    let mut system = System::resolve(&scenario, &archives, &options.overrides, folder)?;
+    let built = package::build(&scenario)?;
+    let mut system = System::resolve(&scenario, &built, &options.overrides, folder)?;
     let mut nodes = system.instantiate()?;
     let begin = Instant::now();
     let mut recorder = Recorder::new(&mut system, options)?;
@@ -111,12 +115,19 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
             std::thread::sleep(due.saturating_sub(begin.elapsed()));
         }
     };
-    let outcome = master::run(&mut system, &mut nodes, &mut recorder, &mut progress, &mut tick);
+    let mut outcome = match nodes.is_empty() {
+        false => master::run(&mut system, &mut nodes, &mut recorder, &mut progress, &mut tick),
+        true => Ok(()),
+    };
+    for plan in &system.analyses {
+        outcome = outcome.and_then(|()| recorder.analyse(plan, &mut report, watch));
+    }
     if let Err(error @ Error::Output { .. }) = outcome {
         return Err(error);
     }
     let failure = outcome.err();
-    report.conclude(&progress, clock.step, recorder.checks.verdicts(), failure.as_ref());
+    let verdicts = recorder.checks.verdicts(&report.analyses);
+    report.conclude(&progress, clock.step, verdicts, failure.as_ref());
     recorder.conclude(&report)?;
     let warnings = recorder.files.iter().filter_map(|file| file.warning()).map(str::to_owned);
     report.warnings.extend(warnings.chain(progress.ended));
@@ -131,6 +142,7 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
 /// Hands rows to the checks, and what is recorded of them to the files.
 struct Recorder {
     checks: Checks,
+    collected: Collected,
     recorded: Vec<usize>,
     values: Vec<f64>,
     files: Vec<Box<dyn Sink>>,
@@ -143,7 +155,8 @@ const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.
 /// Removes what an earlier run left: it would pass for this one's if this one did not come to its end.
 fn clear(folder: &Path) -> Result<(), Error> {
     use std::io::ErrorKind::{NotADirectory, NotFound};
-    for name in FILES {
+    let left = report::files(folder);
+    for name in left.iter().map(String::as_str).chain(FILES) {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(error) if !matches!(error.kind(), NotFound | NotADirectory) => {
@@ -166,12 +179,32 @@ impl Recorder {
         }
         files.extend(replay(header, &options.replay)?);
         Ok(Recorder {
+            collected: Collected::new(&system.analyses),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
             values: Vec::with_capacity(system.recorded.len()),
             recorded: system.recorded.clone(),
             files,
             time: 0.0,
         })
+    }
+
+    /// Runs an analysis, and puts its result and the names of its files into the report.
+    fn analyse(
+        &mut self,
+        plan: &AnalysisPlan,
+        report: &mut Report,
+        watch: &mut dyn FnMut(News),
+    ) -> Result<(), Error> {
+        let collected = std::mem::take(&mut self.collected);
+        let mut progress = |share, what: &str| {
+            watch(News::Analysis(&plan.name, share, what));
+            true
+        };
+        let leaves = (self as &mut dyn Sink, report.folder.as_path(), &mut report.files);
+        let result = plan.run(&collected, leaves, &mut progress);
+        self.collected = collected;
+        report.analyses.insert(plan.name.clone(), result?);
+        Ok(())
     }
 
     /// Adds what was found to the recordings and completes them.
@@ -195,6 +228,7 @@ impl Sink for Recorder {
     fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
         self.time = time;
         self.checks.row(tick, time, values)?;
+        self.collected.row(time, values);
         self.values.clear();
         self.values.extend(self.recorded.iter().map(|&place| values[place]));
         self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.values))
@@ -202,6 +236,10 @@ impl Sink for Recorder {
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
         self.files.iter_mut().try_for_each(|file| file.event(event))
+    }
+
+    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+        self.files.iter_mut().try_for_each(|file| file.derived(derived))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

@@ -195,6 +195,11 @@ fn run_one(path: &Path, options: &Options) -> u8 {
             bar.set_position(step);
         }
         News::Steps(..) => {}
+        News::Analysis(name, share, what) => {
+            bar.set_length(1000);
+            bar.set_position((share * 1e3) as u64);
+            bar.set_message(format!("{name}: {what}"));
+        }
     });
     bar.finish_and_clear();
     let run = match outcome {

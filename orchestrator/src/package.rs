@@ -1,4 +1,4 @@
-//! Builds the FMUs that a scenario names by `crate`, with cargo, and packs them.
+//! Builds what a scenario names by `crate`, with cargo: FMUs, which it packs, and plugins.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use std::process::{Command, Output, Stdio};
 use serde::Deserialize;
 
 use crate::error::Error;
+use crate::scenario::{self, Scenario};
 use crate::suggest::closest;
 
 /// Why packages could not be built or packed.
@@ -21,7 +22,7 @@ pub enum BuildError {
         what: String,
     },
     /// The workspace has no such package.
-    #[error("the workspace {root} has no package `{package}` that makes an FMU{hint}")]
+    #[error("the workspace {root} has no package `{package}` that makes a library{hint}")]
     Unknown {
         /// The package.
         package: String,
@@ -31,7 +32,7 @@ pub enum BuildError {
         hint: String,
     },
     /// No package has such an example.
-    #[error("the workspace {root} has no example `{example}` that makes an FMU{hint}")]
+    #[error("the workspace {root} has no example `{example}` that makes a library{hint}")]
     UnknownExample {
         /// The example.
         example: String,
@@ -157,23 +158,18 @@ impl Workspace {
         products: &[Product],
         into: Option<&Path>,
     ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
-        for Product { package, example } in products {
-            match example {
-                Some(example) => self.example(std::slice::from_ref(package), example).map(drop)?,
-                None => self.check(package)?,
-            }
-        }
-        let libraries = self.build(products)?;
-        let mut archives = BTreeMap::new();
-        // The program's own package may be built beside what was asked for.
-        for (product, library) in
-            libraries.into_iter().filter(|(found, _)| products.contains(found))
-        {
-            let beside = library.with_file_name("fmu");
-            let archive = fmu_export::pack::pack(&library, into.unwrap_or(&beside))?;
-            archives.insert(product, archive);
-        }
-        Ok(archives)
+        self.check(products)?;
+        pack(&self.build(products)?, products, into)
+    }
+
+    /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
+    fn make(&self, fmus: &[Product], plugins: &[Product]) -> Result<Built, BuildError> {
+        let products = [fmus, plugins].concat();
+        self.check(&products)?;
+        let mut libraries = self.build(&products)?;
+        let archives = pack(&libraries, fmus, None)?;
+        libraries.retain(|product, _| plugins.contains(product));
+        Ok(Built { archives, plugins: libraries })
     }
 
     /// The example of this name, in one of `packages`, or in any when there are none.
@@ -198,14 +194,19 @@ impl Workspace {
         Err(BuildError::UnknownExample { example: example.to_owned(), root, hint })
     }
 
-    fn check(&self, package: &str) -> Result<(), BuildError> {
+    /// Whether the workspace can make the products.
+    fn check(&self, products: &[Product]) -> Result<(), BuildError> {
         let all = self.0.packages.iter().filter(|package| package.makes_library());
         let names: Vec<_> = all.map(|package| package.name.as_str()).collect();
-        if names.contains(&package) {
-            return Ok(());
+        for Product { package, example } in products {
+            if let Some(example) = example {
+                self.example(std::slice::from_ref(package), example)?;
+            } else if !names.contains(&package.as_str()) {
+                let (hint, root) = (hint(package, &names), self.0.workspace_root.clone());
+                return Err(BuildError::Unknown { package: package.clone(), root, hint });
+            }
         }
-        let (hint, root) = (hint(package, &names), self.0.workspace_root.clone());
-        Err(BuildError::Unknown { package: package.to_owned(), root, hint })
+        Ok(())
     }
 
     /// The built library of each product.
@@ -267,6 +268,22 @@ impl Workspace {
     }
 }
 
+/// Packs the libraries of `products` into the folder `into`, or by default beside them.
+fn pack(
+    libraries: &BTreeMap<Product, PathBuf>,
+    products: &[Product],
+    into: Option<&Path>,
+) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+    let mut archives = BTreeMap::new();
+    // The program's own package may have been built beside what was asked for.
+    for (product, library) in libraries.iter().filter(|(found, _)| products.contains(found)) {
+        let beside = library.with_file_name("fmu");
+        let archive = fmu_export::pack::pack(library, into.unwrap_or(&beside))?;
+        archives.insert(product.clone(), archive);
+    }
+    Ok(archives)
+}
+
 /// What a user may have meant by `name`.
 fn hint(name: &str, names: &[&str]) -> String {
     match closest(name, names.iter().copied()) {
@@ -305,27 +322,41 @@ fn last_line(output: &Output) -> String {
         .to_owned()
 }
 
-/// Builds and packs what the scenario names by `crate`, in the workspace around the file, or else
-/// around the current folder.
+/// What was built for a scenario.
+#[derive(Debug, Clone, Default)]
+pub struct Built {
+    /// Archives of FMUs.
+    pub archives: BTreeMap<Product, PathBuf>,
+    /// Libraries of plugins.
+    pub plugins: BTreeMap<Product, PathBuf>,
+}
+
+/// Builds what the scenario names by `crate`, in the workspace around the file, or else around the current
+/// folder, and packs the FMUs of it.
 ///
 /// # Errors
 /// With the place in the file, when a package is unknown, does not compile, or makes no FMU.
-pub fn build(scenario: &crate::scenario::Scenario) -> Result<BTreeMap<Product, PathBuf>, Error> {
-    let fmus = scenario.document.fmu.iter();
-    let fmus: Vec<_> = fmus.filter_map(|fmu| Some((fmu, fmu.product()?))).collect();
-    let Some((first, _)) = fmus.first() else { return Ok(BTreeMap::new()) };
-    let first = first.package.as_ref().unwrap_or(&first.name);
+pub fn build(scenario: &Scenario) -> Result<Built, Error> {
+    let document = &scenario.document;
+    let fmus: Vec<_> = document.fmu.iter().filter_map(scenario::Fmu::product).collect();
+    let plugins: Vec<_> =
+        document.analysis.iter().filter_map(scenario::Analysis::product).collect();
+    if fmus.is_empty() && plugins.is_empty() {
+        return Ok(Built::default());
+    }
+    let fmu_words = document.fmu.iter().flat_map(|fmu| fmu.package.iter().chain(&fmu.example));
+    let words = document.analysis.iter().flat_map(|it| it.package.iter().chain(&it.example));
+    let words: Vec<_> = fmu_words.chain(words).collect();
+    let Some(first) = words.first() else { return Ok(Built::default()) };
     let folder = scenario.resolve("");
     let workspace = Workspace::around(&folder)
         .or_else(|error| Workspace::around(Path::new(".")).map_err(|_| error))
         .map_err(|error| scenario.error(first, error.to_string()))?;
-    let products: Vec<_> = fmus.iter().map(|(_, product)| product.clone()).collect();
-    workspace.pack(&products, None).map_err(|error| {
-        let mut words = fmus.iter().flat_map(|(fmu, _)| fmu.package.iter().chain(&fmu.example));
+    workspace.make(&fmus, &plugins).map_err(|error| {
         let word = match &error {
             BuildError::Unknown { package: name, .. }
             | BuildError::UnknownExample { example: name, .. } => {
-                words.find(|word| word.get_ref() == name).unwrap_or(first)
+                words.iter().find(|word| word.get_ref() == name).unwrap_or(first)
             }
             _ => first,
         };

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::check::Verdict;
 use crate::error::Error;
@@ -55,11 +55,27 @@ pub struct Report {
     pub generator: &'static str,
     /// The FMUs that took part.
     pub fmus: Vec<FmuReport>,
+    /// The files that analyses left beside the report.
+    pub files: Vec<String>,
     /// Where the files are.
     #[serde(skip)]
     pub folder: PathBuf,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
+}
+
+/// The files that the analyses of an earlier run left in the folder.
+pub(crate) fn files(folder: &Path) -> Vec<String> {
+    #[derive(Default, Deserialize)]
+    struct Earlier {
+        #[serde(default)]
+        files: Vec<String>,
+    }
+    let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
+    let earlier: Earlier = serde_json::from_str(&text).unwrap_or_default();
+    let plain =
+        |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+    earlier.files.into_iter().filter(plain).collect()
 }
 
 /// The effort of a node.
@@ -112,6 +128,7 @@ impl Report {
             seed: system.header.seed,
             generator: "Pcg64",
             fmus: fmus.collect(),
+            files: Vec::new(),
             folder: system.header.folder.clone(),
             warnings: system.warnings.clone(),
         }
@@ -218,14 +235,20 @@ impl Report {
                 (None, None) => writeln!(text),
             };
         }
-        let _ = writeln!(
-            text,
-            "  {} simulated in {}: {:.0} times real time",
-            seconds(self.sim_seconds),
-            seconds(self.wall_seconds),
-            self.realtime_factor
-        );
+        let wall = seconds(self.wall_seconds);
+        let _ = match self.steps {
+            0 => writeln!(text, "  done in {wall}"),
+            _ => writeln!(
+                text,
+                "  {} simulated in {wall}: {:.0} times real time",
+                seconds(self.sim_seconds),
+                self.realtime_factor
+            ),
+        };
         let _ = writeln!(text, "  {}", self.folder.display());
+        for file in &self.files {
+            let _ = writeln!(text, "  {}", self.folder.join(file).display());
+        }
         let _ = writeln!(text, "{}", self.headline());
         text
     }

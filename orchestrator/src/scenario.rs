@@ -33,8 +33,8 @@ pub struct Document {
     /// Seed of every random stream; 1 unless it is given.
     #[serde(default = "one")]
     pub seed: u64,
-    /// When the run ends, in which steps.
-    pub time: Time,
+    /// When the run ends, in which steps; a scenario of analyses alone needs none.
+    pub time: Option<Time>,
     /// How the nodes hand over values.
     #[serde(default)]
     pub coupling: Coupling,
@@ -53,6 +53,9 @@ pub struct Document {
     /// What breaks when.
     #[serde(default)]
     pub fault: Vec<Fault>,
+    /// What is made of what was recorded.
+    #[serde(default)]
+    pub analysis: Vec<Analysis>,
     /// What must hold.
     #[serde(default)]
     pub check: Vec<Check>,
@@ -124,9 +127,17 @@ impl Fmu {
     /// What the archive is built from, when it has no path.
     #[must_use]
     pub fn product(&self) -> Option<Product> {
-        let package = self.package.as_ref()?.get_ref().clone();
-        Some(Product { package, example: self.example.as_ref().map(|word| word.get_ref().clone()) })
+        product(self.path.as_ref(), self.package.as_ref(), self.example.as_ref())
     }
+}
+
+fn product(
+    path: Option<&Spanned<String>>,
+    package: Option<&Spanned<String>>,
+    example: Option<&Spanned<String>>,
+) -> Option<Product> {
+    let package = package.filter(|_| path.is_none())?.get_ref().clone();
+    Some(Product { package, example: example.map(|word| word.get_ref().clone()) })
 }
 
 /// `[[table]]`.
@@ -156,6 +167,50 @@ pub struct Column {
     pub column: Spanned<String>,
     /// Its unit.
     pub unit: Option<Spanned<String>>,
+}
+
+/// `[[analysis]]`: a plugin, what it gets, and what it is to do.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Analysis {
+    /// Its name, under which checks and reports know its result.
+    pub name: Spanned<String>,
+    /// The dynamic library, relative to the scenario file.
+    pub path: Option<Spanned<String>>,
+    /// The package that the library is built from, in the workspace around the scenario file.
+    #[serde(rename = "crate")]
+    pub package: Option<Spanned<String>>,
+    /// The example of the package that the library is built from, instead of the package itself.
+    pub example: Option<Spanned<String>>,
+    /// Signals of the run, by the name that the plugin knows each by.
+    #[serde(default)]
+    pub signals: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Signals of a file, as they were recorded.
+    pub table: Option<Log>,
+    /// What the plugin is to do, in its own words.
+    pub config: Option<Spanned<toml::Table>>,
+}
+
+impl Analysis {
+    /// What the library is built from, when it has no path.
+    #[must_use]
+    pub fn product(&self) -> Option<Product> {
+        product(self.path.as_ref(), self.package.as_ref(), self.example.as_ref())
+    }
+}
+
+/// `[analysis.table]`: as `[[table]]`, but handed over row by row and not played back.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Log {
+    /// The file, relative to the scenario file.
+    pub path: Spanned<String>,
+    /// The column of the time [s].
+    pub time: Spanned<String>,
+    /// What the file's clock shows at the analysis' time 0 [s]; its first row unless it is given.
+    pub origin: Option<f64>,
+    /// Its signals, by the name that the plugin knows each by.
+    pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
 }
 
 /// At which end of the receiver's step a value is taken.

@@ -102,6 +102,33 @@ pub struct Event {
     pub message: String,
 }
 
+/// Columns that an analysis adds to a recording.
+#[derive(Debug, Clone, Copy)]
+pub struct Derived<'a> {
+    /// The analysis' name in the scenario.
+    pub analysis: &'a str,
+    /// What the columns have in common.
+    pub group: &'a str,
+    /// When their values hold [s], rising from 0 on.
+    pub time: &'a [f64],
+    /// Names, units and values.
+    pub columns: &'a [plugin::Signal<'a>],
+}
+
+impl Derived<'_> {
+    /// The columns, as recordings describe them.
+    pub fn columns(&self) -> impl Iterator<Item = Column> {
+        self.columns.iter().map(|signal| Column {
+            node: self.analysis.to_owned(),
+            variable: signal.name.to_owned(),
+            direction: Direction::Output,
+            kind: Kind::Real,
+            unit: (!signal.unit.is_empty()).then(|| signal.unit.to_owned()),
+            description: None,
+        })
+    }
+}
+
 /// Takes what a run produces. Any error stops the run.
 pub trait Sink {
     /// Takes the values of all columns at communication point `tick`, which is at `time` [s].
@@ -115,6 +142,14 @@ pub trait Sink {
     /// # Errors
     /// When the event cannot be written.
     fn event(&mut self, _event: &Event) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Takes what an analysis adds, after the last row.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn derived(&mut self, _derived: &Derived) -> Result<(), Error> {
         Ok(())
     }
 

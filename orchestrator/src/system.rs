@@ -1,21 +1,23 @@
 //! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
 
+mod analyses;
 mod checks;
 mod layout;
 mod links;
+mod logs;
 mod nodes;
 mod order;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::analysis::AnalysisPlan;
 use crate::error::Error;
 use crate::expression::Expression;
 use crate::fmu::Fmu;
 use crate::node::{CallError, FmuNode, Node, SignalNode, TableNode};
-use crate::package::Product;
+use crate::package::Built;
 use crate::scenario::{At, Scenario};
 use crate::signal::Signal;
 use crate::sink::{Column, Header};
@@ -159,6 +161,24 @@ pub enum FaultKind {
     Gain(f64),
 }
 
+/// What a check is about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Subject {
+    /// Signals, at each sample; the expression's columns are those of the row.
+    Run,
+    /// Results of analyses; the expression's columns are these names.
+    Results(Vec<ResultName>),
+}
+
+/// The name of a result: `tires.least_squares.front.mean.D`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ResultName {
+    /// The analysis.
+    pub analysis: String,
+    /// Where it stands in the analysis' result.
+    pub path: String,
+}
+
 /// A check, by columns.
 #[derive(Debug)]
 pub struct CheckPlan {
@@ -168,6 +188,8 @@ pub struct CheckPlan {
     pub that: String,
     /// What must hold.
     pub expression: Expression,
+    /// What it is about.
+    pub subject: Subject,
     /// First and last moment [s].
     pub during: [f64; 2],
     /// Whether the scenario gives the window; a run that ends early must not have cut it short.
@@ -187,6 +209,8 @@ pub struct System {
     pub order: Vec<usize>,
     /// What is where in the row.
     pub columns: Vec<Column>,
+    /// What is done with the recording.
+    pub analyses: Vec<AnalysisPlan>,
     /// The checks.
     pub checks: Vec<CheckPlan>,
     /// The places of the row that are recorded.
@@ -207,14 +231,14 @@ pub struct Overrides {
 }
 
 impl System {
-    /// Checks a scenario against its FMUs and tables. `archives` holds the archive of each package that
-    /// the scenario names by `crate`; recordings are to go to `folder`.
+    /// Checks a scenario against its FMUs, tables and plugins. `built` holds what the scenario names by
+    /// `crate`; recordings are to go to `folder`.
     ///
     /// # Errors
     /// With the place in the file, when something does not fit.
     pub fn resolve(
         scenario: &Scenario,
-        archives: &BTreeMap<Product, PathBuf>,
+        built: &Built,
         overrides: &Overrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
@@ -222,10 +246,11 @@ impl System {
         let clock = clock(scenario)?;
         let seed = overrides.seed.unwrap_or(document.seed);
         let mut warnings = Vec::new();
-        let drafts = nodes::drafts(scenario, archives, overrides, clock, seed)?;
+        let drafts = nodes::drafts(scenario, &built.archives, overrides, clock, seed)?;
         let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
         let order = order::order(scenario, &drafts, &links)?;
         let (nodes, columns) = nodes::place(drafts, links);
+        let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
         let checks = checks::resolve(scenario, &columns, clock)?;
         let recorded = layout::recorded(scenario, &columns)?;
         let header = Header {
@@ -233,7 +258,7 @@ impl System {
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             text: scenario.source.text.clone(),
             step: clock.step,
-            stop: *document.time.stop.get_ref(),
+            stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,
             columns: recorded.iter().map(|&place| columns[place].clone()).collect(),
             view: View::default(),
@@ -241,7 +266,7 @@ impl System {
         };
         let view = layout::view(scenario, &header.columns)?;
         let header = Header { view, ..header };
-        Ok(System { clock, nodes, order, columns, checks, recorded, header, warnings })
+        Ok(System { clock, nodes, order, columns, analyses, checks, recorded, header, warnings })
     }
 
     /// Makes the nodes that the master steps.
@@ -294,7 +319,17 @@ fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, CallError> {
 }
 
 fn clock(scenario: &Scenario) -> Result<Clock, Error> {
-    let time = &scenario.document.time;
+    let document = &scenario.document;
+    let Some(time) = &document.time else {
+        let idle =
+            document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
+        if idle {
+            return Ok(Clock { step: 1.0, steps: 0 });
+        }
+        let path = scenario.source.path.display();
+        let error = Error::input(format!("{path}: the scenario does not say how long it runs"));
+        return Err(error.help("add [time] with a communication `step` [s] and a `stop` time [s]"));
+    };
     let (step, stop) = (*time.step.get_ref(), *time.stop.get_ref());
     if !(step > 0.0 && step.is_finite()) {
         let message = format!("the communication step must be positive, found {step} s");

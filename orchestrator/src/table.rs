@@ -182,6 +182,21 @@ impl Table {
         &self.names
     }
 
+    /// The time stamps, in times of the scenario [s].
+    #[must_use]
+    pub fn times(&self) -> Vec<f64> {
+        self.time.iter().map(|stamp| stamp - self.origin).collect()
+    }
+
+    /// The values of a column at the time stamps.
+    ///
+    /// # Panics
+    /// When `column` is not an index into [`Table::names`].
+    #[must_use]
+    pub fn column(&self, column: usize) -> &[f64] {
+        &self.columns[column]
+    }
+
     /// The first time stamp, as in the file [s].
     #[must_use]
     pub fn start(&self) -> f64 {

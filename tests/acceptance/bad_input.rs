@@ -177,13 +177,21 @@ fn look_at(lab: &Lab, (old, new, at, says): Mistake) -> Option<String> {
 fn a_scenario_without_anything_in_it_is_refused() {
     let lab = Lab::new();
     for (text, says) in [
-        ("", "missing field `time`"),
-        ("# nothing\n", "missing field `time`"),
+        ("", "the scenario has no node"),
+        ("# nothing\n", "the scenario has no node"),
         ("[time]\nstep = 0.1\nstop = 1.0\n", "the scenario has no node"),
     ] {
         run(&lab, text).expect(2).says(&["case.toml", says]);
         assert!(!lab.has("out"), "{text}");
     }
+}
+
+#[test]
+fn a_scenario_without_an_end_is_refused() {
+    let lab = lab();
+    let text = GOOD.replace("[time]\nstep = 0.01\nstop = 0.1\n", "");
+    run(&lab, &text).expect(2).says(&["case.toml", "does not say how long it runs", "add [time]"]);
+    assert!(!lab.has("out"));
 }
 
 #[test]

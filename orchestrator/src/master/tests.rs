@@ -106,6 +106,7 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         nodes: plans,
         order: (0..nodes).collect(),
         columns: (0..next).map(column).collect(),
+        analyses: Vec::new(),
         checks: Vec::new(),
         recorded: Vec::new(),
         header,

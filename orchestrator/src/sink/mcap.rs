@@ -13,7 +13,7 @@ use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
-use super::{Column, Direction, Event, Header, Level, Sink};
+use super::{Column, Derived, Direction, Event, Header, Level, Sink};
 use crate::error::Error;
 
 /// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
@@ -62,7 +62,13 @@ impl McapSink {
             sides.entry((&column.node, column.direction)).or_default().push(place);
         }
         let channels = sides.into_iter().map(|((node, direction), columns)| {
-            channel(&mut writer, header, node, direction, columns)
+            let side = match direction {
+                Direction::Input => "inputs",
+                Direction::Output => "outputs",
+            };
+            let fields: Vec<_> = columns.iter().map(|&place| &header.columns[place]).collect();
+            let (id, tags) = channel(&mut writer, node, side, &fields)?;
+            Ok::<_, ::mcap::McapError>(Channel { id, columns, tags })
         });
         let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
         let log = log_channel(&mut writer).map_err(|error| failed(&error))?;
@@ -138,6 +144,22 @@ impl Sink for McapSink {
         self.write(self.log, event.time)
     }
 
+    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+        let columns: Vec<_> = derived.columns().collect();
+        let fields: Vec<_> = columns.iter().collect();
+        let (id, tags) = channel(&mut self.writer, derived.analysis, derived.group, &fields)
+            .map_err(|error| Error::output(&self.path, error))?;
+        for (row, time) in derived.time.iter().enumerate() {
+            self.message.clear();
+            for (tag, column) in tags.iter().zip(derived.columns) {
+                self.message.extend_from_slice(tag);
+                self.message.extend_from_slice(&column.values[row].to_le_bytes());
+            }
+            self.write(id, *time)?;
+        }
+        Ok(())
+    }
+
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         self.close(summary, completed).map_err(|error| Error::output(&self.path, error))
     }
@@ -148,30 +170,24 @@ fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64
 }
 
+/// Adds a channel for the columns; returns its number, and what protobuf writes before each value.
 fn channel(
     writer: &mut Writer<BufWriter<File>>,
-    header: &Header,
     node: &str,
-    direction: Direction,
-    columns: Vec<usize>,
-) -> ::mcap::McapResult<Channel> {
-    let side = match direction {
-        Direction::Input => "inputs",
-        Direction::Output => "outputs",
-    };
-    let fields: Vec<_> = columns.iter().map(|&place| &header.columns[place]).collect();
-    let names = field_names(&fields);
-    let message = format!("{}_{side}", identifier(node));
+    side: &str,
+    fields: &[&Column],
+) -> ::mcap::McapResult<(u16, Vec<Vec<u8>>)> {
+    let names = field_names(fields);
+    let message = format!("{}_{}", identifier(node), identifier(side));
     let schema = schema("trackside", &message, &names);
     let schema = writer.add_schema(&format!("trackside.{message}"), "protobuf", &schema)?;
     let mut metadata = BTreeMap::new();
-    for (field, column) in names.iter().zip(&fields) {
+    for (field, column) in names.iter().zip(fields) {
         metadata.insert(format!("fmi:{field}"), column.variable.clone());
         metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
     }
     let id = writer.add_channel(schema, &format!("/{node}/{side}"), "protobuf", &metadata)?;
-    let tags = (1..=columns.len() as u32).map(tag).collect();
-    Ok(Channel { id, columns, tags })
+    Ok((id, (1..=fields.len() as u32).map(tag).collect()))
 }
 
 /// The key of a field of 64 bits (wire type 1).

@@ -9,7 +9,7 @@ use rerun::{
 };
 
 use crate::error::Error;
-use crate::sink::{Event, Header, Level, Sink};
+use crate::sink::{Derived, Event, Header, Level, Sink};
 use card::Card;
 use layout::Layout;
 use scene::Scene;
@@ -163,6 +163,17 @@ impl RerunSink {
         Ok(())
     }
 
+    fn add(&self, derived: &Derived) -> Result<(), String> {
+        let Some(stream) = &self.stream else {
+            return Ok(());
+        };
+        let times: Vec<_> = derived.time.iter().map(|time| nanoseconds(*time)).collect();
+        let steps: Vec<_> =
+            derived.time.iter().map(|time| (time / self.card.step).round() as i64).collect();
+        signals::add(stream, derived, &axes(&times, &steps)).map_err(|it| it.to_string())?;
+        settle(stream, PATIENCE)
+    }
+
     fn complete(&mut self, summary: &str, completed: bool) -> Result<(), String> {
         let end = self.times.last().copied();
         self.card.end = end.map_or(self.card.end, |it| it as f64 * 1e-9);
@@ -231,6 +242,11 @@ impl Sink for RerunSink {
             self.events.push((nanoseconds(event.time), event.clone()));
         }
         Ok(())
+    }
+
+    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+        let result = self.add(derived);
+        self.judge(result)
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

@@ -1,6 +1,6 @@
 //! Turns `[[check]]` into expressions over columns.
 
-use super::{CheckPlan, Clock};
+use super::{CheckPlan, Clock, ResultName, Subject};
 use crate::error::Error;
 use crate::expression::Expression;
 use crate::scenario::{Check, Scenario};
@@ -23,7 +23,17 @@ fn plan(
 ) -> Result<CheckPlan, Error> {
     let names: Vec<_> = columns.iter().map(Column::name).collect();
     let that = check.that.get_ref();
-    let parsed = Expression::parse(that, &mut |name| names.iter().position(|known| known == name));
+    let (mut signals, mut results) = (0, Vec::new());
+    let parsed = Expression::parse(that, &mut |name| match result_name(scenario, name) {
+        Some(result) => {
+            results.push(result);
+            Some(results.len() - 1)
+        }
+        None => {
+            signals += 1;
+            names.iter().position(|known| known == name)
+        }
+    });
     let expression = parsed.map_err(|error| {
         let span = inside(scenario, &check.that, error.span.clone());
         let unknown = error.unknown.as_deref();
@@ -52,7 +62,17 @@ fn plan(
         );
         return Err(scenario.error(&check.that, message));
     }
+    let subject = if results.is_empty() { Subject::Run } else { Subject::Results(results) };
+    if subject != Subject::Run && (signals > 0 || check.during.is_some()) {
+        let message = format!("check `{}`: results of analyses have no time", check.name);
+        let place = check.during.as_ref().map_or(check.that.span(), toml::Spanned::span);
+        return Err(scenario
+            .source
+            .error(place, message, "")
+            .help("compare signals in a check of their own, and leave `during` out of this one"));
+    }
     Ok(CheckPlan {
+        subject,
         name: check.name.clone(),
         that: that.clone(),
         expression,
@@ -62,10 +82,18 @@ fn plan(
     })
 }
 
+/// What a name means that begins with an analysis.
+fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
+    scenario.document.analysis.iter().find_map(|analysis| {
+        let path = name.strip_prefix(analysis.name.get_ref())?.strip_prefix('.')?;
+        Some(ResultName { analysis: analysis.name.get_ref().clone(), path: path.to_owned() })
+    })
+}
+
 fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], Error> {
     let Some(written) = &check.during else { return Ok([0.0, clock.stop()]) };
     let [from, to] = *written.get_ref();
-    let stop = *scenario.document.time.stop.get_ref();
+    let stop = scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref());
     // Half a step of slack: a window that ends with the run may be written with fewer digits.
     if from <= to && from >= 0.0 && to <= stop + 0.5 * clock.step {
         return Ok([from, to]);

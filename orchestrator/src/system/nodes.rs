@@ -9,6 +9,7 @@ use fmu_export::unit::Unit;
 use toml::Spanned;
 
 use super::links::Links;
+use super::logs::{self, Wanted};
 use super::{Body, Clock, NodePlan, Overrides, Ports, Start, StartValue};
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -17,7 +18,6 @@ use crate::package::Product;
 use crate::scenario::{self, Scenario};
 use crate::sink::{Column, Direction, Kind};
 use crate::suggest::closest;
-use crate::table::{Table, TableError};
 
 /// A variable that can be connected or recorded.
 #[derive(Debug, Clone)]
@@ -74,11 +74,13 @@ pub(super) fn drafts(
             return Err(error.help(format!("there are: {}", names.collect::<Vec<_>>().join(", "))));
         }
     }
-    if drafts.is_empty() {
+    if drafts.is_empty() && scenario.document.analysis.is_empty() {
         let path = scenario.source.path.display();
         let error =
             Error::input(format!("{path}: the scenario has no node, so there is nothing to run"));
-        return Err(error.help("add an `[[fmu]]`, a `[[signal]]` or a `[[table]]`"));
+        return Err(error.help(
+            "add an `[[fmu]]`, a `[[signal]]`, a `[[table]]`, or an `[[analysis]]` of a log",
+        ));
     }
     Ok(drafts)
 }
@@ -156,16 +158,8 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
 }
 
 fn table(scenario: &Scenario, table: &scenario::Table) -> Result<Draft, Error> {
-    let path = scenario.resolve(table.path.get_ref());
-    let columns: Vec<_> = table
-        .columns
-        .iter()
-        .map(|(name, column)| (name.get_ref().clone(), column.get_ref().column.get_ref().clone()))
-        .collect();
-    let read = Table::read(&path, table.time.get_ref(), &columns);
-    let mut read =
-        read.map_err(|error| scenario.error(wrong_word(table, &error), error.to_string()))?;
-    read.set_origin(table.origin);
+    let scenario::Table { path, time, origin, columns, .. } = table;
+    let mut read = logs::read(scenario, &Wanted { path, time, origin: *origin, columns })?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for (name, column) in &table.columns {
@@ -192,14 +186,6 @@ fn table(scenario: &Scenario, table: &scenario::Table) -> Result<Draft, Error> {
         started: Vec::new(),
         place: table.name.span(),
     })
-}
-
-/// The word of the scenario that does not fit the file.
-fn wrong_word<'a>(table: &'a scenario::Table, error: &TableError) -> &'a Spanned<String> {
-    let TableError::MissingColumn { column: missing, .. } = error else { return &table.path };
-    let columns = table.columns.values().map(|column| &column.get_ref().column);
-    let mut words = columns.chain([&table.time]);
-    words.find(|word| word.get_ref() == missing).unwrap_or(&table.path)
 }
 
 fn fmu(

@@ -3,7 +3,7 @@
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
 
-use crate::sink::{Column, Direction, Header, Kind};
+use crate::sink::{Column, Derived, Direction, Header, Kind};
 use crate::view::{Plot, Role, Series};
 
 /// One curve of a plot, as the layout needs it.
@@ -95,6 +95,22 @@ impl Signals {
         }
         Ok(())
     }
+}
+
+/// Sends what an analysis adds, beside the signals of the nodes.
+pub(super) fn add(
+    stream: &RecordingStream,
+    derived: &Derived,
+    axes: &[TimeColumn; 2],
+) -> RecordingStreamResult<()> {
+    for (column, signal) in derived.columns().zip(derived.columns) {
+        let path = entity(["signals", derived.analysis, derived.group, signal.name]);
+        let name = name_with_unit(&column);
+        stream.log_static(path.clone(), &SeriesLines::new().with_names([name.as_str()]))?;
+        let scalars = Scalars::new(signal.values.iter().copied());
+        stream.send_columns(path, axes.clone(), scalars.columns_of_unit_batches()?)?;
+    }
+    Ok(())
 }
 
 impl Curve {

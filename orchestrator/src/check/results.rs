@@ -1,0 +1,101 @@
+//! Looks up numbers in the results of analyses.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use crate::suggest::closest;
+use crate::system::ResultName;
+
+/// The number of this name; true is 1 and false is 0.
+///
+/// # Errors
+/// In words, when there is no such number.
+pub fn number(results: &BTreeMap<String, Value>, name: &ResultName) -> Result<f64, String> {
+    let ResultName { analysis, path } = name;
+    let mut value = results.get(analysis).ok_or_else(|| format!("`{analysis}` has no result"))?;
+    let mut place = analysis.clone();
+    for part in parts(path) {
+        value = inner(value, part).map_err(|what| format!("`{place}` has no `{part}`{what}"))?;
+        place = match part.parse::<usize>() {
+            Ok(_) => format!("{place}[{part}]"),
+            Err(_) => format!("{place}.{part}"),
+        };
+    }
+    match value {
+        Value::Number(number) => number.as_f64().ok_or_else(|| format!("`{place}` is {number}")),
+        Value::Bool(truth) => Ok(f64::from(u8::from(*truth))),
+        Value::Null => Err(format!("`{place}` is no number")),
+        Value::String(text) => Err(format!("`{place}` is no number, but \"{text}\"")),
+        Value::Array(list) => {
+            Err(format!("`{place}` is a list of {}: write `{place}[0]`", list.len()))
+        }
+        Value::Object(map) => {
+            let names: Vec<_> = map.keys().map(String::as_str).collect();
+            Err(format!("`{place}` holds {}", names.join(", ")))
+        }
+    }
+}
+
+/// The parts of `levels[3].mean.D`: levels, 3, mean, D.
+fn parts(path: &str) -> impl Iterator<Item = &str> {
+    path.split(['.', '[', ']', ',']).map(str::trim).filter(|part| !part.is_empty())
+}
+
+/// A part of a value, or what there is instead.
+fn inner<'a>(value: &'a Value, part: &str) -> Result<&'a Value, String> {
+    match value {
+        Value::Array(list) => part
+            .parse()
+            .ok()
+            .and_then(|index: usize| list.get(index))
+            .ok_or_else(|| format!(", it is a list of {}", list.len())),
+        Value::Object(map) => map.get(part).ok_or_else(|| {
+            let names: Vec<_> = map.keys().map(String::as_str).collect();
+            match closest(part, names.iter().copied()) {
+                Some(hint) => format!("; did you mean `{hint}`?"),
+                None => format!(", it has {}", names.join(", ")),
+            }
+        }),
+        _ => Err(String::new()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_found_by_their_path_and_mistakes_are_told() {
+        let result = serde_json::json!({
+            "front": {"mean": {"B": 15.5, "C": 2}, "at_bound": true, "note": "weak", "none": null},
+            "levels": [{"D": 1.5}, {"D": [1.25]}],
+        });
+        let results = BTreeMap::from([("tires".to_owned(), result)]);
+        let find = |path: &str| {
+            let name = ResultName { analysis: "tires".to_owned(), path: path.to_owned() };
+            number(&results, &name)
+        };
+        for (path, expected) in [
+            ("front.mean.B", 15.5),
+            ("front.mean.C", 2.0),
+            ("front.at_bound", 1.0),
+            ("levels[0].D", 1.5),
+            ("levels[1].D[0]", 1.25),
+        ] {
+            assert_eq!(find(path), Ok(expected), "{path}");
+        }
+        for (path, expected) in [
+            ("frnt.mean.B", "`tires` has no `frnt`; did you mean `front`?"),
+            ("front.mean.Q", "`tires.front.mean` has no `Q`, it has B, C"),
+            ("front.note", "`tires.front.note` is no number, but \"weak\""),
+            ("front.none", "`tires.front.none` is no number"),
+            ("front.mean", "`tires.front.mean` holds B, C"),
+            ("levels", "`tires.levels` is a list of 2: write `tires.levels[0]`"),
+            ("levels[2].D", "`tires.levels` has no `2`, it is a list of 2"),
+            ("front.mean.B.x", "`tires.front.mean.B` has no `x`"),
+        ] {
+            assert_eq!(find(path), Err(expected.to_owned()), "{path}");
+        }
+    }
+}

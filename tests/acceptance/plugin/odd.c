@@ -1,0 +1,47 @@
+// A plugin that does what its configuration says, most of it wrong. VERSION is the interface's that it claims.
+#include <stdbool.h>
+#include <stdint.h>
+#include <stddef.h>
+#include <string.h>
+
+typedef struct { const char *data; size_t len; } Text;
+typedef struct { Text name, unit; const double *time, *values; size_t len; } Column;
+typedef struct { Text name, unit, description; bool required; } Need;
+typedef struct {
+    void *context;
+    bool (*progress)(void *, double, Text);
+    void (*record)(void *, Text, const Column *, size_t);
+    void (*file)(void *, Text, Text);
+    void (*done)(void *, bool, Text);
+} Callbacks;
+typedef void (*Call)(Text, const Column *, size_t, const Callbacks *);
+typedef struct { uint32_t version; Call check, run; void (*needs)(void *, void (*)(void *, const Need *, size_t)); } Vtable;
+
+static Text text(const char *words) { return (Text){words, strlen(words)}; }
+static bool says(Text config, const char *word) { return memmem(config.data, config.len, word, strlen(word)) != NULL; }
+
+static void check(Text config, const Column *columns, size_t count, const Callbacks *host) {
+    bool well = !says(config, "wrong");
+    host->done(host->context, well, text(well ? "" : "expected `mode` to be anything else, found `wrong`"));
+}
+
+static void run(Text config, const Column *columns, size_t count, const Callbacks *host) {
+    double time[] = {0.0, -1.0}, values[] = {1.0, 2.0};
+    Column column = {text("x"), text("m"), time, values, 2};
+    host->progress(host->context, 0.5, text("half"));
+    if (says(config, "silent")) return;
+    if (says(config, "fails")) { host->done(host->context, false, text("no tire in sight")); return; }
+    if (says(config, "escapes")) host->file(host->context, text("../escaped.txt"), text("out"));
+    if (says(config, "overwrites")) host->file(host->context, text("report.json"), text("{}"));
+    if (says(config, "backwards")) host->record(host->context, text("group"), &column, 1);
+    if (says(config, "writes")) host->file(host->context, text("note.txt"), text("a note"));
+    host->done(host->context, true, text(says(config, "babbles") ? "not JSON" : "{\"list\": [1, 2.5], \"fine\": true}"));
+}
+
+static void needs(void *context, void (*take)(void *, const Need *, size_t)) {
+    Need all[] = {{{"speed", 5}, {"m/s", 3}, {"how fast", 8}, true}, {{"any", 3}, {"", 0}, {"anything", 8}, false}};
+    take(context, all, 2);
+}
+
+static const Vtable TABLE = {VERSION, check, run, needs};
+const Vtable *trackside_plugin(void) { return &TABLE; }
