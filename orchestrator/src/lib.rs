@@ -15,6 +15,7 @@ pub mod inspect;
 pub mod master;
 pub mod node;
 pub mod package;
+pub mod recover;
 pub mod report;
 pub mod scenario;
 pub mod signal;
@@ -24,6 +25,7 @@ pub mod suite;
 pub mod system;
 pub mod table;
 pub mod view;
+pub mod viewer;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -56,6 +56,19 @@ enum Command {
     /// Judge an FMU by the rules of FMI 2.0, a line for each; exit code 0 when it breaks none, 1 when it
     /// breaks one, 2 when it cannot be opened.
     Conform(ConformArgs),
+    /// Open a run in the Rerun viewer.
+    View {
+        /// The folder of the run, or a recording.
+        run: PathBuf,
+    },
+    /// Make a valid recording of what a killed run left of one.
+    Recover {
+        /// The recording that was not finished.
+        broken: PathBuf,
+        /// The new file [default: BROKEN with `.recovered.mcap`].
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
 }
 
 #[derive(Args)]
@@ -138,6 +151,8 @@ fn main() -> ExitCode {
         Command::Pack { packages, example, out } => pack(&packages, &example, &out),
         Command::Inspect { fmu, json } => inspect(&fmu, json),
         Command::Conform(args) => conform(&args),
+        Command::View { run } => orchestrator::viewer::view(&run).map(|()| 0),
+        Command::Recover { broken, out } => recover(&broken, out),
     };
     ExitCode::from(result.unwrap_or_else(tell))
 }
@@ -336,6 +351,24 @@ fn conform(args: &ConformArgs) -> Result<u8, Error> {
         false => conform::lines(&findings),
     });
     Ok(u8::from(findings.iter().any(|finding| finding.outcome == conform::Outcome::Fail)))
+}
+
+fn recover(broken: &Path, out: Option<PathBuf>) -> Result<u8, Error> {
+    let into = out.unwrap_or_else(|| broken.with_extension("recovered.mcap"));
+    if into == broken {
+        return Err(Error::input("--out: expected another file than the broken one"));
+    }
+    let found = orchestrator::recover::recover(broken, &into)?;
+    let (messages, channels, seconds) = (found.messages, found.channels, found.seconds);
+    let end = match found.lost {
+        Some(reason) => format!("up to where it is broken: {reason}"),
+        None => "it was complete".to_owned(),
+    };
+    print(&format!(
+        "{}: {messages} messages of {channels} channels, {seconds:.3} s, {end}\n",
+        into.display()
+    ));
+    Ok(0)
 }
 
 fn this_program() -> Result<PathBuf, Error> {

@@ -163,3 +163,29 @@ fn an_example_is_packed_by_one_command_and_built_by_a_scenario() {
     run.args(["run", "--rerun", "off", "--out"]).arg(lab.path("out")).arg(lab.path("swing.toml"));
     Ended::of(run.output().expect("it starts")).expect(0);
 }
+
+#[test]
+#[cfg(unix)]
+fn view_opens_the_recording_in_the_right_viewer_or_says_how_to_get_it() {
+    use std::os::unix::fs::PermissionsExt;
+    let lab = Lab::new();
+    lab.write("run/run.rrd", "");
+    let view = |run: &str, version: Option<&str>| {
+        if let Some(version) = version {
+            let answer =
+                format!("if [ \"$1\" = --version ]; then echo rerun-cli {version} [built]");
+            let script = format!("#!/bin/sh\n{answer}; else echo \"opens $1\" > opened; fi\n");
+            let path = lab.write("bin/rerun", script);
+            std::fs::set_permissions(path, PermissionsExt::from_mode(0o755)).expect("a program");
+        }
+        let mut command = trackside(&lab.path(""));
+        command.args(["view", run]).env("PATH", lab.path("bin"));
+        Ended::of(command.output().expect("it starts"))
+    };
+    let install = "pip install rerun-sdk==0.36.3";
+    view("run", None).expect(2).says(&["no Rerun viewer", install]);
+    view("run", Some("0.20.0")).expect(2).says(&["is version 0.20.0, expected 0.36.3", install]);
+    view("nowhere", Some("0.36.3")).expect(2).says(&["nowhere has no recording"]);
+    view("run", Some("0.36.3")).expect(0);
+    assert_eq!(lab.read("opened").trim(), "opens run/run.rrd");
+}

@@ -47,8 +47,21 @@ fn a_killed_run_leaves_a_readable_recording_and_nothing_that_looks_complete() {
     child.kill().expect("it still runs");
     child.wait().expect("it ends");
     assert!(!lab.has("out/report.json") && !lab.has("out/run.csv"));
+    let told = lab.trackside(&["recover", "out/run.mcap"]).expect(0).stdout;
+    assert!(told.contains("out/run.recovered.mcap: ") && told.contains("broken"), "{told}");
+    lab.trackside(&["recover", "out/run.mcap", "--out", "out/run.mcap"]).expect(2);
+    lab.write("text.mcap", "no recording");
+    lab.trackside(&["recover", "text.mcap"])
+        .expect(2)
+        .says(&["text.mcap", "expected an MCAP file"]);
+    assert!(!lab.has("text.recovered.mcap") && !lab.has("text.recovered.mcap.partial"));
     let Some(python) = python() else { return };
     let ended = python.run("last_time.py", &[lab.path("out/run.mcap")]);
+    let recovered = python.run(
+        "compare_messages.py",
+        &["out/run.mcap", "out/run.recovered.mcap"].map(|it| lab.path(it)),
+    );
+    println!("{}", recovered.stdout);
     let last: f64 = ended.stdout.trim().parse().expect("a time");
     assert!(last >= LIFE.as_secs_f64() - LOST, "the recording ends at {last} s");
 }
