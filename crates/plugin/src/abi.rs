@@ -87,7 +87,7 @@ pub type Call = unsafe extern "C" fn(
 pub struct Vtable {
     /// [`VERSION`] of the plugin. Nothing else is looked at when it differs from the program's.
     pub version: u32,
-    /// Calls `done` with whether the configuration makes sense. It is given no columns.
+    /// Calls `done` with whether the configuration makes sense. It is given columns without samples.
     pub check: Call,
     /// Analyses, and calls `done` with the result.
     pub run: Call,

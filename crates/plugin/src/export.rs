@@ -17,13 +17,16 @@ pub fn vtable<A: Analysis>() -> *const Vtable {
 
 unsafe extern "C" fn check<A: Analysis>(
     config: Text,
-    _: *const Column,
-    _: usize,
+    columns: *const Column,
+    count: usize,
     callbacks: *const Callbacks,
 ) {
     // SAFETY: the program lends all that it passes for the duration of the call.
-    let (config, callbacks) = unsafe { (config.get(), &*callbacks) };
-    conclude(callbacks, || A::check(&config).map(|()| String::new()));
+    unsafe {
+        answer(config, (columns, count), callbacks, |request, _| {
+            A::check(request).map(|()| String::new())
+        })
+    }
 }
 
 unsafe extern "C" fn run<A: Analysis>(
@@ -33,11 +36,25 @@ unsafe extern "C" fn run<A: Analysis>(
     callbacks: *const Callbacks,
 ) {
     // SAFETY: the program lends all that it passes for the duration of the call.
+    unsafe { answer(config, (columns, count), callbacks, A::run) }
+}
+
+/// Does `work` and tells the program how it ended.
+///
+/// # Safety
+/// Everything that is pointed to lives as long as the call.
+unsafe fn answer(
+    config: Text,
+    (columns, count): (*const Column, usize),
+    callbacks: *const Callbacks,
+    work: impl FnOnce(&Request, &mut dyn Host) -> Result<String, String>,
+) {
+    // SAFETY: as the caller promises.
     let (config, callbacks) = unsafe { (config.get(), &*callbacks) };
     // SAFETY: the same.
     conclude(callbacks, || unsafe {
         with_signals(columns, count, |signals| {
-            A::run(&Request { config: &config, signals }, &mut Remote(callbacks))
+            work(&Request { config: &config, signals }, &mut Remote(callbacks))
         })
     });
 }

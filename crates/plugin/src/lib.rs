@@ -130,12 +130,12 @@ pub trait Analysis {
     /// The signals that it can be given.
     const NEEDS: &'static [Need];
 
-    /// Whether the configuration makes sense, asked before anything runs. A word in backticks in the message is pointed at
-    /// in the user's file.
+    /// Whether the configuration makes sense with these signals, which have no samples yet: asked before anything runs. A
+    /// word in backticks in the message is pointed at in the user's file.
     ///
     /// # Errors
     /// With what was expected, what was found and what to do.
-    fn check(_config: &str) -> Result<(), String> {
+    fn check(_request: &Request) -> Result<(), String> {
         Ok(())
     }
 

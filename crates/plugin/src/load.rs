@@ -116,13 +116,12 @@ impl Plugin {
         &self.needs
     }
 
-    /// Whether a configuration makes sense to it.
+    /// Whether a configuration makes sense to it, with these signals, which need no samples.
     ///
     /// # Errors
     /// With its own words.
-    pub fn check(&self, config: &str) -> Result<(), String> {
-        let request = Request { config, signals: Vec::new() };
-        self.call(self.vtable.check, &request, &mut crate::Silent).map(drop)
+    pub fn check(&self, request: &Request) -> Result<(), String> {
+        self.call(self.vtable.check, request, &mut crate::Silent).map(drop)
     }
 
     /// Analyses.
@@ -227,8 +226,8 @@ mod tests {
             crate::Need::optional("ü", "", "anything"),
         ];
 
-        fn check(config: &str) -> Result<(), String> {
-            if config.contains("bad") { Err("`bad` is wrong".to_owned()) } else { Ok(()) }
+        fn check(request: &Request) -> Result<(), String> {
+            if request.config == "bad" { Err("`bad` is wrong".to_owned()) } else { Ok(()) }
         }
 
         fn run(request: &Request, host: &mut dyn Host) -> Result<String, String> {
@@ -306,7 +305,8 @@ mod tests {
             (any.name.as_str(), any.description.as_str(), any.required),
             ("ü", "anything", false)
         );
-        assert_eq!(plugin.check("good"), Ok(()));
-        assert_eq!(plugin.check("bad"), Err("`bad` is wrong".to_owned()));
+        let check = |config| plugin.check(&Request { config, signals: Vec::new() });
+        assert_eq!(check("good"), Ok(()));
+        assert_eq!(check("bad"), Err("`bad` is wrong".to_owned()));
     }
 }

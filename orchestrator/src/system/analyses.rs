@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use fmu_export::unit::Unit;
-use plugin::{Plugin, Wanted};
+use plugin::{Plugin, Request, Signal, Wanted};
 use toml::Spanned;
 
 use super::logs::{self, Wanted as Columns};
@@ -80,7 +80,7 @@ fn plan(
     complete(scenario, analysis, &plugin, &wired)?;
     Ok(AnalysisPlan {
         name: analysis.name.get_ref().clone(),
-        config: config(scenario, analysis, &plugin)?,
+        config: config(scenario, analysis, &plugin, &wired)?,
         plugin,
         wired,
         log,
@@ -192,12 +192,19 @@ fn complete(
 }
 
 /// The configuration as text, if the plugin agrees to it.
-fn config(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<String, Error> {
+fn config(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    plugin: &Plugin,
+    wired: &[Wired],
+) -> Result<String, Error> {
     let table = analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
     let text = toml::to_string(&table).map_err(|error| {
         scenario.error(&analysis.name, format!("the configuration cannot be handed over: {error}"))
     })?;
-    plugin.check(&text).map_err(|message| {
+    let signals =
+        wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
+    plugin.check(&Request { config: &text, signals: signals.collect() }).map_err(|message| {
         let name = analysis.name.get_ref();
         let span = mentioned(scenario, analysis, &message).unwrap_or(analysis.name.span());
         scenario.source.error(span, format!("`{name}`: {}", message.trim()), "")
