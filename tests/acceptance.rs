@@ -34,6 +34,9 @@ mod importers;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
+// What valgrind finds in our FMUs: nothing.
+#[path = "acceptance/memory.rs"]
+mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
