@@ -1,8 +1,6 @@
 //! Lets libcosim and Ecos simulate our FMUs, alone and in their own coupling, and compares every value with
 //! ours; and runs an FMU that another tool made.
 
-use std::path::Path;
-
 use serde_json::json;
 
 use super::fmus::{example, ours};
@@ -154,12 +152,7 @@ to = 'mass.F'
 fn an_fmu_made_in_python_runs() {
     let Some(python) = python() else { return };
     let lab = Lab::new();
-    let made = python.run("make_fmu.py", &[lab.path("made")]);
-    let (library, archive) = made.stdout.trim().split_once('\n').expect("a library and an archive");
-    if !Path::new(library).exists() {
-        println!("skipped: this Python has no shared library {library}");
-        return;
-    }
+    let Some([library, archive, _]) = python.fmus(&lab.path("made")) else { return };
     let demo = format!(
         "[[fmu]]\nname = 'demo'\npath = '{archive}'\nstart = {{ count = 3, on = true, label = 'hello' }}\n"
     );

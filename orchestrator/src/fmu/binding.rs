@@ -5,6 +5,7 @@
 #![expect(unsafe_code, reason = "calling a C library")]
 
 mod activity;
+mod derivative;
 mod instance;
 mod library;
 mod state;

@@ -54,6 +54,24 @@ impl Instance {
         Ok(FmuState(state))
     }
 
+    /// `fmi2GetFMUstate` into a state that there is already.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn refill_state(&mut self, state: &mut FmuState) -> Result<(), CallError> {
+        let function = self.library.get_state;
+        // SAFETY: the component is alive, and the state has not been freed.
+        self.run(c"fmi2GetFMUstate", |c| unsafe { function(c, &raw mut state.0) })
+    }
+
+    /// `fmi2FreeFMUstate` of no state.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn free_no_state(&mut self) -> Result<(), CallError> {
+        self.free_state(FmuState(ptr::null_mut()))
+    }
+
     /// `fmi2SetFMUstate`.
     ///
     /// # Errors

@@ -111,4 +111,16 @@ impl Instance {
         let value = CString::new(value).unwrap_or_default();
         self.set(c"fmi2SetString", self.library.set_string, &[reference], &[value.as_ptr()])
     }
+
+    /// `fmi2GetReal` and `fmi2SetReal` of no variables, with null for the arrays.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn touch_nothing(&mut self) -> Result<(), CallError> {
+        let (get, set) = (self.library.get_real, self.library.set_real);
+        // SAFETY: the component is alive, and arrays of no elements are not looked at.
+        self.run(c"fmi2GetReal", |c| unsafe { get(c, ptr::null(), 0, ptr::null_mut()) })?;
+        // SAFETY: as above.
+        self.run(c"fmi2SetReal", |c| unsafe { set(c, ptr::null(), 0, ptr::null()) })
+    }
 }
