@@ -214,6 +214,28 @@ fn a_warning_of_any_call_is_an_event() {
     }
 }
 
+/// An FMU without canHandleVariableCommunicationStepSize may insist on the same step, to the bit, whatever
+/// rounding does to the difference of two times; a shorter last step does not exist, see `bad_input`.
+#[test]
+fn every_step_of_a_run_has_the_same_size() {
+    let lab = Lab::new();
+    let fmu = lab.write("misbehave.fmu", compile(&["-DONE_STEP=0.1"]));
+    let flag = " canHandleVariableCommunicationStepSize=\"true\"";
+    let fixed = |name: &str, bytes: Vec<u8>| match name.ends_with(".xml") {
+        true => {
+            let text = String::from_utf8(bytes).expect("a text");
+            assert!(text.contains(flag));
+            let own = " canNotUseMemoryManagementFunctions=\"true\"";
+            Some((name.to_owned(), text.replace(flag, own).into_bytes()))
+        }
+        false => Some((name.to_owned(), bytes)),
+    };
+    lab.write("misbehave.fmu", changed(&fmu, fixed));
+    lab.write("case.toml", scenario("tank", "at = 0.0").replace("stop = 1.0", "stop = 100.0"));
+    lab.trackside(&["run", "case.toml", "--out", "out", "--rerun", "off"]).expect(0);
+    assert_eq!(lab.report("out")["steps"], 1000);
+}
+
 #[test]
 fn a_run_that_dies_says_in_which_call_of_which_fmu() {
     for (fault, what) in [("crash", "SIGSEGV"), ("abort", "SIGABRT"), ("exit", "called exit")] {

@@ -76,6 +76,9 @@ int fmi2DoStep(void *c, double time, double step, int keep) {
     if (is(m, "abort")) abort();
     if (is(m, "exit")) exit(0);
     while (is(m, "sleep")) pause();
+#if defined ONE_STEP
+    if (step != ONE_STEP) return ERROR;
+#endif
     int status = call(m, "fmi2DoStep");
     if (status <= WARNING) m->time = time + step;
     return status;
