@@ -1,6 +1,10 @@
-//! Compiles the one function that Rust cannot define: an FMU's logger takes any number of arguments.
+//! Compiles the two things that Rust cannot do: a function with any number of arguments, which an FMU's
+//! logger is, and a handler that runs when a foreign library has crashed.
 
 fn main() {
-    println!("cargo::rerun-if-changed=src/fmu/logger.c");
-    cc::Build::new().file("src/fmu/logger.c").compile("trackside_logger");
+    let sources = ["src/fmu/logger.c", "src/fmu/crash.c"];
+    for source in sources {
+        println!("cargo::rerun-if-changed={source}");
+    }
+    cc::Build::new().files(sources).compile("trackside_fmu");
 }

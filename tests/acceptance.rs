@@ -37,6 +37,9 @@ mod interop;
 // Analyses, and what may be wrong with them.
 #[path = "acceptance/plugins.rs"]
 mod plugins;
+// What valgrind finds in our FMUs: nothing.
+#[path = "acceptance/memory.rs"]
+mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;

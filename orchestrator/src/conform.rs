@@ -3,8 +3,10 @@
 //! Each rule that loads the library runs in a process of its own: an FMU that crashes or hangs fails that
 //! rule, and the others go on.
 
+mod access;
 mod behaviour;
 mod bench;
+mod derivative;
 mod logging;
 mod memory;
 mod order;
@@ -107,6 +109,10 @@ pub const RULES: &[Rule] = &[
     Rule { name: "version", sentence: "the library is of FMI 2.0, with the default types", check: RunsOne(statics::version) },
     Rule { name: "guid", sentence: "a GUID that is not the library's is refused", check: RunsOne(statics::guid) },
     Rule { name: "call-order", sentence: "illegal calls are refused, and a reset makes good again", check: Runs(order::call_order) },
+    Rule { name: "variable-access", sentence: "variables can be set when they may be, and then only", check: Runs(access::set) },
+    Rule { name: "unknown-references", sentence: "references to no variable do no harm", check: Runs(access::references) },
+    Rule { name: "experiment", sentence: "initialization needs an experiment", check: RunsOne(order::experiment) },
+    Rule { name: "stop-time", sentence: "a step past the stop time is refused", check: RunsOne(access::stop_time) },
     Rule { name: "start-values", sentence: "exact start values are those of the description", check: RunsOne(behaviour::start_values) },
     Rule { name: "finite", sentence: "outputs are finite", check: RunsOne(behaviour::finite) },
     Rule { name: "deterministic", sentence: "two runs give the same bits", check: Runs(behaviour::deterministic) },
@@ -114,6 +120,10 @@ pub const RULES: &[Rule] = &[
     Rule { name: "instances", sentence: "instances do not disturb each other", check: Runs(behaviour::instances) },
     Rule { name: "state-restore", sentence: "a restored state continues with the same bits", check: RunsOne(state::restore) },
     Rule { name: "state-serialise", sentence: "a state continues with the same bits after it was bytes", check: RunsOne(state::serialise) },
+    Rule { name: "state-anywhere", sentence: "a state can be taken and restored in every state of an instance", check: Runs(state::anywhere) },
+    Rule { name: "state-after-error", sentence: "a state from before an error makes good again", check: RunsOne(state::after_error) },
+    Rule { name: "directional-derivative", sentence: "derivatives of outputs are those of their values", check: RunsOne(derivative::directional) },
+    Rule { name: "time-derivative", sentence: "derivatives with respect to time are taken and given", check: RunsOne(derivative::in_time) },
     Rule { name: "step-size", sentence: "the communication step may change from step to step", check: Runs(behaviour::step_size) },
     Rule { name: "step-start", sentence: "a step that leaves a gap in time is refused", check: RunsOne(behaviour::step_start) },
     Rule { name: "logger", sentence: "messages are formatted, wanted, and of declared categories", check: Runs(logging::logger) },
@@ -197,7 +207,7 @@ pub fn lines(findings: &[Finding]) -> String {
             (Outcome::Fail, detail) => ("FAIL", detail.to_owned()),
             (Outcome::NotApplicable, detail) => ("n/a", detail.to_owned()),
         };
-        text += &format!("{word:<4}  {:<15}  {what}\n", finding.rule);
+        text += &format!("{word:<4}  {:<22}  {what}\n", finding.rule);
     }
     let count = |wanted| findings.iter().filter(|finding| finding.outcome == wanted).count();
     text + &format!(

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use sha2::{Digest as _, Sha256};
 use tempfile::TempDir;
 
-pub use binding::{FmuState, Instance, Library};
+pub use binding::{FmuState, Instance, Library, watch};
 use description::Description;
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.

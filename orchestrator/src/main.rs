@@ -116,6 +116,9 @@ struct RunArgs {
     /// Run this many times as fast as the clock, 1 when there is no number.
     #[arg(long, num_args = 0..=1, default_missing_value = "1", value_name = "FACTOR")]
     realtime: Option<f64>,
+    /// Tell of a call of an FMU that has gone on for so long [s].
+    #[arg(long, value_name = "SECONDS", default_value = "10")]
+    patience: f64,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -175,6 +178,10 @@ fn run(args: &RunArgs) -> Result<u8, Error> {
         return Err(Error::input(format!("--realtime: expected a factor above 0, found {factor}")));
     }
     suite::check_names(&args.scenarios)?;
+    // The progress bar holds the line that the cursor is on.
+    let patience = Duration::try_from_secs_f64(args.patience)
+        .map_err(|error| Error::input(format!("--patience: {error}")))?;
+    orchestrator::fmu::watch(patience, |what| eprintln!("\n{what}"));
     let mut worst = 0;
     for path in &args.scenarios {
         let out = args.out.as_ref().map(|out| match args.scenarios.len() {

@@ -1,15 +1,16 @@
 //! Checks that an FMU that fails is told with node, call and time, and that what was recorded stays usable.
 
 use std::path::Path;
+use std::process::Stdio;
 
 use super::fmus::{changed, compile, misbehave, ours};
-use super::harness::{Ended, Lab};
+use super::harness::{Ended, Lab, trackside};
 
 /// A scenario of one node called `name` whose FMU has these start values.
 fn scenario(name: &str, start: &str) -> String {
     format!(
         "[time]\nstep = 0.1\nstop = 1.0\n\n[[fmu]]\nname = \"{name}\"\npath = \"misbehave.fmu\"\n\
-         start = {{ {start} }}\n\n[[check]]\nname = \"clock\"\nthat = \"abs({name}.y - time) < 1e-9\"\n"
+         start = {{ u = 0.0, {start} }}\n\n[[check]]\nname = \"clock\"\nthat = \"abs({name}.y - time) < 1e-9\"\n"
     )
 }
 
@@ -170,4 +171,97 @@ fn a_crash_ends_one_scenario_and_not_the_others() {
     }
     assert!(ended.stdout.contains("SIGSEGV"), "{}", ended.stdout);
     assert!(ended.stdout.contains("2 passed, 1 failed, 0 skipped"), "{}", ended.stdout);
+}
+
+/// Each status that is none of success, from each call of a run.
+#[test]
+fn every_status_of_every_call_is_told() {
+    let lab = Lab::new();
+    lab.write("misbehave.fmu", misbehave());
+    let early = ["SetupExperiment", "EnterInitializationMode", "ExitInitializationMode", "GetReal"];
+    let statuses = [
+        (2, "fmi2Discard"),
+        (3, "fmi2Error"),
+        (4, "fmi2Fatal"),
+        (5, "fmi2Pending"),
+        (6, "6, which"),
+    ];
+    for (at, calls) in [(0.0, &early), (0.5, &["SetReal", "DoStep", "GetReal", "Terminate"])] {
+        for (call, (status, name)) in calls.iter().flat_map(|call| statuses.map(|it| (call, it))) {
+            let start = format!("fault = 'fmi2{call}', status = {status}, at = {at:?}");
+            lab.write("case.toml", scenario("tank", &start) + DRIVEN);
+            let ended = lab.trackside(&["run", "case.toml", "--out", "out"]);
+            let time = if *call == "Terminate" { 1.0 } else { at };
+            let said = format!("node `tank`: fmi2{call} at t = {time} s returned {name}");
+            assert!(ended.message().contains(&said), "{said}\n{}", ended.stderr);
+            assert_eq!((ended.code(), &lab.report("out")["verdict"]), (3, &"error".into()));
+        }
+    }
+}
+
+/// Makes the tank's input one that is set at each step.
+const DRIVEN: &str = "[[signal]]\nname = \"driver.u\"\nconstant = 1.0\n\n\
+    [[connect]]\nfrom = \"driver.u\"\nto = \"tank.u\"\n";
+
+#[test]
+fn a_warning_of_any_call_is_an_event() {
+    for call in ["SetupExperiment", "ExitInitializationMode", "SetReal", "GetReal"] {
+        let text = scenario("tank", &format!("fault = 'fmi2{call}', status = 1")) + DRIVEN;
+        let (lab, ended) = run(&text);
+        ended.expect(0);
+        let events = recorded(&lab.path("out/run.mcap"), "/log");
+        assert!(events > 0, "{call}");
+    }
+}
+
+/// An FMU without canHandleVariableCommunicationStepSize may insist on the same step, to the bit, whatever
+/// rounding does to the difference of two times; a shorter last step does not exist, see `bad_input`.
+#[test]
+fn every_step_of_a_run_has_the_same_size() {
+    let lab = Lab::new();
+    let fmu = lab.write("misbehave.fmu", compile(&["-DONE_STEP=0.1"]));
+    let flag = " canHandleVariableCommunicationStepSize=\"true\"";
+    let fixed = |name: &str, bytes: Vec<u8>| match name.ends_with(".xml") {
+        true => {
+            let text = String::from_utf8(bytes).expect("a text");
+            assert!(text.contains(flag));
+            let own = " canNotUseMemoryManagementFunctions=\"true\"";
+            Some((name.to_owned(), text.replace(flag, own).into_bytes()))
+        }
+        false => Some((name.to_owned(), bytes)),
+    };
+    lab.write("misbehave.fmu", changed(&fmu, fixed));
+    lab.write("case.toml", scenario("tank", "at = 0.0").replace("stop = 1.0", "stop = 100.0"));
+    lab.trackside(&["run", "case.toml", "--out", "out", "--rerun", "off"]).expect(0);
+    assert_eq!(lab.report("out")["steps"], 1000);
+}
+
+#[test]
+fn a_run_that_dies_says_in_which_call_of_which_fmu() {
+    for (fault, what) in [("crash", "SIGSEGV"), ("abort", "SIGABRT"), ("exit", "called exit")] {
+        let (lab, ended) = run(&scenario("tank", &format!("fault = '{fault}', at = 0.5")));
+        let said = "node `tank`: fmi2DoStep at t = 0.5 s ended this program: the FMU";
+        assert!(ended.message().contains(said), "{fault}\n{}", ended.stderr);
+        assert!(ended.message().contains(what), "{fault}\n{}", ended.stderr);
+        // By a signal there is no code; an exit of the FMU's must not pass for a verdict.
+        assert_eq!(ended.code(), if fault == "exit" { 3 } else { -1 }, "{}", ended.status);
+        assert!(!lab.has("out/report.json") && !lab.has("out/run.csv"));
+    }
+}
+
+#[test]
+fn a_call_that_does_not_return_is_told_while_it_goes_on() {
+    use std::io::{BufRead as _, BufReader};
+    let lab = Lab::new();
+    lab.write("misbehave.fmu", misbehave());
+    lab.write("case.toml", scenario("tank", "fault = 'sleep', at = 0.5"));
+    let mut command = trackside(&lab.path(""));
+    command.args(["run", "case.toml", "--out", "out", "--patience", "0.2"]);
+    let mut child = command.stderr(Stdio::piped()).spawn().expect("it starts");
+    let told = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let said = told.map_while(Result::ok).find(|line| line.contains("has been running for"));
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
+    let said = said.expect("a message before the end");
+    assert!(said.contains("node `tank`: fmi2DoStep at t = 0.5 s"), "{said}");
 }

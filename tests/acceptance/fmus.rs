@@ -1,4 +1,4 @@
-//! Makes the FMUs that the tests need: ours packed, one that misbehaves compiled, archives with something wrong.
+//! Makes the FMUs that the tests need: ours and the example packed, one that misbehaves compiled, archives with something wrong.
 
 use std::fs::File;
 use std::io::{Read as _, Write as _};
@@ -20,6 +20,18 @@ pub fn ours() -> &'static Path {
         pack.arg("pack").arg("--out").arg(&folder);
         Ended::of(pack.output().expect("it starts")).expect(0);
         folder
+    })
+}
+
+/// `spring_damper.fmu`, the example of `crates/fmu-export`, packed once by the program.
+pub fn example() -> &'static Path {
+    static PACKED: OnceLock<PathBuf> = OnceLock::new();
+    PACKED.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("example");
+        let mut pack = trackside(Path::new(ROOT));
+        pack.args(["pack", "--example", "spring_damper", "--out"]).arg(&folder);
+        Ended::of(pack.output().expect("it starts")).expect(0);
+        folder.join("spring_damper.fmu")
     })
 }
 

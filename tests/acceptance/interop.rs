@@ -1,26 +1,35 @@
-//! Compares our FMUs and our master with fmpy, which validates the archives and simulates the plant again.
+//! Compares our FMUs and our master with fmpy, which validates the archives and simulates each of them again.
 
-use super::fmus::ours;
+use super::fmus::{example, ours};
 use super::harness::{Lab, limit_handling, record};
 use super::python::python;
 
 #[test]
 fn fmpy_finds_nothing_wrong_with_the_archives() {
     let Some(python) = python() else { return };
-    for name in ["plant", "controller", "estimator"] {
-        let ended = python.run("validate.py", &[ours().join(format!("{name}.fmu"))]);
-        assert_eq!(ended.stdout.trim(), "[]", "{name}");
+    let name = |name: &str| ours().join(format!("{name}.fmu"));
+    for fmu in [name("plant"), name("controller"), name("estimator"), example().to_owned()] {
+        let ended = python.run("validate.py", &[&fmu]);
+        assert_eq!(ended.stdout.trim(), "[]", "{}", fmu.display());
     }
 }
 
 #[test]
-fn fmpy_simulates_the_same_plant() {
+fn fmpy_gets_what_the_closed_loop_got() {
     let Some(python) = python() else { return };
     let lab = Lab::new();
     // fmpy hands over the difference of two communication points as the step, which is off by rounding.
     lab.write("limit_handling.toml", limit_handling().read("limit_handling.toml"));
     record(&lab, "limit_handling.toml", "run", &["--rerun", "off"]);
-    let (plant, csv) = (ours().join("plant.fmu"), lab.path("run/run.csv"));
-    let ended = python.run("simulate_plant.py", &[plant, csv]);
-    println!("{}", ended.stdout);
+    let csv = lab.path("run/run.csv");
+    for (script, node, start) in [
+        ("simulate.py", "plant", "{\"start.v_x\": 15.0}"),
+        ("replay.py", "controller", "{}"),
+        ("replay.py", "estimator", "{}"),
+    ] {
+        let fmu = ours().join(format!("{node}.fmu"));
+        let ended =
+            python.run(script, &[node.as_ref(), fmu.as_os_str(), csv.as_os_str(), start.as_ref()]);
+        println!("{}", ended.stdout);
+    }
 }

@@ -38,6 +38,19 @@ impl Python {
         Ended::of(output).expect(0)
     }
 
+    /// Makes FMUs by pythonfmu: Python's library, which they expect in the process, an FMU with variables of all
+    /// types, and one that integrates its input. Some Pythons have no such library.
+    pub fn fmus(&self, folder: &Path) -> Option<[String; 3]> {
+        let made = self.run("make_fmu.py", &[folder]).stdout;
+        let lines: Vec<_> = made.lines().map(str::to_owned).collect();
+        let [library, ..] = &lines[..] else { panic!("{made}") };
+        if Path::new(library).exists() {
+            return Some(lines.try_into().expect("a library and two archives"));
+        }
+        let _ = writeln!(std::io::stderr(), "skipped: this Python has no library {library}");
+        None
+    }
+
     /// The viewer's own program; what pip puts on the path wraps it.
     pub fn rerun(&self) -> Command {
         let script = "import rerun_sdk; print(*rerun_sdk.__path__)";

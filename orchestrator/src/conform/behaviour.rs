@@ -1,6 +1,6 @@
 //! Checks how instances behave in a simulation: start values, repeatability, independence, step size.
 
-use fmi_rs::model_description::fmi2::{Causality, Initial};
+use fmi_rs::model_description::fmi2::{Causality, Initial, Variability};
 
 use super::bench::{Bench, Row, STEPS, Value, read};
 use super::{Objection, Verdict, broken, not_applicable};
@@ -115,8 +115,11 @@ pub(super) fn instances(bench: &Bench) -> Verdict {
 }
 
 /// One run in steps of `h`, one in steps of `h/2` and `3h/2`, with inputs that change every `2h` only.
-/// How far the results may differ is a matter of the model, so the largest difference is told; a run
-/// that is off by more than the largest value of the other one has nothing to do with it.
+///
+/// FMI 2.0 asks for steps of any size to be done, not for results that do not depend on them: a controller
+/// or a filter that samples at communication points rightly gives others. So the largest difference is
+/// told, and warned about when the results have nothing to do with each other. What is wrong in any case
+/// is not to look at the size of the step.
 pub(super) fn step_size(bench: &Bench) -> Verdict {
     if !bench.about().variable_step {
         return not_applicable("canHandleVariableCommunicationStepSize is not set");
@@ -124,6 +127,19 @@ pub(super) fn step_size(bench: &Bench) -> Verdict {
     let even = in_steps(bench, [1.0, 1.0])?;
     let uneven = in_steps(bench, [0.5, 1.5])?;
     all_finite(bench, &uneven)?;
+    if let Some(name) = ignores_step(bench)? {
+        return broken(format!(
+            "the size of the step is ignored: steps of {} s give the same values of `{name}` and of all \
+             other continuous outputs as steps of half that size, while time goes on half as far",
+            bench.step()
+        ));
+    }
+    let (largest, of) = largest_difference(bench, &even, &uneven);
+    let told = format!("largest relative difference{of} {largest:.1e}");
+    Ok(if largest > 1.0 { format!("warning: {told}") } else { told })
+}
+
+fn largest_difference(bench: &Bench, even: &[Row], uneven: &[Row]) -> (f64, String) {
     let (mut largest, mut of) = (0.0, String::new());
     for (place, output) in bench.with(Causality::Output).enumerate() {
         let reals = |row: &Row| match row.values[place] {
@@ -132,15 +148,46 @@ pub(super) fn step_size(bench: &Bench) -> Verdict {
         };
         let floor = NOISE * output.nominal.unwrap_or(1.0);
         let scale = even.iter().map(|row| reals(row).abs()).fold(floor, f64::max);
-        for (even, uneven) in even.iter().zip(&uneven) {
+        for (even, uneven) in even.iter().zip(uneven) {
             let difference = (reals(even) - reals(uneven)).abs() / scale;
             if difference > largest {
                 (largest, of) = (difference, format!(" of `{}`", output.name));
             }
         }
     }
-    let told = format!("largest relative difference{of} {largest:.1e}");
-    if largest > 1.0 { broken(told) } else { Ok(told) }
+    (largest, of)
+}
+
+/// A continuous output that moves, when all that move give the same bits after each step of `h` and of
+/// `h/2` under the same inputs. What changes at samples only is discrete, and may count them.
+fn ignores_step(bench: &Bench) -> Result<Option<String>, Objection> {
+    let [whole, half] = [1.0, 0.5].map(|share| held(bench, share));
+    let (whole, half) = (whole?, half?);
+    let mut moving = None;
+    for (place, output) in bench.with(Causality::Output).enumerate() {
+        let continuous = output.kind == Type::Real && output.variability == Variability::Continuous;
+        if !continuous || whole.iter().all(|row| row.values[place] == whole[0].values[place]) {
+            continue;
+        }
+        if whole.iter().zip(&half).any(|(a, b)| a.values[place] != b.values[place]) {
+            return Ok(None);
+        }
+        moving.get_or_insert_with(|| output.name.clone());
+    }
+    Ok(moving)
+}
+
+/// The rows after each of some steps of this length [h] under inputs that never change.
+fn held(bench: &Bench, share: f64) -> Result<Vec<Row>, Objection> {
+    let mut instance = bench.ready()?;
+    bench.set_inputs(&mut instance, 3, 0)?;
+    let mut rows = Vec::new();
+    for tick in 0..STEPS {
+        let tick = f64::from(tick);
+        bench.do_step(&mut instance, bench.time(share * tick), share * bench.step())?;
+        rows.push(bench.row(&mut instance, bench.time(share * (tick + 1.0)))?);
+    }
+    Ok(rows)
 }
 
 /// The rows at multiples of `2h` of a run in steps of these lengths [h], which add up to 2.

@@ -174,6 +174,13 @@ impl<'a> Bench<'a> {
         variables.filter(move |variable| variable.causality == causality)
     }
 
+    /// The real variables with a causality that may change at any time.
+    pub(super) fn continuous(&self, causality: Causality) -> impl Iterator<Item = &Variable> {
+        self.with(causality).filter(|variable| {
+            variable.kind == Type::Real && variable.variability == Variability::Continuous
+        })
+    }
+
     pub(super) fn set_inputs(
         &self,
         instance: &mut Instance,
@@ -252,4 +259,17 @@ pub(super) fn read(instance: &mut Instance, variable: &Variable) -> Result<Value
         error.what = format!("of `{}` {}", variable.name, error.what);
         error
     })
+}
+
+/// Sets a variable to its start value, or else to nothing in particular.
+pub(super) fn set_start(instance: &mut Instance, variable: &Variable) -> Result<(), CallError> {
+    let start = variable.start.as_deref().unwrap_or_default().trim();
+    let (reference, number) = ([variable.reference], start.parse::<f64>().unwrap_or(0.0));
+    match variable.kind {
+        Type::Real => instance.set_real(&reference, &[number]),
+        // A value of 32 bits is exact in f64.
+        Type::Integer | Type::Enumeration => instance.set_integer(&reference, &[number as i32]),
+        Type::Boolean => instance.set_boolean(&reference, &[matches!(start, "true" | "1").into()]),
+        Type::String => instance.set_string(variable.reference, start),
+    }
 }

@@ -4,22 +4,21 @@ use std::collections::BTreeMap;
 
 use fmi_rs::model_description::fmi2::Causality;
 
-use super::bench::{Bench, Row, STEPS, read};
+use super::bench::{Bench, Row, STEPS, read, set_start};
 use super::{Objection, Verdict, broken};
 use crate::fmu::Instance;
-use crate::fmu::description::Type;
 use crate::node::CallError;
 
 /// A state of table 4.2.4 of FMI 2.0 that every master can bring every FMU to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum State {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
     Instantiated,
     InitializationMode,
     StepComplete,
     Terminated,
 }
 
-use State::{InitializationMode, Instantiated, StepComplete, Terminated};
+pub(super) use State::{InitializationMode, Instantiated, StepComplete, Terminated};
 
 type Call = fn(&Bench, &mut Instance) -> Result<(), CallError>;
 
@@ -34,6 +33,9 @@ const ILLEGAL: &[(&str, Call, &[State])] = &[
     ("fmi2CancelStep", |_, instance| instance.cancel_step(), &[Instantiated, InitializationMode, StepComplete, Terminated]),
     ("reading a variable", get, &[Instantiated]),
     ("setting a variable", set, &[Terminated]),
+    ("fmi2GetDirectionalDerivative", derivative, &[Instantiated]),
+    ("fmi2SetRealInputDerivatives", slope, &[Terminated]),
+    ("fmi2GetRealOutputDerivatives", output_slope, &[Instantiated, InitializationMode]),
     ("fmi2GetStatus", |_, instance| instance.status().map(drop), &[Instantiated, InitializationMode]),
     ("fmi2GetRealStatus", |_, instance| instance.last_successful_time().map(drop), &[Instantiated, InitializationMode]),
     ("fmi2GetBooleanStatus", |_, instance| instance.ended().map(drop), &[Instantiated, InitializationMode]),
@@ -56,18 +58,31 @@ fn get(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
 
 /// Sets an input, or else a parameter, to its start value.
 fn set(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
-    let settable = bench.with(Causality::Input).chain(bench.with(Causality::Parameter));
-    for variable in settable {
-        let Some(start) = &variable.start else { continue };
-        let (reference, number) = ([variable.reference], start.parse::<f64>().unwrap_or(0.0));
-        return match variable.kind {
-            Type::Real => instance.set_real(&reference, &[number]),
-            Type::Integer | Type::Enumeration => instance.set_integer(&reference, &[number as i32]),
-            Type::Boolean => instance.set_boolean(&reference, &[(start == "true").into()]),
-            Type::String => instance.set_string(variable.reference, start),
-        };
+    let mut settable = bench.with(Causality::Input).chain(bench.with(Causality::Parameter));
+    let variable = settable.find(|variable| variable.start.is_some());
+    variable.map_or_else(none, |variable| set_start(instance, variable))
+}
+
+/// What an FMU does not claim to do may end in any way, so it is not tried.
+fn derivative(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let [inputs, outputs] =
+        [Causality::Input, Causality::Output].map(|it| bench.continuous(it).next());
+    match inputs.zip(outputs).filter(|_| bench.about().directional_derivative) {
+        Some((input, output)) => instance.derivative(output.reference, input.reference).map(drop),
+        None => none(),
     }
-    none()
+}
+
+fn slope(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let input = bench.continuous(Causality::Input).next();
+    let input = input.filter(|_| bench.about().interpolated_inputs);
+    input.map_or_else(none, |input| instance.set_input_derivative(input.reference, 1, 0.0))
+}
+
+fn output_slope(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let output = bench.continuous(Causality::Output).next();
+    let output = output.filter(|_| bench.about().output_derivatives > 0);
+    output.map_or_else(none, |output| instance.output_derivative(output.reference, 1).map(drop))
 }
 
 /// Nothing can be called, so nothing illegal can be accepted.
@@ -120,7 +135,7 @@ fn attempt(
 }
 
 /// A fresh instance in the state.
-fn bring(bench: &Bench, state: State) -> Result<Instance, CallError> {
+pub(super) fn bring(bench: &Bench, state: State) -> Result<Instance, CallError> {
     let mut instance = bench.instance()?;
     match state {
         Instantiated => {}
@@ -135,8 +150,19 @@ fn bring(bench: &Bench, state: State) -> Result<Instance, CallError> {
 
 /// The run of an instance that is reset first: an illegal call may leave it in the state of error, which
 /// only a reset ends.
-fn after_reset(bench: &Bench, mut instance: Instance) -> Result<Vec<Row>, Objection> {
+pub(super) fn after_reset(bench: &Bench, mut instance: Instance) -> Result<Vec<Row>, Objection> {
     instance.reset()?;
     bench.initialise(&mut instance)?;
     Ok(bench.run(&mut instance, 0..STEPS / 4, 0)?)
+}
+
+/// FMI 2.0 asks masters to set up the experiment first, and FMUs for nothing.
+pub(super) fn experiment(bench: &Bench) -> Verdict {
+    let mut instance = bench.instance()?;
+    bench.note("fmi2EnterInitializationMode without fmi2SetupExperiment");
+    match instance.enter_initialization() {
+        Ok(()) => Ok("warning: fmi2EnterInitializationMode was accepted without one".to_owned()),
+        Err(_) if instance.is_lost() => broken("expected fmi2Error, found fmi2Fatal"),
+        Err(_) => Ok(String::new()),
+    }
 }

@@ -4,13 +4,17 @@
 //! as long as the instance, since a library may keep the pointer to them; and an instance has one owner.
 #![expect(unsafe_code, reason = "calling a C library")]
 
+mod activity;
+mod derivative;
 mod instance;
 mod library;
 mod state;
+mod values;
 
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
+pub use activity::watch;
 pub use instance::Instance;
 pub use library::Library;
 pub use state::FmuState;

@@ -28,6 +28,10 @@ pub struct Description {
     pub serialised_state: bool,
     /// Whether derivatives of outputs are given.
     pub directional_derivative: bool,
+    /// Whether inputs may come with derivatives.
+    pub interpolated_inputs: bool,
+    /// Up to which order outputs have time derivatives.
+    pub output_derivatives: u32,
     /// Whether a second instance in the process is impossible.
     pub only_once: bool,
     /// Preferred communication step [s].
@@ -133,6 +137,8 @@ impl Description {
             state: cs.canGetAndSetFMUstate,
             serialised_state: cs.canSerializeFMUstate,
             directional_derivative: cs.providesDirectionalDerivative,
+            interpolated_inputs: cs.canInterpolateInputs,
+            output_derivatives: cs.maxOutputDerivativeOrder,
             only_once: cs.canBeInstantiatedOnlyOncePerProcess,
             default_step: default_step.and_then(|step| step.parse().ok()),
             default_start: found

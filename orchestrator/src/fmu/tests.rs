@@ -60,7 +60,7 @@ fn harm_is_refused_with_a_reason() {
     assert_eq!(open(&good).expect("a good archive").description.variables.len(), 3);
     let described = |xml: &str| archive(&[("modelDescription.xml", xml.as_bytes())]);
     let bomb = XML.replace("<fmi", "<!DOCTYPE x [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]>\n<fmi");
-    let long = XML.to_owned() + &" ".repeat(LONGEST as usize);
+    let long = XML.to_owned() + &" ".repeat(100 << 20);
     let deep = XML.replace("<UnitDefinitions>", &("<a>".repeat(100_000) + "<UnitDefinitions>"));
     let entries: [(&str, &[u8]); 2] = [("modelDescription.xml", xml), ("resources/aa/aa", b"1")];
     let twice: [(&str, &[u8]); 3] = [("modelDescription.xml", xml), ("aa", b"1"), ("ab", b"2")];
@@ -99,6 +99,27 @@ fn harm_is_refused_with_a_reason() {
     }
 }
 
+/// References are any numbers of 32 bits, and any number of variables may share one: they are aliases.
+#[test]
+fn references_at_the_limit_and_thousands_of_aliases_are_read() {
+    let alias = |index: usize| {
+        format!(
+            "<ScalarVariable name=\"alias[{index}]\" valueReference=\"4294967295\" \
+             causality=\"local\"><Real/></ScalarVariable>\n"
+        )
+    };
+    let aliases: String = (0..20_000).map(alias).collect();
+    let found =
+        Description::parse(&XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")));
+    let found = found.expect("a legal description");
+    assert_eq!((found.variables.len(), found.problems), (20_003, Vec::new()));
+    assert_eq!(found.variables.last().map(|variable| variable.reference), Some(u32::MAX));
+
+    let twice =
+        Description::parse(&XML.replace("name=\"y\"", "name=\"u\"")).expect("a description");
+    assert!(twice.problems.iter().any(|problem| problem.contains('u')), "{:?}", twice.problems);
+}
+
 /// Opens so many descriptions and archives with random damage; none may panic or hang.
 fn damage(cases: usize) {
     let mut random = Pcg64::seed_from_u64(7);
@@ -130,9 +151,9 @@ fn random_damage_is_survived() {
     damage(5_000);
 }
 
-/// The long version: `cargo test --workspace random_damage -- --ignored`.
+/// The long version: `cargo test --workspace --lib random_damage -- --ignored`.
 #[test]
-#[ignore = "takes a minute"]
+#[ignore = "takes minutes"]
 fn random_damage_is_survived_for_long() {
     damage(200_000);
 }

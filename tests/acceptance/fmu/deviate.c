@@ -26,8 +26,8 @@ enum { ALIVE = 31 };
 
 /* What an FMU state holds. */
 typedef struct {
-    double time, x, u, gain;
-    int state, steps, on;
+    double time, stop, x, u, gain;
+    int state, steps, on, set_up;
     char label[32];
 } Values;
 
@@ -94,11 +94,14 @@ int fmi2SetupExperiment(void *c, int with, double tolerance, double start, int e
     Model *m = c;
     if (illegal(m, INSTANTIATED)) return ERROR;
     m->now.time = start;
+    m->now.stop = ends ? stop : INFINITY;
+    m->now.set_up = 1;
     return OK;
 }
 int fmi2EnterInitializationMode(void *c) {
     Model *m = c;
     if (illegal(m, INSTANTIATED)) return ERROR;
+    if (!m->now.set_up && !IS("no experiment")) return fail(m, "there is no experiment");
     m->now.state = INITIALIZATION;
     return OK;
 }
@@ -132,7 +135,9 @@ int fmi2DoStep(void *c, double time, double step, int keep) {
     if (fabs(time - now->time) > 1e-9 && !IS("a gap in time is accepted"))
         return fail(m, "this is not where the last step ended");
     if (fabs(step - 0.1) > 1e-9 && IS("one step size only")) return fail(m, "I step by 0.1 s");
-    now->x += now->gain * now->u * step;
+    if (time + step > now->stop + 1e-9 && !IS("the stop time is passed"))
+        return fail(m, "this is past the stop time");
+    now->x += now->gain * now->u * (IS("the step size is ignored") ? 0.1 : step);
     if (IS("state is shared")) now->x = shared += now->u * step;
     if (IS("chance")) now->x += 1e-9 * ++calls;
     now->steps++;
@@ -146,7 +151,11 @@ int fmi2GetReal(void *c, const unsigned *reference, size_t n, double *value) {
     if (illegal(m, ALIVE & ~INSTANTIATED)) return ERROR;
     if (IS("a crash")) *(volatile int *)NULL = 0;
     for (size_t i = 0; i < n; i++) {
-        double y = IS("no number") && m->now.steps > 30 ? NAN : m->now.x;
+        double y = IS("no number") && m->now.steps > 30 ? NAN : m->now.x + 0.5 * m->now.u;
+        if (reference[i] > 2) {
+            if (IS("an unknown reference is read")) y = *(volatile double *)NULL;
+            return fail(m, "no variable has this reference");
+        }
         value[i] = reference[i] == 0 ? y : reference[i] == 1 ? m->now.u : m->now.gain;
     }
     return OK;
@@ -154,12 +163,25 @@ int fmi2GetReal(void *c, const unsigned *reference, size_t n, double *value) {
 int fmi2SetReal(void *c, const unsigned *reference, size_t n, const double *value) {
     Model *m = c;
     if (illegal(m, INSTANTIATED | INITIALIZATION | COMPLETE)) return ERROR;
+    for (size_t i = 0; i < n; i++) {
+        if (reference[i] == 1 && m->now.state == INITIALIZATION && IS("an input is refused"))
+            return fail(m, "not this input, not now");
+        if (reference[i] == 2 && m->now.state == COMPLETE && !IS("a fixed parameter moves"))
+            return fail(m, "the gain is fixed");
+        if (IS("an unknown reference is written") && reference[i] > 2) shared += 1.0;
+        else if (reference[i] != 1 && reference[i] != 2 && !IS("an output can be set"))
+            return fail(m, "this cannot be set");
+    }
+    if (IS("an unknown reference is written")) m->now.x += shared;
     for (size_t i = 0; i < n; i++) *(reference[i] == 1 ? &m->now.u : &m->now.gain) = value[i];
     return OK;
 }
 int fmi2GetInteger(void *c, const unsigned *reference, size_t n, int *value) {
     if (illegal(c, ALIVE & ~INSTANTIATED)) return ERROR;
-    for (size_t i = 0; i < n; i++) value[i] = ((Model *)c)->now.steps;
+    for (size_t i = 0; i < n; i++) {
+        if (reference[i] > 0) return fail(c, "no Integer has this reference");
+        value[i] = ((Model *)c)->now.steps;
+    }
     return OK;
 }
 int fmi2SetInteger(void *c, const unsigned *reference, size_t n, const int *value) {
@@ -167,12 +189,18 @@ int fmi2SetInteger(void *c, const unsigned *reference, size_t n, const int *valu
 }
 int fmi2GetBoolean(void *c, const unsigned *reference, size_t n, int *value) {
     if (illegal(c, ALIVE & ~INSTANTIATED)) return ERROR;
-    for (size_t i = 0; i < n; i++) value[i] = ((Model *)c)->now.on;
+    for (size_t i = 0; i < n; i++) {
+        if (reference[i] > 0) return fail(c, "no Boolean has this reference");
+        value[i] = ((Model *)c)->now.on;
+    }
     return OK;
 }
 int fmi2SetBoolean(void *c, const unsigned *reference, size_t n, const int *value) {
     if (illegal(c, INSTANTIATED | INITIALIZATION | COMPLETE)) return ERROR;
-    for (size_t i = 0; i < n; i++) ((Model *)c)->now.on = value[i];
+    for (size_t i = 0; i < n; i++) {
+        if (reference[i] > 0) return fail(c, "no Boolean has this reference");
+        ((Model *)c)->now.on = value[i];
+    }
     return OK;
 }
 int fmi2GetString(void *c, const unsigned *reference, size_t n, const char **value) {
@@ -185,6 +213,8 @@ int fmi2SetString(void *c, const unsigned *reference, size_t n, const char *cons
 }
 
 int fmi2GetFMUstate(void *c, void **state) {
+    if (((Model *)c)->now.state == INITIALIZATION && IS("no state before the first step"))
+        return fail(c, "there is no state yet");
     if (*state == NULL) *state = calloc(1, sizeof(Values));
     *(Values *)*state = ((Model *)c)->now;
     return OK;
@@ -192,7 +222,9 @@ int fmi2GetFMUstate(void *c, void **state) {
 int fmi2SetFMUstate(void *c, void *state) {
     Model *m = c;
     double x = m->now.x;
+    int failed = m->now.state == FAILED;
     m->now = *(Values *)state;
+    if (failed && IS("an error is for ever")) m->now.state = FAILED;
     if (IS("a state forgets")) m->now.x = x;
     return OK;
 }
@@ -218,11 +250,18 @@ int fmi2DeSerializeFMUstate(void *c, const char *bytes, size_t size, void **stat
 int fmi2GetDirectionalDerivative(void *c, const unsigned *unknown, size_t unknowns,
                                  const unsigned *known, size_t knowns, const double *change,
                                  double *value) {
-    return fail(c, "not supported");
+    if (illegal(c, ALIVE & ~INSTANTIATED)) return ERROR;
+    if (IS("no derivative")) return fail(c, "not supported");
+    for (size_t i = 0; i < unknowns; i++) value[i] = 0.0;
+    for (size_t i = 0; i < unknowns; i++)
+        for (size_t k = 0; k < knowns; k++)
+            value[i] += (IS("a wrong derivative") ? 0.6 : 0.5) * change[k];
+    return OK;
 }
 int fmi2SetRealInputDerivatives(void *c, const unsigned *reference, size_t n, const int *order,
                                 const double *value) {
-    return fail(c, "not supported");
+    if (illegal(c, INSTANTIATED | INITIALIZATION | COMPLETE)) return ERROR;
+    return IS("a slope is refused") ? fail(c, "not supported") : OK;
 }
 int fmi2GetRealOutputDerivatives(void *c, const unsigned *reference, size_t n, const int *order,
                                  double *value) {

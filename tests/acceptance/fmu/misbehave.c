@@ -3,6 +3,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef void Logger(void *, const char *, int, const char *, const char *, ...);
 typedef struct {
@@ -72,6 +73,12 @@ int fmi2DoStep(void *c, double time, double step, int keep) {
         volatile int *nowhere = NULL;
         *nowhere = 0;
     }
+    if (is(m, "abort")) abort();
+    if (is(m, "exit")) exit(0);
+    while (is(m, "sleep")) pause();
+#if defined ONE_STEP
+    if (step != ONE_STEP) return ERROR;
+#endif
     int status = call(m, "fmi2DoStep");
     if (status <= WARNING) m->time = time + step;
     return status;
@@ -81,11 +88,12 @@ int fmi2CancelStep(void *m) { return DISCARD; }
 int fmi2GetReal(void *c, const unsigned *reference, size_t n, double *value) {
     Model *m = c;
     for (size_t i = 0; i < n; i++)
-        value[i] = reference[i] == 1 ? m->at : is(m, "nan") ? NAN : m->time;
+        value[i] = reference[i] == 1 ? m->at : is(m, "nan") ? NAN : is(m, "infinity") ? INFINITY : m->time;
     return call(m, "fmi2GetReal");
 }
 int fmi2SetReal(void *c, const unsigned *reference, size_t n, const double *value) {
-    if (n > 0) ((Model *)c)->at = value[n - 1];
+    for (size_t i = 0; i < n; i++)
+        if (reference[i] == 1) ((Model *)c)->at = value[i];
     return call(c, "fmi2SetReal");
 }
 int fmi2GetInteger(void *c, const unsigned *reference, size_t n, int *value) {

@@ -1,4 +1,4 @@
-"""Makes an FMU with variables of all types by pythonfmu: make_fmu.py FOLDER; prints Python's library and the archive"""
+"""Makes FMUs by pythonfmu, one with variables of all types: make_fmu.py FOLDER; prints Python's library and the archives"""
 import pathlib
 import subprocess
 import sys
@@ -29,11 +29,32 @@ class Demo(Fmi2Slave):
         return True
 """
 
+INTEGRATOR = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Integrator(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.u, self.y, self.gain = 0.0, 0.0, 2.0
+        tunable = dict(causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable)
+        self.register_variable(Real("u", causality=Fmi2Causality.input))
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+        self.register_variable(Real("gain", **tunable))
+
+    def do_step(self, time, step):
+        self.y += self.gain * self.u * step
+        return True
+"""
+
 folder = pathlib.Path(sys.argv[1])
 folder.mkdir(parents=True)
-model = folder / "demo.py"
-model.write_text(MODEL)
-build = [sys.executable, "-m", "pythonfmu", "build", "-f", str(model), "-d", str(folder)]
-subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
+archives = []
+for name, text in ("Demo", MODEL), ("Integrator", INTEGRATOR):
+    model = folder / f"{name.lower()}.py"
+    model.write_text(text)
+    build = [sys.executable, "-m", "pythonfmu", "build", "-f", str(model), "-d", str(folder)]
+    subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
 print(pathlib.Path(sysconfig.get_config_var("LIBDIR")) / sysconfig.get_config_var("INSTSONAME"))
 print(folder / "Demo.fmu")
+print(folder / "Integrator.fmu")

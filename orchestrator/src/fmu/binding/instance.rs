@@ -1,12 +1,13 @@
 //! Runs one instance of an FMU: the calls of a simulation.
 
-use std::ffi::{CStr, CString, c_char, c_int};
+use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 use std::sync::{Arc, PoisonError};
 
+use super::activity::Activity;
 use super::{
-    Call, CallbackFunctions, Component, Get, LAST_SUCCESSFUL_TIME, Library, Mailbox, OK, Set,
-    Status, TERMINATED, calloc, free, trackside_logger,
+    Call, CallbackFunctions, Component, LAST_SUCCESSFUL_TIME, Library, Mailbox, OK, Status,
+    TERMINATED, calloc, free, trackside_logger,
 };
 use crate::node::{CallError, Message};
 
@@ -22,6 +23,7 @@ pub struct Instance {
     /// After `fmi2Fatal` nothing may be called any more, not even to free the instance.
     fatal: bool,
     mailbox: Box<Mailbox>,
+    activity: Arc<Activity>,
     _callbacks: Box<CallbackFunctionsHolder>,
     pub(super) library: Arc<Library>,
 }
@@ -65,8 +67,9 @@ impl Instance {
         }));
         let text = |text: &str| CString::new(text).unwrap_or_default();
         let (name, guid, resources) = (text(name), text(guid), text(&library.fmu.resources()));
+        let activity = Activity::new(name.clone());
         // SAFETY: the arguments are what FMI 2.0 asks for; callbacks and mailbox outlive the instance.
-        let component = unsafe {
+        let instantiate = || unsafe {
             (library.instantiate)(
                 name.as_ptr(),
                 CO_SIMULATION,
@@ -77,8 +80,9 @@ impl Instance {
                 logging.into(),
             )
         };
+        let component = activity.during(c"fmi2Instantiate", instantiate);
         let instance =
-            Instance { component, fatal: false, mailbox, _callbacks: callbacks, library };
+            Instance { component, fatal: false, mailbox, activity, _callbacks: callbacks, library };
         if component.is_null() {
             let messages = instance.messages();
             let what = "returned no instance".to_owned() + &said(messages.last());
@@ -104,7 +108,17 @@ impl Instance {
         self.fatal
     }
 
-    pub(super) fn check(&mut self, call: &'static str, status: Status) -> Result<(), CallError> {
+    /// Calls a function that takes the component, and judges its status.
+    pub(super) fn run(
+        &mut self,
+        call: &'static CStr,
+        body: impl FnOnce(Component) -> Status,
+    ) -> Result<(), CallError> {
+        let status = self.activity.during(call, || body(self.component));
+        self.check(call, status)
+    }
+
+    fn check(&mut self, call: &'static CStr, status: Status) -> Result<(), CallError> {
         let name = match status {
             OK | WARNING => return Ok(()),
             DISCARD => "fmi2Discard".to_owned(),
@@ -114,7 +128,7 @@ impl Instance {
             other => format!("{other}, which is no status"),
         };
         self.fatal |= status == FATAL;
-        Err(self.failure(call, format!("returned {name}")))
+        Err(self.failure(call.to_str().unwrap_or_default(), format!("returned {name}")))
     }
 
     /// `fmi2SetupExperiment` without tolerance.
@@ -123,9 +137,9 @@ impl Instance {
     /// When the FMU refuses.
     pub fn setup_experiment(&mut self, start: f64, stop: f64) -> Result<(), CallError> {
         let function = self.library.setup_experiment;
+        self.activity.at(start);
         // SAFETY: the component is alive, and nobody else calls it.
-        let status = unsafe { function(self.component, 0, 0.0, start, 1, stop) };
-        self.check("fmi2SetupExperiment", status)
+        self.run(c"fmi2SetupExperiment", |c| unsafe { function(c, 0, 0.0, start, 1, stop) })
     }
 
     /// `fmi2EnterInitializationMode`.
@@ -133,7 +147,7 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses.
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
-        self.call("fmi2EnterInitializationMode", self.library.enter_initialization_mode)
+        self.call(c"fmi2EnterInitializationMode", self.library.enter_initialization_mode)
     }
 
     /// `fmi2ExitInitializationMode`.
@@ -141,7 +155,7 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses.
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
-        self.call("fmi2ExitInitializationMode", self.library.exit_initialization_mode)
+        self.call(c"fmi2ExitInitializationMode", self.library.exit_initialization_mode)
     }
 
     /// `fmi2Terminate`.
@@ -149,13 +163,12 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses.
     pub fn terminate(&mut self) -> Result<(), CallError> {
-        self.call("fmi2Terminate", self.library.terminate)
+        self.call(c"fmi2Terminate", self.library.terminate)
     }
 
-    pub(super) fn call(&mut self, name: &'static str, function: Call) -> Result<(), CallError> {
+    pub(super) fn call(&mut self, name: &'static CStr, function: Call) -> Result<(), CallError> {
         // SAFETY: the component is alive, and nobody else calls it.
-        let status = unsafe { function(self.component) };
-        self.check(name, status)
+        self.run(name, |component| unsafe { function(component) })
     }
 
     /// `fmi2DoStep` from `time` to `time + step` [s].
@@ -163,10 +176,15 @@ impl Instance {
     /// # Errors
     /// When the FMU does not come to the end of the step.
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
+        self.activity.at(time);
+        let function = self.library.do_step;
         // SAFETY: the component is alive, and nobody else calls it.
-        let status = unsafe { (self.library.do_step)(self.component, time, step, 1) };
+        let step_it = || unsafe { function(self.component, time, step, 1) };
+        let status = self.activity.during(c"fmi2DoStep", step_it);
         if status != DISCARD {
-            return self.check("fmi2DoStep", status);
+            self.check(c"fmi2DoStep", status)?;
+            self.activity.at(time + step);
+            return Ok(());
         }
         let mut error = self.failure("fmi2DoStep", "returned fmi2Discard".to_owned());
         let (mut ended, mut reached) = (0, time);
@@ -185,113 +203,6 @@ impl Instance {
         }
         Err(error)
     }
-
-    fn get<T>(
-        &mut self,
-        name: &'static str,
-        function: Get<T>,
-        references: &[u32],
-        values: &mut [T],
-    ) -> Result<(), CallError> {
-        assert_eq!(references.len(), values.len(), "one value for each reference");
-        if references.is_empty() {
-            return Ok(());
-        }
-        // SAFETY: the component is alive, and the arrays have the length that is stated.
-        let status = unsafe {
-            function(self.component, references.as_ptr(), references.len(), values.as_mut_ptr())
-        };
-        self.check(name, status)
-    }
-
-    fn set<T>(
-        &mut self,
-        name: &'static str,
-        function: Set<T>,
-        references: &[u32],
-        values: &[T],
-    ) -> Result<(), CallError> {
-        assert_eq!(references.len(), values.len(), "one value for each reference");
-        if references.is_empty() {
-            return Ok(());
-        }
-        // SAFETY: the component is alive, and the arrays have the length that is stated.
-        let status = unsafe {
-            function(self.component, references.as_ptr(), references.len(), values.as_ptr())
-        };
-        self.check(name, status)
-    }
-
-    /// `fmi2GetReal`.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
-        self.get("fmi2GetReal", self.library.get_real, references, values)
-    }
-
-    /// `fmi2GetInteger`.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
-        self.get("fmi2GetInteger", self.library.get_integer, references, values)
-    }
-
-    /// `fmi2GetBoolean`; any number but 0 is true.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
-        self.get("fmi2GetBoolean", self.library.get_boolean, references, values)
-    }
-
-    /// `fmi2GetString` for one variable.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn get_string(&mut self, reference: u32) -> Result<String, CallError> {
-        let mut text: [*const c_char; 1] = [ptr::null()];
-        self.get("fmi2GetString", self.library.get_string, &[reference], &mut text)?;
-        match text[0].is_null() {
-            true => Ok(String::new()),
-            // SAFETY: the FMU keeps the C string until it is called again.
-            false => Ok(unsafe { CStr::from_ptr(text[0]) }.to_string_lossy().into_owned()),
-        }
-    }
-
-    /// `fmi2SetReal`.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
-        self.set("fmi2SetReal", self.library.set_real, references, values)
-    }
-
-    /// `fmi2SetInteger`.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        self.set("fmi2SetInteger", self.library.set_integer, references, values)
-    }
-
-    /// `fmi2SetBoolean`, with 0 and 1.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        self.set("fmi2SetBoolean", self.library.set_boolean, references, values)
-    }
-
-    /// `fmi2SetString` for one variable.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn set_string(&mut self, reference: u32, value: &str) -> Result<(), CallError> {
-        let value = CString::new(value).unwrap_or_default();
-        self.set("fmi2SetString", self.library.set_string, &[reference], &[value.as_ptr()])
-    }
 }
 
 fn said(message: Option<&Message>) -> String {
@@ -302,7 +213,8 @@ impl Drop for Instance {
     fn drop(&mut self) {
         if !self.component.is_null() && !self.fatal {
             // SAFETY: the component is alive and not used again.
-            unsafe { (self.library.free_instance)(self.component) }
+            let free = || unsafe { (self.library.free_instance)(self.component) };
+            self.activity.during(c"fmi2FreeInstance", free);
         }
     }
 }

@@ -16,7 +16,7 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses.
     pub fn reset(&mut self) -> Result<(), CallError> {
-        self.call("fmi2Reset", self.library.reset)
+        self.call(c"fmi2Reset", self.library.reset)
     }
 
     /// `fmi2CancelStep`.
@@ -24,7 +24,7 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses, as it must unless it runs asynchronously.
     pub fn cancel_step(&mut self) -> Result<(), CallError> {
-        self.call("fmi2CancelStep", self.library.cancel_step)
+        self.call(c"fmi2CancelStep", self.library.cancel_step)
     }
 
     /// `fmi2SetDebugLogging` for these categories; none means all of them.
@@ -37,9 +37,9 @@ impl Instance {
         let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
         let function = self.library.set_debug_logging;
         // SAFETY: the component is alive, and the texts live until the call returns.
-        let status =
-            unsafe { function(self.component, on.into(), pointers.len(), pointers.as_ptr()) };
-        self.check("fmi2SetDebugLogging", status)
+        self.run(c"fmi2SetDebugLogging", |component| unsafe {
+            function(component, on.into(), pointers.len(), pointers.as_ptr())
+        })
     }
 
     /// `fmi2GetFMUstate`.
@@ -48,10 +48,28 @@ impl Instance {
     /// When the FMU refuses.
     pub fn get_state(&mut self) -> Result<FmuState, CallError> {
         let mut state = ptr::null_mut();
+        let function = self.library.get_state;
         // SAFETY: the component is alive, and null asks for a new state.
-        let status = unsafe { (self.library.get_state)(self.component, &raw mut state) };
-        self.check("fmi2GetFMUstate", status)?;
+        self.run(c"fmi2GetFMUstate", |c| unsafe { function(c, &raw mut state) })?;
         Ok(FmuState(state))
+    }
+
+    /// `fmi2GetFMUstate` into a state that there is already.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn refill_state(&mut self, state: &mut FmuState) -> Result<(), CallError> {
+        let function = self.library.get_state;
+        // SAFETY: the component is alive, and the state has not been freed.
+        self.run(c"fmi2GetFMUstate", |c| unsafe { function(c, &raw mut state.0) })
+    }
+
+    /// `fmi2FreeFMUstate` of no state.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn free_no_state(&mut self) -> Result<(), CallError> {
+        self.free_state(FmuState(ptr::null_mut()))
     }
 
     /// `fmi2SetFMUstate`.
@@ -59,9 +77,9 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses.
     pub fn set_state(&mut self, state: &FmuState) -> Result<(), CallError> {
+        let function = self.library.set_state;
         // SAFETY: the component is alive, and the state has not been freed.
-        let status = unsafe { (self.library.set_state)(self.component, state.0) };
-        self.check("fmi2SetFMUstate", status)
+        self.run(c"fmi2SetFMUstate", |c| unsafe { function(c, state.0) })
     }
 
     /// `fmi2FreeFMUstate`.
@@ -69,9 +87,9 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses.
     pub fn free_state(&mut self, mut state: FmuState) -> Result<(), CallError> {
+        let function = self.library.free_state;
         // SAFETY: the component is alive, and nobody uses the state after this.
-        let status = unsafe { (self.library.free_state)(self.component, &raw mut state.0) };
-        self.check("fmi2FreeFMUstate", status)
+        self.run(c"fmi2FreeFMUstate", |c| unsafe { function(c, &raw mut state.0) })
     }
 
     /// `fmi2SerializedFMUstateSize` and `fmi2SerializeFMUstate`.
@@ -79,17 +97,16 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses.
     pub fn serialise(&mut self, state: &FmuState) -> Result<Vec<u8>, CallError> {
-        let mut size = 0;
+        let (mut size, function) = (0, self.library.serialised_size);
         // SAFETY: the component and the state are alive.
-        let status =
-            unsafe { (self.library.serialised_size)(self.component, state.0, &raw mut size) };
-        self.check("fmi2SerializedFMUstateSize", status)?;
-        let mut bytes = vec![0; size];
+        self.run(c"fmi2SerializedFMUstateSize", |c| unsafe {
+            function(c, state.0, &raw mut size)
+        })?;
+        let (mut bytes, function) = (vec![0; size], self.library.serialise);
         // SAFETY: as above, and the array has the length that is stated.
-        let status = unsafe {
-            (self.library.serialise)(self.component, state.0, bytes.as_mut_ptr(), bytes.len())
-        };
-        self.check("fmi2SerializeFMUstate", status)?;
+        self.run(c"fmi2SerializeFMUstate", |c| unsafe {
+            function(c, state.0, bytes.as_mut_ptr(), bytes.len())
+        })?;
         Ok(bytes)
     }
 
@@ -99,12 +116,11 @@ impl Instance {
     /// When the FMU refuses.
     pub fn deserialise(&mut self, bytes: &[u8]) -> Result<FmuState, CallError> {
         let mut state = ptr::null_mut();
+        let function = self.library.deserialise;
         // SAFETY: the component is alive, and the array has the length that is stated.
-        let status = unsafe {
-            let function = self.library.deserialise;
-            function(self.component, bytes.as_ptr(), bytes.len(), &raw mut state)
-        };
-        self.check("fmi2DeSerializeFMUstate", status)?;
+        self.run(c"fmi2DeSerializeFMUstate", |c| unsafe {
+            function(c, bytes.as_ptr(), bytes.len(), &raw mut state)
+        })?;
         Ok(FmuState(state))
     }
 
@@ -113,10 +129,10 @@ impl Instance {
     /// # Errors
     /// When the FMU refuses, as it may unless a step was discarded.
     pub fn status(&mut self) -> Result<i32, CallError> {
-        let mut value = 0;
+        let (mut value, function) = (0, self.library.get_status);
         // SAFETY: the component is alive, and one value is written; kind 0 is `fmi2DoStepStatus`.
-        let status = unsafe { (self.library.get_status)(self.component, 0, &raw mut value) };
-        self.check("fmi2GetStatus", status).map(|()| value)
+        self.run(c"fmi2GetStatus", |c| unsafe { function(c, 0, &raw mut value) })?;
+        Ok(value)
     }
 
     /// `fmi2GetRealStatus`: the time that the last step came to [s].
@@ -127,8 +143,10 @@ impl Instance {
         let mut value = 0.0;
         let function = self.library.get_real_status;
         // SAFETY: the component is alive, and one value is written.
-        let status = unsafe { function(self.component, LAST_SUCCESSFUL_TIME, &raw mut value) };
-        self.check("fmi2GetRealStatus", status).map(|()| value)
+        self.run(c"fmi2GetRealStatus", |c| unsafe {
+            function(c, LAST_SUCCESSFUL_TIME, &raw mut value)
+        })?;
+        Ok(value)
     }
 
     /// `fmi2GetBooleanStatus`: whether the FMU ended the simulation.
@@ -139,7 +157,7 @@ impl Instance {
         let mut value = 0;
         let function = self.library.get_boolean_status;
         // SAFETY: the component is alive, and one value is written.
-        let status = unsafe { function(self.component, TERMINATED, &raw mut value) };
-        self.check("fmi2GetBooleanStatus", status).map(|()| value != 0)
+        self.run(c"fmi2GetBooleanStatus", |c| unsafe { function(c, TERMINATED, &raw mut value) })?;
+        Ok(value != 0)
     }
 }

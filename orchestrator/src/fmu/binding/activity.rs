@@ -1,0 +1,126 @@
+//! Notes which call of which FMU is going on, for whoever asks why nothing happens or why the program died.
+
+use std::ffi::{CStr, CString, c_char};
+use std::ptr;
+use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, Once, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+unsafe extern "C" {
+    /// Defined in `crash.c`, as the next one.
+    fn trackside_enter(activity: *const Note);
+    fn trackside_watch_crashes();
+}
+
+/// What the handler of `crash.c` reads when the program dies.
+#[repr(C)]
+#[derive(Debug)]
+struct Note {
+    node: *const c_char,
+    /// The name of the call that is going on, null between calls.
+    call: AtomicPtr<c_char>,
+    /// The bits of the time at which it goes on [s], NaN as long as there is none.
+    time: AtomicU64,
+}
+
+/// What an instance is doing.
+#[derive(Debug)]
+pub(super) struct Activity {
+    note: Note,
+    node: CString,
+    calls: AtomicU64,
+}
+
+// SAFETY: the pointer to the node's name points into the same value and is never written.
+unsafe impl Send for Activity {}
+// SAFETY: as above, and all else is atomic.
+unsafe impl Sync for Activity {}
+
+/// The activities of all instances of the process.
+static ALL: Mutex<Vec<Weak<Activity>>> = Mutex::new(Vec::new());
+
+impl Activity {
+    /// The activity of a new instance called `node`.
+    pub(super) fn new(node: CString) -> Arc<Self> {
+        static WATCHED: Once = Once::new();
+        // SAFETY: the function installs handlers that live as long as the program.
+        WATCHED.call_once(|| unsafe { trackside_watch_crashes() });
+        let note = Note {
+            node: node.as_ptr(),
+            call: AtomicPtr::new(ptr::null_mut()),
+            time: AtomicU64::new(f64::NAN.to_bits()),
+        };
+        let activity = Arc::new(Activity { note, node, calls: AtomicU64::new(0) });
+        let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
+        all.retain(|other| other.strong_count() > 0);
+        all.push(Arc::downgrade(&activity));
+        activity
+    }
+
+    /// Says at what simulated time [s] the calls from here on happen.
+    pub(super) fn at(&self, time: f64) {
+        self.note.time.store(time.to_bits(), Relaxed);
+    }
+
+    /// Runs a call of the FMU.
+    pub(super) fn during<T>(&self, call: &'static CStr, body: impl FnOnce() -> T) -> T {
+        self.note.call.store(call.as_ptr().cast_mut(), Relaxed);
+        self.calls.fetch_add(1, Relaxed);
+        // SAFETY: the note lives until the call ends, when it is taken back.
+        unsafe { trackside_enter(&raw const self.note) };
+        let result = body();
+        // SAFETY: null means that no call is going on.
+        unsafe { trackside_enter(ptr::null()) };
+        self.note.call.store(ptr::null_mut(), Relaxed);
+        result
+    }
+
+    /// The number of the call that is going on, and what it is; nothing between calls.
+    fn now(&self) -> Option<(u64, String)> {
+        let call = self.note.call.load(Relaxed);
+        if call.is_null() {
+            return None;
+        }
+        // SAFETY: only the names of calls are ever stored, which live as long as the program.
+        let call = unsafe { CStr::from_ptr(call) }.to_string_lossy();
+        let time = f64::from_bits(self.note.time.load(Relaxed));
+        // As in other messages: without the rounding error of a product.
+        let rounded = (time * 1e9).round() / 1e9;
+        let at = if time.is_nan() { String::new() } else { format!(" at t = {rounded} s") };
+        let node = self.node.to_string_lossy();
+        Some((self.calls.load(Relaxed), format!("node `{node}`: {call}{at}")))
+    }
+}
+
+/// Looking more often than this costs more than anybody gains.
+const SHORTEST: Duration = Duration::from_millis(10);
+
+/// Tells of each call of an FMU in this process that has gone on for `patience`, and again each time that
+/// it has gone on for twice as long.
+pub fn watch(patience: Duration, tell: impl Fn(&str) + Send + 'static) {
+    let look = move || {
+        // By instance: the call that was seen, since when, and when it is told of next.
+        let mut seen: Vec<(*const Activity, u64, Instant, Duration)> = Vec::new();
+        loop {
+            std::thread::sleep(patience.clamp(SHORTEST, Duration::from_secs(1)) / 2);
+            let all = ALL.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let mut still = Vec::new();
+            for activity in all.iter().filter_map(Weak::upgrade) {
+                let Some((call, what)) = activity.now() else { continue };
+                let place = Arc::as_ptr(&activity);
+                let known = seen.iter().find(|known| (known.0, known.1) == (place, call));
+                let first = (place, call, Instant::now(), patience.max(SHORTEST));
+                let mut entry = known.copied().unwrap_or(first);
+                let elapsed = entry.2.elapsed();
+                if elapsed >= entry.3 {
+                    tell(&format!("{what} has been running for {:.0} s", elapsed.as_secs_f64()));
+                    entry.3 *= 2;
+                }
+                still.push(entry);
+            }
+            seen = still;
+        }
+    };
+    // Without the thread the run is the same, only nobody tells.
+    let _ = std::thread::Builder::new().name("watch".to_owned()).spawn(look);
+}

@@ -1,0 +1,63 @@
+"""Gives an FMU by fmpy, call by call, what it was given in a run, and compares every output: replay.py NODE FMU CSV START"""
+import csv
+import json
+import shutil
+import sys
+
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+
+TOLERANCE = 1e-12
+
+node, fmu, table, start = sys.argv[1:]
+with open(table, newline="") as file:
+    rows = list(csv.DictReader(file))
+description = fmpy.read_model_description(fmu)
+folder = fmpy.extract(fmu)
+slave = FMU2Slave(
+    guid=description.guid, unzipDirectory=folder, instanceName=node,
+    modelIdentifier=description.coSimulation.modelIdentifier,
+)
+slave.instantiate()
+setters = {"Real": slave.setReal, "Integer": slave.setInteger, "Boolean": slave.setBoolean}
+variables = {variable.name: variable for variable in description.modelVariables}
+write = lambda name, value: setters[variables[name].type]([variables[name].valueReference], [value])
+recorded = [name for name in rows[0] if name.startswith(f"{node}.")]
+inputs = [name for name in recorded if variables[name.removeprefix(f"{node}.")].causality == "input"]
+outputs = [name for name in recorded if name not in inputs]
+assert inputs and outputs, recorded
+
+
+def give(row):
+    for name in inputs:
+        write(name.removeprefix(f"{node}."), float(row[name]))
+
+
+def compare(row):
+    worst = 0.0
+    for name in outputs:
+        variable = variables[name.removeprefix(f"{node}.")]
+        assert variable.type == "Real", f"{name} is {variable.type}"
+        ours, theirs = float(row[name]), slave.getReal([variable.valueReference])[0]
+        difference = abs(ours - theirs) / max(1.0, abs(ours))
+        assert difference <= TOLERANCE, f"{name} at {row['time']} s: {ours!r} against {theirs!r} with fmpy"
+        worst = max(worst, difference)
+    return worst
+
+
+slave.setupExperiment(startTime=0.0, stopTime=float(rows[-1]["time"]))
+for name, value in json.loads(start).items():
+    write(name, value)
+slave.enterInitializationMode()
+give(rows[0])
+slave.exitInitializationMode()
+worst = compare(rows[0])
+times = [float(row["time"]) for row in rows]
+for time, end, row in zip(times, times[1:], rows[1:]):
+    give(row)
+    slave.doStep(currentCommunicationPoint=time, communicationStepSize=end - time)
+    worst = max(worst, compare(row))
+slave.terminate()
+slave.freeInstance()
+shutil.rmtree(folder)
+print(f"{node}: {len(outputs)} outputs at {len(rows)} points, largest difference {worst:g}")
