@@ -4,7 +4,8 @@
 //! raw signals, each stretch smoothed and brought to common instants, offsets taken off, forces, loads and slips of the
 //! axles, outliers rejected, the density over slip evened out. They are those of Goblirsch et al., "Bayesian
 //! Optimization-based Tire Parameter and Uncertainty Estimation for Real-World Data", IV 2025, with its signs in eq. 11
-//! corrected: l_f F_yf − l_r F_yr + M_LSD = I_zz r' gives F_yf = (l_r m a_y + I_zz r' − M_LSD) / l.
+//! corrected: l_f F_yf − l_r F_yr + M_LSD = I_zz r' gives F_yf = (l_r m a_y + I_zz r' − M_LSD) / l. Its F_x,cog (eq. 8)
+//! holds the part of the front's lateral force that points backwards, too, which is not shared like a braking force.
 
 mod car;
 mod check;

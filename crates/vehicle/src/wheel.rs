@@ -13,15 +13,15 @@ use crate::single_track::slip_speed;
 pub struct Wheel {
     /// Radius without load and at rest [m].
     pub radius: f64,
-    /// Vertical stiffness of one tire [N/m]; infinite for a rigid one.
-    pub stiffness: f64,
+    /// Vertical stiffness of one tire [N/m]; none is a rigid one.
+    pub stiffness: Option<f64>,
     /// Growth of the radius with the square of the wheel speed [m s²/rad²].
     pub growth: f64,
 }
 
 impl Default for Wheel {
     fn default() -> Self {
-        Self { radius: 0.3, stiffness: f64::INFINITY, growth: 0.0 }
+        Self { radius: 0.3, stiffness: None, growth: 0.0 }
     }
 }
 
@@ -32,7 +32,7 @@ impl Wheel {
     /// Modelling of the Influence of Rotational Speed on the Vertical Tyre Stiffness and Tyre Radii", 2020.
     pub fn dynamic_radius(&self, omega: f64, axle_load: f64) -> f64 {
         let free = self.radius + self.growth * omega * omega;
-        let loaded = self.radius - axle_load / (2.0 * self.stiffness);
+        let loaded = self.radius - self.stiffness.map_or(0.0, |c| axle_load / (2.0 * c));
         (2.0 * free + loaded) / 3.0
     }
 }
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn radius_grows_with_speed_and_sinks_under_load() {
-        let wheel = Wheel { radius: 0.3, stiffness: 2e5, growth: 2e-7 };
+        let wheel = Wheel { radius: 0.3, stiffness: Some(2e5), growth: 2e-7 };
         assert_relative_eq!(wheel.dynamic_radius(0.0, 0.0), 0.3);
         // ⅔ · 2e-7 · 200² = 5.333 mm up, ⅓ · 4000 / 4e5 = 3.333 mm down.
         assert_relative_eq!(wheel.dynamic_radius(200.0, 4000.0), 0.302, max_relative = 1e-12);

@@ -130,6 +130,13 @@ impl Car {
         ] {
             Error::unless(found > 0.0 && found.is_finite(), name, found, positive)?;
         }
+        for (name, wheel) in
+            [("car.wheel_f.stiffness", self.wheel_f), ("car.wheel_r.stiffness", self.wheel_r)]
+        {
+            let found = wheel.stiffness.unwrap_or(f64::INFINITY);
+            Error::unless(found > 0.0, name, found, positive)?;
+        }
+        Error::unless(self.c_roll >= 0.0, "car.c_roll", self.c_roll, "zero or a positive number")?;
         Error::unless(h >= 0.0 && h.is_finite(), "car.body.h", h, "zero or a positive number")?;
         let share =
             |name, found: f64| Error::unless((0.0..=1.0).contains(&found), name, found, "0 to 1");

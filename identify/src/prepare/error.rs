@@ -79,7 +79,7 @@ pub enum Error {
     },
     /// Nothing is left to identify from.
     #[error(
-        "no stretch of at least {shortest} s is left of {rows} rows: {lost}; lower `min_speed` or `shortest`, or raise `gap`"
+        "no stretch of at least {shortest} s is left of {rows} rows: {lost}; lower `min_speed` or `shortest`, raise `gap`, or set `drop_held` to false if a signal may rest"
     )]
     NothingLeft {
         /// Shortest stretch that would do [s].
