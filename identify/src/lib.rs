@@ -7,5 +7,6 @@
 )]
 
 pub mod parameters;
+pub mod prepare;
 pub mod result;
 pub mod samples;
