@@ -4,6 +4,7 @@ mod curve;
 mod error;
 mod multistart;
 mod qp;
+mod secant;
 mod solution;
 pub mod sqp;
 
