@@ -4,5 +4,7 @@
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod parameters;
+pub mod quadrature;
 pub mod result;
 pub mod samples;
+pub mod sobol;
