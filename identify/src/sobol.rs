@@ -37,7 +37,9 @@ pub fn indices(curve: &MagicFormula, spread: f64, slips: &[f64]) -> Vec<Indices>
 pub fn with_nodes(curve: &MagicFormula, spread: f64, slips: &[f64], nodes: usize) -> Vec<Indices> {
     let rule = gauss_legendre(nodes);
     let weight: Vec<f64> = rule.iter().map(|node| node.1).collect();
-    let axis = |centre: f64| -> Vec<f64> { rule.iter().map(|node| centre * (1.0 + spread * node.0)).collect() };
+    let axis = |centre: f64| -> Vec<f64> {
+        rule.iter().map(|node| centre * (1.0 + spread * node.0)).collect()
+    };
     let (B, C, E) = (axis(curve.B), axis(curve.C), axis(curve.E));
     let shape = |slip: f64| {
         let mut values = Vec::with_capacity(nodes.pow(3));
@@ -52,7 +54,10 @@ pub fn with_nodes(curve: &MagicFormula, spread: f64, slips: &[f64], nodes: usize
         values
     };
     let D = Factor { mean: curve.D, variance: (spread * curve.D).powi(2) / 3.0 };
-    slips.iter().filter_map(|&slip| Variances::of(&shape(slip), &weight).indices(slip, &D)).collect()
+    slips
+        .iter()
+        .filter_map(|&slip| Variances::of(&shape(slip), &weight).indices(slip, &D))
+        .collect()
 }
 
 /// Mean and variance of the factor D, which needs no grid.
@@ -91,9 +96,14 @@ impl Variances {
             square += wi * wj * wk * g * g;
         }
         // Of the differences to the mean: their squares do not cancel.
-        let one = lines.map(|line| line.iter().zip(weight).map(|(g, w)| w * (g - mean).powi(2)).sum());
+        let one =
+            lines.map(|line| line.iter().zip(weight).map(|(g, w)| w * (g - mean).powi(2)).sum());
         let all_but = planes.map(|plane| {
-            plane.iter().enumerate().map(|(at, g)| weight[at / n] * weight[at % n] * (g - mean).powi(2)).sum()
+            plane
+                .iter()
+                .enumerate()
+                .map(|(at, g)| weight[at / n] * weight[at % n] * (g - mean).powi(2))
+                .sum()
         });
         Self { mean, square, one, all_but }
     }
@@ -108,8 +118,13 @@ impl Variances {
         if whole <= 1e-30 {
             return None;
         }
-        let mut found =
-            Indices { slip, std: whole.sqrt(), total: [0.0; 4], first: [0.0; 4], second: [[0.0; 4]; 4] };
+        let mut found = Indices {
+            slip,
+            std: whole.sqrt(),
+            total: [0.0; 4],
+            first: [0.0; 4],
+            second: [[0.0; 4]; 4],
+        };
         found.first[2] = D.variance * self.mean * self.mean / whole;
         found.total[2] = D.variance * self.square / whole;
         for (axis, &place) in PLACE.iter().enumerate() {
@@ -192,7 +207,9 @@ mod tests {
             let excess = total - first - 2.0 * second;
             assert!(excess >= 3.0 * higher - 1e-12 && excess <= 4.0 * higher + 1e-12);
             for i in 0..4 {
-                assert!(found.total[i] >= found.first[i] + found.second[i].iter().sum::<f64>() - 1e-12);
+                assert!(
+                    found.total[i] >= found.first[i] + found.second[i].iter().sum::<f64>() - 1e-12
+                );
             }
         }
     }
