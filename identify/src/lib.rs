@@ -6,6 +6,7 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+pub mod compressed;
 pub mod design;
 pub mod gradient;
 pub mod parameters;
