@@ -8,6 +8,7 @@
 
 pub mod compressed;
 pub mod design;
+pub mod direction;
 pub mod gradient;
 pub mod parameters;
 pub mod posterior;
@@ -18,3 +19,5 @@ pub mod result;
 pub mod samples;
 pub mod sobol;
 pub mod study;
+pub mod text;
+pub mod verdict;

@@ -57,4 +57,12 @@ impl Prior {
             if self.free[i] { lower[i] + shares[i] * (upper[i] - lower[i]) } else { self.centre[i] }
         })
     }
+
+    /// Points that fill the box evenly: Weyl's sequence with the powers of the generalised golden ratio.
+    pub fn fill(&self, count: usize) -> impl Iterator<Item = Theta> {
+        // Positive root of x⁷ = x + 1.
+        const GOLDEN: f64 = 1.112_775_684_278_706;
+        let share = |i: usize, k: usize| (0.5 + i as f64 * GOLDEN.powi(-(k as i32) - 1)).fract();
+        (0..count).map(move |i| self.at(&std::array::from_fn(|k| share(i, k))))
+    }
 }

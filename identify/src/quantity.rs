@@ -3,6 +3,8 @@
 
 use std::f64::consts::PI;
 
+use serde::{Serialize, Serializer};
+
 use crate::gradient::gradient;
 use crate::parameters::{COUNT, Parameter, Theta, curve};
 use crate::prior::Prior;
@@ -10,6 +12,12 @@ use crate::prior::Prior;
 /// A peak beyond this slip angle [rad] or slip ratio [-] counts as at it: a locked wheel, or 57°. Without a limit the
 /// peak slip of curves with C → 1 has neither a mean nor a variance.
 pub const HIGHEST_PEAK_SLIP: f64 = 1.0;
+
+impl Serialize for Quantity {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
 
 /// A parameter, or a number that follows from the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

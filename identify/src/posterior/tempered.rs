@@ -29,7 +29,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { members: 1024, rounds: 5, last_rounds: 20, seed: 0 }
+        Self { members: 2048, rounds: 5, last_rounds: 20, seed: 0 }
     }
 }
 
