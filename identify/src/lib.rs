@@ -9,7 +9,9 @@
 pub mod compressed;
 pub mod design;
 pub mod direction;
+pub mod estimate;
 pub mod gradient;
+pub mod page;
 pub mod parameters;
 pub mod posterior;
 pub mod prior;

@@ -2,3 +2,4 @@
 //! Real-World Data", IV 2025: what an identification can tell when the truth is known.
 
 pub mod excitation;
+pub mod sensitivity;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::parameters::{Theta, curve};
 use crate::samples::Samples;
+use crate::verdict::Judgement;
 
 /// Synthetic data: slips evenly from 0 to a level, noise in slip and in force.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,6 +39,28 @@ impl Default for Excitation {
             seed: 42,
         }
     }
+}
+
+/// What was found at all levels.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Study {
+    /// The data.
+    pub excitation: Excitation,
+    /// One result for each level.
+    pub levels: Vec<Level>,
+}
+
+/// What was found at one level.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Level {
+    /// Largest slip.
+    pub level: f64,
+    /// Least squares, all parameters free.
+    pub least_squares: Theta,
+    /// Nelder-Mead, all parameters free.
+    pub nelder_mead: Theta,
+    /// What the data can tell.
+    pub judgements: Vec<Judgement>,
 }
 
 /// The data of one level. Without noise where a standard deviation is not a positive number.
