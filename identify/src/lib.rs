@@ -20,6 +20,7 @@ pub mod quantity;
 pub mod result;
 pub mod samples;
 pub mod sobol;
+pub mod start_values;
 pub mod study;
 pub mod text;
 pub mod verdict;

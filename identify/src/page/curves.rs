@@ -56,11 +56,14 @@ pub fn curves(section: &Section) -> String {
 pub fn densities(section: &Section) -> String {
     use Parameter::{B, C, D, E};
     let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain([Quantity::K]);
-    let figures: String = quantities.map(|quantity| density(section, quantity)).collect();
-    format!("<div class=\"grid\">\n{figures}</div>\n")
+    let plots: Vec<_> = quantities.map(|quantity| (quantity, density(section, quantity))).collect();
+    let legend = plots.first().map_or("", |(_, plot)| plot.keys());
+    let figures: String =
+        plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
+    format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid\">\n{figures}</div>\n")
 }
 
-fn density(section: &Section, quantity: Quantity) -> String {
+fn density(section: &Section, quantity: Quantity) -> Plot {
     let range = quantity.range(section.prior);
     let draws: Vec<Vec<f64>> = section
         .methods
@@ -90,10 +93,10 @@ fn density(section: &Section, quantity: Quantity) -> String {
         let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
         plot.line(&points, class, method.name);
         if let Some(&value) = method.estimate.mean.get(name) {
-            plot.mark(value, class, "");
+            plot.mark(value, class, if section.methods.len() == 1 { "value" } else { "" });
         }
     }
-    plot.figure(name)
+    plot
 }
 
 /// Sum of normal kernels of Silverman's width; what would leak through a bound is reflected.

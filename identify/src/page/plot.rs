@@ -196,8 +196,22 @@ impl Plot {
         self.dashes(&[(x, self.y.low), (x, self.y.high)], class, name);
     }
 
+    /// The legend, for several plots together.
+    pub fn keys(&self) -> &str {
+        &self.keys
+    }
+
     /// The plot with a title and its legend, as a `figure`.
     pub fn figure(&self, title: &str) -> String {
+        self.captioned(title, &self.keys)
+    }
+
+    /// The plot with a title alone, for one of several with the same legend.
+    pub fn figure_of_many(&self, title: &str) -> String {
+        self.captioned(title, "")
+    }
+
+    fn captioned(&self, title: &str, keys: &str) -> String {
         let [left, _, top, _] = MARGIN;
         let [width, height] = self.area();
         let title = escape(title);
@@ -210,8 +224,8 @@ impl Plot {
         let _ = writeln!(svg, r#"<svg x="{left}" y="{top}" width="{width}" height="{height}">"#);
         let _ = write!(
             svg,
-            "{}</svg>\n</svg>\n<figcaption><b>{title}</b> {}</figcaption></figure>\n",
-            self.body, self.keys
+            "{}</svg>\n</svg>\n<figcaption><b>{title}</b> {keys}</figcaption></figure>\n",
+            self.body
         );
         svg
     }
@@ -220,7 +234,7 @@ impl Plot {
         let [left, _, top, _] = MARGIN;
         let [width, height] = self.area();
         let bottom = top + height;
-        for (value, text) in self.x.ticks(width / 70.0) {
+        for (value, text) in self.x.ticks(width / 55.0) {
             let x = left + self.x.share(value) * width;
             let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{bottom}"/>"#);
             let _ = writeln!(

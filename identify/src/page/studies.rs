@@ -13,11 +13,15 @@ const NAMES: [&str; 4] = ["B", "C", "D", "E"];
 pub fn excitation(study: &excitation::Study) -> String {
     use Parameter::{B, C, D, E};
     let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain([Quantity::K]);
-    let figures: String = quantities.map(|quantity| over_levels(study, quantity)).collect();
-    format!("<div class=\"grid\">\n{figures}</div>\n")
+    let plots: Vec<_> =
+        quantities.map(|quantity| (quantity, over_levels(study, quantity))).collect();
+    let legend = plots.first().map_or("", |(_, plot)| plot.keys());
+    let figures: String =
+        plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
+    format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid two\">\n{figures}</div>\n")
 }
 
-fn over_levels(study: &excitation::Study, quantity: Quantity) -> String {
+fn over_levels(study: &excitation::Study, quantity: Quantity) -> Plot {
     let truth = quantity.value(&study.excitation.truth);
     let percent = |level: f64| 100.0 * level;
     let mut band = Vec::new();
@@ -42,7 +46,10 @@ fn over_levels(study: &excitation::Study, quantity: Quantity) -> String {
     }
     let name = quantity.name();
     let values = [&means, &sure, &unsure, &simplex].into_iter().flatten().map(|point| point.1);
-    let y = Axis::about(name, values.chain(band.iter().flat_map(|point| point.1)).chain([truth]));
+    let y = Axis::about(
+        &format!("{name} [–]"),
+        values.chain(band.iter().flat_map(|point| point.1)).chain([truth]),
+    );
     let levels = study.levels.iter().map(|level| percent(level.level));
     let (low, high) = levels.fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
     let mut plot = Plot::new(
@@ -56,7 +63,7 @@ fn over_levels(study: &excitation::Study, quantity: Quantity) -> String {
     plot.dots(&simplex, 2.5, "c1", "Nelder-Mead");
     plot.dots(&unsure, 4.0, "c0 hollow", "least squares, not identified");
     plot.dots(&sure, 4.0, "c0", "least squares, identified");
-    plot.figure(name)
+    plot
 }
 
 /// Total Sobol indices over slip.
