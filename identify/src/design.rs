@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, Const, Matrix4, Vector4};
 use serde::Serialize;
 use vehicle::MagicFormula;
 
-use crate::gradient::gradient;
+use crate::kernel::value_and_gradient;
 use crate::parameters::theta;
 
 /// Slips that are considered, evenly spaced from limit / `CANDIDATES` to the limit.
@@ -101,7 +101,7 @@ impl Point {
 
 /// Derivatives of the friction coefficient by ln B, ln C, ln D and E.
 fn direction(curve: &MagicFormula, slip: f64) -> Vector4<f64> {
-    let by = gradient(&theta(curve), slip).1;
+    let by = value_and_gradient(&theta(curve), slip).1;
     Vector4::new(curve.B * by[0], curve.C * by[1], curve.D * by[2], by[3])
 }
 

@@ -1,5 +1,9 @@
 //! Names the parameters of a tire, and holds what is known of them before any data: bounds and a prior.
-#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+#![allow(
+    non_snake_case,
+    non_camel_case_types,
+    reason = "symbols as in Pacejka, Tire and Vehicle Dynamics"
+)]
 
 use serde::{Deserialize, Serialize};
 use vehicle::MagicFormula;

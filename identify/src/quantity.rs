@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use serde::{Serialize, Serializer};
 
-use crate::gradient::gradient;
+use crate::kernel::value_and_gradient;
 use crate::parameters::{COUNT, Parameter, Theta, curve};
 use crate::prior::Prior;
 
@@ -67,7 +67,7 @@ impl Quantity {
             }
             Self::K => [C * D, B * D, B * C, 0.0, 0.0, 0.0],
             // The slope at the peak is zero: a moved peak is as high.
-            Self::Peak => gradient(theta, Self::PeakSlip.value(theta)).1,
+            Self::Peak => value_and_gradient(theta, Self::PeakSlip.value(theta)).1,
             Self::PeakSlip => peak_slip_gradient(theta),
         }
     }
