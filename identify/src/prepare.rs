@@ -46,6 +46,7 @@ pub use span::Span;
 pub use stage::{Column, Stage};
 
 use mask::Limits;
+use points::Curve;
 use row::Signals;
 
 /// Settings of the preparation.
@@ -259,7 +260,7 @@ impl Pipeline {
         stages: &mut Vec<Stage>,
     ) -> Result<Axle, Error> {
         let mut points = |direction, slip: Vec<f64>| {
-            points::collect(self, time, rows, axle, direction, &slip, stages)
+            points::collect(self, Curve { axle, direction }, time, rows, &slip, stages)
         };
         let slip_angles = rows.iter().map(|row| row.alpha[axle]).collect();
         let slip_ratios: Option<Vec<f64>> = rows.iter().map(|row| row.kappa[axle]).collect();

@@ -3,36 +3,39 @@
 use super::error::Error;
 use super::{Even, Filter, Pipeline, Shifts};
 
+fn positive(name: &'static str, found: f64) -> Result<(), Error> {
+    Error::unless(found > 0.0 && found.is_finite(), name, found, "a positive number")
+}
+
+fn not_negative(name: &'static str, found: f64) -> Result<(), Error> {
+    Error::unless(found >= 0.0, name, found, "zero or a positive number")
+}
+
+fn filter(name: &'static str, filter: Filter) -> Result<(), Error> {
+    match filter {
+        Filter::None => Ok(()),
+        Filter::SavitzkyGolay { window, order } => {
+            Error::unless(order <= 8, name, order as f64, "a degree of at most 8")?;
+            positive(name, window)
+        }
+        Filter::MovingAverage { window } => positive(name, window),
+        Filter::Gaussian { sigma } => positive(name, sigma),
+    }
+}
+
 impl Pipeline {
+    /// # Errors
+    /// The first setting that makes no sense.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.car.check()?;
-        let positive = |name, found: f64| {
-            Error::unless(found > 0.0 && found.is_finite(), name, found, "a positive number")
-        };
-        let not_negative = |name, found: f64| {
-            Error::unless(found >= 0.0, name, found, "zero or a positive number")
-        };
         positive("rate", self.rate)?;
         positive("gap", self.gap)?;
-        Error::unless(
-            self.shortest >= 5.0 * self.gap,
-            "shortest",
-            self.shortest,
-            "at least five times `gap`, so that no signal has fewer than five rows in a stretch",
-        )?;
+        let enough =
+            "at least five times `gap`, so that no signal has fewer than five rows in a stretch";
+        Error::unless(self.shortest >= 5.0 * self.gap, "shortest", self.shortest, enough)?;
         positive("min_speed", self.min_speed)?;
         not_negative("gear_shift", self.gear_shift)?;
-        for (name, filter) in self.smooth.filters() {
-            match filter {
-                Filter::None => {}
-                Filter::SavitzkyGolay { window, order } => {
-                    positive(name, window)?;
-                    Error::unless(order <= 8, name, order as f64, "a degree of at most 8")?;
-                }
-                Filter::MovingAverage { window } => positive(name, window)?,
-                Filter::Gaussian { sigma } => positive(name, sigma)?,
-            }
-        }
+        self.smooth.filters().into_iter().try_for_each(|(name, found)| filter(name, found))?;
         positive("offsets.straight", self.offsets.straight)?;
         not_negative("offsets.steady", self.offsets.steady)?;
         positive("offsets.enough", self.offsets.enough)?;

@@ -58,69 +58,109 @@ const LEAST_LOAD: f64 = 0.05;
 
 const AXLES: [&str; 2] = ["front", "rear"];
 
-/// Points of an axle (0 front, 1 rear) in a direction, with the slip of each row.
+/// Whose curve it is, and in which direction.
+#[derive(Clone, Copy)]
+pub struct Curve {
+    /// 0 front, 1 rear.
+    pub axle: usize,
+    /// Direction.
+    pub direction: Direction,
+}
+
+impl Curve {
+    fn name(self) -> String {
+        let direction = match self.direction {
+            Direction::Lateral => "lateral",
+            Direction::Longitudinal => "longitudinal",
+        };
+        format!("{} {direction}", AXLES[self.axle])
+    }
+
+    fn slip_unit(self) -> &'static str {
+        match self.direction {
+            Direction::Lateral => "rad",
+            Direction::Longitudinal => "-",
+        }
+    }
+
+    /// Force over load [-].
+    fn force(self, row: &AxleRow) -> f64 {
+        let force = match self.direction {
+            Direction::Lateral => row.force.F_y,
+            Direction::Longitudinal => row.force.F_x,
+        };
+        force[self.axle] / row.F_z[self.axle]
+    }
+}
+
+/// Points with their time stamps.
+struct Timed {
+    time: Vec<f64>,
+    samples: Samples,
+}
+
+impl Timed {
+    fn filtered(&self, keep: &[bool]) -> Self {
+        let time = self.time.iter().zip(keep).filter(|(_, k)| **k).map(|(t, _)| *t).collect();
+        Self { time, samples: filtered(&self.samples, keep) }
+    }
+
+    fn columns(&self, slip_unit: &'static str) -> Vec<Column> {
+        let time: Arc<[f64]> = self.time.as_slice().into();
+        let Samples { slip, force, weight } = &self.samples;
+        [("slip", slip_unit, slip), ("force over load", "-", force), ("weight", "-", weight)]
+            .map(|(name, unit, values)| Column {
+                name: name.into(),
+                unit,
+                time: time.clone(),
+                values: values.clone(),
+            })
+            .into()
+    }
+}
+
+/// Points of a curve from what the axles did at some instants, with the slip at each.
 pub fn collect(
     pipeline: &Pipeline,
+    curve: Curve,
     time: &[f64],
     rows: &[AxleRow],
-    axle: usize,
-    direction: Direction,
     slip: &[f64],
     stages: &mut Vec<Stage>,
 ) -> Result<Points, Error> {
-    let lateral = direction == Direction::Lateral;
+    let axle = curve.axle;
     let least = LEAST_LOAD * pipeline.car.body.static_loads()[axle];
-    let carrying: Vec<usize> = (0..rows.len()).filter(|&i| rows[i].F_z[axle] > least).collect();
-    let force = |row: &AxleRow| if lateral { row.force.F_y[axle] } else { row.force.F_x[axle] };
-    let of =
-        |value: &dyn Fn(usize) -> f64| carrying.iter().map(|&i| value(i)).collect::<Vec<f64>>();
-    let instants = of(&|i| time[i]);
-    let all = Samples::new(of(&|i| slip[i]), of(&|i| force(&rows[i]) / rows[i].F_z[axle]));
+    let carries: Vec<bool> = rows.iter().map(|row| row.F_z[axle] > least).collect();
+    let force = rows.iter().map(|row| curve.force(row)).collect();
+    let all = Timed { time: time.to_vec(), samples: Samples::new(slip.to_vec(), force) };
+    let loaded = all.filtered(&carries);
+    let inliers = loaded.filtered(&pipeline.outliers.keep(&loaded.samples));
+    let used = pipeline.even.apply(&inliers.samples);
+    let selected: Vec<bool> =
+        pipeline.even.weights(&inliers.samples).iter().map(|w| *w > 0.0).collect();
+    let even = Timed { samples: used, ..inliers.filtered(&selected) };
 
-    let name = format!("{} {}", AXLES[axle], if lateral { "lateral" } else { "longitudinal" });
-    let keep = pipeline.outliers.keep(&all);
-    let inliers = filtered(&all, &keep);
-    let kept: Vec<f64> = instants.iter().zip(&keep).filter(|(_, k)| **k).map(|(t, _)| *t).collect();
-    let weight = pipeline.even.weights(&inliers);
-    let samples = pipeline.even.apply(&inliers);
-    let used: Vec<f64> =
-        kept.iter().zip(&weight).filter(|(_, w)| **w > 0.0).map(|(t, _)| *t).collect();
-
-    let columns = [(&instants, &all), (&kept, &inliers), (&used, &samples)]
-        .map(|(t, s)| as_columns(t, s, lateral));
-    let [inputs, passed, outputs] = columns;
+    let [inputs, passed, outputs] =
+        [&loaded, &inliers, &even].map(|p| p.columns(curve.slip_unit()));
+    let name = curve.name();
     stages.push(Stage { name: format!("{name}: outliers"), inputs, outputs: passed.clone() });
     stages.push(Stage { name: format!("{name}: evening out"), inputs: passed, outputs });
 
     let shift = match pipeline.shifts {
         Shifts::Joint => None,
         Shifts::TwoStep { limit, horizontal_share } => {
-            Some(from_line(&inliers, limit, horizontal_share, &name)?)
+            Some(from_line(&inliers.samples, limit, horizontal_share, &name)?)
         }
     };
+    let [rows, loaded, inliers] = [&all, &loaded, &inliers].map(|p| p.samples.len());
     let counts = Counts {
         axle: AXLES[axle],
-        direction,
-        rows: rows.len(),
-        unloaded: rows.len() - all.len(),
-        outliers: all.len() - inliers.len(),
-        used: samples.len(),
-        slip_range: samples.slip_range(),
+        direction: curve.direction,
+        rows,
+        unloaded: rows - loaded,
+        outliers: loaded - inliers,
+        used: even.samples.len(),
+        slip_range: even.samples.slip_range(),
     };
-    Ok(Points { samples, shift, counts })
-}
-
-fn as_columns(time: &[f64], samples: &Samples, lateral: bool) -> Vec<Column> {
-    let time: Arc<[f64]> = time.into();
-    let column = |name: &str, unit, values: &[f64]| Column {
-        name: name.into(),
-        unit,
-        time: time.clone(),
-        values: values.to_vec(),
-    };
-    vec![
-        column("slip", if lateral { "rad" } else { "-" }, &samples.slip),
-        column("force over load", "-", &samples.force),
-        column("weight", "-", &samples.weight),
-    ]
+    Ok(Points { samples: even.samples, shift, counts })
 }

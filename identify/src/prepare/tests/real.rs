@@ -63,7 +63,7 @@ fn residual(points: &Samples) -> (f64, MagicFormula) {
     };
     let mut best = MagicFormula { B: 12.0, C: 1.4, D: 1.1, E: 0.0, S_h: 0.0, S_v: 0.0 };
     let (mut lowest, mut step) = (cost(&best), 0.2);
-    while step > 1e-4 {
+    while step > 1e-3 {
         let before = lowest;
         for (i, sign) in (0..12).map(|k| (k / 2, if k % 2 == 0 { step } else { -step })) {
             let mut theta = crate::parameters::theta(&best);
