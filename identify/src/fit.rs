@@ -1,28 +1,29 @@
 //! Fits a tire curve to samples by least squares: in bounds, under constraints of physics, from several starts.
 
 mod curve;
+mod deconvolution;
 mod error;
+pub mod joint;
 mod multistart;
+pub mod nelder_mead;
 mod qp;
+mod secant;
+pub mod slip_noise;
 mod solution;
 pub mod sqp;
 
 use nalgebra::DVector;
 
 pub use error::FitError;
+pub use joint::{Similarity, joint_least_squares};
+pub use slip_noise::SlipNoise;
 pub use solution::Solution;
 
 use crate::loss::Loss;
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
 use crate::samples::Samples;
 use curve::CurveCost;
-
-/// Noise in the slip.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlipNoise {
-    /// Standard deviation, in the unit of the slip.
-    pub std: f64,
-}
+use solution::{Noise, Part};
 
 /// A pull towards expected values: ½ weight Σ ((θ − mean)/std)² is added to the cost, over the free parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,6 +122,9 @@ impl Options {
 /// If the samples, bounds or constraints leave nothing to fit; see [`FitError`].
 pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
     error::check(problem)?;
+    if let Some(noise) = problem.slip_noise {
+        return slip_noise::fit(problem, noise, options);
+    }
     let cost = CurveCost::new(problem);
     let starts: Vec<DVector<f64>> = multistart::starts(&problem.bounds, &problem.held, options)
         .iter()
@@ -128,5 +132,7 @@ pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, F
         .collect();
     let search = multistart::search(&cost, &cost.lower(), &cost.upper(), &starts, options)?;
     let optima = search.optima.iter().map(|m| (cost.theta(&m.x), m.model.cost)).collect();
-    Ok(solution::of_curve(problem, &cost, &search, optima))
+    let part = Part::of(&search.best, 0, cost.unknowns.free.len());
+    let noise = Noise::of(problem, &cost.theta(&search.best.x), part.fitted);
+    Ok(part.solution(problem, &noise, search.convergence(), optima))
 }

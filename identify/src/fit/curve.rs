@@ -165,6 +165,15 @@ impl<'a> CurveCost<'a> {
         self.unknowns.of(theta)
     }
 
+    /// The cost alone.
+    pub fn cost(&self, theta: &Theta) -> f64 {
+        let prior = self.prior.map_or(0.0, |prior| {
+            let distance = |&i: &usize| ((theta[i] - prior.mean[i]) / prior.std[i]).powi(2);
+            0.5 * prior.weight * self.unknowns.free.iter().map(distance).sum::<f64>()
+        });
+        kernel::cost(self.samples, theta, self.loss) + prior
+    }
+
     pub fn lower(&self) -> DVector<f64> {
         self.unknowns.bounds().0
     }

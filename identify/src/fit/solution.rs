@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
-use super::curve::CurveCost;
-use super::multistart::Search;
+use super::curve::Unknowns;
 use super::sqp::Minimum;
 use crate::kernel;
 use crate::loss::Loss;
@@ -16,7 +15,7 @@ use crate::result::Convergence;
 pub struct Solution {
     /// All parameters, the held ones included.
     pub theta: Theta,
-    /// Cost at the optimum: losses, prior and coupling.
+    /// Cost at the optimum: losses, prior and coupling; with noise in the slip, the negative log-likelihood.
     pub cost: f64,
     /// Standard deviation of the noise of a sample of weight 1, in the unit of the force column.
     pub noise_std: f64,
@@ -29,8 +28,8 @@ pub struct Solution {
     pub at_bound: Vec<Parameter>,
     /// How the optimum was reached.
     pub convergence: Convergence,
-    /// The different optima that the starts led to, best first, with their costs. Far from a bound several of them say that the
-    /// data do not decide.
+    /// The different optima that the starts led to, best first, with their costs. More than one says that the data hardly
+    /// decide between curves.
     pub optima: Vec<(Theta, f64)>,
 }
 
@@ -42,46 +41,66 @@ impl Solution {
     }
 }
 
-/// The solution for one curve.
-pub fn of_curve(
-    problem: &Problem,
-    cost: &CurveCost,
-    search: &Search,
-    optima: Vec<(Theta, f64)>,
-) -> Solution {
-    let theta = cost.theta(&search.best.x);
-    let tied =
-        search.best.at_bound.iter().filter(|b| **b).count() + search.best.active_rows.nrows();
-    let noise = Noise::of(problem, &theta, search.best.x.len().saturating_sub(tied));
-    let slopes = DVector::from_vec(cost.unknowns.slopes(&theta));
-    let (free, at_bound) = places(problem, &search.best.at_bound);
-    Solution {
-        theta,
-        cost: search.best.model.cost,
-        noise_std: noise.std,
-        free,
-        covariance: scale_rows(&inverse_on_active(&search.best), &slopes) * noise.factor,
-        at_bound,
-        convergence: search.convergence(),
-        optima,
+/// Some of the unknowns of a minimum: those of one curve.
+pub struct Part {
+    /// Their values.
+    pub x: DVector<f64>,
+    /// Which of them stand on a bound.
+    pub at_bound: Vec<bool>,
+    /// Their inverse Hessian, see [`inverse_on_active`].
+    pub inverse: DMatrix<f64>,
+    /// How many of them nothing but the data decide.
+    pub fitted: usize,
+}
+
+impl Part {
+    /// The unknowns `from..from + count` of a minimum.
+    pub fn of(minimum: &Minimum, from: usize, count: usize) -> Self {
+        let at_bound = minimum.at_bound[from..from + count].to_vec();
+        let held = |row: &usize| minimum.active_rows.row(*row).columns(from, count).amax() > 0.0;
+        let tied = at_bound.iter().filter(|b| **b).count()
+            + (0..minimum.active_rows.nrows()).filter(held).count();
+        Self {
+            x: minimum.x.rows(from, count).into_owned(),
+            at_bound,
+            inverse: inverse_on_active(minimum).view((from, from), (count, count)).into_owned(),
+            fitted: count.saturating_sub(tied),
+        }
+    }
+
+    /// The solution of the problem that these are the unknowns of.
+    pub fn solution(
+        &self,
+        problem: &Problem,
+        noise: &Noise,
+        convergence: Convergence,
+        optima: Vec<(Theta, f64)>,
+    ) -> Solution {
+        let unknowns = Unknowns::new(problem);
+        let theta = unknowns.theta(self.x.as_slice());
+        let slopes = DVector::from_vec(unknowns.slopes(&theta));
+        let free = problem.free_parameters();
+        Solution {
+            theta,
+            cost: convergence.cost,
+            noise_std: noise.std,
+            at_bound: free
+                .iter()
+                .zip(&self.at_bound)
+                .filter(|(_, b)| **b)
+                .map(|(p, _)| *p)
+                .collect(),
+            free,
+            covariance: self.inverse.component_mul(&(&slopes * slopes.transpose())) * noise.factor,
+            convergence,
+            optima,
+        }
     }
 }
 
-/// The free parameters, and those of them on a bound.
-pub fn places(problem: &Problem, at_bound: &[bool]) -> (Vec<Parameter>, Vec<Parameter>) {
-    let free = problem.free_parameters();
-    let bound = free.iter().zip(at_bound).filter(|(_, b)| **b).map(|(p, _)| *p).collect();
-    (free, bound)
-}
-
-/// diag(slopes) M diag(slopes).
-pub fn scale_rows(matrix: &DMatrix<f64>, slopes: &DVector<f64>) -> DMatrix<f64> {
-    matrix.component_mul(&(slopes * slopes.transpose()))
-}
-
 /// Inverse of the Hessian on what bounds and active constraints leave free, 0 elsewhere: the corner of the inverse of
-/// [H Aᵀ; A 0] for the free unknowns.
-pub fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
+/// [H Aᵀ; A 0] for the free unknowns. Not a number where the cost does not depend on an unknown.
+fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
     let n = minimum.x.len();
     let free: Vec<usize> = (0..n).filter(|&i| !minimum.at_bound[i]).collect();
     let (f, m) = (free.len(), minimum.active_rows.nrows());
@@ -92,9 +111,8 @@ pub fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
         (false, true) => minimum.active_rows[(i - f, free[j])] / width[j],
         (false, false) => 0.0,
     };
-    let mut result = DMatrix::zeros(n, n);
-    // A parameter without any effect on the cost has a variance that is not a number.
     let inverse = DMatrix::from_fn(f + m, f + m, entry).try_inverse();
+    let mut result = DMatrix::zeros(n, n);
     for (a, &i) in free.iter().enumerate() {
         for (b, &j) in free.iter().enumerate() {
             result[(i, j)] =
@@ -106,6 +124,7 @@ pub fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
 
 /// Noise of the samples around a curve.
 pub struct Noise {
+    /// Standard deviation.
     pub std: f64,
     /// Covariance of the unknowns over the inverse of the Hessian.
     pub factor: f64,
@@ -118,29 +137,27 @@ impl Noise {
         let samples = problem.samples;
         let count = samples.weight.iter().filter(|&&w| w > 0.0).count();
         let spare = count.saturating_sub(fitted).max(1) as f64;
-        let residuals = || {
-            let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight);
-            points.filter(|(_, w)| **w > 0.0).map(|((s, f), w)| (kernel::value(theta, *s) - f, *w))
-        };
         let loss = problem.loss;
         if loss == Loss::Square {
             let variance = 2.0 * kernel::cost(samples, theta, loss) / spare;
             return Self { std: variance.sqrt(), factor: variance };
         }
-        let mut sizes: Vec<f64> = residuals().map(|(r, w)| r.abs() * w.sqrt()).collect();
-        let middle = sizes.len() / 2;
-        let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let points =
+            samples.slip.iter().zip(&samples.force).zip(&samples.weight).filter(|(_, w)| **w > 0.0);
+        let residuals: Vec<(f64, f64)> =
+            points.map(|((s, f), w)| (kernel::value(theta, *s) - f, *w)).collect();
+        let mut sizes: Vec<f64> = residuals.iter().map(|(r, w)| r.abs() * w.sqrt()).collect();
+        let median = *sizes.select_nth_unstable_by(count / 2, f64::total_cmp).1;
         let (mut squares, mut weights, mut curvatures) = (0.0, 0.0, 0.0);
-        for (r, w) in residuals() {
+        for (r, w) in residuals {
             let weight = loss.weight(r);
             squares += w * (weight * r).powi(2);
             weights += weight;
             curvatures += loss.curvature(r);
         }
         let n = count as f64;
-        Self {
-            std: 1.482_602_218_505_602 * median,
-            factor: squares / spare * (weights / n) / (curvatures / n).powi(2),
-        }
+        // Median of |r| over the standard deviation of a normal distribution: 0.6745.
+        let std = median / 0.674_489_750_196_081_7;
+        Self { std, factor: squares / spare * (weights / n) / (curvatures / n).powi(2) }
     }
 }

@@ -5,9 +5,10 @@
 //! violations of those cost a price per unit (exact penalty), so that a step always exists. μ follows the gain ratio.
 #![allow(non_snake_case, reason = "matrices as in the literature")]
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::qp::{self, Place, Step, Subproblem};
+use super::secant::Secant;
 use crate::result::Status;
 
 /// A cost to second order.
@@ -106,6 +107,7 @@ struct Search<'a> {
     upper: &'a DVector<f64>,
     evaluations: usize,
     price: f64,
+    secant: Secant,
 }
 
 /// Minimises from a start, which is first moved into the box. Bounds may be infinite.
@@ -116,7 +118,14 @@ pub fn minimise(
     start: &DVector<f64>,
     limits: Limits,
 ) -> Minimum {
-    let mut search = Search { objective, lower, upper, evaluations: 0, price: 0.0 };
+    let mut search = Search {
+        objective,
+        lower,
+        upper,
+        evaluations: 0,
+        price: 0.0,
+        secant: Secant::new(start.len()),
+    };
     let start = DVector::from_fn(start.len(), |i, _| start[i].clamp(lower[i], upper[i]));
     let mut point = search.at(start);
     let mut multipliers = DVector::zeros(point.values.len());
@@ -130,7 +139,8 @@ pub fn minimise(
             break;
         }
         iterations += 1;
-        let Some(step) = search.step(&point, damping) else {
+        let (hessian, damped) = search.curvature(&point, damping);
+        let Some(step) = search.step(&point, damped) else {
             damping *= 10.0;
             if damping > MOST_DAMPING {
                 status = Status::Stalled;
@@ -140,7 +150,7 @@ pub fn minimise(
         };
         let next = search.at(search.moved(&point, &step));
         let change = &next.x - &point.x;
-        let predicted = search.predicted(&point, &change);
+        let predicted = search.predicted(&point, &hessian, &change);
         let actual = search.merit(&point) - search.merit(&next);
         let mut next_multipliers = step.multipliers.clone();
         let next_residual = search.kkt_residual(&next, &mut next_multipliers);
@@ -150,6 +160,9 @@ pub fn minimise(
         } else {
             actual / predicted
         };
+        if next_residual.is_finite() {
+            search.learn(&point, &next, &next_multipliers);
+        }
         if gain > 1e-4 && next_residual.is_finite() {
             (point, multipliers, residual) = (next, next_multipliers, next_residual);
         } else if drowned && damping <= LEAST_DAMPING
@@ -198,12 +211,9 @@ impl Search<'_> {
     }
 
     /// The damped step in scaled variables; the price rises until it suffices.
-    fn step(&mut self, point: &Point, damping: f64) -> Option<Step> {
+    fn step(&mut self, point: &Point, hessian: DMatrix<f64>) -> Option<Step> {
         let n = point.x.len();
         let width = &point.width;
-        let scaled = |i: usize, j: usize| point.model.hessian[(i, j)] / (width[i] * width[j]);
-        let hessian =
-            DMatrix::from_fn(n, n, |i, j| scaled(i, j) + if i == j { damping } else { 0.0 });
         let gradient = point.model.gradient.component_div(width);
         let rows = DMatrix::from_fn(point.values.len(), n, |r, i| point.rows[(r, i)] / width[i]);
         if !rows.is_empty() {
@@ -232,6 +242,34 @@ impl Search<'_> {
         Some(step)
     }
 
+    /// Keeps what a step tells of second derivatives, also if it is not accepted.
+    fn learn(&mut self, point: &Point, next: &Point, multipliers: &DVector<f64>) {
+        let lagrangian = |p: &Point| &p.model.gradient - p.rows.transpose() * multipliers;
+        let change = lagrangian(next) - lagrangian(point);
+        let step = &next.x - &point.x;
+        self.secant.learn(&step, &change, &point.model.hessian, &next.model.hessian, &point.width);
+    }
+
+    /// Second derivatives as well as they are known, with a positive definite scaled and damped form; else those of Gauss and
+    /// Newton.
+    fn curvature(&self, point: &Point, damping: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+        let n = point.x.len();
+        let width = &point.width;
+        let scaled = |hessian: &DMatrix<f64>| {
+            DMatrix::from_fn(n, n, |i, j| {
+                hessian[(i, j)] / (width[i] * width[j]) + if i == j { damping } else { 0.0 }
+            })
+        };
+        if let Some(missing) = self.secant.trusted() {
+            let hessian = &point.model.hessian + missing;
+            let damped = scaled(&hessian);
+            if Cholesky::new(damped.clone()).is_some() {
+                return (hessian, damped);
+            }
+        }
+        (point.model.hessian.clone(), scaled(&point.model.hessian))
+    }
+
     /// The point after a step, on the bounds to the last bit.
     fn moved(&self, point: &Point, step: &Step) -> DVector<f64> {
         DVector::from_fn(point.x.len(), |i, _| match step.places[i] {
@@ -246,9 +284,9 @@ impl Search<'_> {
     }
 
     /// Decrease of the merit that the undamped model promises.
-    fn predicted(&self, point: &Point, change: &DVector<f64>) -> f64 {
+    fn predicted(&self, point: &Point, hessian: &DMatrix<f64>, change: &DVector<f64>) -> f64 {
         let linear = &point.rows * change + &point.values;
-        let curved = 0.5 * change.dot(&(&point.model.hessian * change));
+        let curved = 0.5 * change.dot(&(hessian * change));
         -point.model.gradient.dot(change) - curved
             + self.price * (violation(&point.values) - violation(&linear))
     }
