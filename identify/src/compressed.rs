@@ -81,8 +81,10 @@ impl Compressed {
     #[inline(always)]
     fn change(&self, theta: &Theta) -> f64 {
         let mut parts = [0.0; NODES];
-        let intervals = self.slips.chunks_exact(NODES).zip(self.weights.chunks_exact(NODES));
-        for ((slips, weights), forces) in intervals.zip(self.forces.chunks_exact(NODES)) {
+        let intervals = self.slips.as_chunks().0.iter().zip(self.weights.as_chunks().0);
+        for ((slips, weights), forces) in intervals.zip(self.forces.as_chunks().0) {
+            let (slips, weights, forces): (&[f64; NODES], &[f64; NODES], &[f64; NODES]) =
+                (slips, weights, forces);
             for k in 0..NODES {
                 let f = value(theta, slips[k]);
                 parts[k] += f * (weights[k] * f - 2.0 * forces[k]);
