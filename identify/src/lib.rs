@@ -7,6 +7,7 @@
 )]
 
 pub mod compressed;
+pub mod config;
 pub mod design;
 pub mod direction;
 pub mod estimate;
@@ -15,6 +16,7 @@ pub mod kernel;
 pub mod loss;
 pub mod page;
 pub mod parameters;
+mod plugin;
 pub mod posterior;
 pub mod prepare;
 pub mod prior;
@@ -26,4 +28,5 @@ pub mod sobol;
 pub mod start_values;
 pub mod study;
 pub mod text;
+pub mod tire;
 pub mod verdict;

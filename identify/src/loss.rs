@@ -1,7 +1,10 @@
 //! Weighs residuals: as squares, or so that outliers pull less.
 
+use serde::Deserialize;
+
 /// What a residual r [-] costs. Near r = 0 all of them are r²/2.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Loss {
     /// r²/2: best for normal noise.
     #[default]

@@ -37,7 +37,7 @@ pub use filter::Filter;
 pub use mask::Lost;
 pub use offset::{Offset, Offsets, Source};
 pub use outlier::Outliers;
-pub use points::{Counts, Direction, Points};
+pub use points::{Counts, Points};
 pub use recording::{Recording, SIGNALS, Signal};
 pub use resample::Interpolation;
 pub use row::{Row, Smoothing};
@@ -45,6 +45,7 @@ pub use shift::{Shift, Shifts};
 pub use span::Span;
 pub use stage::{Column, Stage};
 
+use crate::direction::Direction;
 use mask::Limits;
 use points::Curve;
 use row::Signals;

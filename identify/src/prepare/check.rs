@@ -26,7 +26,11 @@ fn filter(name: &'static str, filter: Filter) -> Result<(), Error> {
 impl Pipeline {
     /// # Errors
     /// The first setting that makes no sense.
-    pub(super) fn check(&self) -> Result<(), Error> {
+    /// Whether the settings make sense.
+    ///
+    /// # Errors
+    /// With the name of the first that does not, what was expected and what was found.
+    pub fn check(&self) -> Result<(), Error> {
         self.car.check()?;
         positive("rate", self.rate)?;
         positive("gap", self.gap)?;

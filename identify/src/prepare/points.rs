@@ -11,17 +11,8 @@ use super::error::Error;
 use super::outlier::filtered;
 use super::shift::{Shift, Shifts, from_line};
 use super::stage::{Column, Stage};
+use crate::direction::Direction;
 use crate::samples::Samples;
-
-/// Direction of the force and the slip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Direction {
-    /// Force across the wheels against the slip angle.
-    Lateral,
-    /// Force along the wheels against the slip ratio.
-    Longitudinal,
-}
 
 /// Points of one axle in one direction.
 #[derive(Clone, Debug, PartialEq)]

@@ -102,6 +102,16 @@ impl Recording {
         Ok(found)
     }
 
+    /// Whether the signals are here that nothing works without; their values are not looked at.
+    ///
+    /// # Errors
+    /// With the first that is missing.
+    pub fn complete(&self) -> Result<(), Error> {
+        let needed = SIGNALS.into_iter().take(NEEDED);
+        let mut missing = needed.filter(|(name, ..)| self.get(name).is_none());
+        missing.next().map_or(Ok(()), |(name, what, advice)| Err(self.missing(name, what, advice)))
+    }
+
     /// That something needs the optional signal `name`, and it is not here.
     pub(super) fn lacks(&self, name: &str) -> Option<Error> {
         let (name, what, advice) = SIGNALS.into_iter().find(|s| s.0 == name)?;

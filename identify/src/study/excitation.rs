@@ -2,14 +2,15 @@
 
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::parameters::{Theta, curve};
 use crate::samples::Samples;
 use crate::verdict::Judgement;
 
 /// Synthetic data: slips evenly from 0 to a level, noise in slip and in force.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Excitation {
     /// The tire.
     pub truth: Theta,
