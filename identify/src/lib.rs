@@ -10,6 +10,7 @@ pub mod compressed;
 pub mod config;
 pub mod design;
 pub mod direction;
+pub mod effective;
 pub mod estimate;
 pub mod fit;
 pub mod kernel;

@@ -36,6 +36,14 @@ impl Quantity {
     /// What follows from the parameters.
     pub const DERIVED: [Self; 3] = [Self::K, Self::Peak, Self::PeakSlip];
 
+    /// The parameter, if it is one.
+    pub fn parameter(self) -> Option<Parameter> {
+        match self {
+            Self::Parameter(parameter) => Some(parameter),
+            _ => None,
+        }
+    }
+
     /// As in results.
     pub fn name(self) -> &'static str {
         match self {

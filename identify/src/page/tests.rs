@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::compressed::Compressed;
-use crate::estimate::{Fitted, assemble};
+use crate::estimate::assemble;
+use crate::fit::Solution;
 use crate::posterior::tempered::{Options, draw};
 use crate::result::Convergence;
 use crate::study::excitation::{Excitation, Level, Study, samples};
@@ -35,9 +36,17 @@ fn found() -> Found {
         optima: 1,
         cost: 1.0,
     };
-    let fitted =
-        Fitted { theta: excitation.truth, noise_std: 0.0512, at_bound: vec![], convergence };
-    let estimate = assemble(fitted, &[], &judgements, &posterior, slip_range, samples.len());
+    let solution = Solution {
+        theta: excitation.truth,
+        cost: 1.0,
+        noise_std: 0.0512,
+        free: vec![],
+        covariance: nalgebra::DMatrix::zeros(0, 0),
+        at_bound: vec![],
+        convergence,
+        optima: vec![],
+    };
+    let estimate = assemble(&solution, &[], &judgements, &posterior, slip_range, samples.len());
     let level = |level| Level {
         level,
         least_squares: excitation.truth,

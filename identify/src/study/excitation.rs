@@ -4,7 +4,11 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
+use crate::direction::Direction;
+use crate::estimate::{Question, identify};
+use crate::fit::FitError;
 use crate::parameters::{Theta, curve};
+use crate::prior::Prior;
 use crate::samples::Samples;
 use crate::verdict::Judgement;
 
@@ -64,6 +68,32 @@ pub struct Level {
     pub judgements: Vec<Judgement>,
 }
 
+/// The study, over all levels.
+///
+/// # Errors
+/// If a level has no samples to fit.
+pub fn run(excitation: &Excitation) -> Result<Study, FitError> {
+    let levels = excitation.levels.iter().map(|&level| judge_level(excitation, level));
+    Ok(Study { excitation: excitation.clone(), levels: levels.collect::<Result<_, _>>()? })
+}
+
+fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
+    let samples = samples(excitation, level);
+    let answer = identify(&Question {
+        samples: &samples,
+        prior: Prior::longitudinal(),
+        direction: Direction::Longitudinal,
+        slip_std: excitation.slip_std,
+        seed: excitation.seed,
+    })?;
+    Ok(Level {
+        level,
+        least_squares: answer.unrestricted.theta,
+        nelder_mead: answer.unrestricted_simplex.theta,
+        judgements: answer.judgements,
+    })
+}
+
 /// The data of one level. Without noise where a standard deviation is not a positive number.
 pub fn samples(excitation: &Excitation, level: f64) -> Samples {
     let mut random = Pcg64::new(u128::from(excitation.seed), (level * 1e4).round() as u128);
@@ -80,4 +110,44 @@ pub fn samples(excitation: &Excitation, level: f64) -> Samples {
         })
         .unzip();
     Samples::new(slip, force)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::Verdict;
+
+    fn at(levels: &[f64]) -> Study {
+        run(&Excitation { levels: levels.to_vec(), ..Excitation::default() }).expect("samples")
+    }
+
+    fn judgement<'a>(level: &'a Level, name: &str) -> &'a Judgement {
+        level.judgements.iter().find(|judgement| judgement.quantity.name() == name).expect("judged")
+    }
+
+    #[test]
+    fn the_peak_is_known_once_it_was_covered() {
+        for level in at(&[0.08, 0.12, 0.3]).levels {
+            assert!((level.least_squares[2] / 1.5 - 1.0).abs() < 0.01, "{level:?}");
+            assert_eq!(judgement(&level, "D").verdict, Verdict::Identified);
+        }
+    }
+
+    #[test]
+    fn shape_and_curvature_need_the_falling_branch_and_stiffness_next_to_nothing() {
+        let study = at(&[0.02, 0.08, 0.75]);
+        for level in &study.levels[..2] {
+            for name in ["C", "E"] {
+                let judgement = judgement(level, name);
+                assert_eq!(judgement.verdict, Verdict::NotIdentifiable, "{}", judgement.reason);
+                assert!(judgement.reason.contains("drive slips near"), "{}", judgement.reason);
+            }
+            assert_ne!(judgement(level, "B").verdict, Verdict::Identified);
+            assert_eq!(judgement(level, "K").verdict, Verdict::Identified);
+        }
+        assert_eq!(judgement(&study.levels[0], "B").verdict, Verdict::NotIdentifiable);
+        for judgement in &study.levels[2].judgements {
+            assert_eq!(judgement.verdict, Verdict::Identified, "{}", judgement.reason);
+        }
+    }
 }
