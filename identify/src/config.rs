@@ -9,8 +9,8 @@ use crate::fit::{self, Constraints, Options, SlipNoise};
 use crate::loss::Loss;
 use crate::parameters::{COUNT, Parameter};
 use crate::prepare::{Pipeline, Shift};
+use crate::settings::{Method, Settings};
 use crate::study::excitation::Excitation;
-use crate::tire::{Method, Settings};
 
 /// What is to be done.
 #[derive(Clone, Debug, Deserialize)]

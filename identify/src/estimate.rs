@@ -7,115 +7,69 @@
 use std::time::Instant;
 
 use crate::compressed::Compressed;
-use crate::direction::Direction;
 use crate::effective::effective;
-use crate::fit::{FitError, Options, Problem, SlipNoise, Solution, least_squares, nelder_mead};
+use crate::fit::{FitError, Solution};
 use crate::parameters::Parameter;
 use crate::posterior::Posterior;
 use crate::posterior::tempered;
 use crate::prior::Prior;
 use crate::result::{ByName, Estimate, Verdict};
 use crate::samples::Samples;
+use crate::settings::{Method, Settings};
 use crate::verdict::{Evidence, Judgement, judge};
-
-/// What is to be identified, from what.
-#[derive(Clone, Copy, Debug)]
-pub struct Question<'a> {
-    /// The samples.
-    pub samples: &'a Samples,
-    /// What was known before.
-    pub prior: Prior,
-    /// Which force.
-    pub direction: Direction,
-    /// Standard deviation of the noise in the slip, in its unit; 0 for none.
-    pub slip_std: f64,
-    /// Of the starts and the draws.
-    pub seed: u64,
-}
 
 /// What was identified.
 #[derive(Clone, Debug)]
 pub struct Answer {
-    /// By bounded least squares.
-    pub least_squares: Estimate,
-    /// By the simplex of Nelder and Mead, from the centre of the prior.
-    pub nelder_mead: Estimate,
-    /// Least squares with all parameters free.
-    pub unrestricted: Solution,
-    /// Nelder-Mead with all parameters free.
-    pub unrestricted_simplex: Solution,
+    /// What is told, by method, in the order that was asked for.
+    pub estimates: Vec<(Method, Estimate)>,
+    /// With all parameters free, by method.
+    pub unrestricted: Vec<(Method, Solution)>,
     /// What the data can tell.
     pub judgements: Vec<Judgement>,
     /// What the data and the box say.
     pub posterior: Posterior,
 }
 
-/// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again.
+/// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again. The uncertainty is the same for all
+/// methods: it is that of the data and of what was known before, not one of a method.
 ///
 /// # Errors
-/// If the samples or the box leave nothing to fit, see [`FitError`].
-pub fn identify(question: &Question) -> Result<Answer, FitError> {
-    let options = Options { seed: question.seed, ..Options::default() };
-    let start = Options::from_start(question.prior.centre);
-    let begin = Instant::now();
-    let unrestricted = least_squares(&question.problem(&question.prior, true), &options)?;
-    let fitting = begin.elapsed().as_secs_f64();
-    let begin = Instant::now();
-    let simplex = nelder_mead::fit(&question.problem(&question.prior, false), &start)?;
-    let walking = begin.elapsed().as_secs_f64();
+/// If the samples or the settings leave nothing to fit, see [`FitError`].
+pub fn identify(
+    samples: &Samples,
+    settings: &Settings,
+    methods: &[Method],
+) -> Result<Answer, FitError> {
+    let Settings { prior, direction, options, .. } = settings;
+    let best = settings.fit(samples, prior, Method::LeastSquares)?;
+    let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
 
-    let samples =
-        effective(question.samples, &unrestricted.theta, question.slip_std, unrestricted.noise_std);
-    let data = Compressed::new(&samples);
-    let draws = tempered::Options { seed: question.seed, ..tempered::Options::default() };
-    let posterior = tempered::draw(&data, &question.prior, &draws);
-    let slip_range = question.samples.slip_range().unwrap_or([f64::NAN; 2]);
-    let evidence = Evidence {
-        data: &data,
-        slip_range,
-        noise_std: unrestricted.noise_std,
-        direction: question.direction,
-    };
-    let judgements = judge(&evidence, &question.prior, &posterior, &unrestricted.theta);
+    let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
+    let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
+    let data = Compressed::new(&noisy);
+    let draws = tempered::Options { seed: options.seed, ..tempered::Options::default() };
+    let posterior = tempered::draw(&data, prior, &draws);
+    let (noise_std, direction) = (best.noise_std, *direction);
+    let evidence = Evidence { data: &data, slip_range, noise_std, direction };
+    let judgements = judge(&evidence, prior, &posterior, &best.theta);
 
-    let fixed = to_hold(&judgements);
-    let rest = hold(&question.prior, &fixed);
-    let told = |solution: Solution, seconds| {
-        let mut estimate = assemble(
-            &solution,
-            &fixed,
-            &judgements,
-            &posterior,
-            slip_range,
-            question.samples.len(),
-        );
-        estimate.seconds = seconds;
-        estimate
-    };
-    let begin = Instant::now();
-    let again = least_squares(&question.problem(&rest, true), &options)?;
-    let fitting = fitting + begin.elapsed().as_secs_f64();
-    let begin = Instant::now();
-    let again_simplex = nelder_mead::fit(&question.problem(&rest, false), &start)?;
-    let walking = walking + begin.elapsed().as_secs_f64();
-    Ok(Answer {
-        least_squares: told(again, fitting),
-        nelder_mead: told(again_simplex, walking),
-        unrestricted,
-        unrestricted_simplex: simplex,
-        judgements,
-        posterior,
-    })
-}
-
-impl Question<'_> {
-    /// With noise in the slip where the method can take it.
-    fn problem(&self, prior: &Prior, with_slip_noise: bool) -> Problem<'_> {
-        let slip_noise =
-            (with_slip_noise && self.slip_std > 0.0).then(|| SlipNoise::new(self.slip_std));
-        let Prior { bounds, free, centre } = *prior;
-        Problem { bounds, free, held: centre, slip_noise, ..Problem::new(self.samples) }
+    let fixed = if settings.hold { to_hold(&judgements) } else { Vec::new() };
+    let rest = hold(prior, &fixed);
+    let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
+    for &method in methods {
+        let begin = Instant::now();
+        let free = settings.fit(samples, prior, method)?;
+        let again =
+            if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
+        let seconds = begin.elapsed().as_secs_f64();
+        let solution = again.as_ref().unwrap_or(&free);
+        let estimate =
+            assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
+        estimates.push((method, Estimate { seconds, ..estimate }));
+        unrestricted.push((method, free));
     }
+    Ok(Answer { estimates, unrestricted, judgements, posterior })
 }
 
 /// Parameters to hold at the prior. B is never held: with the others at their prior it carries the stiffness, which low
@@ -177,20 +131,22 @@ pub fn assemble(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction::Direction;
+    use crate::fit::SlipNoise;
     use crate::study::excitation::{Excitation, samples};
 
     fn answer(level: f64) -> Answer {
         let samples = samples(&Excitation { samples: 1500, ..Excitation::default() }, level);
-        let prior = Prior::longitudinal();
-        let direction = Direction::Longitudinal;
-        identify(&Question { samples: &samples, prior, direction, slip_std: 0.001, seed: 1 })
-            .expect("fits")
+        let slip_noise = Some(SlipNoise::new(0.001));
+        let settings = Settings { slip_noise, ..Settings::new(Direction::Longitudinal) };
+        let methods = [Method::LeastSquares, Method::NelderMead];
+        identify(&samples, &settings, &methods).expect("fits")
     }
 
     #[test]
     fn what_low_slip_cannot_tell_is_held_and_the_stiffness_kept() {
         let answer = answer(0.04);
-        for estimate in [&answer.least_squares, &answer.nelder_mead] {
+        for (_, estimate) in &answer.estimates {
             assert!(
                 ["C", "E"].iter().all(|name| estimate.fixed.iter().any(|fixed| fixed == name)),
                 "{estimate:?}"
@@ -211,7 +167,7 @@ mod tests {
     #[test]
     fn enough_excitation_gives_all_of_the_truth() {
         let answer = answer(1.0);
-        let estimate = &answer.least_squares;
+        let (_, estimate) = &answer.estimates[0];
         assert!(estimate.fixed.is_empty(), "{:?}", estimate.reason);
         for (name, truth) in
             [("B", 15.0), ("C", 2.0), ("D", 1.5), ("E", 0.8), ("K", 45.0), ("peak_slip", 0.0877)]

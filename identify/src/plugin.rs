@@ -7,13 +7,13 @@ use serde_json::{Map, Value, json};
 
 use crate::config::{Config, Sensitivity, Tires};
 use crate::direction::Direction;
+use crate::estimate::{Answer, identify};
 use crate::page::{self, Page, Section};
 use crate::parameters::curve;
 use crate::prepare::{Column, Points, Prepared, Recording, Stage};
 use crate::prior::Prior;
 use crate::start_values::{self, Tire};
-use crate::study::sensitivity;
-use crate::tire::{self, Found};
+use crate::study::{excitation, sensitivity};
 
 /// The plugin.
 struct Identify;
@@ -50,7 +50,7 @@ impl Analysis for Identify {
     fn run(request: &Request, host: &mut dyn Host) -> Result<String, String> {
         let result = match Config::read(request.config)? {
             Config::Tires(config) => tires(&config, request, host)?,
-            Config::ExcitationStudy(_) => return Err("not yet".into()),
+            Config::ExcitationStudy(study) => excitation_study(&study, host)?,
             Config::SensitivityStudy(study) => sensitivity_study(&study, host),
         };
         Ok(result.to_string())
@@ -105,7 +105,7 @@ fn tires(config: &Tires, request: &Request, host: &mut dyn Host) -> Result<Value
     let prepared = config.prepare.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
     let curves = curves(&prepared);
-    let mut found: Vec<(Prior, Found)> = Vec::new();
+    let mut found: Vec<(Prior, Answer)> = Vec::new();
     for (number, curve) in curves.iter().enumerate() {
         go_on(host, (number + 1) as f64 / (curves.len() + 1) as f64, curve.name)?;
         let of = match curve.direction {
@@ -114,7 +114,7 @@ fn tires(config: &Tires, request: &Request, host: &mut dyn Host) -> Result<Value
         };
         let settings = of.settings(curve.direction, curve.points.shift, config.seed);
         let samples = &curve.points.samples;
-        let tire = tire::identify(samples, &settings, &config.methods)
+        let tire = identify(samples, &settings, &config.methods)
             .map_err(|error| format!("{}: {error}", curve.name))?;
         found.push((settings.prior, tire));
     }
@@ -126,7 +126,7 @@ fn tires(config: &Tires, request: &Request, host: &mut dyn Host) -> Result<Value
 fn report(
     config: &Tires,
     curves: &[Curve],
-    found: &[(Prior, Found)],
+    found: &[(Prior, Answer)],
     prepared: &Prepared,
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
@@ -144,7 +144,7 @@ fn report(
 fn leave_files(
     config: &Tires,
     curves: &[Curve],
-    found: &[(Prior, Found)],
+    found: &[(Prior, Answer)],
     prepared: &Prepared,
     host: &mut dyn Host,
 ) {
@@ -250,11 +250,13 @@ fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
     json!({ "sensitivity": study })
 }
 
-#[cfg(any())]
 fn excitation_study(config: &excitation::Excitation, host: &mut dyn Host) -> Result<Value, String> {
-    let study = excitation::run(config, &mut |share, what| host.progress(share, what))
-        .map_err(|error| error.to_string())?;
-    let Some(study) = study else { return Err(CANCELLED.to_owned()) };
+    let mut go_on = |place: usize| {
+        let (level, count) = (config.levels[place], config.levels.len());
+        host.progress(place as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))
+    };
+    let study = excitation::run(config, &mut go_on).map_err(|error| error.to_string())?;
+    let study = study.ok_or(CANCELLED)?;
     let page = Page { title: "What excitation tells", excitation: Some(&study), ..Page::default() };
     host.file("tires.html", &page::render(&page));
     Ok(json!({ "excitation": study }))

@@ -11,7 +11,7 @@ use rand_pcg::Pcg64;
 
 use super::Posterior;
 use crate::compressed::Compressed;
-use crate::parameters::{COUNT, Theta};
+use crate::parameters::Theta;
 use crate::prior::Prior;
 
 /// How much work to do.

@@ -5,11 +5,11 @@ use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use crate::direction::Direction;
-use crate::estimate::{Question, identify};
-use crate::fit::FitError;
+use crate::estimate::identify;
+use crate::fit::{FitError, Options, SlipNoise};
 use crate::parameters::{Theta, curve};
-use crate::prior::Prior;
 use crate::samples::Samples;
+use crate::settings::{Method, Settings};
 use crate::verdict::Judgement;
 
 /// Synthetic data: slips evenly from 0 to a level, noise in slip and in force.
@@ -68,30 +68,35 @@ pub struct Level {
     pub judgements: Vec<Judgement>,
 }
 
-/// The study, over all levels.
+/// The study, over all levels. `go_on` is told which level comes next; the study ends with `None` when it says no.
 ///
 /// # Errors
 /// If a level has no samples to fit.
-pub fn run(excitation: &Excitation) -> Result<Study, FitError> {
-    let levels = excitation.levels.iter().map(|&level| judge_level(excitation, level));
-    Ok(Study { excitation: excitation.clone(), levels: levels.collect::<Result<_, _>>()? })
+pub fn run(
+    excitation: &Excitation,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Option<Study>, FitError> {
+    let mut levels = Vec::new();
+    for (place, &level) in excitation.levels.iter().enumerate() {
+        if !go_on(place) {
+            return Ok(None);
+        }
+        levels.push(judge_level(excitation, level)?);
+    }
+    Ok(Some(Study { excitation: excitation.clone(), levels }))
 }
 
 fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
     let samples = samples(excitation, level);
-    let answer = identify(&Question {
-        samples: &samples,
-        prior: Prior::longitudinal(),
-        direction: Direction::Longitudinal,
-        slip_std: excitation.slip_std,
-        seed: excitation.seed,
-    })?;
-    Ok(Level {
-        level,
-        least_squares: answer.unrestricted.theta,
-        nelder_mead: answer.unrestricted_simplex.theta,
-        judgements: answer.judgements,
-    })
+    let usual = Settings::new(Direction::Longitudinal);
+    let settings = Settings {
+        slip_noise: (excitation.slip_std > 0.0).then(|| SlipNoise::new(excitation.slip_std)),
+        options: Options { seed: excitation.seed, ..usual.options },
+        ..usual
+    };
+    let answer = identify(&samples, &settings, &[Method::LeastSquares, Method::NelderMead])?;
+    let [least_squares, nelder_mead] = [0, 1].map(|place| answer.unrestricted[place].1.theta);
+    Ok(Level { level, least_squares, nelder_mead, judgements: answer.judgements })
 }
 
 /// The data of one level. Without noise where a standard deviation is not a positive number.
@@ -118,7 +123,8 @@ mod tests {
     use crate::result::Verdict;
 
     fn at(levels: &[f64]) -> Study {
-        run(&Excitation { levels: levels.to_vec(), ..Excitation::default() }).expect("samples")
+        let excitation = Excitation { levels: levels.to_vec(), ..Excitation::default() };
+        run(&excitation, &mut |_| true).expect("samples").expect("not cancelled")
     }
 
     fn judgement<'a>(level: &'a Level, name: &str) -> &'a Judgement {
