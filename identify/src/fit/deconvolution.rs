@@ -57,7 +57,6 @@ impl Density {
                 .map(|j| near(j).map(|(k, distance)| kernel[distance] * values[k]).sum())
                 .collect()
         };
-        let norm: f64 = kernel[0] + 2.0 * kernel[1..].iter().sum::<f64>();
         let mut weights = vec![1.0 / cells as f64; cells];
         for _ in 0..ITERATIONS {
             let expected = blur(&weights);
@@ -70,7 +69,6 @@ impl Density {
                 *weight *= gain;
             }
         }
-        debug_assert!(norm > 0.0);
         Self { first: low, cell, noise, weights }
     }
 

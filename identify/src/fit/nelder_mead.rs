@@ -25,7 +25,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { evaluations: 20_000, size: 1e-9, spread: 1e-12, restarts: 10 }
+        Self { evaluations: 20_000, size: 1e-9, spread: 1e-12, restarts: 30 }
     }
 }
 
@@ -36,7 +36,7 @@ pub struct Minimum {
     pub x: Vec<f64>,
     /// Its cost.
     pub cost: f64,
-    /// Converged when a restart did not improve it.
+    /// Converged when restarts in all directions did not improve it.
     pub status: Status,
     /// Restarts that were made.
     pub restarts: usize,
@@ -44,8 +44,9 @@ pub struct Minimum {
     pub evaluations: usize,
 }
 
-/// First edge of the simplex, and the least distance of a start from a bound, as shares of the box.
-const EDGE: f64 = 0.1;
+/// Edges of the first simplex of each start, as shares of the box, in turn.
+const EDGES: [f64; 4] = [0.1, -0.1, 0.01, -0.01];
+/// Least distance of a start from a bound, as a share of the box.
 const MARGIN: f64 = 0.05;
 
 /// Fits the free parameters from the first start of the options. There are no variances of parameters in the solution: the
@@ -118,10 +119,10 @@ pub fn minimise(
     };
     let first: Vec<f64> = (0..start.len()).map(share).collect();
     let mut best = search.vertex(first);
-    let (mut status, mut restarts) = (Status::IterationLimit, 0);
+    let (mut status, mut restarts, mut in_vain) = (Status::IterationLimit, 0, 0);
     for restart in 0..=limits.restarts {
         restarts = restart;
-        let end = search.contract(best.clone(), if restart % 2 == 0 { EDGE } else { -EDGE });
+        let end = search.contract(best.clone(), EDGES[restart % EDGES.len()]);
         let gained = best.1 - end.1;
         if end.1 <= best.1 {
             best = end;
@@ -129,7 +130,8 @@ pub fn minimise(
         if search.evaluations >= limits.evaluations {
             break;
         }
-        if restart > 0 && gained <= limits.spread * best.1.abs() {
+        in_vain = if gained <= limits.spread * best.1.abs() { in_vain + 1 } else { 0 };
+        if in_vain == EDGES.len() {
             status = Status::Converged;
             break;
         }

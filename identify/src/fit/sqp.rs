@@ -57,7 +57,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { iterations: 500, target: 1e-11, tolerance: 1e-8 }
+        Self { iterations: 500, target: 1e-12, tolerance: 1e-8 }
     }
 }
 
@@ -88,6 +88,8 @@ pub struct Minimum {
 const FIRST_DAMPING: f64 = 1e-2;
 const LEAST_DAMPING: f64 = 1e-13;
 const MOST_DAMPING: f64 = 1e12;
+/// A price beyond this share of the scale says that the inequalities contradict each other or the box.
+const MOST_PRICE: f64 = 1e7;
 /// Predicted decreases below this share of scale² drown in the rounding of the cost.
 const ROUNDING: f64 = 1e-13;
 
@@ -157,8 +159,10 @@ pub fn minimise(
         let drowned = predicted.abs() <= ROUNDING * point.model.scale.powi(2);
         let gain = if drowned {
             if next_residual < residual { 1.0 } else { -1.0 }
-        } else {
+        } else if predicted > 0.0 {
             actual / predicted
+        } else {
+            -1.0
         };
         if next_residual.is_finite() {
             search.learn(&point, &next, &next_multipliers);
@@ -216,8 +220,12 @@ impl Search<'_> {
         let width = &point.width;
         let gradient = point.model.gradient.component_div(width);
         let rows = DMatrix::from_fn(point.values.len(), n, |r, i| point.rows[(r, i)] / width[i]);
-        if !rows.is_empty() {
-            self.price = self.price.max(10.0 * gradient.amax() / rows.amax().max(1e-12));
+        // What the rows must be able to pull with; where they have no slope yet, the price rises later.
+        let steepest = if rows.is_empty() { 0.0 } else { rows.amax() };
+        if steepest > 0.0 {
+            self.price = self
+                .price
+                .max((10.0 * gradient.amax() / steepest).min(MOST_PRICE * point.model.scale));
         }
         let mut subproblem = Subproblem {
             hessian,
@@ -229,11 +237,10 @@ impl Search<'_> {
             price: self.price,
         };
         let mut step = qp::solve(&subproblem)?;
-        for _ in 0..6 {
-            if !step.rows.contains(&Place::Violated) {
-                break;
-            }
-            subproblem.price *= 10.0;
+        while step.rows.contains(&Place::Violated)
+            && subproblem.price < MOST_PRICE * point.model.scale
+        {
+            subproblem.price = 10.0 * subproblem.price.max(point.model.scale);
             step = qp::solve(&subproblem)?;
         }
         if !step.rows.contains(&Place::Violated) {
