@@ -6,6 +6,28 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+pub mod compressed;
+pub mod config;
+pub mod design;
+pub mod direction;
+pub mod effective;
+pub mod estimate;
+pub mod fit;
+pub mod kernel;
+pub mod loss;
+pub mod page;
 pub mod parameters;
+mod plugin;
+pub mod posterior;
+pub mod prepare;
+pub mod prior;
+pub mod quadrature;
+pub mod quantity;
 pub mod result;
 pub mod samples;
+pub mod settings;
+pub mod sobol;
+pub mod start_values;
+pub mod study;
+pub mod text;
+pub mod verdict;

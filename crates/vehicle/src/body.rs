@@ -7,6 +7,7 @@ use crate::{G, Number};
 
 /// Rigid body of the car, seen in the plane of symmetry. The default is the demo car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Body {
     /// Mass [kg].
     pub m: f64,
@@ -81,6 +82,7 @@ impl Body {
 /// Zero for both says that the air moves no load between the axles of a car held at rest in the
 /// wind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Aero {
     /// Air density [kg/m³].
     pub rho: f64,

@@ -23,17 +23,21 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+mod axle;
 mod body;
 mod integrate;
 mod linear;
 mod single_track;
 mod tire;
+mod wheel;
 
+pub use axle::AxleForces;
 pub use body::{Aero, Body};
 pub use integrate::rk4;
 pub use linear::NominalCar;
 pub use single_track::{Input, Motion, SLIP_SPEED_FLOOR, State, Vehicle};
 pub use tire::MagicFormula;
+pub use wheel::{Differential, Wheel, slip_ratio};
 
 use num_dual::DualNum;
 

@@ -170,17 +170,14 @@ impl<T: Number> Vehicle<T> {
     /// Forces and accelerations of the car: Newton's and Euler's equations in body axes.
     ///
     /// v_x' = a_x + v_y r, v_y' = a_y − v_x r, I_zz r' = l_f (F_yf cos δ + F_xf sin δ) − l_r F_yr,
-    /// with slip angles α_f = δ − atan((v_y + l_f r) / v) and α_r = −atan((v_y − l_r r) / v),
-    /// where v = max(v_x, 1 m/s).
+    /// with the slip angles of [`Body::slip_angles`].
     #[inline]
     pub fn evaluate(&self, state: &State<T>, input: &Input<T>) -> Motion<T> {
         let Body { m, I_zz, l_f, l_r, .. } = self.body;
         let State { psi, v_x, v_y, r, .. } = *state;
         let (sin_delta, cos_delta) = input.delta.sin_cos();
 
-        let v = slip_speed(v_x);
-        let alpha_f = input.delta - (v_y + r * l_f).atan2(v);
-        let alpha_r = -(v_y - r * l_r).atan2(v);
+        let [alpha_f, alpha_r] = self.body.slip_angles(v_x, v_y, r, input.delta);
         let mu_f = self.tire_f.coefficient(alpha_f);
         let mu_r = self.tire_r.coefficient(alpha_r);
 

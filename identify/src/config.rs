@@ -1,0 +1,207 @@
+//! Reads what a scenario wants of the identification: the part `[analysis.config]` of its file.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::direction::Direction;
+use crate::fit::{self, Constraints, Options, SlipNoise};
+use crate::loss::Loss;
+use crate::parameters::{COUNT, Parameter};
+use crate::prepare::{Pipeline, Shift};
+use crate::settings::{Method, Settings};
+use crate::study::excitation::Excitation;
+
+/// What is to be done.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "task", rename_all = "snake_case")]
+pub enum Config {
+    /// Identify the tires of a car from what it did.
+    Tires(Box<Tires>),
+    /// Tell from which excitation on each parameter is identified.
+    ExcitationStudy(Excitation),
+    /// Tell which parameter matters at which slip.
+    SensitivityStudy(Sensitivity),
+}
+
+impl Config {
+    /// Reads TOML.
+    ///
+    /// # Errors
+    /// In words, with the key in backticks.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let config: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
+        if let Self::Tires(tires) = &config {
+            tires.check()?;
+        }
+        Ok(config)
+    }
+}
+
+/// `task = "tires"`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tires {
+    /// From signals to points.
+    #[serde(default)]
+    pub prepare: Pipeline,
+    /// How the lateral curves are identified.
+    #[serde(default)]
+    pub lateral: Curve,
+    /// How the longitudinal curves are identified.
+    #[serde(default)]
+    pub longitudinal: Curve,
+    /// How the values are found.
+    #[serde(default = "methods")]
+    pub methods: Vec<Method>,
+    /// The node whose start values `tires.toml` sets.
+    #[serde(default = "plant")]
+    pub node: String,
+    /// Of random numbers.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+fn methods() -> Vec<Method> {
+    vec![Method::LeastSquares, Method::NelderMead]
+}
+
+fn plant() -> String {
+    "plant".to_owned()
+}
+
+impl Tires {
+    fn check(&self) -> Result<(), String> {
+        if self.methods.is_empty() {
+            return Err("`methods` is empty; name `least_squares` at least".to_owned());
+        }
+        self.prepare.check().map_err(|error| error.to_string())?;
+        self.lateral.check("lateral")?;
+        self.longitudinal.check("longitudinal")
+    }
+}
+
+/// What is known of a curve and how it is fitted.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Curve {
+    /// Lowest and highest values; those of the literature unless given.
+    pub bounds: BTreeMap<Parameter, [f64; 2]>,
+    /// Typical values, which parameters are held at that the data cannot tell.
+    pub typical: BTreeMap<Parameter, f64>,
+    /// Whether they are held there.
+    pub hold: Hold,
+    /// Limits of the stiffness B C D.
+    pub stiffness: Option<[f64; 2]>,
+    /// Limits of the slip at the peak.
+    pub peak_slip: Option<[f64; 2]>,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Standard deviation of the noise of the slip.
+    pub slip_std: Option<f64>,
+    /// λ_reg: weight of a pull of the fit towards the typical values, in units of the width of the bounds.
+    pub regularisation: f64,
+    /// Starts of the fit.
+    pub starts: Option<usize>,
+}
+
+/// Whether parameters that the data cannot tell are held at their typical values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// Yes.
+    #[default]
+    NotIdentifiable,
+    /// No: everything is fitted.
+    Nothing,
+}
+
+impl Curve {
+    fn check(&self, direction: &str) -> Result<(), String> {
+        for (parameter, [low, high]) in &self.bounds {
+            if low >= high || !(low.is_finite() && high.is_finite()) {
+                let name = parameter.name();
+                return Err(format!(
+                    "{direction}: expected two rising numbers for the bounds of `{name}`, found {low} and {high}"
+                ));
+            }
+        }
+        if !(self.regularisation >= 0.0 && self.regularisation.is_finite()) {
+            let found = self.regularisation;
+            return Err(format!("{direction}: `regularisation` is {found}, expected 0 or above"));
+        }
+        if self.starts == Some(0) {
+            return Err(format!("{direction}: `starts` is 0, expected 1 or more"));
+        }
+        Ok(())
+    }
+
+    /// The settings for points whose shift was found beforehand, or is to be found with the rest.
+    pub fn settings(&self, direction: Direction, shift: Option<Shift>, seed: u64) -> Settings {
+        let usual = Settings::new(direction);
+        let mut prior = usual.prior;
+        for (&parameter, &[low, high]) in &self.bounds {
+            prior.bounds.lower[parameter as usize] = low;
+            prior.bounds.upper[parameter as usize] = high;
+            let centre = &mut prior.centre[parameter as usize];
+            *centre = centre.clamp(low, high);
+        }
+        for (&parameter, &value) in &self.typical {
+            prior.centre[parameter as usize] = value;
+        }
+        match shift {
+            Some(Shift { S_h, S_v, .. }) => {
+                prior.centre[Parameter::S_h as usize] = S_h;
+                prior.centre[Parameter::S_v as usize] = S_v;
+            }
+            None => prior.free = [true; COUNT],
+        }
+        let ridge = (self.regularisation > 0.0).then(|| fit::Prior {
+            mean: prior.centre,
+            std: Parameter::ALL.map(|parameter| prior.std(parameter)),
+            weight: self.regularisation,
+        });
+        Settings {
+            prior,
+            constraints: Constraints { stiffness: self.stiffness, peak_slip: self.peak_slip },
+            ridge,
+            loss: self.loss,
+            slip_noise: self.slip_std.map(SlipNoise::new),
+            hold: self.hold == Hold::NotIdentifiable,
+            options: Options {
+                starts: self.starts.unwrap_or(usual.options.starts),
+                seed,
+                ..usual.options
+            },
+            ..usual
+        }
+    }
+}
+
+/// `task = "sensitivity_study"`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+pub struct Sensitivity {
+    /// The tire.
+    pub B: f64,
+    /// The tire.
+    pub C: f64,
+    /// The tire.
+    pub D: f64,
+    /// The tire.
+    pub E: f64,
+    /// Half the range of each parameter over its value.
+    pub spread: f64,
+    /// Largest slip.
+    pub limit: f64,
+    /// How many slips.
+    pub count: usize,
+}
+
+impl Default for Sensitivity {
+    /// Table II and Fig. 4 of the paper.
+    fn default() -> Self {
+        Self { B: 15.0, C: 2.0, D: 1.5, E: 0.8, spread: 0.1, limit: 1.0, count: 100 }
+    }
+}

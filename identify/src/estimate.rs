@@ -1,0 +1,184 @@
+//! Puts a fit, its verdicts and its posterior together into what is told of a tire.
+//!
+//! What the data cannot tell is held at the prior and the rest is fitted again, as Goblirsch et al. (IV 2025) advise. The
+//! values are those of this second fit: the curve to use where data are. Standard deviations, intervals and covariance are
+//! those of the posterior with everything free: holding a parameter teaches nothing about it.
+
+use std::time::Instant;
+
+use crate::compressed::Compressed;
+use crate::effective::effective;
+use crate::fit::{FitError, Solution};
+use crate::parameters::Parameter;
+use crate::posterior::Posterior;
+use crate::posterior::tempered;
+use crate::prior::Prior;
+use crate::result::{ByName, Estimate, Verdict};
+use crate::samples::Samples;
+use crate::settings::{Method, Settings};
+use crate::verdict::{Evidence, Judgement, judge};
+
+/// What was identified.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// What is told, by method, in the order that was asked for.
+    pub estimates: Vec<(Method, Estimate)>,
+    /// With all parameters free, by method.
+    pub unrestricted: Vec<(Method, Solution)>,
+    /// What the data can tell.
+    pub judgements: Vec<Judgement>,
+    /// What the data and the box say.
+    pub posterior: Posterior,
+}
+
+/// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again. The uncertainty is the same for all
+/// methods: it is that of the data and of what was known before, not one of a method.
+///
+/// # Errors
+/// If the samples or the settings leave nothing to fit, see [`FitError`].
+pub fn identify(
+    samples: &Samples,
+    settings: &Settings,
+    methods: &[Method],
+) -> Result<Answer, FitError> {
+    let Settings { prior, direction, options, .. } = settings;
+    let best = settings.fit(samples, prior, Method::LeastSquares)?;
+    let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
+
+    let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
+    let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
+    let data = Compressed::new(&noisy);
+    let draws = tempered::Options { seed: options.seed, ..tempered::Options::default() };
+    let posterior = tempered::draw(&data, prior, &draws);
+    let (noise_std, direction) = (best.noise_std, *direction);
+    let evidence = Evidence { data: &data, slip_range, noise_std, direction };
+    let judgements = judge(&evidence, prior, &posterior, &best.theta);
+
+    let fixed = if settings.hold { to_hold(&judgements) } else { Vec::new() };
+    let rest = hold(prior, &fixed);
+    let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
+    for &method in methods {
+        let begin = Instant::now();
+        let free = settings.fit(samples, prior, method)?;
+        let again =
+            if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
+        let seconds = begin.elapsed().as_secs_f64();
+        let solution = again.as_ref().unwrap_or(&free);
+        let estimate =
+            assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
+        estimates.push((method, Estimate { seconds, ..estimate }));
+        unrestricted.push((method, free));
+    }
+    Ok(Answer { estimates, unrestricted, judgements, posterior })
+}
+
+/// Parameters to hold at the prior. B is never held: with the others at their prior it carries the stiffness, which low
+/// slip tells.
+pub fn to_hold(judgements: &[Judgement]) -> Vec<Parameter> {
+    let unknown =
+        judgements.iter().filter(|judgement| judgement.verdict == Verdict::NotIdentifiable);
+    unknown
+        .filter_map(|judgement| judgement.quantity.parameter())
+        .filter(|&p| p != Parameter::B)
+        .collect()
+}
+
+/// The prior with some parameters held at its centre.
+pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
+    let mut held = *prior;
+    for &parameter in parameters {
+        held.free[parameter as usize] = false;
+    }
+    held
+}
+
+/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time is left to the caller.
+pub fn assemble(
+    solution: &Solution,
+    fixed: &[Parameter],
+    judgements: &[Judgement],
+    posterior: &Posterior,
+    slip_range: [f64; 2],
+    samples: usize,
+) -> Estimate {
+    fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
+        judgements
+            .iter()
+            .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
+            .collect()
+    }
+    let names = |parameters: &[Parameter]| parameters.iter().map(|p| p.name().to_owned()).collect();
+    let free: Vec<Parameter> =
+        judgements.iter().filter_map(|judgement| judgement.quantity.parameter()).collect();
+    Estimate {
+        mean: by_name(judgements, |judgement| judgement.quantity.value(&solution.theta)),
+        std: by_name(judgements, |judgement| judgement.std),
+        interval: by_name(judgements, |judgement| judgement.interval),
+        parameters: names(&free),
+        covariance: posterior.covariance(&free),
+        at_bound: names(&solution.at_bound),
+        fixed: names(fixed),
+        identified: by_name(judgements, |judgement| judgement.verdict),
+        reason: by_name(judgements, |judgement| judgement.reason.clone()),
+        slip_range,
+        samples,
+        noise_std: solution.noise_std,
+        convergence: solution.convergence.clone(),
+        seconds: 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direction::Direction;
+    use crate::fit::SlipNoise;
+    use crate::study::excitation::{Excitation, samples};
+
+    fn answer(level: f64) -> Answer {
+        let samples = samples(&Excitation { samples: 1500, ..Excitation::default() }, level);
+        let slip_noise = Some(SlipNoise::new(0.001));
+        let settings = Settings { slip_noise, ..Settings::new(Direction::Longitudinal) };
+        let methods = [Method::LeastSquares, Method::NelderMead];
+        identify(&samples, &settings, &methods).expect("fits")
+    }
+
+    #[test]
+    fn what_low_slip_cannot_tell_is_held_and_the_stiffness_kept() {
+        let answer = answer(0.04);
+        for (_, estimate) in &answer.estimates {
+            assert!(
+                ["C", "E"].iter().all(|name| estimate.fixed.iter().any(|fixed| fixed == name)),
+                "{estimate:?}"
+            );
+            assert_eq!(estimate.mean["C"], 1.65);
+            assert!((estimate.mean["K"] / 45.0 - 1.0).abs() < 0.05, "{}", estimate.mean["K"]);
+            assert!(
+                (estimate.mean["K"] - estimate.mean["B"] * estimate.mean["C"] * estimate.mean["D"])
+                    .abs()
+                    < 1e-9
+            );
+            assert!(estimate.std["C"] > 0.2, "holding a parameter does not make it certain");
+            assert_eq!(estimate.covariance.len(), estimate.parameters.len());
+            assert!(estimate.slip_range[1] < 0.05);
+        }
+    }
+
+    #[test]
+    fn enough_excitation_gives_all_of_the_truth() {
+        let answer = answer(1.0);
+        let (_, estimate) = &answer.estimates[0];
+        assert!(estimate.fixed.is_empty(), "{:?}", estimate.reason);
+        for (name, truth) in
+            [("B", 15.0), ("C", 2.0), ("D", 1.5), ("E", 0.8), ("K", 45.0), ("peak_slip", 0.0877)]
+        {
+            assert_eq!(estimate.identified[name], Verdict::Identified, "{}", estimate.reason[name]);
+            assert!(
+                (estimate.mean[name] - truth).abs() < 4.0 * estimate.std[name],
+                "{name}: {}",
+                estimate.mean[name]
+            );
+        }
+        assert!((estimate.noise_std / 0.05 - 1.0).abs() < 0.1);
+    }
+}

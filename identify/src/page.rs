@@ -1,0 +1,235 @@
+//! Writes `tires.html`: what was found of the tires on one page that needs nothing but a browser.
+
+mod curves;
+mod plot;
+mod studies;
+
+use std::fmt::Write;
+
+use crate::direction::Direction;
+use crate::posterior::Posterior;
+use crate::prior::Prior;
+use crate::result::{Estimate, Status, Verdict};
+use crate::samples::Samples;
+use crate::study::{excitation, sensitivity};
+use crate::text::{escape, significant, with_std};
+
+/// All that the page shows. What is absent has no section.
+#[derive(Clone, Debug, Default)]
+pub struct Page<'a> {
+    /// Title.
+    pub title: &'a str,
+    /// Facts of the run: name and value.
+    pub facts: &'a [(String, String)],
+    /// One section for each axle and direction.
+    pub sections: Vec<Section<'a>>,
+    /// Estimates over excitation.
+    pub excitation: Option<&'a excitation::Study>,
+    /// Sensitivities over slip.
+    pub sensitivity: Option<&'a sensitivity::Study>,
+}
+
+/// One tire in one direction.
+#[derive(Clone, Debug)]
+pub struct Section<'a> {
+    /// As "front axle, lateral".
+    pub name: &'a str,
+    /// Which force.
+    pub direction: Direction,
+    /// The samples.
+    pub samples: &'a Samples,
+    /// What was known before.
+    pub prior: &'a Prior,
+    /// What was found. The first method's verdicts and band are shown.
+    pub methods: Vec<Method<'a>>,
+}
+
+/// What one method found.
+#[derive(Clone, Copy, Debug)]
+pub struct Method<'a> {
+    /// As "least squares".
+    pub name: &'a str,
+    /// The result.
+    pub estimate: &'a Estimate,
+    /// Draws, for band and densities.
+    pub posterior: &'a Posterior,
+}
+
+/// The page.
+pub fn render(page: &Page) -> String {
+    let title = escape(page.title);
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\"><head><meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title>\n\
+         <style>\n{}</style></head>\n<body>\n<h1>{title}</h1>\n",
+        include_str!("page/style.css")
+    );
+    for section in &page.sections {
+        write_section(&mut html, section);
+    }
+    if let Some(study) = page.excitation {
+        html.push_str("<h2>What excitation tells</h2>\n");
+        let told = &study.excitation;
+        let _ = writeln!(
+            html,
+            "<p class=\"faint\">Synthetic data of a known tire: {} points from slip 0 to the level, noise of {} in slip \
+             and {} in the friction coefficient, seed {}.</p>",
+            told.samples,
+            significant(told.slip_std, 2),
+            significant(told.force_std, 2),
+            told.seed
+        );
+        html.push_str(&studies::excitation(study));
+    }
+    if let Some(study) = page.sensitivity {
+        html.push_str("<h2>Which parameter matters at which slip</h2>\n");
+        let spread = significant(100.0 * study.spread, 2);
+        let _ = writeln!(
+            html,
+            "<p class=\"faint\">B, C, D and E vary by ±{spread} %, independently.</p>"
+        );
+        html.push_str(&studies::sensitivity(study));
+    }
+    if !page.facts.is_empty() {
+        html.push_str("<h2>Run</h2>\n<table>\n");
+        for (name, value) in page.facts {
+            let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
+        }
+        html.push_str("</table>\n");
+    }
+    html.push_str("</body></html>\n");
+    html
+}
+
+fn write_section(html: &mut String, section: &Section) {
+    let _ = writeln!(html, "<h2>{}</h2>", escape(section.name));
+    if let Some(first) = section.methods.first() {
+        let estimate = first.estimate;
+        let [low, high] = estimate.slip_range.map(|slip| section.direction.slip(slip));
+        let _ = writeln!(
+            html,
+            "<p class=\"faint\">{} samples with slip from {low} to {high}. Outside of it the curve is an \
+             extrapolation.</p>",
+            estimate.samples
+        );
+    }
+    html.push_str(&curves::curves(section));
+    html.push_str("<h3>What the data can tell</h3>\n");
+    if let Some(first) = section.methods.first() {
+        write_verdicts(html, first.estimate, section.direction);
+    }
+    html.push_str("<h3>How certain the parameters are</h3>\n");
+    html.push_str(&curves::densities(section));
+    html.push_str("<h3>Methods</h3>\n");
+    write_methods(html, section);
+}
+
+fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) {
+    html.push_str("<table>\n<tr><th>Quantity</th><th>Value</th><th>95 % interval</th><th>Verdict</th><th>Why</th></tr>\n");
+    for name in ORDER.into_iter().filter(|&name| estimate.mean.contains_key(name)) {
+        let number = |map: &crate::result::ByName| map.get(name).copied().unwrap_or(f64::NAN);
+        let interval = estimate.interval.get(name).copied().unwrap_or([f64::NAN; 2]);
+        let verdict = estimate.identified.get(name).copied();
+        let held = if estimate.fixed.iter().any(|fixed| fixed == name) {
+            " (held at the prior)"
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            html,
+            "<tr><td>{name} <span class=\"faint\">{}</span></td><td class=\"number\">{}{held}</td>\
+             <td class=\"number\">{} … {}</td><td class=\"verdict {}\">{}</td><td>{}</td></tr>",
+            describe(name, direction),
+            with_std(number(&estimate.mean), number(&estimate.std)),
+            significant(interval[0], 4),
+            significant(interval[1], 4),
+            verdict.map_or("", class),
+            verdict.map_or("–", words),
+            escape(estimate.reason.get(name).map_or("", String::as_str))
+        );
+    }
+    html.push_str("</table>\n");
+}
+
+fn write_methods(html: &mut String, section: &Section) {
+    html.push_str("<table>\n<tr><th>Method</th>");
+    let names = ["B", "C", "D", "E", "K"];
+    names.iter().for_each(|name| html.push_str(&format!("<th>{name}</th>")));
+    html.push_str("<th>Noise</th><th>At a bound</th><th>End</th><th>Iterations</th><th>Optima</th><th>Time</th></tr>\n");
+    for method in &section.methods {
+        let estimate = method.estimate;
+        let _ = write!(html, "<tr><td>{}</td>", escape(method.name));
+        for name in names {
+            let number = |map: &crate::result::ByName| map.get(name).copied().unwrap_or(f64::NAN);
+            let value = with_std(number(&estimate.mean), number(&estimate.std));
+            let _ = write!(html, "<td class=\"number\">{value}</td>");
+        }
+        let convergence = &estimate.convergence;
+        let _ = writeln!(
+            html,
+            "<td class=\"number\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"number\">{} s</td></tr>",
+            significant(estimate.noise_std, 3),
+            escape(&if estimate.at_bound.is_empty() {
+                "none".into()
+            } else {
+                estimate.at_bound.join(", ")
+            }),
+            match convergence.status {
+                Status::Converged => "converged",
+                Status::Stalled => "stalled",
+                Status::IterationLimit => "limit of iterations",
+            },
+            convergence.iterations,
+            convergence.optima,
+            significant(estimate.seconds, 2)
+        );
+    }
+    html.push_str("</table>\n");
+}
+
+/// The order of rows.
+const ORDER: [&str; 9] = ["B", "C", "D", "E", "S_h", "S_v", "K", "peak", "peak_slip"];
+
+fn words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Identified => "identified",
+        Verdict::Weak => "weak",
+        Verdict::NotIdentifiable => "not identifiable",
+    }
+}
+
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Identified => "identified",
+        Verdict::Weak => "weak",
+        Verdict::NotIdentifiable => "not_identifiable",
+    }
+}
+
+fn describe(name: &str, direction: Direction) -> String {
+    let what = match name {
+        "B" => "stiffness factor",
+        "C" => "shape factor",
+        "D" => "peak factor",
+        "E" => "curvature factor",
+        "S_h" => "horizontal shift",
+        "S_v" => "vertical shift",
+        "K" => "stiffness B C D",
+        "peak" => "highest friction coefficient",
+        "peak_slip" => "slip at the peak",
+        _ => "",
+    };
+    format!("{what} [{}]", unit(name, direction))
+}
+
+/// The unit of a quantity: slip angles are in radians, slip ratios are numbers.
+fn unit(name: &str, direction: Direction) -> &'static str {
+    match (direction, name) {
+        (Direction::Lateral, "B" | "K") => "1/rad",
+        (Direction::Lateral, "S_h" | "peak_slip") => "rad",
+        _ => "–",
+    }
+}
+
+#[cfg(test)]
+mod tests;

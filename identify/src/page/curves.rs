@@ -1,0 +1,175 @@
+//! Draws what was found of one tire: its curve with the data and the band, and the densities of its parameters.
+
+use super::plot::{Axis, Class, Plot};
+use super::{Section, unit};
+use crate::parameters::{Parameter, Theta, curve, theta};
+use crate::posterior::{quantile, std};
+use crate::quantity::Quantity;
+use crate::result::Estimate;
+use crate::samples::Samples;
+
+/// Colours of the methods, in their order.
+const COLOURS: [Class; 5] = ["c0", "c1", "c2", "c3", "c4"];
+/// Data points that are drawn at most.
+const DRAWN: usize = 700;
+const WIDE: [f64; 2] = [1080.0, 420.0];
+const SMALL: [f64; 2] = [350.0, 230.0];
+
+/// Curves of all methods over the data, with the band of the first.
+pub fn curves(section: &Section) -> String {
+    let Some([low, high]) = section.samples.slip_range() else {
+        return "<p>No samples.</p>\n".into();
+    };
+    let space = 0.3 * (high - low).max(high.abs()).max(1e-6);
+    let (start, end) = (if low < -0.25 * high { low - space } else { low.min(0.0) }, high + space);
+    let grid =
+        |from: f64, to: f64| (0..=160).map(move |i| from + (to - from) * f64::from(i) / 160.0);
+    let data = thin(section.samples);
+    let found: Vec<_> =
+        section.methods.iter().map(|method| curve(&point(method.estimate, section))).collect();
+    let heights = found.iter().flat_map(|tire| grid(start, end).map(|slip| tire.coefficient(slip)));
+    let y = Axis::about(
+        section.direction.force_label(),
+        data.iter().map(|point| point.1).chain(heights),
+    );
+    let mut plot = Plot::new(WIDE, Axis::linear(section.direction.slip_label(), start, end), y);
+    plot.dots(&data, 1.8, "data", "data");
+    if let Some(first) = section.methods.first() {
+        let slips: Vec<f64> = grid(start, end).collect();
+        let band: Vec<_> = slips.iter().copied().zip(first.posterior.band(&slips)).collect();
+        plot.band(&band, COLOURS[0], "95 % of the posterior");
+    }
+    for ((method, tire), class) in
+        section.methods.iter().zip(&found).zip(COLOURS.into_iter().cycle())
+    {
+        let points = |from, to| {
+            grid(from, to).map(|slip| (slip, tire.coefficient(slip))).collect::<Vec<_>>()
+        };
+        plot.line(&points(low, high), class, method.name);
+        plot.dashes(&points(start, low), class, "");
+        plot.dashes(&points(high, end), class, "");
+    }
+    plot.figure("Tire curve (dashed: no data there)")
+}
+
+/// Densities of B, C, D, E and K, one small plot each.
+pub fn densities(section: &Section) -> String {
+    use Parameter::{B, C, D, E};
+    let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain([Quantity::K]);
+    let plots: Vec<_> = quantities.map(|quantity| (quantity, density(section, quantity))).collect();
+    let legend = plots.first().map_or("", |(_, plot)| plot.keys());
+    let figures: String =
+        plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
+    format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid\">\n{figures}</div>\n")
+}
+
+fn density(section: &Section, quantity: Quantity) -> Plot {
+    let range = quantity.range(section.prior);
+    let draws: Vec<Vec<f64>> = section
+        .methods
+        .iter()
+        .map(|method| {
+            let mut values = method.posterior.values(quantity);
+            values.sort_by(f64::total_cmp);
+            values
+        })
+        .collect();
+    // The middle 99.8 %: single draws far away would flatten the rest.
+    let ends = draws.iter().flat_map(|values| [quantile(values, 0.001), quantile(values, 0.999)]);
+    let name = quantity.name();
+    let values =
+        section.methods.iter().filter_map(|method| method.estimate.mean.get(name).copied());
+    let x = Axis::about(&format!("{name} [{}]", unit(name, section.direction)), ends.chain(values));
+    let grid: Vec<f64> =
+        (0..=120).map(|i| x.low() + (x.high() - x.low()) * f64::from(i) / 120.0).collect();
+    let smooth: Vec<Vec<f64>> =
+        draws.iter().map(|values| kernel_density(values, range, &grid)).collect();
+    let top =
+        smooth.iter().flatten().copied().filter(|height| height.is_finite()).fold(0.0, f64::max);
+    let mut plot = Plot::new(SMALL, x, Axis::linear("density", 0.0, 1.08 * top));
+    for ((method, heights), class) in
+        section.methods.iter().zip(&smooth).zip(COLOURS.into_iter().cycle())
+    {
+        let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
+        plot.line(&points, class, method.name);
+        if let Some(&value) = method.estimate.mean.get(name) {
+            plot.mark(value, class, if section.methods.len() == 1 { "value" } else { "" });
+        }
+    }
+    plot
+}
+
+/// Sum of normal kernels of Silverman's width; what would leak through a bound is reflected.
+fn kernel_density(ascending: &[f64], [low, high]: [f64; 2], grid: &[f64]) -> Vec<f64> {
+    let count = ascending.len() as f64;
+    let robust = (quantile(ascending, 0.75) - quantile(ascending, 0.25)) / 1.349;
+    let width = 0.9
+        * std(ascending).min(if robust > 0.0 { robust } else { f64::INFINITY })
+        * count.powf(-0.2);
+    let factor = 1.0 / (count * width * (2.0 * std::f64::consts::PI).sqrt());
+    let kernel = |distance: f64| (-0.5 * (distance / width).powi(2)).exp();
+    let near = |at: f64| -> f64 {
+        let first = ascending.partition_point(|&value| value < at - 6.0 * width);
+        ascending[first..]
+            .iter()
+            .take_while(|&&value| value <= at + 6.0 * width)
+            .map(|value| kernel(value - at))
+            .sum()
+    };
+    let inside = |at: f64| (low..=high).contains(&at);
+    let height = |&at: &f64| {
+        if inside(at) {
+            factor * (near(at) + near(2.0 * low - at) + near(2.0 * high - at))
+        } else {
+            0.0
+        }
+    };
+    grid.iter().map(height).collect()
+}
+
+/// At most `DRAWN` points, evenly taken from those ordered by slip.
+fn thin(samples: &Samples) -> Vec<(f64, f64)> {
+    let mut points: Vec<_> =
+        samples.slip.iter().copied().zip(samples.force.iter().copied()).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let count = points.len().min(DRAWN);
+    (0..count).map(|i| points[i * points.len() / count]).collect()
+}
+
+/// The parameters of an estimate; what it does not name is at the prior.
+fn point(estimate: &Estimate, section: &Section) -> Theta {
+    let mut values = theta(&curve(&section.prior.centre));
+    for parameter in Parameter::ALL {
+        if let Some(&value) = estimate.mean.get(parameter.name()) {
+            values[parameter as usize] = value;
+        }
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+
+    #[test]
+    fn a_density_integrates_to_one_and_does_not_leak_through_bounds() {
+        let draws: Vec<f64> = (0..4000).map(|i| f64::from(i) / 4000.0).collect();
+        let grid: Vec<f64> = (0..=600).map(|i| -1.0 + f64::from(i) / 200.0).collect();
+        let heights = kernel_density(&draws, [0.0, 1.0], &grid);
+        assert_abs_diff_eq!(heights.iter().sum::<f64>() / 200.0, 1.0, epsilon = 0.01);
+        assert_abs_diff_eq!(heights[200], 1.0, epsilon = 0.02);
+        assert_eq!(heights[199], 0.0);
+    }
+
+    #[test]
+    fn thinning_keeps_the_ends_and_no_more_than_it_draws() {
+        let slip: Vec<f64> = (0..10_000).rev().map(f64::from).collect();
+        let thinned = thin(&Samples::new(slip.clone(), slip));
+        assert_eq!(thinned.len(), DRAWN);
+        assert_eq!(thinned[0].0, 0.0);
+        assert!(thinned[DRAWN - 1].0 > 9980.0);
+        assert!(thin(&Samples::default()).is_empty());
+    }
+}

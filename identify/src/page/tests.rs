@@ -1,0 +1,156 @@
+//! Checks that the page is well formed, needs nothing else, and shows the numbers of its structs.
+
+use super::*;
+use crate::compressed::Compressed;
+use crate::estimate::assemble;
+use crate::fit::Solution;
+use crate::posterior::tempered::{Options, draw};
+use crate::result::Convergence;
+use crate::study::excitation::{Excitation, Level, Study, samples};
+use crate::verdict::{Evidence, judge};
+
+struct Found {
+    samples: Samples,
+    prior: Prior,
+    posterior: Posterior,
+    estimate: Estimate,
+    study: Study,
+}
+
+fn found() -> Found {
+    let excitation = Excitation { samples: 400, ..Excitation::default() };
+    let samples = samples(&excitation, 0.08);
+    let data = Compressed::new(&samples);
+    let prior = Prior::longitudinal();
+    let posterior = draw(&data, &prior, &Options { members: 128, ..Options::default() });
+    let slip_range = samples.slip_range().expect("points");
+    let evidence =
+        Evidence { data: &data, slip_range, noise_std: 0.05, direction: Direction::Longitudinal };
+    let judgements = judge(&evidence, &prior, &posterior, &excitation.truth);
+    let convergence = Convergence {
+        status: Status::Converged,
+        iterations: 12,
+        evaluations: 40,
+        kkt_residual: Some(1e-10),
+        starts: 8,
+        optima: 1,
+        cost: 1.0,
+    };
+    let solution = Solution {
+        theta: excitation.truth,
+        cost: 1.0,
+        noise_std: 0.0512,
+        free: vec![],
+        covariance: nalgebra::DMatrix::zeros(0, 0),
+        at_bound: vec![],
+        convergence,
+        optima: vec![],
+    };
+    let estimate = assemble(&solution, &[], &judgements, &posterior, slip_range, samples.len());
+    let level = |level| Level {
+        level,
+        least_squares: excitation.truth,
+        nelder_mead: [f64::NAN; 6],
+        judgements: judgements.clone(),
+    };
+    let study = Study { levels: vec![level(0.01), level(0.08), level(1.0)], excitation };
+    Found { samples, prior, posterior, estimate, study }
+}
+
+fn page(found: &Found, title: &str) -> String {
+    let method =
+        Method { name: "least <squares>", estimate: &found.estimate, posterior: &found.posterior };
+    let section = Section {
+        name: "front axle & more",
+        direction: Direction::Longitudinal,
+        samples: &found.samples,
+        prior: &found.prior,
+        methods: vec![method],
+    };
+    let tire = crate::parameters::curve(&found.study.excitation.truth);
+    let sensitivity = sensitivity::run(&tire, 0.1, 1.0, 50);
+    render(&Page {
+        title,
+        facts: &[("seed".to_owned(), "42 & <b>".to_owned())],
+        sections: vec![section],
+        excitation: Some(&found.study),
+        sensitivity: Some(&sensitivity),
+    })
+}
+
+fn text_of(document: &roxmltree::Document) -> String {
+    document.descendants().filter_map(|node| node.text()).collect::<Vec<_>>().join(" ")
+}
+
+fn parse(html: &str) -> roxmltree::Document<'_> {
+    let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+    roxmltree::Document::parse_with_options(html, options).expect("well-formed")
+}
+
+#[test]
+fn the_page_is_well_formed_and_needs_nothing_else() {
+    let html = page(&found(), "Tires </title><script>alert(1)</script>");
+    let document = parse(&html);
+    assert!(
+        document.descendants().all(|node| !node.has_tag_name("script")),
+        "text must be escaped"
+    );
+    let foreign = ["src", "href", "data"];
+    assert!(
+        document.descendants().all(|node| foreign.iter().all(|name| !node.has_attribute(*name)))
+    );
+    assert!(!html.contains("url(") && !html.contains("@import"));
+    assert!(!html.contains("NaN") && !html.contains("inf\""), "what is no number is not shown");
+}
+
+#[test]
+fn the_numbers_shown_are_those_of_the_estimate() {
+    let found = found();
+    let html = page(&found, "Tires");
+    let text = text_of(&parse(&html));
+    for (name, value) in &found.estimate.mean {
+        let shown = with_std(*value, found.estimate.std[name]);
+        assert!(text.contains(&shown), "{name} = {shown}");
+        assert!(text.contains(&significant(found.estimate.interval[name][0], 4)), "{name}");
+        assert!(text.contains(found.estimate.reason[name].as_str()), "{name}");
+    }
+    let rows = |class: Verdict| {
+        found.estimate.identified.values().filter(|&&verdict| verdict == class).count()
+    };
+    let document = parse(&html);
+    for verdict in [Verdict::Identified, Verdict::Weak, Verdict::NotIdentifiable] {
+        let wanted = format!("verdict {}", class(verdict));
+        let shown =
+            document.descendants().filter(|node| node.attribute("class") == Some(&wanted)).count();
+        assert_eq!(shown, rows(verdict), "{verdict:?}");
+    }
+    assert!(text.contains("0.0512") && text.contains("converged") && text.contains("42 & <b>"));
+}
+
+#[test]
+fn each_plot_has_labels_with_units() {
+    let html = page(&found(), "Tires");
+    let document = parse(&html);
+    let plots = document
+        .descendants()
+        .filter(|node| node.has_tag_name(("http://www.w3.org/1999/xhtml", "figure")));
+    let mut count = 0;
+    for plot in plots {
+        let labels = plot.descendants().filter(|node| node.attribute("class") == Some("label"));
+        assert_eq!(
+            labels.filter(|label| label.text().is_some_and(|text| !text.is_empty())).count(),
+            2
+        );
+        count += 1;
+    }
+    assert_eq!(count, 1 + 5 + 5 + 1);
+}
+
+#[test]
+fn a_page_without_data_is_a_page() {
+    let found = Found { samples: Samples::default(), posterior: Posterior::default(), ..found() };
+    let html = page(&found, "");
+    parse(&html);
+    assert!(html.contains("No samples."));
+    parse(&render(&Page::default()));
+}

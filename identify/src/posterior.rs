@@ -1,0 +1,102 @@
+//! Holds what the data and the box together say about a tire: draws of its parameters.
+//!
+//! Whatever method made the draws, everything that is told of uncertainty comes from here.
+
+pub mod tempered;
+
+use crate::parameters::{Parameter, Theta};
+use crate::quantity::Quantity;
+
+/// Draws of equal weight.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Posterior {
+    /// The draws.
+    pub draws: Vec<Theta>,
+}
+
+impl Posterior {
+    /// A quantity in each draw.
+    pub fn values(&self, quantity: Quantity) -> Vec<f64> {
+        self.draws.iter().map(|theta| quantity.value(theta)).collect()
+    }
+
+    /// Covariance of parameters.
+    pub fn covariance(&self, parameters: &[Parameter]) -> Vec<Vec<f64>> {
+        let columns: Vec<Vec<f64>> =
+            parameters.iter().map(|&p| self.values(Quantity::Parameter(p))).collect();
+        let centred: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|column| {
+                let mean = mean(column);
+                column.iter().map(|value| value - mean).collect()
+            })
+            .collect();
+        let product = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>() / (a.len() - 1) as f64
+        };
+        centred
+            .iter()
+            .map(|row| centred.iter().map(|column| product(row, column)).collect())
+            .collect()
+    }
+
+    /// 95 % of the curves are between these friction coefficients, at each slip on its own.
+    pub fn band(&self, slips: &[f64]) -> Vec<[f64; 2]> {
+        let at = |&slip: &f64| {
+            let values = self
+                .draws
+                .iter()
+                .map(|theta| crate::parameters::curve(theta).coefficient(slip))
+                .collect();
+            interval(values)
+        };
+        slips.iter().map(at).collect()
+    }
+}
+
+/// Mean of numbers; NaN of none.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard deviation of numbers; NaN of fewer than two.
+pub fn std(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0))
+        .sqrt()
+}
+
+/// The middle 95 % of numbers; NaN of none.
+pub fn interval(mut values: Vec<f64>) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    [0.025, 0.975].map(|share| quantile(&values, share))
+}
+
+/// A quantile of ascending numbers, linear between them.
+pub fn quantile(ascending: &[f64], share: f64) -> f64 {
+    let place = share * (ascending.len().max(1) - 1) as f64;
+    let at = |index: usize| ascending.get(index).copied().unwrap_or(f64::NAN);
+    let (low, high) = (at(place.floor() as usize), at(place.ceil() as usize));
+    low + place.fract() * (high - low)
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    #[test]
+    fn the_summaries_are_those_of_a_ramp() {
+        let draws =
+            (0..=100).map(|i| [f64::from(i), 2.0 * f64::from(i), 1.0, 0.0, 0.0, 0.0]).collect();
+        let posterior = Posterior { draws };
+        let values = posterior.values(Quantity::Parameter(Parameter::B));
+        assert_relative_eq!(mean(&values), 50.0);
+        assert_eq!(interval(values.clone()), [2.5, 97.5]);
+        let covariance = posterior.covariance(&[Parameter::B, Parameter::C]);
+        assert_relative_eq!(covariance[0][0].sqrt(), std(&values), max_relative = 1e-14);
+        assert_relative_eq!(covariance[0][1], 2.0 * covariance[0][0]);
+        assert_eq!(Posterior::default().covariance(&[]), Vec::<Vec<f64>>::new());
+    }
+}

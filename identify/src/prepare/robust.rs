@@ -1,0 +1,85 @@
+//! Medians, and the scale of residuals that outliers do not inflate.
+
+/// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
+pub const MAD_TO_STD: f64 = 1.482_602_218_505_602;
+
+/// Median, the mean of the two middle values of an even number; reorders the values. `None` without values.
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    let n = values.len();
+    if n == 0 {
+        return None;
+    }
+    let (below, &mut middle, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
+    if n % 2 == 1 {
+        return Some(middle);
+    }
+    let lower = below.iter().copied().max_by(f64::total_cmp)?;
+    Some(0.5 * (lower + middle))
+}
+
+/// Standard deviation of the bulk about `centre`: the median absolute deviation, scaled.
+pub fn spread(values: &[f64], centre: f64) -> Option<f64> {
+    let mut deviations: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
+    median(&mut deviations).map(|d| d * MAD_TO_STD)
+}
+
+/// Line y = intercept + slope x with Tukey's weights, from least squares on: `[intercept, slope]`. `None` with fewer
+/// than two different x.
+pub fn line(x: &[f64], y: &[f64]) -> Option<[f64; 2]> {
+    let mut weight = vec![1.0; x.len()];
+    let mut best = weighted_line(x, y, &weight)?;
+    for _ in 0..20 {
+        let residual: Vec<f64> = x.iter().zip(y).map(|(x, y)| y - best[0] - best[1] * x).collect();
+        let scale = spread(&residual, 0.0)?;
+        if scale <= 0.0 {
+            break;
+        }
+        weight = residual.iter().map(|r| bisquare(r / scale)).collect();
+        best = weighted_line(x, y, &weight)?;
+    }
+    Some(best)
+}
+
+/// Tukey's weight of a residual in standard deviations: 1 at zero, 0 from 4.685 on.
+pub fn bisquare(residual: f64) -> f64 {
+    let u = residual / 4.685;
+    if u.abs() < 1.0 { (1.0 - u * u).powi(2) } else { 0.0 }
+}
+
+fn weighted_line(x: &[f64], y: &[f64], weight: &[f64]) -> Option<[f64; 2]> {
+    let sum = |f: &dyn Fn(usize) -> f64| (0..x.len()).map(|i| weight[i] * f(i)).sum::<f64>();
+    let total = sum(&|_| 1.0);
+    let (x_mean, y_mean) = (sum(&|i| x[i]) / total, sum(&|i| y[i]) / total);
+    let xx = sum(&|i| (x[i] - x_mean).powi(2));
+    let slope = sum(&|i| (x[i] - x_mean) * (y[i] - y_mean)) / xx;
+    (xx > 0.0 && slope.is_finite()).then_some([y_mean - slope * x_mean, slope])
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    #[test]
+    fn median_is_in_the_middle() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&mut [4.0, 1.0, 2.0, 30.0]), Some(3.0));
+        assert_eq!(median(&mut []), None);
+        assert_relative_eq!(spread(&[1.0, 2.0, 3.0, 4.0, 100.0], 3.0).unwrap_or(0.0), MAD_TO_STD);
+    }
+
+    #[test]
+    fn line_ignores_a_fifth_of_outliers() {
+        let x: Vec<f64> = (0..100).map(f64::from).collect();
+        let noise = |x: f64| 0.1 * (x * 12.9898).sin();
+        let y: Vec<f64> = x
+            .iter()
+            .map(|&x| if x % 5.0 == 0.0 { 300.0 } else { 2.0 - 0.5 * x + noise(x) })
+            .collect();
+        let [intercept, slope] = line(&x, &y).expect("x differ");
+        assert_relative_eq!(intercept, 2.0, epsilon = 0.05);
+        assert_relative_eq!(slope, -0.5, epsilon = 1e-3);
+        assert_eq!(line(&[1.0, 1.0], &[0.0, 1.0]), None);
+    }
+}

@@ -1,0 +1,68 @@
+//! Holds what is known of a tire before any data: the box of its parameters, and typical values.
+
+use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+
+/// Uniform within a box; the centre is what a parameter is held at when the data cannot tell it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// The box.
+    pub bounds: Bounds,
+    /// Parameters that are estimated; the others are at their centre.
+    pub free: [bool; COUNT],
+    /// Typical values.
+    pub centre: Theta,
+}
+
+impl Prior {
+    /// A lateral tire curve without shifts. C as in Pacejka, Tire and Vehicle Dynamics, section 4.3.
+    pub fn lateral() -> Self {
+        Self::with_shape(1.3)
+    }
+
+    /// A longitudinal tire curve without shifts. C as in Pacejka, Tire and Vehicle Dynamics, section 4.3.
+    pub fn longitudinal() -> Self {
+        Self::with_shape(1.65)
+    }
+
+    fn with_shape(shape: f64) -> Self {
+        let bounds = Bounds::default();
+        let mut centre = std::array::from_fn(|i| 0.5 * (bounds.lower[i] + bounds.upper[i]));
+        centre[Parameter::C as usize] = shape;
+        Self { bounds, free: [true, true, true, true, false, false], centre }
+    }
+
+    /// Parameters that are estimated, in their order.
+    pub fn free(&self) -> impl Iterator<Item = Parameter> {
+        Parameter::ALL.into_iter().filter(|&parameter| self.free[parameter as usize])
+    }
+
+    /// Standard deviation of a parameter that is uniform within the box.
+    pub fn std(&self, parameter: Parameter) -> f64 {
+        let i = parameter as usize;
+        (self.bounds.upper[i] - self.bounds.lower[i]) / 12.0_f64.sqrt()
+    }
+
+    /// Whether the estimated parameters are in the box.
+    pub fn contains(&self, theta: &Theta) -> bool {
+        self.free().all(|parameter| {
+            let i = parameter as usize;
+            (self.bounds.lower[i]..=self.bounds.upper[i]).contains(&theta[i])
+        })
+    }
+
+    /// The point whose estimated coordinates are at these shares of the box's edges.
+    pub fn at(&self, shares: &Theta) -> Theta {
+        let Bounds { lower, upper } = self.bounds;
+        std::array::from_fn(|i| {
+            if self.free[i] { lower[i] + shares[i] * (upper[i] - lower[i]) } else { self.centre[i] }
+        })
+    }
+
+    /// Points that fill the box evenly: Weyl's sequence with the powers of the generalised golden ratio.
+    pub fn fill(&self, count: usize) -> impl Iterator<Item = Theta> {
+        // Positive root of x⁷ = x + 1.
+        const GOLDEN: f64 = 1.112_775_684_278_706;
+        let share = |i: usize, k: usize| (0.5 + i as f64 * GOLDEN.powi(-(k as i32) - 1)).fract();
+        (0..count).map(move |i| self.at(&std::array::from_fn(|k| share(i, k))))
+    }
+}

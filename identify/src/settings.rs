@@ -1,0 +1,106 @@
+//! Says how a tire curve is to be identified.
+
+use serde::Deserialize;
+
+use crate::direction::Direction;
+use crate::fit::{
+    self, Constraints, FitError, Options, Problem, SlipNoise, Solution, least_squares, nelder_mead,
+};
+use crate::loss::Loss;
+use crate::prior::Prior;
+use crate::samples::Samples;
+
+/// A way to find the values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Constrained least squares from several starts.
+    LeastSquares,
+    /// The simplex of Nelder and Mead, in bounds only: the yardstick of the literature.
+    NelderMead,
+}
+
+impl Method {
+    /// As in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LeastSquares => "least_squares",
+            Self::NelderMead => "nelder_mead",
+        }
+    }
+}
+
+/// How a curve is identified.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Which force.
+    pub direction: Direction,
+    /// What is known before any data.
+    pub prior: Prior,
+    /// What physics says beside the bounds.
+    pub constraints: Constraints,
+    /// A pull of the fit towards typical values.
+    pub ridge: Option<fit::Prior>,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Noise in the slip.
+    pub slip_noise: Option<SlipNoise>,
+    /// Whether parameters that the data cannot tell are held at the prior.
+    pub hold: bool,
+    /// How the optimum is searched.
+    pub options: Options,
+}
+
+impl Settings {
+    /// Plain least squares with the usual prior.
+    pub fn new(direction: Direction) -> Self {
+        let prior = match direction {
+            Direction::Lateral => Prior::lateral(),
+            Direction::Longitudinal => Prior::longitudinal(),
+        };
+        Self {
+            direction,
+            prior,
+            constraints: Constraints::default(),
+            ridge: None,
+            loss: Loss::Square,
+            slip_noise: None,
+            hold: true,
+            options: Options::default(),
+        }
+    }
+
+    fn problem<'a>(&self, samples: &'a Samples, prior: &Prior) -> Problem<'a> {
+        Problem {
+            samples,
+            bounds: prior.bounds,
+            free: prior.free,
+            held: prior.centre,
+            prior: self.ridge,
+            constraints: self.constraints,
+            loss: self.loss,
+            slip_noise: self.slip_noise,
+        }
+    }
+
+    /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip.
+    ///
+    /// # Errors
+    /// If samples or settings leave nothing to fit, see [`FitError`].
+    pub fn fit(
+        &self,
+        samples: &Samples,
+        prior: &Prior,
+        method: Method,
+    ) -> Result<Solution, FitError> {
+        let problem = self.problem(samples, prior);
+        match method {
+            Method::LeastSquares => least_squares(&problem, &self.options),
+            Method::NelderMead => {
+                let constraints = Constraints::default();
+                let plain = Problem { constraints, slip_noise: None, ..problem };
+                nelder_mead::fit(&plain, &Options { start: Some(prior.centre), ..self.options })
+            }
+        }
+    }
+}

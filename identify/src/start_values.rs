@@ -1,0 +1,150 @@
+//! Writes `tires.toml`: what was found, as start values for the plant of the next run.
+
+use std::fmt::Write;
+
+use crate::direction::Direction;
+use crate::parameters::Parameter;
+use crate::result::{Estimate, Verdict};
+use crate::text::with_std;
+
+/// A tire of the plant and what was found of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Tire<'a> {
+    /// Name of the node in the scenario, as "plant".
+    pub node: &'a str,
+    /// Name of the tire among its variables, as "tire_f".
+    pub tire: &'a str,
+    /// What was found.
+    pub estimate: &'a Estimate,
+    /// Which force: it says what the slip range is in.
+    pub direction: Direction,
+}
+
+/// One line `"node.tire.B" = value` for each parameter, with its verdict in a comment. Parameters without a finite value are
+/// left out, with a comment that says so.
+pub fn write(tires: &[Tire]) -> String {
+    let mut text = String::from(
+        "# Tire parameters that were identified, for `trackside run --set @tires.toml`.\n",
+    );
+    for tire in tires {
+        let estimate = tire.estimate;
+        let [low, high] = estimate.slip_range.map(|slip| tire.direction.slip(slip));
+        let _ = writeln!(
+            text,
+            "\n# {}: {} samples with slip from {low} to {high}.",
+            comment(tire.tire),
+            estimate.samples
+        );
+        for name in Parameter::ALL.map(Parameter::name) {
+            let Some(&value) = estimate.mean.get(name) else { continue };
+            let remark = remark(estimate, name);
+            if value.is_finite() {
+                let key = quote(&format!("{}.{}.{name}", tire.node, tire.tire));
+                // Debug writes a point or an exponent always: TOML then reads a float, never an integer.
+                let _ = writeln!(text, "{key} = {value:?} # {remark}");
+            } else {
+                let _ = writeln!(text, "# {name} has no finite value. {remark}");
+            }
+        }
+    }
+    text
+}
+
+fn remark(estimate: &Estimate, name: &str) -> String {
+    let verdict = match estimate.identified.get(name) {
+        Some(Verdict::Identified) => "identified",
+        Some(Verdict::Weak) => "weak",
+        Some(Verdict::NotIdentifiable) => "not identifiable",
+        None => "not judged",
+    };
+    let held =
+        if estimate.fixed.iter().any(|fixed| fixed == name) { ", held at the prior" } else { "" };
+    let number = |map: &crate::result::ByName| map.get(name).copied().unwrap_or(f64::NAN);
+    format!("{verdict}{held}: {}", with_std(number(&estimate.mean), number(&estimate.std)))
+}
+
+/// A comment ends with its line.
+fn comment(text: &str) -> String {
+    text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
+}
+
+/// A basic string of TOML.
+fn quote(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for character in text.chars() {
+        match character {
+            '"' | '\\' => quoted.extend(['\\', character]),
+            other if other.is_control() => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(other));
+            }
+            other => quoted.push(other),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::{Convergence, Status};
+
+    fn estimate() -> Estimate {
+        let values = [("B", 15.1), ("C", 2.0), ("D", f64::NAN), ("E", 1e-7), ("K", 45.0)];
+        let by_name = || values.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+        Estimate {
+            mean: by_name(),
+            std: [("B".to_owned(), 0.25)].into(),
+            interval: [].into(),
+            parameters: vec![],
+            covariance: vec![],
+            at_bound: vec![],
+            fixed: vec!["C".to_owned()],
+            identified: [
+                ("B".to_owned(), Verdict::Identified),
+                ("C".to_owned(), Verdict::NotIdentifiable),
+            ]
+            .into(),
+            reason: [].into(),
+            slip_range: [-0.1, 0.08],
+            samples: 7,
+            noise_std: 0.1,
+            convergence: Convergence {
+                status: Status::Converged,
+                iterations: 1,
+                evaluations: 1,
+                kkt_residual: None,
+                starts: 1,
+                optima: 1,
+                cost: 0.0,
+            },
+            seconds: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_table_is_flat_and_reads_back() {
+        let estimate = estimate();
+        let front = Tire {
+            node: "plant",
+            tire: "tire_f",
+            estimate: &estimate,
+            direction: Direction::Lateral,
+        };
+        let odd = Tire { node: "my \"plant\"\n", tire: "tire\nr", ..front };
+        let text = write(&[front, odd]);
+        let table: toml::Table = toml::from_str(&text).expect("TOML");
+        assert_eq!(table["plant.tire_f.B"].as_float(), Some(15.1));
+        assert_eq!(table["plant.tire_f.C"].as_float(), Some(2.0), "a whole number is a float too");
+        assert_eq!(table["plant.tire_f.E"].as_float(), Some(1e-7));
+        assert_eq!(table["my \"plant\"\n.tire\nr.B"].as_float(), Some(15.1));
+        assert_eq!(
+            table.len(),
+            6,
+            "neither D, which is no number, nor K, which the plant does not have: {text}"
+        );
+        assert!(text.contains("\"plant.tire_f.B\" = 15.1 # identified: 15.10 ± 0.25"));
+        assert!(text.contains("# not identifiable, held at the prior: 2.000"));
+        assert!(text.contains("# D has no finite value."));
+    }
+}

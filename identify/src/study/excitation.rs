@@ -1,0 +1,159 @@
+//! Tells from which excitation on each parameter is identified: the paper's Figures 2 and 3.
+
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
+
+use crate::direction::Direction;
+use crate::estimate::identify;
+use crate::fit::{FitError, Options, SlipNoise};
+use crate::parameters::{Theta, curve};
+use crate::samples::Samples;
+use crate::settings::{Method, Settings};
+use crate::verdict::Judgement;
+
+/// Synthetic data: slips evenly from 0 to a level, noise in slip and in force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Excitation {
+    /// The tire.
+    pub truth: Theta,
+    /// Largest slips, one data set for each.
+    pub levels: Vec<f64>,
+    /// Points of each data set.
+    pub samples: usize,
+    /// Standard deviation of the noise of the slip.
+    pub slip_std: f64,
+    /// Standard deviation of the noise of the friction coefficient [-].
+    pub force_std: f64,
+    /// Of the generator, PCG64; each level has its own stream.
+    pub seed: u64,
+}
+
+impl Default for Excitation {
+    /// The tire of the paper's Table II. The paper states neither the noise nor how many points it used; these are ours.
+    fn default() -> Self {
+        let levels = [1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 75, 90, 100]
+            .map(|percent| f64::from(percent) / 100.0);
+        Self {
+            truth: [15.0, 2.0, 1.5, 0.8, 0.0, 0.0],
+            levels: levels.to_vec(),
+            samples: 5000,
+            slip_std: 0.001,
+            force_std: 0.05,
+            seed: 42,
+        }
+    }
+}
+
+/// What was found at all levels.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Study {
+    /// The data.
+    pub excitation: Excitation,
+    /// One result for each level.
+    pub levels: Vec<Level>,
+}
+
+/// What was found at one level.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Level {
+    /// Largest slip.
+    pub level: f64,
+    /// Least squares, all parameters free.
+    pub least_squares: Theta,
+    /// Nelder-Mead, all parameters free.
+    pub nelder_mead: Theta,
+    /// What the data can tell.
+    pub judgements: Vec<Judgement>,
+}
+
+/// The study, over all levels. `go_on` is told which level comes next; the study ends with `None` when it says no.
+///
+/// # Errors
+/// If a level has no samples to fit.
+pub fn run(
+    excitation: &Excitation,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Option<Study>, FitError> {
+    let mut levels = Vec::new();
+    for (place, &level) in excitation.levels.iter().enumerate() {
+        if !go_on(place) {
+            return Ok(None);
+        }
+        levels.push(judge_level(excitation, level)?);
+    }
+    Ok(Some(Study { excitation: excitation.clone(), levels }))
+}
+
+fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
+    let samples = samples(excitation, level);
+    let usual = Settings::new(Direction::Longitudinal);
+    let settings = Settings {
+        slip_noise: (excitation.slip_std > 0.0).then(|| SlipNoise::new(excitation.slip_std)),
+        options: Options { seed: excitation.seed, ..usual.options },
+        ..usual
+    };
+    let answer = identify(&samples, &settings, &[Method::LeastSquares, Method::NelderMead])?;
+    let [least_squares, nelder_mead] = [0, 1].map(|place| answer.unrestricted[place].1.theta);
+    Ok(Level { level, least_squares, nelder_mead, judgements: answer.judgements })
+}
+
+/// The data of one level. Without noise where a standard deviation is not a positive number.
+pub fn samples(excitation: &Excitation, level: f64) -> Samples {
+    let mut random = Pcg64::new(u128::from(excitation.seed), (level * 1e4).round() as u128);
+    let mut noise =
+        |std: f64| Normal::new(0.0, std).map_or(0.0, |normal| normal.sample(&mut random));
+    let tire = curve(&excitation.truth);
+    let (slip, force) = (0..excitation.samples)
+        .map(|i| level * i as f64 / (excitation.samples.max(2) - 1) as f64)
+        .map(|slip| {
+            (
+                slip + noise(excitation.slip_std),
+                tire.coefficient(slip) + noise(excitation.force_std),
+            )
+        })
+        .unzip();
+    Samples::new(slip, force)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::Verdict;
+
+    fn at(levels: &[f64]) -> Study {
+        let excitation = Excitation { levels: levels.to_vec(), ..Excitation::default() };
+        run(&excitation, &mut |_| true).expect("samples").expect("not cancelled")
+    }
+
+    fn judgement<'a>(level: &'a Level, name: &str) -> &'a Judgement {
+        level.judgements.iter().find(|judgement| judgement.quantity.name() == name).expect("judged")
+    }
+
+    #[test]
+    fn the_peak_is_known_once_it_was_covered() {
+        for level in at(&[0.08, 0.12, 0.3]).levels {
+            assert!((level.least_squares[2] / 1.5 - 1.0).abs() < 0.01, "{level:?}");
+            assert_eq!(judgement(&level, "D").verdict, Verdict::Identified);
+        }
+    }
+
+    #[test]
+    fn shape_and_curvature_need_the_falling_branch_and_stiffness_next_to_nothing() {
+        let study = at(&[0.02, 0.08, 0.75]);
+        for level in &study.levels[..2] {
+            for name in ["C", "E"] {
+                let judgement = judgement(level, name);
+                assert_eq!(judgement.verdict, Verdict::NotIdentifiable, "{}", judgement.reason);
+                assert!(judgement.reason.contains("drive slips near"), "{}", judgement.reason);
+            }
+            assert_ne!(judgement(level, "B").verdict, Verdict::Identified);
+            assert_eq!(judgement(level, "K").verdict, Verdict::Identified);
+        }
+        assert_eq!(judgement(&study.levels[0], "B").verdict, Verdict::NotIdentifiable);
+        for judgement in &study.levels[2].judgements {
+            assert_eq!(judgement.verdict, Verdict::Identified, "{}", judgement.reason);
+        }
+    }
+}
