@@ -6,8 +6,6 @@ mod error;
 pub mod joint;
 mod multistart;
 pub mod nelder_mead;
-mod qp;
-mod secant;
 pub mod slip_noise;
 mod solution;
 pub mod sqp;

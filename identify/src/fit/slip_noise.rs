@@ -222,3 +222,36 @@ impl Objective for Likelihood<'_> {
         rows.into_iter().map(extend).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::samples::Samples;
+
+    #[test]
+    fn the_gradient_is_that_of_the_likelihood() {
+        let slip: Vec<f64> = (0..200).map(|i| 0.002 * f64::from(i) - 0.1).collect();
+        let force = slip.iter().map(|x| 1.4 * (25.0 * x).tanh() + 0.1 * (1e3 * x).sin()).collect();
+        let mut samples = Samples::new(slip, force);
+        samples.weight.iter_mut().enumerate().for_each(|(i, w)| *w = (i % 3) as f64);
+        let problem = Problem { free: [true; COUNT], ..Problem::new(&samples) };
+        let parts = [(true, true, true), (false, false, true), (false, true, false)];
+        for (calibrate, curvature, variance) in parts {
+            let noise = SlipNoise { calibrate, curvature, variance, ..SlipNoise::new(0.01) };
+            let cost = Likelihood::new(&problem, noise);
+            let x = cost.unknowns.of(&[14.0, 1.8, 1.4, 0.5, 0.003, -0.02]).push(0.07_f64.ln());
+            let gradient = cost.model(&x).gradient;
+            for k in 0..x.len() {
+                let at = |step: f64| {
+                    let mut moved = x.clone();
+                    moved[k] += step;
+                    cost.model(&moved).cost
+                };
+                let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
+                assert_relative_eq!(gradient[k], slope, epsilon = 1e-5, max_relative = 1e-6);
+            }
+        }
+    }
+}
