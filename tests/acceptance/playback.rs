@@ -1,7 +1,9 @@
 //! Plays recordings back: those of runs to the bit, those of other people's programs by their channels.
 
+use std::path::Path;
+
 use super::fmus::ours;
-use super::harness::{Ended, Lab};
+use super::harness::{Ended, Lab, ROOT, trackside};
 use super::python::python;
 
 const TIME: &str = "[time]\nstep = 0.007\nstop = 2.1\n";
@@ -151,4 +153,19 @@ fn recordings_of_other_programs_are_played_back_at_their_own_rates() {
     ] {
         run(&lab, &text.replace(old, new), "bad").expect(2).says(&[says, "case.toml:7:"]);
     }
+}
+
+#[test]
+fn an_analysis_gets_the_messages_of_a_recording_one_by_one() {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    python.run("make_mcap.py", &[lab.path("mixed.mcap")]);
+    let text = "[[analysis]]\nname = \"average\"\ncrate = \"plugin\"\nexample = \"mean\"\n\
+                [analysis.table]\npath = \"mixed.mcap\"\ncolumns = { x = { column = \"/gps.fix.ok\" } }\n";
+    let file = lab.write("case.toml", text);
+    let mut command = trackside(Path::new(ROOT));
+    let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
+    Ended::of(output.expect("it starts")).expect(0);
+    // Six of eleven messages at 10 Hz; between them nothing is made up.
+    assert_eq!(lab.report("out")["analyses"]["average"]["mean"], 6.0 / 11.0);
 }
