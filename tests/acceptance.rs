@@ -34,6 +34,9 @@ mod importers;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
+// Recordings of runs and of other people's programs, played back.
+#[path = "acceptance/playback.rs"]
+mod playback;
 // Analyses, and what may be wrong with them.
 #[path = "acceptance/plugins.rs"]
 mod plugins;

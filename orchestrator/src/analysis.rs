@@ -103,15 +103,15 @@ impl AnalysisPlan {
         (sink, folder, files): (&mut dyn Sink, &Path, &mut Vec<String>),
         progress: Progress,
     ) -> Result<Value, Error> {
-        let log_time = self.log.as_ref().map(Table::times).unwrap_or_default();
+        let log_times = self.log.as_ref().map(Table::times).unwrap_or_default();
         let columns: Vec<_> =
             self.wired.iter().map(|wired| self.values(wired, collected)).collect();
         let signals = self.wired.iter().zip(&columns).map(|(wired, values)| Signal {
             name: &wired.name,
             unit: &wired.unit,
-            time: match wired.origin {
-                Origin::Run(_) => &collected.time,
-                Origin::Log(_) => &log_time,
+            time: match (wired.origin, &self.log) {
+                (Origin::Log(column), Some(log)) => &log_times[log.clock(column)],
+                _ => &collected.time,
             },
             values,
         });

@@ -146,10 +146,10 @@ fn product(
 pub struct Table {
     /// Name of the node.
     pub name: Spanned<String>,
-    /// The CSV file, relative to the scenario file.
+    /// The CSV file or MCAP recording, relative to the scenario file.
     pub path: Spanned<String>,
-    /// The column of the time [s].
-    pub time: Spanned<String>,
+    /// The column of the time [s]; of MCAP `log_time`, which it is unless it is given, or `publish_time`.
+    pub time: Option<Spanned<String>>,
     /// What the file's clock shows at the scenario's time 0 [s]; its first row unless it is given.
     pub origin: Option<f64>,
     /// How values between two rows are made.
@@ -163,9 +163,9 @@ pub struct Table {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Column {
-    /// The column's title in the file.
+    /// The column's title in the file; of MCAP `/topic.field`, or `node.variable` of a recorded run.
     pub column: Spanned<String>,
-    /// Its unit.
+    /// Its unit; the one that the file tells unless it is given.
     pub unit: Option<Spanned<String>>,
 }
 
@@ -205,8 +205,8 @@ impl Analysis {
 pub struct Log {
     /// The file, relative to the scenario file.
     pub path: Spanned<String>,
-    /// The column of the time [s].
-    pub time: Spanned<String>,
+    /// The time, as in `[[table]]`.
+    pub time: Option<Spanned<String>>,
     /// What the file's clock shows at the analysis' time 0 [s]; its first row unless it is given.
     pub origin: Option<f64>,
     /// Its signals, by the name that the plugin knows each by.

@@ -246,7 +246,8 @@ impl System {
         let clock = clock(scenario)?;
         let seed = overrides.seed.unwrap_or(document.seed);
         let mut warnings = Vec::new();
-        let drafts = nodes::drafts(scenario, &built.archives, overrides, clock, seed)?;
+        let drafts =
+            nodes::drafts(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
         let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
         let order = order::order(scenario, &drafts, &links)?;
         let (nodes, columns) = nodes::place(drafts, links);

@@ -99,6 +99,7 @@ const MISTAKES: &[Mistake] = &[
     ("unit = \"m/s\"", "unit = \"m/fortnight\"", "fortnight", &["fortnight"]),
     ("log.csv", "lag.csv", "lag.csv", &["lag.csv"]),
     ("\"steer\"", "\"stear\"", "stear", &["no column `stear`", "did you mean `steer`?"]),
+    ("time = \"t\"\n", "", "log.csv", &["log.csv is read as CSV, which needs `time`", "it has t, steer"]),
     ("time = \"t\"", "time = \"T_s\"", "T_s", &["no column `T_s`"]),
     ("log.csv", "words.csv", "words.csv", &["line 3 of words.csv", "column `steer`", "left"]),
     // Checks and the rest.

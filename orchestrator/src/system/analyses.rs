@@ -43,9 +43,13 @@ fn plan(
 ) -> Result<AnalysisPlan, Error> {
     let plugin = load(scenario, analysis, plugins)?;
     let read = |Log { path, time, origin, columns }: &Log| {
-        logs::read(scenario, &Columns { path, time, origin: *origin, columns })
+        let wanted = Columns { path, time: time.as_ref(), origin: *origin, columns };
+        logs::read(scenario, &wanted, warnings)
     };
-    let log = analysis.table.as_ref().map(read).transpose()?;
+    let (log, units) = match analysis.table.as_ref().map(read).transpose()? {
+        Some(log) => (Some(log.table), log.units),
+        None => (None, Vec::new()),
+    };
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
         let wanted = wanted(scenario, &plugin, name)?;
@@ -72,7 +76,7 @@ fn plan(
             return Err(scenario.error(name, message));
         }
         let entry = entry.get_ref();
-        let unit = entry.unit.as_ref().map(|unit| unit.get_ref().as_str());
+        let unit = units[column].as_deref();
         let place = entry.unit.as_ref().unwrap_or(&entry.column).span();
         let written = (place, entry.column.get_ref().as_str());
         wired.push(wire(scenario, wanted, Origin::Log(column), unit, written, warnings)?);

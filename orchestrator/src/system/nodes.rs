@@ -9,7 +9,7 @@ use fmu_export::unit::Unit;
 use toml::Spanned;
 
 use super::links::Links;
-use super::logs::{self, Wanted};
+use super::logs::{self, Log, Wanted};
 use super::{Body, Clock, NodePlan, Overrides, Ports, Start, StartValue};
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -50,12 +50,12 @@ pub(super) fn drafts(
     scenario: &Scenario,
     archives: &BTreeMap<Product, PathBuf>,
     overrides: &Overrides,
-    clock: Clock,
-    seed: u64,
+    (clock, seed): (Clock, u64),
+    warnings: &mut Vec<String>,
 ) -> Result<Vec<Draft>, Error> {
     let mut drafts = signals(scenario, clock, seed)?;
     for table in &scenario.document.table {
-        drafts.push(self::table(scenario, table)?);
+        drafts.push(self::table(scenario, table, warnings)?);
     }
     for fmu in &scenario.document.fmu {
         drafts.push(self::fmu(scenario, fmu, archives, overrides)?);
@@ -157,18 +157,23 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
     Ok(drafts)
 }
 
-fn table(scenario: &Scenario, table: &scenario::Table) -> Result<Draft, Error> {
+fn table(
+    scenario: &Scenario,
+    table: &scenario::Table,
+    warnings: &mut Vec<String>,
+) -> Result<Draft, Error> {
     let scenario::Table { path, time, origin, columns, .. } = table;
-    let mut read = logs::read(scenario, &Wanted { path, time, origin: *origin, columns })?;
+    let wanted = Wanted { path, time: time.as_ref(), origin: *origin, columns };
+    let Log { table: mut read, units } = logs::read(scenario, &wanted, warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
-    for (name, column) in &table.columns {
-        let written = column.get_ref().unit.as_ref();
+    for ((name, column), unit) in columns.iter().zip(units) {
         outputs.push(Port {
             name: name.get_ref().clone(),
             kind: Kind::Real,
-            dimension: unit(scenario, written)?,
-            unit: written.map(|unit| unit.get_ref().clone()),
+            // A file may tell a unit that is not known here.
+            dimension: unit.as_deref().and_then(|unit| Unit::parse(unit).ok()),
+            unit,
             description: Some(format!(
                 "column {} of {}",
                 column.get_ref().column.get_ref(),

@@ -1,0 +1,171 @@
+//! Plays recordings back: those of runs to the bit, those of other people's programs by their channels.
+
+use std::path::Path;
+
+use super::fmus::ours;
+use super::harness::{Ended, Lab, ROOT, trackside};
+use super::python::python;
+
+const TIME: &str = "[time]\nstep = 0.007\nstop = 2.1\n";
+
+const DRIVER: &str = r#"
+[[signal]]
+name = "driver.delta"
+unit = "deg"
+sine = { amplitude = 2.0, frequency = 0.9 }
+
+[[signal]]
+name = "driver.F_x"
+unit = "N"
+ramp = { start = 0.3, end = 1.9, before = -50.0, after = 900.0 }
+
+[[connect]]
+from = "driver.delta"
+to = "plant.delta"
+
+[[connect]]
+from = "driver.F_x"
+to = "plant.F_x"
+"#;
+
+/// The recorded inputs of the plant, in the words of the program and in those of MCAP.
+const REPLAY: &str = r#"
+[[table]]
+name = "log"
+path = "first/run.mcap"
+columns = { delta = { column = "driver.delta" }, F_x = { column = "/driver/outputs.F_x", unit = "N" } }
+
+[[connect]]
+from = "log.delta"
+to = "plant.delta"
+
+[[connect]]
+from = "log.F_x"
+to = "plant.F_x"
+"#;
+
+const PLANT: &str =
+    "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { start.v_x = 20.0 }\n";
+
+fn run(lab: &Lab, text: &str, out: &str) -> Ended {
+    lab.write("case.toml", text);
+    lab.trackside(&["run", "case.toml", "--out", out, "--csv", "--rerun", "off"])
+}
+
+/// A lab with a run in the folder `first`.
+fn recorded() -> Lab {
+    let lab = Lab::new();
+    lab.add(&ours().join("plant.fmu"));
+    run(&lab, &format!("{TIME}{PLANT}{DRIVER}"), "first").expect(0);
+    lab
+}
+
+/// A column of a run's table, as it was written.
+fn column(lab: &Lab, table: &str, name: &str) -> Vec<String> {
+    let text = lab.read(table);
+    let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let header = rows.next().expect("a header");
+    let place = header.iter().position(|title| title.starts_with(name)).expect(name);
+    rows.map(|row| row[place].clone()).collect()
+}
+
+#[test]
+fn a_recorded_run_played_back_gives_the_same_bits() {
+    let lab = recorded();
+    run(&lab, &format!("{TIME}{PLANT}{REPLAY}"), "second").expect(0);
+    let header = lab.read("first/run.csv").lines().next().expect("a header").to_owned();
+    let plant = header.split(',').filter(|name| name.starts_with("plant."));
+    let mut compared = 0;
+    for name in plant {
+        let (first, second) =
+            (column(&lab, "first/run.csv", name), column(&lab, "second/run.csv", name));
+        assert_eq!(first.len(), 301);
+        assert!(first == second, "{name} differs");
+        compared += 1;
+    }
+    assert!(compared > 10, "{header}");
+    let r = column(&lab, "second/run.csv", "plant.r");
+    assert!(r.iter().any(|r| r.parse::<f64>().expect("a number").abs() > 0.05));
+}
+
+#[test]
+fn what_does_not_fit_a_recording_is_pointed_at() {
+    let lab = recorded();
+    let whole = std::fs::read(lab.path("first/run.mcap")).expect("the recording");
+    let mut damaged = whole.clone();
+    damaged[whole.len() / 3] ^= 0x55;
+    lab.write("damaged.mcap", damaged);
+    let good = format!("{TIME}{PLANT}{REPLAY}");
+    // Messages may be wrapped after a slash.
+    #[rustfmt::skip]
+    let cases: &[(&str, &str, &str, &[&str])] = &[
+        ("driver.delta\" }", "driver.dleta\" }", "dleta", &["no column `driver.dleta`", "did you mean `driver.delta`?"]),
+        ("/driver/outputs.F_x", "/driver/outputs.F_y", "F_y", &["no column", "it has", "outputs.delta, ", "did you mean", "outputs.F_x`?"]),
+        ("/driver/outputs.F_x", "/diver/outputs.F_x", "/diver", &["did you mean", "outputs.F_x`?"]),
+        ("/driver/outputs.F_x", "velocity", "velocity", &["no column `velocity`", "more"]),
+        ("/driver/outputs.F_x", "/log.message", "/log.message", &["log.message`", "is a string: expected a number"]),
+        ("unit = \"N\"", "unit = \"kN\"", "\"kN\"", &["was recorded in [N], and is said to be in [kN]", "leave `unit` out"]),
+        ("unit = \"N\"", "unit = \"m\"", "\"m\"", &["was recorded in [N], and is said to be in [m]"]),
+        ("name = \"log\"", "name = \"log\"\ntime = \"t\"", "time = \"t\"", &["`log_time` or `publish_time`, found `t`"]),
+        ("first/run.mcap", "damaged.mcap", "damaged.mcap", &["damaged.mcap is damaged"]),
+    ];
+    for (old, new, at, says) in cases {
+        let text = good.replacen(old, new, 1);
+        let place = text.find(at).unwrap_or_else(|| panic!("no {at:?} in {text}"));
+        let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
+        run(&lab, &text, "out").expect(2).says(says).says(&[&line]);
+        assert!(!lab.has("out"), "{new}");
+    }
+    lab.write("first/run.mcap", &whole[..whole.len() / 2]);
+    let ended = run(&lab, &good, "out");
+    let told = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(ended.code() == 0 && told.contains("was not finished"), "{told}");
+}
+
+#[test]
+fn recordings_of_other_programs_are_played_back_at_their_own_rates() {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    python.run("make_mcap.py", &[lab.path("mixed.mcap")]);
+    let columns = "a = { column = \"/imu.accel.x\", unit = \"m/s2\" }, k = { column = \"/imu.count\" }, \
+                   v = { column = \"/gps.v\" }, ok = { column = \"/gps.fix.ok\" }";
+    let text = format!(
+        "[time]\nstep = 0.01\nstop = 1.0\n[[table]]\nname = \"log\"\npath = \"mixed.mcap\"\ncolumns = {{ {columns} }}\n"
+    );
+    run(&lab, &text, "out").expect(0);
+    let numbers = |name: &str| -> Vec<f64> {
+        let column = column(&lab, "out/run.csv", name);
+        column.iter().map(|cell| cell.parse().expect("a number")).collect()
+    };
+    let (a, k, v, ok) = (numbers("log.a"), numbers("log.k"), numbers("log.v"), numbers("log.ok"));
+    assert_eq!(a.len(), 101);
+    for row in 0..=100_u32 {
+        let (t, place) = (f64::from(row) / 100.0, row as usize);
+        assert_eq!((a[place], k[place]), (t * t, f64::from(row)));
+        assert!((v[place] - (36.0 + 72.0 * t)).abs() < 1e-9, "{t}: {}", v[place]);
+        assert!((ok[place] - (t - 0.4).clamp(0.0, 0.1) * 10.0).abs() < 1e-9, "{t}");
+    }
+    for (old, new, says) in [
+        ("/imu.accel.x", "/imu.frame", "is a string"),
+        ("/gps.v", "/gps.fix.name", "is a string"),
+        ("/gps.v", "/gps.w", "it has /gps.fix.ok, /gps.v"),
+        ("/gps.v\"", "/gps.v\", unit = \"m/s\"", "was recorded in [km/h]"),
+    ] {
+        run(&lab, &text.replace(old, new), "bad").expect(2).says(&[says, "case.toml:7:"]);
+    }
+}
+
+#[test]
+fn an_analysis_gets_the_messages_of_a_recording_one_by_one() {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    python.run("make_mcap.py", &[lab.path("mixed.mcap")]);
+    let text = "[[analysis]]\nname = \"average\"\ncrate = \"plugin\"\nexample = \"mean\"\n\
+                [analysis.table]\npath = \"mixed.mcap\"\ncolumns = { x = { column = \"/gps.fix.ok\" } }\n";
+    let file = lab.write("case.toml", text);
+    let mut command = trackside(Path::new(ROOT));
+    let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
+    Ended::of(output.expect("it starts")).expect(0);
+    // Six of eleven messages at 10 Hz; between them nothing is made up.
+    assert_eq!(lab.report("out")["analyses"]["average"]["mean"], 6.0 / 11.0);
+}
