@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::expression::{Monitor, Outcome};
-use crate::sink::Sink;
+use crate::sink::{Row, Sink};
 use crate::system::CheckPlan;
 
 /// What became of a check.
@@ -73,12 +73,12 @@ impl Checks {
 }
 
 impl Sink for Checks {
-    fn row(&mut self, _tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         self.reached = time;
         for (plan, monitor) in &mut self.checks {
             let [from, to] = plan.during;
             if time > from - self.slack && time < to + self.slack {
-                monitor.sample(time, values);
+                monitor.sample(time, &row.numbers, &row.texts);
             }
         }
         Ok(())

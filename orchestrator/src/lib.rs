@@ -34,7 +34,7 @@ use report::Report;
 use scenario::Scenario;
 use sink::csv::CsvSink;
 use sink::mcap::McapSink;
-use sink::{Event, Header, Level, Sink};
+use sink::{Event, Header, Level, Row, Sink};
 use system::{Overrides, System};
 
 /// Where the replay goes.
@@ -132,7 +132,9 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
 struct Recorder {
     checks: Checks,
     recorded: Vec<usize>,
-    values: Vec<f64>,
+    recorded_texts: Vec<usize>,
+    /// What the files get of a row.
+    row: Row,
     files: Vec<Box<dyn Sink>>,
     time: f64,
 }
@@ -167,8 +169,9 @@ impl Recorder {
         files.extend(replay(header, &options.replay)?);
         Ok(Recorder {
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
-            values: Vec::with_capacity(system.recorded.len()),
             recorded: system.recorded.clone(),
+            recorded_texts: system.recorded_texts.clone(),
+            row: Row::default(),
             files,
             time: 0.0,
         })
@@ -192,12 +195,11 @@ impl Recorder {
 }
 
 impl Sink for Recorder {
-    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         self.time = time;
-        self.checks.row(tick, time, values)?;
-        self.values.clear();
-        self.values.extend(self.recorded.iter().map(|&place| values[place]));
-        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.values))
+        self.checks.row(tick, time, row)?;
+        self.row.pick_from(row, &self.recorded, &self.recorded_texts);
+        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.row))
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {

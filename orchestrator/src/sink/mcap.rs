@@ -13,7 +13,7 @@ use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
-use super::{Column, Direction, Event, Header, Level, Sink};
+use super::{Column, Direction, Event, Header, Kind, Level, Row, Sink};
 use crate::error::Error;
 
 /// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
@@ -34,12 +34,20 @@ pub struct McapSink {
     message: Vec<u8>,
 }
 
-/// A channel: the columns of one side of one node.
+/// A channel: one side of one node.
 struct Channel {
     id: u16,
-    columns: Vec<usize>,
-    /// What protobuf writes before each value.
-    tags: Vec<Vec<u8>>,
+    /// Places of numbers, and what protobuf writes before each of them.
+    numbers: Vec<(usize, Vec<u8>)>,
+    /// Places of texts with the numbers of their fields.
+    texts: Vec<(usize, u32)>,
+}
+
+/// The recorded variables of one side of one node, by their places in the row.
+#[derive(Default)]
+struct Side {
+    numbers: Vec<usize>,
+    texts: Vec<usize>,
 }
 
 impl McapSink {
@@ -57,12 +65,15 @@ impl McapSink {
             .chunk_size(Some(CHUNK))
             .compression(Some(Compression::Lz4));
         let mut writer = options.create(BufWriter::new(file)).map_err(|error| failed(&error))?;
-        let mut sides: BTreeMap<(&str, Direction), Vec<usize>> = BTreeMap::new();
+        let mut sides: BTreeMap<(&str, Direction), Side> = BTreeMap::new();
         for (place, column) in header.columns.iter().enumerate() {
-            sides.entry((&column.node, column.direction)).or_default().push(place);
+            sides.entry((&column.node, column.direction)).or_default().numbers.push(place);
         }
-        let channels = sides.into_iter().map(|((node, direction), columns)| {
-            channel(&mut writer, header, node, direction, columns)
+        for (place, column) in header.texts.iter().enumerate() {
+            sides.entry((&column.node, column.direction)).or_default().texts.push(place);
+        }
+        let channels = sides.into_iter().map(|((node, direction), side)| {
+            channel(&mut writer, header, (node, direction), &side)
         });
         let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
         let log = log_channel(&mut writer).map_err(|error| failed(&error))?;
@@ -115,14 +126,17 @@ impl McapSink {
 }
 
 impl Sink for McapSink {
-    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         self.sequence = tick as u32;
         for index in 0..self.channels.len() {
             let channel = &self.channels[index];
             self.message.clear();
-            for (&place, tag) in channel.columns.iter().zip(&channel.tags) {
+            for (place, tag) in &channel.numbers {
                 self.message.extend_from_slice(tag);
-                self.message.extend_from_slice(&values[place].to_le_bytes());
+                self.message.extend_from_slice(&row.numbers[*place].to_le_bytes());
+            }
+            for (place, field) in &channel.texts {
+                prost::encoding::string::encode(*field, &row.texts[*place], &mut self.message);
             }
             self.write(self.channels[index].id, time)?;
         }
@@ -151,27 +165,29 @@ fn nanoseconds(time: f64) -> u64 {
 fn channel(
     writer: &mut Writer<BufWriter<File>>,
     header: &Header,
-    node: &str,
-    direction: Direction,
-    columns: Vec<usize>,
+    (node, direction): (&str, Direction),
+    side: &Side,
 ) -> ::mcap::McapResult<Channel> {
-    let side = match direction {
+    let word = match direction {
         Direction::Input => "inputs",
         Direction::Output => "outputs",
     };
-    let fields: Vec<_> = columns.iter().map(|&place| &header.columns[place]).collect();
+    let numbers = side.numbers.iter().map(|&place| &header.columns[place]);
+    let fields: Vec<_> =
+        numbers.chain(side.texts.iter().map(|&place| &header.texts[place])).collect();
     let names = field_names(&fields);
-    let message = format!("{}_{side}", identifier(node));
-    let schema = schema("trackside", &message, &names);
+    let message = format!("{}_{word}", identifier(node));
+    let schema = schema("trackside", &message, &names, &fields);
     let schema = writer.add_schema(&format!("trackside.{message}"), "protobuf", &schema)?;
     let mut metadata = BTreeMap::new();
     for (field, column) in names.iter().zip(&fields) {
         metadata.insert(format!("fmi:{field}"), column.variable.clone());
         metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
     }
-    let id = writer.add_channel(schema, &format!("/{node}/{side}"), "protobuf", &metadata)?;
-    let tags = (1..=columns.len() as u32).map(tag).collect();
-    Ok(Channel { id, columns, tags })
+    let id = writer.add_channel(schema, &format!("/{node}/{word}"), "protobuf", &metadata)?;
+    let numbers = side.numbers.iter().copied().zip((1..).map(tag)).collect();
+    let texts = side.texts.iter().copied().zip(1 + side.numbers.len() as u32..).collect();
+    Ok(Channel { id, numbers, texts })
 }
 
 /// The key of a field of 64 bits (wire type 1).
@@ -181,18 +197,22 @@ fn tag(number: u32) -> Vec<u8> {
     bytes
 }
 
-/// A schema with one `double` for each name.
-fn schema(package: &str, message: &str, names: &[String]) -> Vec<u8> {
-    let field = |(name, number): (&String, i32)| FieldDescriptorProto {
+/// A schema with a `double` or a `string` for each column.
+fn schema(package: &str, message: &str, names: &[String], columns: &[&Column]) -> Vec<u8> {
+    let kind = |column: &Column| match column.kind {
+        Kind::String => Type::String,
+        Kind::Real | Kind::Integer | Kind::Boolean => Type::Double,
+    };
+    let field = |((name, column), number): ((&String, &&Column), i32)| FieldDescriptorProto {
         name: Some(name.clone()),
         number: Some(number),
         label: Some(Label::Optional.into()),
-        r#type: Some(Type::Double.into()),
+        r#type: Some(kind(column).into()),
         ..FieldDescriptorProto::default()
     };
     let message_type = DescriptorProto {
         name: Some(message.to_owned()),
-        field: names.iter().zip(1..).map(field).collect(),
+        field: names.iter().zip(columns).zip(1..).map(field).collect(),
         ..DescriptorProto::default()
     };
     descriptor(package, message, vec![message_type], Vec::new())

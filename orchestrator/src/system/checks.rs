@@ -2,7 +2,7 @@
 
 use super::{CheckPlan, Clock};
 use crate::error::Error;
-use crate::expression::Expression;
+use crate::expression::{Expression, Operand};
 use crate::scenario::{Check, Scenario};
 use crate::sink::Column;
 use crate::suggest::closest;
@@ -10,20 +10,28 @@ use crate::suggest::closest;
 pub(super) fn resolve(
     scenario: &Scenario,
     columns: &[Column],
+    texts: &[Column],
     clock: Clock,
 ) -> Result<Vec<CheckPlan>, Error> {
-    scenario.document.check.iter().map(|check| plan(scenario, check, columns, clock)).collect()
+    let plan = |check| plan(scenario, check, (columns, texts), clock);
+    scenario.document.check.iter().map(plan).collect()
 }
 
 fn plan(
     scenario: &Scenario,
     check: &Check,
-    columns: &[Column],
+    (columns, texts): (&[Column], &[Column]),
     clock: Clock,
 ) -> Result<CheckPlan, Error> {
-    let names: Vec<_> = columns.iter().map(Column::name).collect();
+    let names: Vec<_> = columns.iter().chain(texts).map(Column::name).collect();
     let that = check.that.get_ref();
-    let parsed = Expression::parse(that, &mut |name| names.iter().position(|known| known == name));
+    let parsed = Expression::parse(that, &mut |name| {
+        let place = names.iter().position(|known| known == name)?;
+        Some(match place.checked_sub(columns.len()) {
+            Some(text) => Operand::Text(text),
+            None => Operand::Number(place),
+        })
+    });
     let expression = parsed.map_err(|error| {
         let span = inside(scenario, &check.that, error.span.clone());
         let unknown = error.unknown.as_deref();
