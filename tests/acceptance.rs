@@ -46,3 +46,6 @@ mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
+// Values of every type of FMI: connections, start values, recordings, checks.
+#[path = "acceptance/types.rs"]
+mod types;

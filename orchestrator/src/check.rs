@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::error::Error;
 use crate::expression::{Monitor, Outcome};
-use crate::sink::Sink;
+use crate::sink::{Row, Sink};
 use crate::system::{CheckPlan, Subject};
 
 /// What became of a check.
@@ -65,9 +65,7 @@ impl Checks {
     pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
         let judge = |(plan, monitor): &(CheckPlan, Monitor)| {
             if let Subject::Results(names) = &plan.subject {
-                let numbers: Result<Vec<_>, _> =
-                    names.iter().map(|name| results::number(results, name)).collect();
-                return judge_results(plan, numbers);
+                return judge_results(plan, results::look_up(results, names));
             }
             let mut verdict = verdict(plan, &monitor.verdict());
             if plan.windowed && self.reached < plan.during[1] - self.slack {
@@ -83,13 +81,13 @@ impl Checks {
 }
 
 impl Sink for Checks {
-    fn row(&mut self, _tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         self.reached = time;
         let of_the_run = self.checks.iter_mut().filter(|(plan, _)| plan.subject == Subject::Run);
         for (plan, monitor) in of_the_run {
             let [from, to] = plan.during;
             if time > from - self.slack && time < to + self.slack {
-                monitor.sample(time, values);
+                monitor.sample(time, &row.numbers, &row.texts);
             }
         }
         Ok(())
@@ -100,14 +98,14 @@ impl Sink for Checks {
     }
 }
 
-/// Judges the numbers that a check is about, or says why there are none.
-fn judge_results(plan: &CheckPlan, numbers: Result<Vec<f64>, String>) -> Verdict {
+/// Judges the results that a check is about, or says why there are none.
+fn judge_results(plan: &CheckPlan, found: Result<(Vec<f64>, Vec<String>), String>) -> Verdict {
     let mut monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
-    if let Ok(numbers) = &numbers {
-        monitor.sample(0.0, numbers);
+    if let Ok((numbers, texts)) = &found {
+        monitor.sample(0.0, numbers, texts);
     }
     let verdict = verdict(plan, &Outcome { at: None, ..monitor.verdict() });
-    match numbers {
+    match found {
         Ok(_) => verdict,
         Err(reason) => Verdict { reason: Some(reason), ..verdict },
     }

@@ -57,7 +57,7 @@ pub struct Failure {
 }
 
 /// A time for people [s]: `k h` with the rounding error of the product left out.
-fn rounded(time: f64) -> f64 {
+pub(crate) fn rounded(time: f64) -> f64 {
     (time * 1e9).round() / 1e9
 }
 

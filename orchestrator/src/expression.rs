@@ -10,6 +10,9 @@
 //! `pi` a number. Operators, from loose to tight: `or` `||`, `and` `&&`, `not` `!`,
 //! `< <= > >= == !=`, `+ -`, `* /`, unary `-`, `^`. Truth is 1 and 0, so `mean(condition)` is a share.
 //!
+//! A text is compared with another one by `==` and `!=` only: `plant.state == 'armed'`, with quotes of
+//! either kind.
+//!
 //! Per sample: `abs sqrt sin cos tan atan exp ln sign deg rad isfinite` of one argument, `atan2
 //! hypot` of two, `min max` of two or more. Over the window: `max min mean rms std sum first last
 //! count` of one argument and `quantile(x, p)`.
@@ -26,6 +29,15 @@ pub use monitor::{Monitor, Outcome};
 pub struct Expression {
     root: Node,
     reductions: Vec<Reduction>,
+}
+
+/// Where the values of a signal are in a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operand {
+    /// At this place among the numbers.
+    Number(usize),
+    /// At this place among the texts.
+    Text(usize),
 }
 
 /// What is wrong with the text of a condition.
@@ -65,7 +77,17 @@ enum Node {
     Arithmetic(Operator, Box<[Node; 2]>),
     Compare(Relation, Box<[Node; 2]>),
     Join(Junction, Box<[Node; 2]>),
+    /// A side of [`Node::Same`]; the parser leaves none elsewhere.
+    Text(Text),
+    /// Whether two texts are equal, or, when `false`, whether they are not.
+    Same(bool, [Text; 2]),
     Call(Function, Vec<Node>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Text {
+    Literal(String),
+    Signal(usize),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,7 +167,11 @@ impl Expression {
     pub fn is_condition(&self) -> bool {
         matches!(
             self.root,
-            Node::Compare(..) | Node::Join(..) | Node::Not(_) | Node::Call(Function::IsFinite, _)
+            Node::Compare(..)
+                | Node::Same(..)
+                | Node::Join(..)
+                | Node::Not(_)
+                | Node::Call(Function::IsFinite, _)
         )
     }
 }
@@ -168,15 +194,21 @@ mod tests {
     ];
 
     fn parse(text: &str) -> Result<Expression, ParseError> {
-        Expression::parse(text, &mut |name| COLUMNS.iter().position(|column| *column == name))
+        Expression::parse(text, &mut |name| match name {
+            "a.state" => Some(Operand::Text(0)),
+            "b.state" => Some(Operand::Text(1)),
+            _ => COLUMNS.iter().position(|column| *column == name).map(Operand::Number),
+        })
     }
 
-    /// The outcome over samples of `a.x` at 0, 1, 2 ... s; `a.y` is its negative, `b.x` is 2.
+    /// The outcome over samples of `a.x` at 0, 1, 2 ... s; `a.y` is its negative, `b.x` is 2, `a.state`
+    /// and `b.state` say what `a.x` and `b.x` are.
     fn run(text: &str, tolerance: f64, samples: &[f64]) -> Outcome {
         let expression = parse(text).unwrap_or_else(|error| panic!("{text}: {error:?}"));
         let mut monitor = Monitor::new(expression, tolerance);
         for (time, x) in samples.iter().enumerate() {
-            monitor.sample(time as f64, &[*x, -x, 2.0, 30.0, 40.0, 50.0, 60.0, 1.0]);
+            let texts = [format!("it's {x}"), "it's 2".to_owned()];
+            monitor.sample(time as f64, &[*x, -x, 2.0, 30.0, 40.0, 50.0, 60.0, 1.0], &texts);
         }
         monitor.verdict()
     }
@@ -249,6 +281,27 @@ mod tests {
             assert_eq!(outcome.at, Some(at), "{text} {outcome:?}");
             assert_eq!((outcome.samples, outcome.nan), (3, false), "{text}");
         }
+    }
+
+    #[test]
+    fn texts_are_equal_or_not() {
+        for (text, passed, at) in [
+            ("a.state == \"it's 2\"", false, Some(0.0)),
+            ("a.state != 'it is 2'", true, Some(0.0)),
+            ("'it' == 'it'", true, Some(0.0)),
+            ("a.state == b.state", false, Some(0.0)),
+            ("a.state == b.state or a.x != 2", true, Some(0.0)),
+            ("not (a.state != b.state) or time < 1", true, Some(0.0)),
+            ("(a.state) != (b.state)", false, Some(1.0)),
+            ("mean(a.state == b.state) == 0.5", true, None),
+            ("last(a.state == b.state) and not first(a.state == b.state)", true, None),
+        ] {
+            let outcome = run(text, 0.0, &[1.0, 2.0]);
+            assert_eq!(outcome.passed, passed, "{text} {outcome:?}");
+            assert!(!outcome.nan && (at.is_none() || outcome.at == at), "{text} {outcome:?}");
+        }
+        let outcome = run("a.state == b.state", 9.0, &[1.0]);
+        assert_eq!((outcome.passed, outcome.margin, outcome.value), (false, None, None));
     }
 
     #[test]
@@ -364,6 +417,7 @@ mod tests {
             ("a.on and a.x < 1", true),
             ("(a.x < 1)", true),
             ("isfinite(a.x)", true),
+            ("a.state == 'on'", true),
             ("a.x + 1", false),
             ("max(a.x < 1)", false),
         ];
@@ -398,6 +452,17 @@ mod tests {
         ("a.x < 1e999", "1e999", "finite number", ""),
         ("a.x < .", ".", "finite number", ""),
         ("`a.x < 1", "`a.x < 1", "closing backtick", ""),
+        ("a.state < 'on'", "a.state < 'on'", "`==` and `!=`", ""),
+        ("a.state == 1", "a.state == 1", "a text with a number", "'1'"),
+        ("a.x == 'on'", "a.x == 'on'", "a text with a number", ""),
+        ("a.state", "a.state", "is a text", "=="),
+        ("not a.state", "a.state", "is a text", "=="),
+        ("-'on' < 1", "'on'", "is a text", ""),
+        ("abs(a.state) < 1", "a.state", "is a text", "=="),
+        ("last(a.state) == 'on'", "a.state", "is a text", "a.state == "),
+        ("a.x < 1 and a.state", "a.state", "is a text", "=="),
+        ("a.state + 1 < 2", "a.state", "is a text", "=="),
+        ("a.state == 'on", "'on", "closing quote", ""),
         ("a.x ≤ 1", "≤", "found `≤`", ""),
         ("", "", "found the end", ""),
     ];

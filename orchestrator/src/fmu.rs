@@ -1,6 +1,7 @@
 //! Opens an .fmu archive: unpacks it, reads and checks its description, and finds its library.
 
 mod binding;
+mod definitions;
 pub mod description;
 
 use std::fs::File;

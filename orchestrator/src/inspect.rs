@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::fmu::Fmu;
-use crate::fmu::description::Variable;
+use crate::fmu::description::{Variable, list};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]
@@ -73,6 +73,8 @@ fn entry(variable: &Variable, all: &[Variable]) -> serde_json::Value {
         let names = places.iter().filter_map(|&place| all.get(place));
         names.map(|variable| variable.name.clone()).collect::<Vec<_>>()
     });
+    let items = variable.items.iter().map(|item| (item.name.clone(), item.value.into()));
+    let items: serde_json::Map<_, _> = items.collect();
     serde_json::json!({
         "name": variable.name,
         "reference": variable.reference,
@@ -82,6 +84,7 @@ fn entry(variable: &Variable, all: &[Variable]) -> serde_json::Value {
         "initial": variable.initial.map(|initial| word(format!("{initial:?}"))),
         "unit": variable.unit,
         "start": variable.start,
+        "items": items,
         "min": variable.min,
         "max": variable.max,
         "nominal": variable.nominal,
@@ -105,8 +108,12 @@ fn line(variable: &Variable, all: &[Variable], width: usize) -> String {
         None => String::new(),
     };
     let about = variable.description.clone().unwrap_or_default();
+    let items = match variable.items.as_slice() {
+        [] => String::new(),
+        items => format!("one of {}  ", list(items)),
+    };
     let line = format!(
-        "  {causality:<10} {kind:<8} {:<width$} {unit:<9} {start:<12} {about}  {follows}",
+        "  {causality:<10} {kind:<11} {:<width$} {unit:<9} {start:<12} {items}{about}  {follows}",
         variable.name
     );
     line.trim_end().to_owned()

@@ -38,7 +38,7 @@ use report::Report;
 use scenario::Scenario;
 use sink::csv::CsvSink;
 use sink::mcap::McapSink;
-use sink::{Derived, Event, Header, Level, Sink};
+use sink::{Derived, Event, Header, Level, Row, Sink};
 use system::{Overrides, System};
 
 /// Where the replay goes.
@@ -146,7 +146,9 @@ struct Recorder {
     checks: Checks,
     collected: Collected,
     recorded: Vec<usize>,
-    values: Vec<f64>,
+    recorded_texts: Vec<usize>,
+    /// What the files get of a row.
+    row: Row,
     files: Vec<Box<dyn Sink>>,
     time: f64,
 }
@@ -183,8 +185,9 @@ impl Recorder {
         Ok(Recorder {
             collected: Collected::new(&system.analyses),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
-            values: Vec::with_capacity(system.recorded.len()),
             recorded: system.recorded.clone(),
+            recorded_texts: system.recorded_texts.clone(),
+            row: Row::default(),
             files,
             time: 0.0,
         })
@@ -227,13 +230,12 @@ impl Recorder {
 }
 
 impl Sink for Recorder {
-    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         self.time = time;
-        self.checks.row(tick, time, values)?;
-        self.collected.row(time, values);
-        self.values.clear();
-        self.values.extend(self.recorded.iter().map(|&place| values[place]));
-        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.values))
+        self.checks.row(tick, time, row)?;
+        self.collected.row(time, &row.numbers);
+        self.row.pick_from(row, &self.recorded, &self.recorded_texts);
+        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.row))
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {

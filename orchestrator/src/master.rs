@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use crate::error::Error;
+use crate::error::{Error, rounded};
 use crate::node::{CallError, Node};
 use crate::scenario::At;
-use crate::sink::{Column, Event, Level, Sink};
-use crate::system::{Clock, FaultKind, FaultPlan, Link, NodePlan, System};
+use crate::sink::{Column, Event, Level, Row, Sink};
+use crate::system::{Clock, FaultKind, FaultPlan, Link, NodePlan, Source, System, Treatment};
 
 /// `fmi2Warning`: messages from this status on are events of the run.
 const WARNING: i32 = 1;
@@ -46,8 +46,8 @@ pub fn run(
     progress: &mut Progress,
     tick: &mut dyn FnMut(u64),
 ) -> Result<(), Error> {
-    let System { nodes: plans, order, columns, clock, .. } = system;
-    let mut row = vec![0.0; columns.len()];
+    let System { nodes: plans, order, columns, texts, clock, .. } = system;
+    let mut row = Row::new(columns.len(), texts.len());
     progress.efforts = vec![Effort::default(); nodes.len()];
     let initialised = initialise((plans, columns), order, nodes, clock, &mut row);
     report_messages(plans, nodes, sink, 0.0)?;
@@ -55,11 +55,12 @@ pub fn run(
     sink.row(0, 0.0, &row)?;
     let mut start = row.clone();
     for k in 0..clock.steps {
-        start.copy_from_slice(&row);
+        start.copy_from(&row);
         for &place in order.iter() {
             let (plan, node) = (&mut plans[place], &mut nodes[place]);
             let begin = Instant::now();
-            let stepped = step(plan, node.as_mut(), (&start, &mut row), clock, k);
+            feed(plan, columns, (&start, &mut row), clock, k)?;
+            let stepped = step(plan, node.as_mut(), &mut row, clock, k);
             let effort = &mut progress.efforts[place];
             effort.calls += 1;
             effort.time += begin.elapsed();
@@ -98,41 +99,55 @@ fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
     Error::component(&plan.name, error.call, Some(time), error.what)
 }
 
-/// Lets the values of the first communication point settle: each node sees those before it in the
-/// order, and on a second pass the ones that a broken loop hands back.
+/// Lets the values of the first communication point settle: all nodes show their start values, then each
+/// sees those before it in the order, and on a second pass the ones that a broken loop hands back.
 fn initialise(
     (plans, columns): (&[NodePlan], &[Column]),
     order: &[usize],
     nodes: &mut [Box<dyn Node>],
     clock: &Clock,
-    row: &mut [f64],
+    row: &mut Row,
 ) -> Result<(), Error> {
     for (plan, node) in plans.iter().zip(nodes.iter_mut()) {
-        node.enter(0.0, clock.stop()).map_err(|error| failure(plan, error, 0.0))?;
+        let entered = node.enter(0.0, clock.stop()).and_then(|()| get(plan, node.as_mut(), row));
+        entered.map_err(|error| failure(plan, error, 0.0))?;
     }
     for pass in 0..2 {
         for &place in order {
             let (plan, node) = (&plans[place], &mut nodes[place]);
-            let inputs = plan.links.iter().map(|link| row[link.source] * link.factor + link.offset);
-            let inputs: Vec<_> = inputs.collect();
-            let outputs = plan.outputs.clone();
-            let exchange = || {
-                node.set(&inputs)?;
+            for (Link { source, treatment }, input) in plan.links.iter().zip(plan.inputs.clone()) {
+                row.numbers[input] = treatment.convert(row.numbers[source.place]);
+                accept(treatment, columns, (*source, input), row, 0.0)?;
+            }
+            for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.clone()) {
+                row.texts[input] = row.texts[source.place].clone();
+            }
+            let mut exchange = || {
+                set(plan, node.as_mut(), row)?;
                 if pass == 1 {
                     node.ready()?;
                 }
-                node.get(&mut row[outputs])
+                get(plan, node.as_mut(), row)
             };
             exchange().map_err(|error| failure(plan, error, 0.0))?;
-            row[plan.inputs.clone()].copy_from_slice(&inputs);
         }
     }
     plans.iter().try_for_each(|plan| check_numbers(plan, columns, row, 0.0))
 }
 
+fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row) -> Result<(), CallError> {
+    node.set(&row.numbers[plan.inputs.clone()])?;
+    node.set_texts(&row.texts[plan.texts.inputs.clone()])
+}
+
+fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row) -> Result<(), CallError> {
+    node.get(&mut row.numbers[plan.outputs.clone()])?;
+    node.get_texts(&mut row.texts[plan.texts.outputs.clone()])
+}
+
 /// A value that is no number spoils everything that it reaches, so the run ends where it appears.
-fn check_numbers(plan: &NodePlan, columns: &[Column], row: &[f64], time: f64) -> Result<(), Error> {
-    match plan.outputs.clone().find(|&place| row[place].is_nan()) {
+fn check_numbers(plan: &NodePlan, columns: &[Column], row: &Row, time: f64) -> Result<(), Error> {
+    match plan.outputs.clone().find(|&place| row.numbers[place].is_nan()) {
         None => Ok(()),
         Some(place) => {
             let what = format!("the output `{}` is NaN", columns[place].variable);
@@ -141,27 +156,73 @@ fn check_numbers(plan: &NodePlan, columns: &[Column], row: &[f64], time: f64) ->
     }
 }
 
-/// One communication step of one node. `start` is the row at the start of the step.
-fn step(
+/// Puts what the inputs of a node get in the step from communication point `k` on into the row; `start`
+/// is the row at that point.
+fn feed(
     plan: &mut NodePlan,
+    columns: &[Column],
+    (start, row): (&Row, &mut Row),
+    clock: &Clock,
+    k: u64,
+) -> Result<(), Error> {
+    for (Link { source, treatment }, input) in plan.links.iter_mut().zip(plan.inputs.clone()) {
+        let from = if source.at == At::Start { start } else { &*row };
+        row.numbers[input] = treatment.value(from.numbers[source.place], clock.at(k));
+        let shown = clock.at(k + u64::from(source.at == At::End));
+        accept(treatment, columns, (*source, input), row, shown)?;
+    }
+    for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.clone()) {
+        match source.at {
+            At::Start => row.texts[input].clone_from(&start.texts[source.place]),
+            At::End => row.texts[input] = row.texts[source.place].clone(),
+        }
+    }
+    Ok(())
+}
+
+/// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
+/// is when the source showed it [s].
+fn accept(
+    treatment: &Treatment,
+    columns: &[Column],
+    (source, input): (Source, usize),
+    row: &Row,
+    time: f64,
+) -> Result<(), Error> {
+    let value = row.numbers[input];
+    if treatment.accepts.holds(value) {
+        return Ok(());
+    }
+    let (to, from) = (columns[input].name(), columns[source.place].name());
+    let (time, expected) = (rounded(time), treatment.accepts.expected());
+    let error = Error::input(format!(
+        "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"
+    ));
+    Err(error.help("let the source have such values only; `quantise = 1.0` on the connection rounds to whole numbers"))
+}
+
+/// One communication step of one node, whose inputs are in the row.
+fn step(
+    plan: &NodePlan,
     node: &mut dyn Node,
-    (start, row): (&[f64], &mut [f64]),
+    row: &mut Row,
     clock: &Clock,
     k: u64,
 ) -> Result<(), CallError> {
-    for (link, place) in plan.links.iter_mut().zip(plan.inputs.clone()) {
-        let source = if link.at == At::Start { start } else { &*row };
-        row[place] = link.value(source[link.source], clock.at(k));
-    }
-    node.set(&row[plan.inputs.clone()])?;
+    set(plan, node, row)?;
     node.step(clock, k)?;
-    node.get(&mut row[plan.outputs.clone()])
+    get(plan, node, row)
 }
 
-impl Link {
+impl Treatment {
+    /// What the value is in the unit of the input.
+    fn convert(&self, value: f64) -> f64 {
+        value * self.factor + self.offset
+    }
+
     /// What the input gets in the step that starts at `time` [s] when the output shows `value`.
     fn value(&mut self, value: f64, time: f64) -> f64 {
-        let value = self.effects.apply(value * self.factor + self.offset);
+        let value = self.effects.apply(self.convert(value));
         self.faults.iter_mut().fold(value, |value, fault| fault.apply(value, time))
     }
 }

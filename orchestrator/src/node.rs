@@ -63,6 +63,22 @@ pub trait Node {
     /// When the node refuses.
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError>;
 
+    /// Takes the texts of the connected inputs, beside the numbers of [`set`](Node::set).
+    ///
+    /// # Errors
+    /// When the node refuses.
+    fn set_texts(&mut self, _inputs: &[String]) -> Result<(), CallError> {
+        Ok(())
+    }
+
+    /// Gives the texts of all outputs, beside the numbers of [`get`](Node::get).
+    ///
+    /// # Errors
+    /// When the node refuses.
+    fn get_texts(&mut self, _outputs: &mut [String]) -> Result<(), CallError> {
+        Ok(())
+    }
+
     /// Goes from communication point `tick` to the next one.
     ///
     /// # Errors
@@ -83,7 +99,7 @@ pub trait Node {
     }
 }
 
-/// An FMU as a node. Its values travel in the order real, integer, boolean.
+/// An FMU as a node. Its numbers travel in the order real, integer, boolean.
 pub struct FmuNode {
     instance: Instance,
     inputs: Ports,
@@ -138,7 +154,7 @@ impl Node for FmuNode {
             return Ok(());
         }
         self.integers.clear();
-        // These values came from integers, which `f64` holds exactly.
+        // The links let nothing through but integers, which `f64` holds exactly.
         self.integers.extend(rest.iter().map(|&value| value as i32));
         let (integers, booleans) = self.integers.split_at(self.inputs.integer.len());
         self.instance.set_integer(&self.inputs.integer, integers)?;
@@ -156,8 +172,22 @@ impl Node for FmuNode {
         let (integers, booleans) = self.integers.split_at_mut(self.outputs.integer.len());
         self.instance.get_integer(&self.outputs.integer, integers)?;
         self.instance.get_boolean(&self.outputs.boolean, booleans)?;
+        // Any number but 0 is true.
+        booleans.iter_mut().for_each(|value| *value = i32::from(*value != 0));
         for (output, integer) in rest.iter_mut().zip(&self.integers) {
             *output = f64::from(*integer);
+        }
+        Ok(())
+    }
+
+    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        let mut inputs = self.inputs.string.iter().zip(inputs);
+        inputs.try_for_each(|(reference, text)| self.instance.set_string(*reference, text))
+    }
+
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        for (reference, text) in self.outputs.string.iter().zip(outputs) {
+            *text = self.instance.get_string(*reference)?;
         }
         Ok(())
     }

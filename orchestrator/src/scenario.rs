@@ -1,6 +1,7 @@
 //! Reads a scenario file into the words that the user typed, each with its place in the file.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -234,36 +235,71 @@ pub struct Connect {
     /// Which end of the step the value is taken at: for FMUs the end unless it is given, for signals
     /// and tables the start.
     pub at: Option<Spanned<At>>,
+    /// The change of type that is wanted; none takes place unless it is given.
+    pub convert: Option<Spanned<Convert>>,
     /// Sensor effect: Gaussian noise.
-    pub noise: Option<Noise>,
+    pub noise: Option<Spanned<Noise>>,
     /// Sensor effect: added.
-    pub bias: Option<f64>,
+    pub bias: Option<Spanned<f64>>,
     /// Sensor effect: multiplied.
-    pub gain: Option<f64>,
+    pub gain: Option<Spanned<f64>>,
     /// Sensor effect: late by this time [s].
-    pub delay: Option<f64>,
+    pub delay: Option<Spanned<f64>>,
     /// Sensor effect: rounded to multiples of this.
-    pub quantise: Option<f64>,
+    pub quantise: Option<Spanned<f64>>,
     /// Sensor effect: sampled with this period [s].
-    pub hold: Option<f64>,
+    pub hold: Option<Spanned<f64>>,
     /// Sensor effect: share of the samples that are lost.
-    pub dropout: Option<f64>,
+    pub dropout: Option<Spanned<f64>>,
 }
 
 impl Connect {
     /// The sensor effects of the connection.
     #[must_use]
     pub fn effects(&self) -> Effects {
+        let number = |word: &Option<Spanned<f64>>| word.as_ref().map(|word| *word.get_ref());
         Effects {
-            noise: self.noise,
-            bias: self.bias,
-            gain: self.gain,
-            delay: self.delay,
-            quantise: self.quantise,
-            hold: self.hold,
-            dropout: self.dropout,
+            noise: self.noise.as_ref().map(|word| *word.get_ref()),
+            bias: number(&self.bias),
+            gain: number(&self.gain),
+            delay: number(&self.delay),
+            quantise: number(&self.quantise),
+            hold: number(&self.hold),
+            dropout: number(&self.dropout),
         }
     }
+
+    /// The key of the first sensor effect, and where its value stands.
+    #[must_use]
+    pub fn first_effect(&self) -> Option<(&'static str, Range<usize>)> {
+        let number = |word: &Option<Spanned<f64>>| word.as_ref().map(Spanned::span);
+        let effects = [
+            ("noise", self.noise.as_ref().map(Spanned::span)),
+            ("bias", number(&self.bias)),
+            ("gain", number(&self.gain)),
+            ("delay", number(&self.delay)),
+            ("quantise", number(&self.quantise)),
+            ("hold", number(&self.hold)),
+            ("dropout", number(&self.dropout)),
+        ];
+        effects.into_iter().find_map(|(key, place)| Some((key, place?)))
+    }
+}
+
+/// A change of type on a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Convert {
+    /// False is 0, true is 1.
+    BooleanToInteger,
+    /// 0 is false, 1 is true, any other value ends the run.
+    IntegerToBoolean,
+    /// The value of the item.
+    EnumerationToInteger,
+    /// The item with this value; a value that no item has ends the run.
+    IntegerToEnumeration,
+    /// The same number, which a Real holds exactly.
+    IntegerToReal,
 }
 
 /// `[[fault]]`: what an input gets instead of what is connected to it.

@@ -19,7 +19,8 @@ pub enum Direction {
     Output,
 }
 
-/// The type of a recorded variable; every value travels as `f64`, which holds each of them exactly.
+/// The type of a recorded variable. Numbers travel as `f64`, which holds each of them exactly; texts
+/// travel beside them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A floating-point number.
@@ -28,9 +29,44 @@ pub enum Kind {
     Integer,
     /// 0 or 1.
     Boolean,
+    /// A text.
+    String,
 }
 
-/// One recorded variable: a place in every row.
+/// The values of a run at a communication point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Row {
+    /// The numbers, one for each column.
+    pub numbers: Vec<f64>,
+    /// The texts, one for each column of texts.
+    pub texts: Vec<String>,
+}
+
+impl Row {
+    /// Zeros and empty texts.
+    #[must_use]
+    pub fn new(numbers: usize, texts: usize) -> Self {
+        Row { numbers: vec![0.0; numbers], texts: vec![String::new(); texts] }
+    }
+
+    /// Takes over the values of a row of the same size, without allocating for numbers.
+    pub fn copy_from(&mut self, other: &Row) {
+        self.numbers.copy_from_slice(&other.numbers);
+        self.texts.clone_from_slice(&other.texts);
+    }
+
+    /// Takes over the values of another row that are at these places, numbers and texts.
+    pub fn pick_from(&mut self, other: &Row, numbers: &[usize], texts: &[usize]) {
+        self.numbers.clear();
+        self.numbers.extend(numbers.iter().map(|&place| other.numbers[place]));
+        self.texts.resize_with(texts.len(), String::new);
+        for (text, &place) in self.texts.iter_mut().zip(texts) {
+            text.clone_from(&other.texts[place]);
+        }
+    }
+}
+
+/// One recorded variable: a place among the numbers or the texts of every row.
 #[derive(Debug, Clone)]
 pub struct Column {
     /// The node's name in the scenario.
@@ -70,8 +106,10 @@ pub struct Header {
     pub stop: f64,
     /// The seed of every random stream of the run.
     pub seed: u64,
-    /// The recorded variables, in the order of the row.
+    /// The recorded numbers, in the order of the row.
     pub columns: Vec<Column>,
+    /// The recorded texts, in the order of the row.
+    pub texts: Vec<Column>,
     /// How the replay is laid out.
     pub view: View,
     /// The folder that recordings go to.
@@ -135,7 +173,7 @@ pub trait Sink {
     ///
     /// # Errors
     /// When the row cannot be written.
-    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error>;
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error>;
 
     /// Takes an event; events come in the order of their time, between the rows.
     ///

@@ -7,6 +7,9 @@ mod links;
 mod logs;
 mod nodes;
 mod order;
+mod place;
+mod starts;
+mod types;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -23,6 +26,7 @@ use crate::signal::Signal;
 use crate::sink::{Column, Header};
 use crate::table::Table;
 use crate::view::View;
+pub use types::Accepts;
 
 /// The communication points of a run: `t = k h`, computed and never accumulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +61,8 @@ pub struct Ports {
     pub integer: Vec<u32>,
     /// Of `Boolean` variables.
     pub boolean: Vec<u32>,
+    /// Of `String` variables, which travel beside the numbers.
+    pub string: Vec<u32>,
 }
 
 /// A start value of an FMU.
@@ -92,7 +98,7 @@ pub enum Body {
         starts: Vec<Start>,
         /// The connected inputs.
         inputs: Ports,
-        /// All outputs that are numbers.
+        /// All outputs.
         outputs: Ports,
         /// Whether it logs all it has to say.
         log: bool,
@@ -110,21 +116,48 @@ pub struct NodePlan {
     pub name: String,
     /// What it is.
     pub body: Body,
+    /// The places of its outputs that are numbers.
+    pub outputs: Range<usize>,
+    /// The places of its connected inputs that are numbers.
+    pub inputs: Range<usize>,
+    /// What each of these inputs gets.
+    pub links: Vec<Link>,
+    /// The same for texts.
+    pub texts: TextPlan,
+}
+
+/// Where a node's texts are in the row.
+#[derive(Debug, Default)]
+pub struct TextPlan {
     /// The places of its outputs.
     pub outputs: Range<usize>,
     /// The places of its connected inputs.
     pub inputs: Range<usize>,
     /// What each of the connected inputs gets.
-    pub links: Vec<Link>,
+    pub links: Vec<Source>,
 }
 
-/// What an input gets: the value of an output, converted and disturbed.
-#[derive(Debug, Clone)]
-pub struct Link {
-    /// The place of the output in the row.
-    pub source: usize,
+/// Where the value of an input comes from.
+#[derive(Debug, Clone, Copy)]
+pub struct Source {
+    /// The place of the output among the numbers or the texts of the row.
+    pub place: usize,
     /// Which end of the step the value is taken at.
     pub at: At,
+}
+
+/// What an input gets: the number that an output shows, converted and disturbed.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// Where the number comes from.
+    pub source: Source,
+    /// What happens to it on its way.
+    pub treatment: Treatment,
+}
+
+/// What happens to a number on its way to an input.
+#[derive(Debug, Clone)]
+pub struct Treatment {
     /// Unit conversion: what the value is multiplied by.
     pub factor: f64,
     /// Unit conversion: what is added after that.
@@ -133,6 +166,8 @@ pub struct Link {
     pub effects: crate::effects::Chain,
     /// What breaks, and when.
     pub faults: Vec<FaultPlan>,
+    /// What the input can take of what comes out.
+    pub accepts: Accepts,
 }
 
 /// What an input gets during a fault.
@@ -177,6 +212,8 @@ pub struct ResultName {
     pub analysis: String,
     /// Where it stands in the analysis' result.
     pub path: String,
+    /// Whether it is compared with a text.
+    pub is_text: bool,
 }
 
 /// A check, by columns.
@@ -207,14 +244,18 @@ pub struct System {
     pub nodes: Vec<NodePlan>,
     /// The order in which they step.
     pub order: Vec<usize>,
-    /// What is where in the row.
+    /// What is where among the numbers of the row.
     pub columns: Vec<Column>,
     /// What is done with the recording.
     pub analyses: Vec<AnalysisPlan>,
+    /// What is where among its texts.
+    pub texts: Vec<Column>,
     /// The checks.
     pub checks: Vec<CheckPlan>,
-    /// The places of the row that are recorded.
+    /// The places of the numbers that are recorded.
     pub recorded: Vec<usize>,
+    /// The places of the texts that are recorded.
+    pub recorded_texts: Vec<usize>,
     /// What recordings are told; its columns are the recorded ones.
     pub header: Header,
     /// What is odd, but no error.
@@ -250,10 +291,13 @@ impl System {
             nodes::drafts(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
         let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
         let order = order::order(scenario, &drafts, &links)?;
-        let (nodes, columns) = nodes::place(drafts, links);
+        let (nodes, columns, texts) = place::place(drafts, links);
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
-        let checks = checks::resolve(scenario, &columns, clock)?;
-        let recorded = layout::recorded(scenario, &columns)?;
+        let checks = checks::resolve(scenario, &columns, &texts, clock)?;
+        let (recorded, recorded_texts) = layout::recorded(scenario, &columns, &texts)?;
+        let picked = |columns: &[Column], places: &[usize]| -> Vec<Column> {
+            places.iter().map(|&place| columns[place].clone()).collect()
+        };
         let header = Header {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
@@ -261,13 +305,26 @@ impl System {
             step: clock.step,
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,
-            columns: recorded.iter().map(|&place| columns[place].clone()).collect(),
+            columns: picked(&columns, &recorded),
+            texts: picked(&texts, &recorded_texts),
             view: View::default(),
             folder,
         };
-        let view = layout::view(scenario, &header.columns)?;
+        let view = layout::view(scenario, &header)?;
         let header = Header { view, ..header };
-        Ok(System { clock, nodes, order, columns, analyses, checks, recorded, header, warnings })
+        Ok(System {
+            clock,
+            nodes,
+            order,
+            columns,
+            texts,
+            analyses,
+            checks,
+            recorded,
+            recorded_texts,
+            header,
+            warnings,
+        })
     }
 
     /// Makes the nodes that the master steps.
@@ -299,7 +356,7 @@ pub fn read_starts(path: &Path) -> Result<Vec<(String, String, String)>, Error> 
             return Err(wrong(format!("expected a table [{node}], found {}", table.type_str())));
         };
         for (name, value) in table {
-            nodes::flatten(name, value, &mut |name, value| {
+            starts::flatten(name, value, &mut |name, value| {
                 starts.push((node.clone(), name.to_owned(), value.to_string()));
                 Ok::<_, Error>(())
             })?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::fmus::{archive, changed, ours};
+use super::fmus::{archive, changed, ours, relay};
 use super::harness::{Ended, Lab, ROOT, trackside};
 
 /// A scenario with nothing wrong, which each case edits.
@@ -112,12 +112,93 @@ const MISTAKES: &[Mistake] = &[
     ("[[check]]", "[[fault]]\ninput = \"plant.F_x\"\nfrom = 0.0\nvalue = 1.0\n\n[[check]]", "input =", &["nothing is connected to `plant.F_x`"]),
 ];
 
+/// The same with values of all types.
+const TYPES: &str = r#"title = "Types"
+
+[time]
+step = 0.01
+stop = 0.1
+
+[[signal]]
+name = "driver.v"
+constant = 1
+
+[[fmu]]
+name = "a"
+path = "relay.fmu"
+start = { x = 0.0, n = 0, on = false, text = "", mode = "off", gear = "drive" }
+
+[[fmu]]
+name = "b"
+path = "relay.fmu"
+start = { gear = 1, x = 0.0, n = 0, mode = 1, on = false }
+
+[[fmu]]
+name = "c"
+path = "relay.fmu"
+start = { text = "", n = 0, on = true, mode = 2, gear = 1 }
+
+[[connect]]
+from = "driver.v"
+to = "c.x"
+
+[[connect]]
+from = "a.text_out"
+to = "b.text"
+"#;
+
+/// An end of the scenario that connects other types.
+const A_TO_B: &str = "from = \"a.text_out\"\nto = \"b.text\"\n";
+
+#[rustfmt::skip]
+const TYPE_MISTAKES: &[Mistake] = &[
+    // Types that become each other only when asked for.
+    (A_TO_B, "from = \"a.on_out\"\nto = \"b.n\"\n", "b.n", &["`a.on_out` to `b.n`: Boolean does not fit Integer", "`convert = \"boolean_to_integer\"`"]),
+    (A_TO_B, "from = \"a.n_out\"\nto = \"b.on\"\n", "b.on", &["Integer does not fit Boolean", "`convert = \"integer_to_boolean\"`"]),
+    (A_TO_B, "from = \"a.n_out\"\nto = \"b.x\"\n", "b.x", &["Integer does not fit Real", "`convert = \"integer_to_real\"`"]),
+    (A_TO_B, "from = \"a.n_out\"\nto = \"b.mode\"\n", "b.mode", &["Integer does not fit Enumeration", "`convert = \"integer_to_enumeration\"`"]),
+    (A_TO_B, "from = \"a.mode_out\"\nto = \"b.n\"\n", "b.n", &["Enumeration does not fit Integer", "`convert = \"enumeration_to_integer\"`"]),
+    // Types that never do.
+    (A_TO_B, "from = \"a.x_out\"\nto = \"b.n\"\n", "b.n", &["`a.x_out` to `b.n`: Real does not fit Integer", "no `convert` makes Real into Integer"]),
+    (A_TO_B, "from = \"a.x_out\"\nto = \"b.on\"\n", "b.on", &["Real does not fit Boolean"]),
+    (A_TO_B, "from = \"a.x_out\"\nto = \"b.mode\"\n", "b.mode", &["Real does not fit Enumeration"]),
+    (A_TO_B, "from = \"a.x_out\"\nto = \"b.text\"\n", "b.text", &["Real does not fit String"]),
+    (A_TO_B, "from = \"a.on_out\"\nto = \"b.x\"\n", "b.x", &["Boolean does not fit Real"]),
+    (A_TO_B, "from = \"a.mode_out\"\nto = \"b.on\"\n", "b.on", &["Enumeration does not fit Boolean"]),
+    (A_TO_B, "from = \"a.text_out\"\nto = \"b.x\"\n", "b.x", &["String does not fit Real"]),
+    (A_TO_B, "from = \"a.text_out\"\nto = \"b.n\"\nconvert = \"boolean_to_integer\"\n", "b.n", &["String does not fit Integer"]),
+    (A_TO_B, "from = \"driver.v\"\nto = \"b.text\"\n", "b.text", &["Real does not fit String"]),
+    (A_TO_B, "from = \"a.mode_out\"\nto = \"b.gear\"\n", "b.gear", &["the enumerations differ", "one has off = 1, armed = 2, tripped = 4, the other reverse = -1, drive = 1"]),
+    // The key itself.
+    ("b.text\"\n", "b.text\"\nconvert = \"boolean_to_integer\"\n", "convert", &["there is no type to convert", "leave `convert` out"]),
+    ("c.x\"\n", "c.x\"\nconvert = \"integer_to_real\"\n", "convert", &["there is no type to convert"]),
+    (A_TO_B, "from = \"a.on_out\"\nto = \"b.n\"\nconvert = \"integer_to_boolean\"\n", "convert", &["Boolean to Integer is another conversion", "`convert = \"boolean_to_integer\"`"]),
+    ("b.text\"\n", "b.text\"\nconvert = \"bool_to_integer\"\n", "convert", &["unknown variant `bool_to_integer`", "did you mean `boolean_to_integer`?"]),
+    // Texts have no numbers.
+    ("b.text\"\n", "b.text\"\nnoise = { std = 0.1 }\n", "noise", &["`a.text_out` to `b.text` carries texts", "`noise`"]),
+    ("b.text\"\n", "b.text\"\ngain = 2.0\n", "gain", &["carries texts", "`gain`"]),
+    ("b.text\"\n", "b.text\"\ndelay = 0.1\n", "delay", &["carries texts", "`delay`"]),
+    ("b.text\"\n", "b.text\"\n[[fault]]\ninput = \"b.text\"\nfrom = 0.0\nfreeze = true\n", "input =", &["`b.text` is a text", "faults"]),
+    ("b.text\"\n", "b.text\"\n[[view.plot]]\ntitle = \"t\"\nsignals = [{ signal = \"a.text_out\" }]\n", "signals =", &["`a.text_out` is a text"]),
+    ("b.text\"\n", "b.text\"\n[[check]]\nname = \"t\"\nthat = \"b.text_out < 'on'\"\n", "that =", &["`==` and `!=` only"]),
+    // Start values.
+    (", text = \"\"", "", "\"a\"", &["nothing is connected to `text` of `a`", "start = { \"text\" = \"\" }"]),
+    (", mode = \"off\"", "", "\"a\"", &["nothing is connected to `mode`", "start = { \"mode\" = \"off\" }"]),
+    ("mode = \"off\"", "mode = \"of\"", "mode = \"of\"", &["`mode` is an Enumeration", "off = 1, armed = 2, tripped = 4", "found \"of\""]),
+    ("mode = \"off\"", "mode = 3", "mode = 3", &["`mode` is an Enumeration", "found 3"]),
+    ("mode = \"off\"", "mode = true", "mode = true", &["`mode` is an Enumeration", "found true"]),
+    ("on = false", "on = 0", "on = 0", &["`on` is Boolean, found integer 0"]),
+    ("text = \"\"", "text = 5", "text = 5", &["`text` is String, found integer 5"]),
+    ("text = \"\"", "text = \"a\\u0000b\"", "text = \"a", &["NUL"]),
+];
+
 /// A lab with what the good scenario needs, and with archives and a table that are wrong.
 fn lab() -> Lab {
     let lab = Lab::new();
     let plant = ours().join("plant.fmu");
     lab.add(&plant);
     lab.add(&ours().join("controller.fmu"));
+    lab.write("relay.fmu", relay());
     lab.write("log.csv", "t,steer\n0,0\n1,0.01\n");
     lab.write("words.csv", "t,steer\n0,0\n1,left\n");
     lab.write("text.fmu", "no archive");
@@ -140,6 +221,7 @@ fn run(lab: &Lab, text: &str) -> Ended {
 #[test]
 fn the_good_scenario_is_good() {
     let lab = lab();
+    run(&lab, TYPES).expect(0);
     run(&lab, GOOD).expect(0);
     assert!(lab.has("out/report.json"));
 }
@@ -147,14 +229,16 @@ fn the_good_scenario_is_good() {
 #[test]
 fn a_mistake_is_told_with_its_place() {
     let lab = lab();
-    let wrong: Vec<_> = MISTAKES.iter().filter_map(|mistake| look_at(&lab, *mistake)).collect();
+    let wrong = MISTAKES.iter().filter_map(|mistake| look_at(&lab, GOOD, *mistake));
+    let types = TYPE_MISTAKES.iter().filter_map(|mistake| look_at(&lab, TYPES, *mistake));
+    let wrong: Vec<_> = wrong.chain(types).collect();
     assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
 }
 
 /// What is wrong with how a mistake is told, if anything.
-fn look_at(lab: &Lab, (old, new, at, says): Mistake) -> Option<String> {
-    let text = GOOD.replacen(old, new, 1);
-    assert_ne!(text, GOOD, "the edit of {old:?} changes nothing");
+fn look_at(lab: &Lab, good: &str, (old, new, at, says): Mistake) -> Option<String> {
+    let text = good.replacen(old, new, 1);
+    assert_ne!(text, good, "the edit of {old:?} changes nothing");
     let place = text.find(at).unwrap_or_else(|| panic!("no {at:?} in the edited scenario"));
     let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
     let ended = run(lab, &text);

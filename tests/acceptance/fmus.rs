@@ -51,6 +51,12 @@ pub fn deviate(arguments: &[&str]) -> Vec<u8> {
     build("deviate", arguments)
 }
 
+/// The FMU of `fmu/relay.c`, compiled once: it shows what it is given, of every type.
+pub fn relay() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| build("relay", &[]))
+}
+
 fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     let sources = Path::new(ROOT).join("tests/acceptance/fmu");
     let lab = Lab::new();

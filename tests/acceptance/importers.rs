@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::fmus::{example, ours};
 use super::harness::{Ended, Lab, record, trackside};
-use super::python::python;
+use super::python::{Python, python};
 
 /// The closed loop: what each input of the three FMUs gets.
 const LOOP: [(&str, &str); 15] = [
@@ -147,19 +147,65 @@ to = 'mass.F'
     }
 }
 
-/// An FMU with variables of all types, alone and in front of our plant.
+/// A node of an FMU with variables of all types that was made in Python.
+fn made_in_python(name: &str, archive: &str, inputs: &str) -> String {
+    format!(
+        "[[fmu]]\nname = '{name}'\npath = '{archive}'\n\
+         start = {{ count = 3, on = true, label = 'hello'{inputs} }}\n"
+    )
+}
+
+/// Runs a scenario that is made of the path of the archive, with the library that the FMU needs.
+fn run_python(python: &Python, lab: &Lab, scenario: impl Fn(&str) -> String) -> Option<Ended> {
+    let [library, archive, _] = python.fmus(&lab.path("made"))?;
+    lab.write("python.toml", scenario(&archive));
+    let mut command = trackside(&lab.path(""));
+    command
+        .args(["run", "python.toml", "--out", "run", "--csv", "--rerun", "off"])
+        .env("LD_PRELOAD", library);
+    Some(Ended::of(command.output().expect("it starts")).expect(0))
+}
+
+/// Two instances of it: what the first one shows goes to the second one, in all types.
+#[test]
+fn two_fmus_made_in_python_hand_over_values_of_all_types() {
+    let Some(python) = python() else { return };
+    for (algorithm, late) in [("sequential", 0), ("jacobi", 1)] {
+        let lab = Lab::new();
+        let head = HEAD.replace("10.0", "0.2");
+        let scenario = |archive: &str| {
+            let mut text = format!("{head}[coupling]\nalgorithm = '{algorithm}'\n")
+                + &made_in_python("second", archive, "")
+                + &made_in_python("first", archive, ", u = 0.1, k = 0, c = false, t = ''");
+            for (from, to) in [("y", "u"), ("n", "k"), ("b", "c"), ("s", "t")] {
+                text += &format!("[[connect]]\nfrom = 'first.{from}'\nto = 'second.{to}'\n");
+            }
+            text + &format!(
+                "[[check]]\nname = 'numbers'\nduring = [0.02, 0.2]\n\
+                 that = 'first.n - second.k_out == {late} and abs(first.b - second.c_out) == {late}'\n\
+                 [[check]]\nname = 'reals'\nthat = 'last(second.y) == 3 * last(first.y)'\n\
+                 [[check]]\nname = 'texts'\nduring = [0.02, 0.2]\n\
+                 that = \"(second.t_out == first.s) == {}\"\n\
+                 [[check]]\nname = 'the text'\nthat = \"last(first.s == 'hello 20') == 1\"\n",
+                1 - late
+            )
+        };
+        if run_python(python, &lab, scenario).is_some() {
+            python.run("compare_mcap.py", &[lab.path("run/run.mcap"), lab.path("run/run.csv")]);
+        }
+    }
+}
+
+/// The same FMU alone and in front of our plant.
 #[test]
 fn an_fmu_made_in_python_runs() {
     let Some(python) = python() else { return };
     let lab = Lab::new();
-    let Some([library, archive, _]) = python.fmus(&lab.path("made")) else { return };
-    let demo = format!(
-        "[[fmu]]\nname = 'demo'\npath = '{archive}'\nstart = {{ count = 3, on = true, label = 'hello' }}\n"
-    );
-    let text = HEAD.to_owned()
-        + &demo
-        + &fmu("plant", "F_x = 0.0")
-        + "
+    let scenario = |archive: &str| {
+        HEAD.to_owned()
+            + &made_in_python("demo", archive, ", k = 0, c = false, t = ''")
+            + &fmu("plant", "F_x = 0.0")
+            + "
 [[signal]]
 name = 'driver.delta'
 unit = 'rad'
@@ -177,12 +223,8 @@ during = [0.01, 10.0]
 [[check]]
 name = 'integer and boolean outputs'
 that = 'last(demo.n) == 1000 and min(demo.b) == 0 and max(demo.b) == 1'
-";
-    lab.write("python.toml", text);
-    let mut command = trackside(&lab.path(""));
-    command
-        .args(["run", "python.toml", "--out", "run", "--rerun", "off"])
-        .env("LD_PRELOAD", library);
-    let ended = Ended::of(command.output().expect("it starts")).expect(0);
+"
+    };
+    let Some(ended) = run_python(python, &lab, scenario) else { return };
     assert!(ended.stdout.contains("all 2 checks passed"), "{}", ended.stdout);
 }

@@ -1,4 +1,4 @@
-//! Looks up numbers in the results of analyses.
+//! Looks up numbers and texts in the results of analyses.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +7,37 @@ use serde_json::Value;
 use crate::suggest::closest;
 use crate::system::ResultName;
 
-/// The number of this name; true is 1 and false is 0.
+/// What the results say under some names: a number or a text for each; the place in the other list is left empty.
 ///
 /// # Errors
-/// In words, when there is no such number.
-pub fn number(results: &BTreeMap<String, Value>, name: &ResultName) -> Result<f64, String> {
-    let ResultName { analysis, path } = name;
+/// In words, when there is no such result.
+pub fn look_up(
+    results: &BTreeMap<String, Value>,
+    names: &[ResultName],
+) -> Result<(Vec<f64>, Vec<String>), String> {
+    let (mut numbers, mut texts) = (Vec::new(), Vec::new());
+    for name in names {
+        match (find(results, name)?, name.is_text) {
+            ((_, Value::String(text)), true) => {
+                numbers.push(f64::NAN);
+                texts.push(text.clone());
+            }
+            ((place, value), true) => return Err(format!("`{place}` is no text, but {value}")),
+            ((place, value), false) => {
+                numbers.push(number(&place, value)?);
+                texts.push(String::new());
+            }
+        }
+    }
+    Ok((numbers, texts))
+}
+
+/// What stands under a name, and its full path.
+fn find<'a>(
+    results: &'a BTreeMap<String, Value>,
+    name: &ResultName,
+) -> Result<(String, &'a Value), String> {
+    let ResultName { analysis, path, .. } = name;
     let mut value = results.get(analysis).ok_or_else(|| format!("`{analysis}` has no result"))?;
     let mut place = analysis.clone();
     for part in parts(path) {
@@ -22,6 +47,11 @@ pub fn number(results: &BTreeMap<String, Value>, name: &ResultName) -> Result<f6
             Err(_) => format!("{place}.{part}"),
         };
     }
+    Ok((place, value))
+}
+
+/// The number; true is 1 and false is 0.
+fn number(place: &str, value: &Value) -> Result<f64, String> {
     match value {
         Value::Number(number) => number.as_f64().ok_or_else(|| format!("`{place}` is {number}")),
         Value::Bool(truth) => Ok(f64::from(u8::from(*truth))),
@@ -73,8 +103,9 @@ mod tests {
         });
         let results = BTreeMap::from([("tires".to_owned(), result)]);
         let find = |path: &str| {
-            let name = ResultName { analysis: "tires".to_owned(), path: path.to_owned() };
-            number(&results, &name)
+            let (analysis, path) = ("tires".to_owned(), path.to_owned());
+            let name = ResultName { analysis, path, is_text: false };
+            look_up(&results, &[name]).map(|(numbers, _)| numbers[0])
         };
         for (path, expected) in [
             ("front.mean.B", 15.5),
@@ -85,6 +116,13 @@ mod tests {
         ] {
             assert_eq!(find(path), Ok(expected), "{path}");
         }
+        let text = |path: &str| {
+            let (analysis, path) = ("tires".to_owned(), path.to_owned());
+            let name = ResultName { analysis, path, is_text: true };
+            look_up(&results, &[name]).map(|(_, texts)| texts[0].clone())
+        };
+        assert_eq!(text("front.note"), Ok("weak".to_owned()));
+        assert_eq!(text("front.mean.C"), Err("`tires.front.mean.C` is no text, but 2".to_owned()));
         for (path, expected) in [
             ("frnt.mean.B", "`tires` has no `frnt`; did you mean `front`?"),
             ("front.mean.Q", "`tires.front.mean` has no `Q`, it has B, C"),

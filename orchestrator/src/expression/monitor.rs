@@ -1,6 +1,6 @@
 //! Evaluates a condition sample by sample and keeps its worst one.
 
-use super::{Expression, Function, Junction, Node, Operator, Reducer, Relation};
+use super::{Expression, Function, Junction, Node, Operator, Reducer, Relation, Text};
 
 /// What a condition comes to at one sample, or for the window.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +66,7 @@ impl Relation {
 struct Sample<'a> {
     time: f64,
     row: &'a [f64],
+    texts: &'a [String],
     reduced: &'a [f64],
 }
 
@@ -91,8 +92,9 @@ impl Sample<'_> {
                 }
             }
             Node::Call(function, arguments) => self.call(*function, arguments),
+            Node::Text(_) => f64::NAN,
             // Truth that is counted or averaged is exact: a tolerance on it could tighten a check.
-            Node::Not(_) | Node::Compare(..) | Node::Join(..) => {
+            Node::Not(_) | Node::Compare(..) | Node::Same(..) | Node::Join(..) => {
                 let judgement = self.judge(node, true, 0.0);
                 if judgement.margin.is_nan() {
                     f64::NAN
@@ -100,6 +102,13 @@ impl Sample<'_> {
                     f64::from(u8::from(judgement.passed))
                 }
             }
+        }
+    }
+
+    fn text<'b>(&'b self, text: &'b Text) -> Option<&'b str> {
+        match text {
+            Text::Literal(text) => Some(text),
+            Text::Signal(place) => self.texts.get(*place).map(String::as_str),
         }
     }
 
@@ -141,6 +150,11 @@ impl Sample<'_> {
             Node::Compare(relation, sides) => {
                 let relation = if positive { *relation } else { relation.complement() };
                 relation.judge(self.value(&sides[0]), self.value(&sides[1]), tolerance)
+            }
+            Node::Same(same, [a, b]) => {
+                let passed = ((self.text(a) == self.text(b)) == *same) == positive;
+                let margin = if passed { f64::INFINITY } else { f64::NEG_INFINITY };
+                Judgement { passed, margin, value: f64::NAN, limit: f64::NAN }
             }
             Node::Join(junction, sides) => {
                 let [a, b] = sides.each_ref().map(|side| self.judge(side, positive, tolerance));
@@ -273,10 +287,11 @@ impl Monitor {
         Self { expression, tolerance, samples: 0, worst: None, accumulators }
     }
 
-    /// Takes one sample of the window; `row` has the columns that the signals were resolved to.
-    pub fn sample(&mut self, time: f64, row: &[f64]) {
+    /// Takes one sample of the window; `row` and `texts` have the columns that the signals were
+    /// resolved to.
+    pub fn sample(&mut self, time: f64, row: &[f64], texts: &[String]) {
         self.samples += 1;
-        let sample = Sample { time, row, reduced: &[] };
+        let sample = Sample { time, row, texts, reduced: &[] };
         if self.expression.is_reduction() {
             let reductions = self.expression.reductions.iter();
             for (reduction, accumulator) in reductions.zip(&mut self.accumulators) {
@@ -325,7 +340,7 @@ impl Monitor {
         let reduced: Vec<f64> = reductions
             .map(|(reduction, accumulator)| accumulator.result(reduction.reducer))
             .collect();
-        let sample = Sample { time: f64::NAN, row: &[], reduced: &reduced };
+        let sample = Sample { time: f64::NAN, row: &[], texts: &[], reduced: &reduced };
         let judgement = sample.judge(&self.expression.root, true, self.tolerance);
         let broken = self.accumulators.iter().filter_map(|a| a.not_a_number);
         let at = match self.accumulators.as_slice() {

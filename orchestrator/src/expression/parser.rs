@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use super::{
-    Expression, Function, Junction, Node, Operator, ParseError, Reducer, Reduction, Relation,
+    Expression, Function, Junction, Node, Operand, Operator, ParseError, Reducer, Reduction,
+    Relation, Text,
 };
 
 /// Words and symbols that one condition may have; it bounds the recursion for a hostile text.
@@ -50,7 +51,7 @@ impl Expression {
     /// When the text is malformed, a name is unknown, or signals and reductions are mixed.
     pub fn parse(
         text: &str,
-        resolve: &mut dyn FnMut(&str) -> Option<usize>,
+        resolve: &mut dyn FnMut(&str) -> Option<Operand>,
     ) -> Result<Self, ParseError> {
         let tokens = tokens(text)?;
         if tokens.len() > LONGEST {
@@ -67,7 +68,7 @@ impl Expression {
             reductions: Vec::new(),
             reduced: Vec::new(),
         };
-        let root = parser.expression(0)?;
+        let root = parser.number(0)?;
         if parser.peek() != Token::End {
             return Err(parser.expected("an operator or the end"));
         }
@@ -89,6 +90,8 @@ enum Token<'a> {
     Name(&'a str),
     /// A signal name between backticks.
     Quoted(&'a str),
+    /// A text between quotes.
+    Text(&'a str),
     Symbol(&'static str),
     End,
 }
@@ -131,16 +134,24 @@ fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, ParseError> {
             let keyword = ["and", "or", "not"].into_iter().find(|word| *word == &rest[..length]);
             (keyword.map_or(Token::Name(&rest[..length]), Token::Symbol), length)
         } else if first == '`' {
-            let end = rest[1..].find('`').ok_or_else(|| {
-                ParseError::new(at..text.len(), "expected a closing backtick after the signal name")
-            })?;
-            (Token::Quoted(&rest[1..=end]), end + 2)
+            let name = quoted(rest, at, "expected a closing backtick after the signal name")?;
+            (Token::Quoted(name), name.len() + 2)
+        } else if first == '\'' || first == '"' {
+            let text = quoted(rest, at, "expected a closing quote after the text")?;
+            (Token::Text(text), text.len() + 2)
         } else {
             symbol(rest, first, at)?
         };
         tokens.push((token, at..at + length));
         at += length;
     }
+}
+
+/// What stands between the first letter of `rest`, a quote, and the next one like it.
+fn quoted<'a>(rest: &'a str, at: usize, missing: &str) -> Result<&'a str, ParseError> {
+    let (quote, inside) = rest.split_at(1);
+    let end = inside.find(quote).ok_or_else(|| ParseError::new(at..at + rest.len(), missing))?;
+    Ok(&inside[..end])
 }
 
 fn symbol(rest: &str, first: char, at: usize) -> Result<(Token<'_>, usize), ParseError> {
@@ -253,7 +264,7 @@ struct Parser<'a> {
     text: &'a str,
     tokens: Vec<(Token<'a>, Range<usize>)>,
     next: usize,
-    resolve: &'a mut dyn FnMut(&str) -> Option<usize>,
+    resolve: &'a mut dyn FnMut(&str) -> Option<Operand>,
     /// Where signals and `time` stand outside every reduction.
     bare: Vec<Range<usize>>,
     reductions: Vec<Reduction>,
@@ -284,7 +295,47 @@ impl<'a> Parser<'a> {
         ParseError::new(self.span(), format!("expected {expected}, found {found}"))
     }
 
+    /// An expression that is no text.
+    fn number(&mut self, least: u8) -> Result<Node, ParseError> {
+        let start = self.span().start;
+        let node = self.expression(least)?;
+        self.refuse_text(start, &node)?;
+        Ok(node)
+    }
+
+    /// Refuses a text that began at `start` and was just parsed.
+    fn refuse_text(&self, start: usize, node: &Node) -> Result<(), ParseError> {
+        let Node::Text(_) = node else { return Ok(()) };
+        let span = start..self.tokens[self.next - 1].1.end;
+        let message = format!("`{}` is a text, not a number", &self.text[span.clone()]);
+        let help = format!("compare it with another text: `{} == 'on'`", &self.text[span.clone()]);
+        Err(ParseError::new(span, message).help(help))
+    }
+
+    /// The comparison that began at `start` and was just parsed, of two numbers or two texts.
+    fn compare(
+        &self,
+        symbol: &str,
+        start: usize,
+        left: Node,
+        right: Node,
+    ) -> Result<Node, ParseError> {
+        let error = |what| ParseError::new(start..self.tokens[self.next - 1].1.end, what);
+        match (symbol, left, right) {
+            ("==" | "!=", Node::Text(a), Node::Text(b)) => Ok(Node::Same(symbol == "==", [a, b])),
+            (_, Node::Text(_), Node::Text(_)) => {
+                Err(error("texts are compared by `==` and `!=` only"))
+            }
+            (_, Node::Text(_), _) | (_, _, Node::Text(_)) => {
+                Err(error("this compares a text with a number")
+                    .help("what stands in quotes is a text, also '1'"))
+            }
+            (_, left, right) => Ok(combine(symbol, left, right)),
+        }
+    }
+
     fn expression(&mut self, least: u8) -> Result<Node, ParseError> {
+        let start = self.span().start;
         let mut left = self.prefix()?;
         let mut compared = false;
         while let Token::Symbol(symbol) = self.peek() {
@@ -296,21 +347,30 @@ impl<'a> Parser<'a> {
                     .expected("one comparison at a time")
                     .help("write `a < b and b < c` for a range"));
             }
+            compared = strength == COMPARISON;
+            if !compared {
+                self.refuse_text(start, &left)?;
+            }
             self.next += 1;
             // A power groups from the right: 2^3^2 is 2^(3^2).
-            let right = self.expression(strength + u8::from(strength != POWER))?;
-            left = combine(symbol, left, right);
-            compared = strength == COMPARISON;
+            let least = strength + u8::from(strength != POWER);
+            left = match compared {
+                true => {
+                    let right = self.expression(least)?;
+                    self.compare(symbol, start, left, right)?
+                }
+                false => combine(symbol, left, self.number(least)?),
+            };
         }
         Ok(left)
     }
 
     fn prefix(&mut self) -> Result<Node, ParseError> {
         if self.skip("not") {
-            Ok(Node::Not(Box::new(self.expression(COMPARISON)?)))
+            Ok(Node::Not(Box::new(self.number(COMPARISON)?)))
         } else if self.skip("-") {
             // -a^2 is -(a^2), as in mathematics.
-            Ok(Node::Negate(Box::new(self.expression(POWER)?)))
+            Ok(Node::Negate(Box::new(self.number(POWER)?)))
         } else {
             self.operand()
         }
@@ -320,6 +380,7 @@ impl<'a> Parser<'a> {
         let (token, span) = self.tokens[self.next].clone();
         let node = match token {
             Token::Number(number) => Node::Number(number),
+            Token::Text(text) => Node::Text(Text::Literal(text.to_owned())),
             Token::Name("pi") => Node::Number(PI),
             Token::Name("time") => {
                 self.bare.push(span);
@@ -351,9 +412,12 @@ impl<'a> Parser<'a> {
     }
 
     fn signal(&mut self, name: &str, span: Range<usize>) -> Result<Node, ParseError> {
-        if let Some(column) = (self.resolve)(name) {
+        if let Some(operand) = (self.resolve)(name) {
             self.bare.push(span);
-            return Ok(Node::Signal(column));
+            return Ok(match operand {
+                Operand::Number(column) => Node::Signal(column),
+                Operand::Text(column) => Node::Text(Text::Signal(column)),
+            });
         }
         let mut error = ParseError::new(span, format!("unknown signal `{name}`"));
         if is_function(name) {
@@ -371,9 +435,9 @@ impl<'a> Parser<'a> {
             return Err(unknown_function(name, span.clone()));
         }
         let (bare, reduced) = (self.bare.len(), self.reduced.len());
-        let mut arguments = vec![self.expression(0)?];
+        let mut arguments = vec![self.number(0)?];
         while self.skip(",") {
-            arguments.push(self.expression(0)?);
+            arguments.push(self.number(0)?);
         }
         if self.peek() != Token::Symbol(")") {
             return Err(self.expected("`,` or `)`"));

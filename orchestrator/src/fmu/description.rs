@@ -5,6 +5,7 @@ use fmi_rs::model_description::fmi2::{
 };
 use fmu_export::unit::Unit;
 
+use super::definitions;
 use crate::sink::Kind;
 
 /// What an FMU says about itself.
@@ -46,7 +47,7 @@ pub struct Description {
     pub problems: Vec<String>,
 }
 
-/// The type of a variable; enumerations travel as integers.
+/// The type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Type {
     /// `Real`.
@@ -62,16 +63,32 @@ pub enum Type {
 }
 
 impl Type {
-    /// How values of the type are recorded; texts are not.
+    /// How values of the type travel and are recorded: enumerations as integers.
     #[must_use]
-    pub fn kind(self) -> Option<Kind> {
+    pub fn kind(self) -> Kind {
         match self {
-            Type::Real => Some(Kind::Real),
-            Type::Integer | Type::Enumeration => Some(Kind::Integer),
-            Type::Boolean => Some(Kind::Boolean),
-            Type::String => None,
+            Type::Real => Kind::Real,
+            Type::Integer | Type::Enumeration => Kind::Integer,
+            Type::Boolean => Kind::Boolean,
+            Type::String => Kind::String,
         }
     }
+}
+
+/// An item of an enumeration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// Its name.
+    pub name: String,
+    /// The integer that stands for it.
+    pub value: i32,
+}
+
+/// The items of an enumeration for a message: `off = 0, armed = 1`.
+#[must_use]
+pub fn list(items: &[Item]) -> String {
+    let items = items.iter().map(|item| format!("{} = {}", item.name, item.value));
+    items.collect::<Vec<_>>().join(", ")
 }
 
 /// A variable of an FMU.
@@ -83,6 +100,8 @@ pub struct Variable {
     pub reference: u32,
     /// Its type.
     pub kind: Type,
+    /// What an enumeration may be, in the order of the values.
+    pub items: Vec<Item>,
     /// Who determines it.
     pub causality: Causality,
     /// When it may change.
@@ -117,7 +136,8 @@ impl Description {
         if xml.contains("<!DOCTYPE") || xml.contains("<!ENTITY") {
             return Err("expected no document type declaration, found one".to_owned());
         }
-        let found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
+        let mut found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
+        definitions::complete(&mut found, xml)?;
         let problems = found.validate().into_iter().map(|problem| problem.message).collect();
         let Some(cs) = &found.coSimulation else {
             return Err("the FMU has no co-simulation interface".to_owned());
@@ -188,6 +208,7 @@ fn variable(found: &ModelDescription, place: usize) -> Variable {
             VariableType::String { .. } => Type::String,
             VariableType::Enumeration { .. } => Type::Enumeration,
         },
+        items: items(found, &scalar.variableType),
         causality: scalar.causality,
         variability: scalar.variability,
         initial: scalar.initial,
@@ -200,6 +221,19 @@ fn variable(found: &ModelDescription, place: usize) -> Variable {
         description: scalar.description.clone(),
         dependencies,
     }
+}
+
+/// The items of an enumeration's declared type.
+fn items(found: &ModelDescription, kind: &VariableType) -> Vec<Item> {
+    let VariableType::Enumeration { declaredType, .. } = kind else { return Vec::new() };
+    let Some(SimpleType::Enumeration { items, .. }) = found.get_type_definition(declaredType)
+    else {
+        return Vec::new();
+    };
+    let item = |item: &fmi2::Item| Item { name: item.name.clone(), value: item.value };
+    let mut items: Vec<_> = items.iter().map(item).collect();
+    items.sort_by_key(|item| item.value);
+    items
 }
 
 /// The unit that the variable or its declared type names.

@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Write as _};
 
+use fmu_export::unit::Unit;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use zip::write::SimpleFileOptions;
@@ -23,6 +24,28 @@ const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
   </ModelStructure>
 </fmiModelDescription>
 "#;
+
+#[test]
+fn declared_types_and_units_are_read_all_of_them() {
+    let types = "<TypeDefinitions><SimpleType name='First'><Real unit='N'/></SimpleType>\
+                 <SimpleType name='Speed'><Real unit='kph' min='-2'/></SimpleType>\
+                 <SimpleType name='Mode'><Enumeration><Item name='b' value='2'/><Item name='a' value='-1'/>\
+                 </Enumeration></SimpleType></TypeDefinitions>\n  <ModelVariables>";
+    let kph = "<Unit name='kph'><BaseUnit m='1' s='-1' factor='0.25'/></Unit></UnitDefinitions>";
+    let xml = XML
+        .replace("</UnitDefinitions>", kph)
+        .replace("<ModelVariables>", types)
+        .replace("<Real unit=\"m/s\" start=\"1\"/>", "<Real declaredType=\"Speed\"/>")
+        .replace("<Integer start=\"3\"/>", "<Enumeration declaredType=\"Mode\" start=\"2\"/>");
+    let variables = Description::parse(&xml).expect("a description").variables;
+    let speed = variables[0].dimension.expect("a unit of the file");
+    let second = Unit::parse("m/s").expect("a unit");
+    assert_eq!(Unit::conversion(&speed, &second), Some((0.25, 0.0)));
+    assert_eq!((variables[0].unit.as_deref(), variables[0].min), (Some("kph"), Some(-2.0)));
+    assert_eq!(description::list(&variables[2].items), "a = -1, b = 2");
+    let broken = Description::parse(&xml.replace("value='2'", "value='two'"));
+    assert!(broken.is_err_and(|error| error.contains("value=\"two\" of <Item>")));
+}
 
 fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));

@@ -4,7 +4,7 @@ use super::*;
 use crate::effects::{Chain, Effects};
 use crate::node::Message;
 use crate::sink::{Direction, Header, Kind};
-use crate::system::Body;
+use crate::system::{Accepts, Body, TextPlan};
 use crate::view::View;
 
 /// A node with one output: what a closure makes of the end of the step and the inputs.
@@ -45,14 +45,16 @@ fn mock(compute: impl FnMut(f64, &[f64]) -> Result<f64, CallError> + 'static) ->
 #[derive(Default)]
 struct Record {
     rows: Vec<Vec<f64>>,
+    texts: Vec<Vec<String>>,
     events: Vec<String>,
 }
 
 impl Sink for Record {
-    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         assert_eq!(tick as usize, self.rows.len());
         assert_eq!(time, tick as f64 * STEP);
-        self.rows.push(values.to_vec());
+        self.rows.push(row.numbers.clone());
+        self.texts.push(row.texts.clone());
         Ok(())
     }
     fn event(&mut self, event: &Event) -> Result<(), Error> {
@@ -79,17 +81,11 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
             outputs: place..place + 1,
             inputs: first..next,
             links: links.iter().map(|(from, _, at)| link(*from, *at)).collect(),
+            texts: TextPlan::default(),
         }
     });
     let plans: Vec<_> = plans.collect();
-    let column = |place| Column {
-        node: String::new(),
-        variable: format!("v{place}"),
-        direction: Direction::Output,
-        kind: Kind::Real,
-        unit: None,
-        description: None,
-    };
+    let column = |place| column(place, Kind::Real);
     let header = Header {
         scenario: String::new(),
         title: String::new(),
@@ -98,6 +94,7 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         stop: STEP * steps as f64,
         seed: 1,
         columns: Vec::new(),
+        texts: Vec::new(),
         view: View::default(),
         folder: std::path::PathBuf::new(),
     };
@@ -107,16 +104,31 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         order: (0..nodes).collect(),
         columns: (0..next).map(column).collect(),
         analyses: Vec::new(),
+        texts: Vec::new(),
         checks: Vec::new(),
         recorded: Vec::new(),
+        recorded_texts: Vec::new(),
         header,
         warnings: Vec::new(),
     }
 }
 
+fn column(place: usize, kind: Kind) -> Column {
+    Column {
+        node: String::new(),
+        variable: format!("v{place}"),
+        direction: Direction::Output,
+        kind,
+        unit: None,
+        description: None,
+    }
+}
+
 fn link(source: usize, at: At) -> Link {
     let effects = Chain::new(&Effects::default(), STEP, 1).expect("no effect is a legal effect");
-    Link { source, at, factor: 1.0, offset: 0.0, effects, faults: Vec::new() }
+    let treatment =
+        Treatment { factor: 1.0, offset: 0.0, effects, faults: Vec::new(), accepts: Accepts::Real };
+    Link { source: Source { place: source, at }, treatment }
 }
 
 fn play(
@@ -168,9 +180,9 @@ fn units_are_converted_and_faults_begin_and_end_on_time() {
         (FaultKind::Gain(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
     ] {
         let mut system = system(2, &[(0, 1, At::End)], 5);
-        let link = &mut system.nodes[1].links[0];
-        link.factor = 2.0;
-        link.faults = vec![FaultPlan { from: 1.0, until: 2.0, kind, frozen: None }];
+        let treatment = &mut system.nodes[1].links[0].treatment;
+        treatment.factor = 2.0;
+        treatment.faults = vec![FaultPlan { from: 1.0, until: 2.0, kind, frozen: None }];
         let nodes = vec![mock(|time, _| Ok(time)), mock(|_, inputs| Ok(inputs[0]))];
         let (record, ..) = play(&mut system, nodes);
         let seen: Vec<_> = record.rows[1..].iter().map(|row| row[1]).collect();
@@ -213,4 +225,68 @@ fn a_node_may_end_the_run() {
     result.expect("that is no error");
     assert_eq!(progress.steps, 2);
     assert!(record.events[0].contains("ended the simulation at 1 s"), "{:?}", record.events);
+}
+
+/// A node whose text is what it was given and a mark more, or the tick if it is given nothing.
+#[derive(Default)]
+struct Speaker(Option<String>, String);
+
+impl Node for Speaker {
+    fn get(&mut self, _outputs: &mut [f64]) -> Result<(), CallError> {
+        Ok(())
+    }
+    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        self.0 = inputs.first().cloned();
+        Ok(())
+    }
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        outputs[0].clone_from(&self.1);
+        Ok(())
+    }
+    fn step(&mut self, _clock: &Clock, tick: u64) -> Result<(), CallError> {
+        self.1 = self.0.as_ref().map_or(tick.to_string(), |given| format!("{given}!"));
+        Ok(())
+    }
+}
+
+#[test]
+fn texts_travel_with_the_same_delay_as_numbers() {
+    for (at, order, expected) in [
+        (At::End, [0, 1, 2], ["2", "2!", "2!!", "2", "2!"]),
+        (At::Start, [0, 1, 2], ["2", "1!", "0!!", "1", "0!"]),
+        (At::Start, [2, 1, 0], ["2", "1!", "0!!", "1", "0!"]),
+        (At::End, [2, 1, 0], ["2", "1!", "0!!", "1", "0!"]),
+    ] {
+        let mut system = system(3, &[], 3);
+        system.columns.clear();
+        system.order = order.to_vec();
+        system.texts = (0..5).map(|place| column(place, Kind::String)).collect();
+        for (place, plan) in system.nodes.iter_mut().enumerate() {
+            plan.outputs = 0..0;
+            plan.inputs = 0..0;
+            plan.texts = match place.checked_sub(1) {
+                None => TextPlan { outputs: 0..1, ..TextPlan::default() },
+                Some(source) => TextPlan {
+                    outputs: place..place + 1,
+                    inputs: 2 + place..3 + place,
+                    links: vec![Source { place: source, at }],
+                },
+            };
+        }
+        let speaker = || Box::new(Speaker::default()) as Box<dyn Node>;
+        let (record, _, result) = play(&mut system, vec![speaker(), speaker(), speaker()]);
+        result.expect("the chain runs");
+        assert_eq!(record.texts[3], expected, "{at:?} {order:?}");
+    }
+}
+
+#[test]
+fn a_number_that_the_input_does_not_take_ends_the_run() {
+    let mut system = system(2, &[(0, 1, At::End)], 4);
+    system.nodes[1].links[0].treatment.accepts = Accepts::Boolean;
+    let nodes = vec![mock(|time, _| Ok(if time > 1.0 { 0.5 } else { time })), mock(|_, _| Ok(0.0))];
+    let (record, _, result) = play(&mut system, nodes);
+    let error = result.expect_err("0.5 is no truth").to_string();
+    assert!(error.contains(".v2` would get 0.5 from `.v0` at t = 0.5 s"), "{error}");
+    assert_eq!(record.rows.len(), 1);
 }

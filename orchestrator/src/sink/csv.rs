@@ -1,11 +1,11 @@
 //! Writes a run as CSV: `time` and one column for each signal, with as many digits as it takes to read
-//! the same numbers back.
+//! the same numbers back, and texts in quotes behind the numbers.
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
 
-use super::{Header, Sink};
+use super::{Header, Row, Sink};
 use crate::error::Error;
 
 /// A CSV file that gets its name when it is complete.
@@ -25,7 +25,7 @@ impl CsvSink {
         let path = header.folder.join("run.csv");
         let partial = header.folder.join("run.csv.partial");
         let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
-        let names = header.columns.iter().map(|column| quoted(&column.name()));
+        let names = header.columns.iter().chain(&header.texts).map(|column| name(column.name()));
         let mut sink = CsvSink { path, partial, out: BufWriter::new(file), line: String::new() };
         sink.line = names.fold("time".to_owned(), |line, name| line + "," + &name);
         sink.write_line()?;
@@ -40,22 +40,25 @@ impl CsvSink {
 }
 
 /// Names of array elements contain commas.
-fn quoted(name: &str) -> String {
-    if name.contains(['"', ',']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
-    }
+fn name(name: String) -> String {
+    if name.contains(['"', ',']) { quoted(&name) } else { name }
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 impl Sink for CsvSink {
-    fn row(&mut self, _tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         use std::fmt::Write as _;
         self.line.clear();
         // Writing into a string cannot fail.
         let _ = write!(self.line, "{time}");
-        for value in values {
+        for value in &row.numbers {
             let _ = write!(self.line, ",{value}");
+        }
+        for text in &row.texts {
+            let _ = write!(self.line, ",{}", quoted(text));
         }
         self.write_line()
     }

@@ -13,7 +13,7 @@ use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
-use super::{Column, Derived, Direction, Event, Header, Level, Sink};
+use super::{Column, Derived, Direction, Event, Header, Kind, Level, Row, Sink};
 use crate::error::Error;
 
 /// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
@@ -34,12 +34,20 @@ pub struct McapSink {
     message: Vec<u8>,
 }
 
-/// A channel: the columns of one side of one node.
+/// A channel: one side of one node.
 struct Channel {
     id: u16,
-    columns: Vec<usize>,
-    /// What protobuf writes before each value.
-    tags: Vec<Vec<u8>>,
+    /// Places of numbers, and what protobuf writes before each of them.
+    numbers: Vec<(usize, Vec<u8>)>,
+    /// Places of texts with the numbers of their fields.
+    texts: Vec<(usize, u32)>,
+}
+
+/// The recorded variables of one side of one node, by their places in the row.
+#[derive(Default)]
+struct Side {
+    numbers: Vec<usize>,
+    texts: Vec<usize>,
 }
 
 impl McapSink {
@@ -57,18 +65,25 @@ impl McapSink {
             .chunk_size(Some(CHUNK))
             .compression(Some(Compression::Lz4));
         let mut writer = options.create(BufWriter::new(file)).map_err(|error| failed(&error))?;
-        let mut sides: BTreeMap<(&str, Direction), Vec<usize>> = BTreeMap::new();
+        let mut sides: BTreeMap<(&str, Direction), Side> = BTreeMap::new();
         for (place, column) in header.columns.iter().enumerate() {
-            sides.entry((&column.node, column.direction)).or_default().push(place);
+            sides.entry((&column.node, column.direction)).or_default().numbers.push(place);
         }
-        let channels = sides.into_iter().map(|((node, direction), columns)| {
-            let side = match direction {
+        for (place, column) in header.texts.iter().enumerate() {
+            sides.entry((&column.node, column.direction)).or_default().texts.push(place);
+        }
+        let channels = sides.into_iter().map(|((node, direction), side)| {
+            let word = match direction {
                 Direction::Input => "inputs",
                 Direction::Output => "outputs",
             };
-            let fields: Vec<_> = columns.iter().map(|&place| &header.columns[place]).collect();
-            let (id, tags) = channel(&mut writer, node, side, &fields)?;
-            Ok::<_, ::mcap::McapError>(Channel { id, columns, tags })
+            let numbers = side.numbers.iter().map(|&place| &header.columns[place]);
+            let texts = side.texts.iter().map(|&place| &header.texts[place]);
+            let id = channel(&mut writer, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
+            let first_text = 1 + side.numbers.len() as u32;
+            let numbers = side.numbers.into_iter().zip((1..).map(tag)).collect();
+            let texts = side.texts.into_iter().zip(first_text..).collect();
+            Ok::<_, ::mcap::McapError>(Channel { id, numbers, texts })
         });
         let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
         let log = log_channel(&mut writer).map_err(|error| failed(&error))?;
@@ -121,14 +136,17 @@ impl McapSink {
 }
 
 impl Sink for McapSink {
-    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         self.sequence = tick as u32;
         for index in 0..self.channels.len() {
             let channel = &self.channels[index];
             self.message.clear();
-            for (&place, tag) in channel.columns.iter().zip(&channel.tags) {
+            for (place, tag) in &channel.numbers {
                 self.message.extend_from_slice(tag);
-                self.message.extend_from_slice(&values[place].to_le_bytes());
+                self.message.extend_from_slice(&row.numbers[*place].to_le_bytes());
+            }
+            for (place, field) in &channel.texts {
+                prost::encoding::string::encode(*field, &row.texts[*place], &mut self.message);
             }
             self.write(self.channels[index].id, time)?;
         }
@@ -147,8 +165,9 @@ impl Sink for McapSink {
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
         let columns: Vec<_> = derived.columns().collect();
         let fields: Vec<_> = columns.iter().collect();
-        let (id, tags) = channel(&mut self.writer, derived.analysis, derived.group, &fields)
+        let id = channel(&mut self.writer, (derived.analysis, derived.group), &fields)
             .map_err(|error| Error::output(&self.path, error))?;
+        let tags: Vec<_> = (1..=fields.len() as u32).map(tag).collect();
         for (row, time) in derived.time.iter().enumerate() {
             self.message.clear();
             for (tag, column) in tags.iter().zip(derived.columns) {
@@ -170,24 +189,22 @@ fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64
 }
 
-/// Adds a channel for the columns; returns its number, and what protobuf writes before each value.
+/// Adds a channel for the columns, whose fields count from 1, and returns its number.
 fn channel(
     writer: &mut Writer<BufWriter<File>>,
-    node: &str,
-    side: &str,
+    (node, word): (&str, &str),
     fields: &[&Column],
-) -> ::mcap::McapResult<(u16, Vec<Vec<u8>>)> {
+) -> ::mcap::McapResult<u16> {
     let names = field_names(fields);
-    let message = format!("{}_{}", identifier(node), identifier(side));
-    let schema = schema("trackside", &message, &names);
+    let message = format!("{}_{}", identifier(node), identifier(word));
+    let schema = schema("trackside", &message, &names, fields);
     let schema = writer.add_schema(&format!("trackside.{message}"), "protobuf", &schema)?;
     let mut metadata = BTreeMap::new();
     for (field, column) in names.iter().zip(fields) {
         metadata.insert(format!("fmi:{field}"), column.variable.clone());
         metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
     }
-    let id = writer.add_channel(schema, &format!("/{node}/{side}"), "protobuf", &metadata)?;
-    Ok((id, (1..=fields.len() as u32).map(tag).collect()))
+    writer.add_channel(schema, &format!("/{node}/{word}"), "protobuf", &metadata)
 }
 
 /// The key of a field of 64 bits (wire type 1).
@@ -197,18 +214,22 @@ fn tag(number: u32) -> Vec<u8> {
     bytes
 }
 
-/// A schema with one `double` for each name.
-fn schema(package: &str, message: &str, names: &[String]) -> Vec<u8> {
-    let field = |(name, number): (&String, i32)| FieldDescriptorProto {
+/// A schema with a `double` or a `string` for each column.
+fn schema(package: &str, message: &str, names: &[String], columns: &[&Column]) -> Vec<u8> {
+    let kind = |column: &Column| match column.kind {
+        Kind::String => Type::String,
+        Kind::Real | Kind::Integer | Kind::Boolean => Type::Double,
+    };
+    let field = |((name, column), number): ((&String, &&Column), i32)| FieldDescriptorProto {
         name: Some(name.clone()),
         number: Some(number),
         label: Some(Label::Optional.into()),
-        r#type: Some(Type::Double.into()),
+        r#type: Some(kind(column).into()),
         ..FieldDescriptorProto::default()
     };
     let message_type = DescriptorProto {
         name: Some(message.to_owned()),
-        field: names.iter().zip(1..).map(field).collect(),
+        field: names.iter().zip(columns).zip(1..).map(field).collect(),
         ..DescriptorProto::default()
     };
     descriptor(package, message, vec![message_type], Vec::new())

@@ -9,19 +9,21 @@ use rerun::{
 };
 
 use crate::error::Error;
-use crate::sink::{Derived, Event, Header, Level, Sink};
+use crate::sink::{Derived, Event, Header, Level, Row, Sink};
 use card::Card;
 use layout::Layout;
 use scene::Scene;
 use signals::Signals;
 pub use target::Target;
 use target::{CONNECT_PATIENCE, open};
+use texts::Texts;
 
 mod card;
 mod layout;
 mod scene;
 mod signals;
 mod target;
+mod texts;
 mod trace;
 
 /// Timeline of the simulated time.
@@ -58,6 +60,7 @@ pub struct RerunSink {
     card: Card,
     layout: Layout,
     signals: Signals,
+    texts: Texts,
     scene: Option<Scene>,
     times: Vec<i64>,
     steps: Vec<i64>,
@@ -84,6 +87,7 @@ impl RerunSink {
         }
         stream.set_log_time_enabled(false);
         let (signals, charts) = Signals::new(header);
+        let texts = Texts::new(header);
         let pose = header.view.pose.clone();
         let body = pose.as_ref().map(|it| it.length as f32);
         let mut sink = Self {
@@ -92,8 +96,9 @@ impl RerunSink {
             url,
             warning: None,
             card: Card::new(header),
-            layout: Layout { application, charts, body, live },
+            layout: Layout { application, charts, texts: texts.paths(), body, live },
             signals,
+            texts,
             scene: pose.map(Scene::new),
             times: Vec::new(),
             steps: Vec::new(),
@@ -154,6 +159,7 @@ impl RerunSink {
                     scene.draw(stream)?;
                 }
             }
+            self.texts.send(stream)?;
             send_events(stream, &mut self.events, self.card.step)
         };
         columns().map_err(|it| it.to_string())?;
@@ -218,16 +224,17 @@ impl RerunSink {
 }
 
 impl Sink for RerunSink {
-    fn row(&mut self, tick: u64, time: f64, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         if self.stream.is_none() {
             return Ok(());
         }
         let instant = (nanoseconds(time), tick as i64);
         self.times.push(instant.0);
         self.steps.push(instant.1);
-        self.signals.push(values);
+        self.signals.push(&row.numbers);
+        self.texts.push(instant, &row.texts);
         if let Some(scene) = &mut self.scene {
-            scene.push(instant, values);
+            scene.push(instant, &row.numbers);
         }
         if !self.due() {
             return Ok(());

@@ -2,7 +2,7 @@
 
 use super::{CheckPlan, Clock, ResultName, Subject};
 use crate::error::Error;
-use crate::expression::Expression;
+use crate::expression::{Expression, Operand};
 use crate::scenario::{Check, Scenario};
 use crate::sink::Column;
 use crate::suggest::closest;
@@ -10,29 +10,35 @@ use crate::suggest::closest;
 pub(super) fn resolve(
     scenario: &Scenario,
     columns: &[Column],
+    texts: &[Column],
     clock: Clock,
 ) -> Result<Vec<CheckPlan>, Error> {
-    scenario.document.check.iter().map(|check| plan(scenario, check, columns, clock)).collect()
+    let plan = |check| plan(scenario, check, (columns, texts), clock);
+    scenario.document.check.iter().map(plan).collect()
 }
 
 fn plan(
     scenario: &Scenario,
     check: &Check,
-    columns: &[Column],
+    (columns, texts): (&[Column], &[Column]),
     clock: Clock,
 ) -> Result<CheckPlan, Error> {
-    let names: Vec<_> = columns.iter().map(Column::name).collect();
+    let names: Vec<_> = columns.iter().chain(texts).map(Column::name).collect();
     let that = check.that.get_ref();
     let (mut signals, mut results) = (0, Vec::new());
-    let parsed = Expression::parse(that, &mut |name| match result_name(scenario, name) {
-        Some(result) => {
+    let parsed = Expression::parse(that, &mut |name| {
+        if let Some(result) = result_name(scenario, that, name) {
+            let place = results.len();
+            let is_text = result.is_text;
             results.push(result);
-            Some(results.len() - 1)
+            return Some(if is_text { Operand::Text(place) } else { Operand::Number(place) });
         }
-        None => {
-            signals += 1;
-            names.iter().position(|known| known == name)
-        }
+        signals += 1;
+        let place = names.iter().position(|known| known == name)?;
+        Some(match place.checked_sub(columns.len()) {
+            Some(text) => Operand::Text(text),
+            None => Operand::Number(place),
+        })
     });
     let expression = parsed.map_err(|error| {
         let span = inside(scenario, &check.that, error.span.clone());
@@ -82,11 +88,22 @@ fn plan(
     })
 }
 
+/// Whether a result is a text, which it is where it is compared with one.
+fn compared_with_text(that: &str, name: &str) -> bool {
+    let quoted = |rest: &str| rest.starts_with(['\'', '"']);
+    that.match_indices(name).any(|(at, _)| {
+        let after = that[at + name.len()..].trim_start();
+        let compared = after.strip_prefix("==").or_else(|| after.strip_prefix("!="));
+        compared.is_some_and(|rest| quoted(rest.trim_start()))
+    })
+}
+
 /// What a name means that begins with an analysis.
-fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
+fn result_name(scenario: &Scenario, that: &str, name: &str) -> Option<ResultName> {
     scenario.document.analysis.iter().find_map(|analysis| {
         let path = name.strip_prefix(analysis.name.get_ref())?.strip_prefix('.')?;
-        Some(ResultName { analysis: analysis.name.get_ref().clone(), path: path.to_owned() })
+        let (analysis, path) = (analysis.name.get_ref().clone(), path.to_owned());
+        Some(ResultName { analysis, path, is_text: compared_with_text(that, name) })
     })
 }
 

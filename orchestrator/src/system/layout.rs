@@ -5,25 +5,32 @@ use toml::Spanned;
 
 use crate::error::Error;
 use crate::scenario::{self, Scenario};
-use crate::sink::{Column, Direction};
+use crate::sink::{Column, Direction, Header};
 use crate::suggest::closest;
 use crate::view::{Plot, Pose, Role, Series, View};
 
 /// More curves than this in one plot cannot be told apart.
 const CURVES: usize = 8;
 
-/// The places of the columns that `[record]` does not except.
-pub(super) fn recorded(scenario: &Scenario, columns: &[Column]) -> Result<Vec<usize>, Error> {
+/// The places of the numbers and of the texts that `[record]` does not except.
+pub(super) fn recorded(
+    scenario: &Scenario,
+    columns: &[Column],
+    texts: &[Column],
+) -> Result<(Vec<usize>, Vec<usize>), Error> {
     let except = &scenario.document.record.except;
     for pattern in except {
-        if !columns.iter().any(|column| matches(pattern.get_ref(), &column.name())) {
+        if !columns.iter().chain(texts).any(|column| matches(pattern.get_ref(), &column.name())) {
             let message = format!("nothing that is recorded is called `{}`", pattern.get_ref());
             return Err(scenario.error(pattern, message));
         }
     }
     let kept =
         |column: &Column| !except.iter().any(|pattern| matches(pattern.get_ref(), &column.name()));
-    Ok((0..columns.len()).filter(|&place| kept(&columns[place])).collect())
+    let places = |columns: &[Column]| -> Vec<usize> {
+        (0..columns.len()).filter(|&place| kept(&columns[place])).collect()
+    };
+    Ok((places(columns), places(texts)))
 }
 
 /// Whether `name` fits `pattern`, in which `*` stands for any letters.
@@ -42,9 +49,9 @@ fn matches(pattern: &str, name: &str) -> bool {
 }
 
 /// The layout that the scenario asks for, or else plots of everything by unit.
-pub(super) fn view(scenario: &Scenario, columns: &[Column]) -> Result<View, Error> {
+pub(super) fn view(scenario: &Scenario, header: &Header) -> Result<View, Error> {
     let written = &scenario.document.view;
-    let find = |word: &Spanned<String>| find(scenario, columns, word);
+    let find = |word: &Spanned<String>| find(scenario, header, word);
     let pose = match &written.pose {
         None => None,
         Some(pose) => Some(Pose {
@@ -57,14 +64,18 @@ pub(super) fn view(scenario: &Scenario, columns: &[Column]) -> Result<View, Erro
             width: pose.width,
         }),
     };
-    let plots = written.plot.iter().map(|written| plot(scenario, columns, written));
+    let plots = written.plot.iter().map(|written| plot(scenario, header, written));
     let plots = plots.collect::<Result<Vec<_>, _>>()?;
-    let plots = if plots.is_empty() { by_unit(columns) } else { plots };
+    let plots = if plots.is_empty() { by_unit(&header.columns) } else { plots };
     Ok(View { pose, plots })
 }
 
-fn find(scenario: &Scenario, columns: &[Column], word: &Spanned<String>) -> Result<usize, Error> {
-    let names: Vec<_> = columns.iter().map(Column::name).collect();
+fn find(scenario: &Scenario, header: &Header, word: &Spanned<String>) -> Result<usize, Error> {
+    if header.texts.iter().any(|column| column.name() == *word.get_ref()) {
+        let message = format!("`{}` is a text, which no plot can show", word.get_ref());
+        return Err(scenario.error(word, message).help("texts are among the events of the replay"));
+    }
+    let names: Vec<_> = header.columns.iter().map(Column::name).collect();
     names.iter().position(|name| name == word.get_ref()).ok_or_else(|| {
         let error = scenario.error(word, format!("no signal `{}` is recorded", word.get_ref()));
         match closest(word.get_ref(), names.iter().map(String::as_str)) {
@@ -74,7 +85,8 @@ fn find(scenario: &Scenario, columns: &[Column], word: &Spanned<String>) -> Resu
     })
 }
 
-fn plot(scenario: &Scenario, columns: &[Column], written: &scenario::Plot) -> Result<Plot, Error> {
+fn plot(scenario: &Scenario, header: &Header, written: &scenario::Plot) -> Result<Plot, Error> {
+    let columns = &header.columns;
     let wanted = match &written.unit {
         Some(unit) => Some(
             Unit::parse(unit.get_ref()).map_err(|error| scenario.error(unit, error.to_string()))?,
@@ -84,7 +96,7 @@ fn plot(scenario: &Scenario, columns: &[Column], written: &scenario::Plot) -> Re
     let mut series = Vec::new();
     let mut axis = written.unit.as_ref().map(|unit| unit.get_ref().clone());
     for curve in &written.signals {
-        let column = find(scenario, columns, &curve.signal)?;
+        let column = find(scenario, header, &curve.signal)?;
         let own = columns[column].unit.as_deref();
         let (factor, offset) = match (wanted, own.and_then(|unit| Unit::parse(unit).ok())) {
             (Some(wanted), Some(own)) => Unit::conversion(&own, &wanted).ok_or_else(|| {

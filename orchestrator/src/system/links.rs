@@ -3,15 +3,26 @@
 use fmu_export::unit::Unit;
 use toml::Spanned;
 
-use super::nodes::{Draft, Port, first_outputs};
-use super::{Body, Clock, FaultKind, FaultPlan, Link};
+use super::nodes::{Draft, Port};
+use super::{Accepts, Body, Clock, FaultKind, FaultPlan, Treatment, types};
 use crate::effects::{Chain, stream_seed};
 use crate::error::Error;
 use crate::scenario::{Algorithm, At, Connect, Fault, Scenario};
 use crate::suggest::closest;
 
 /// What each input of each node gets, `None` where nothing is connected.
-pub(super) type Links = Vec<Vec<Option<Link>>>;
+pub(super) type Links = Vec<Vec<Option<Wire>>>;
+
+/// A connection whose values have no place in the row yet.
+#[derive(Debug)]
+pub(super) struct Wire {
+    /// The node and its output that the value comes from.
+    pub from: (usize, usize),
+    /// Which end of the step the value is taken at.
+    pub at: At,
+    /// What happens to a number on its way; a text arrives as it is.
+    pub treatment: Option<Treatment>,
+}
 
 /// Connects the drafts as the scenario says.
 pub(super) fn connect(
@@ -21,11 +32,10 @@ pub(super) fn connect(
     seed: u64,
     warnings: &mut Vec<String>,
 ) -> Result<Links, Error> {
-    let first = first_outputs(drafts);
     let mut links: Links =
         drafts.iter().map(|draft| draft.inputs.iter().map(|_| None).collect()).collect();
     for connect in &scenario.document.connect {
-        let (producer, output) = find(scenario, drafts, &connect.from, Side::Output)?;
+        let from @ (producer, output) = find(scenario, drafts, &connect.from, Side::Output)?;
         let (consumer, input) = find(scenario, drafts, &connect.to, Side::Input)?;
         let slot = &mut links[consumer][input];
         if slot.is_some() {
@@ -33,24 +43,35 @@ pub(super) fn connect(
             return Err(scenario.error(&connect.to, message));
         }
         let ports = (&drafts[producer].outputs[output], &drafts[consumer].inputs[input]);
-        let (factor, offset) = convert(scenario, connect, ports, warnings)?;
-        let stream = stream_seed(seed, connect.to.get_ref());
-        let effects = Chain::new(&connect.effects(), clock.step, stream)
-            .map_err(|message| scenario.error(&connect.to, message))?;
-        *slot = Some(Link {
-            source: first[producer] + output,
-            at: at(scenario, connect, &drafts[producer])?,
-            factor,
-            offset,
-            effects,
-            faults: Vec::new(),
-        });
+        let at = at(scenario, connect, &drafts[producer])?;
+        let treatment = match types::fit(scenario, connect, ports)? {
+            Some(accepts) => {
+                Some(treatment(scenario, connect, ports, (accepts, clock, seed), warnings)?)
+            }
+            None => None,
+        };
+        *slot = Some(Wire { from, at, treatment });
     }
     for fault in &scenario.document.fault {
         attach(scenario, drafts, &mut links, fault)?;
     }
     unconnected(scenario, drafts, &links)?;
     Ok(links)
+}
+
+/// What happens to a number on its way to an input that accepts some.
+fn treatment(
+    scenario: &Scenario,
+    connect: &Connect,
+    ports: (&Port, &Port),
+    (accepts, clock, seed): (Accepts, Clock, u64),
+    warnings: &mut Vec<String>,
+) -> Result<Treatment, Error> {
+    let (factor, offset) = convert(scenario, connect, ports, warnings)?;
+    let stream = stream_seed(seed, connect.to.get_ref());
+    let effects = Chain::new(&connect.effects(), clock.step, stream)
+        .map_err(|message| scenario.error(&connect.to, message))?;
+    Ok(Treatment { factor, offset, effects, faults: Vec::new(), accepts })
 }
 
 /// Which end of the step the value is taken at.
@@ -123,10 +144,6 @@ fn convert(
     warnings: &mut Vec<String>,
 ) -> Result<(f64, f64), Error> {
     let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
-    if from.kind != to.kind {
-        let message = format!("cannot connect {names}: {:?} does not fit {:?}", from.kind, to.kind);
-        return Err(scenario.error(&connect.to, message));
-    }
     let (Some(from_name), Some(to_name)) = (&from.unit, &to.unit) else { return Ok((1.0, 0.0)) };
     match (&from.dimension, &to.dimension) {
         (Some(from), Some(to)) => Unit::conversion(from, to).ok_or_else(|| {
@@ -150,8 +167,13 @@ fn attach(
     fault: &Fault,
 ) -> Result<(), Error> {
     let (node, input) = find(scenario, drafts, &fault.input, Side::Input)?;
-    let Some(link) = &mut links[node][input] else {
+    let Some(wire) = &mut links[node][input] else {
         let message = format!("nothing is connected to `{}`", fault.input.get_ref());
+        return Err(scenario.error(&fault.input, message));
+    };
+    let Some(treatment) = &mut wire.treatment else {
+        let message =
+            format!("`{}` is a text, and faults act on numbers only", fault.input.get_ref());
         return Err(scenario.error(&fault.input, message));
     };
     let kinds = [
@@ -170,7 +192,7 @@ fn attach(
         let message = format!("the fault begins at {} s and ends at {until} s", fault.from);
         return Err(scenario.error(&fault.input, message));
     }
-    link.faults.push(FaultPlan { from: fault.from, until, kind, frozen: None });
+    treatment.faults.push(FaultPlan { from: fault.from, until, kind, frozen: None });
     Ok(())
 }
 
@@ -183,15 +205,17 @@ fn unconnected(scenario: &Scenario, drafts: &[Draft], links: &Links) -> Result<(
             .iter()
             .zip(links)
             .filter(|(port, link)| link.is_none() && !draft.started.contains(&port.name));
-        let open: Vec<_> = open.map(|(port, _)| port.name.as_str()).collect();
+        let open: Vec<_> = open.map(|(port, _)| port).collect();
         if let Some(first) = open.first() {
-            let (name, inputs) = (&draft.name, open.join("`, `"));
+            let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
+            let (name, inputs) = (&draft.name, names.join("`, `"));
+            let (first, value) = (&first.name, types::example(first));
             let message = format!(
                 "nothing is connected to `{inputs}` of `{name}`, and there is no start value"
             );
             let error = scenario.source.error(draft.place.clone(), message, "this node");
             return Err(error.help(format!(
-                "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = 0.0 }}"
+                "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}"
             )));
         }
     }

@@ -1,29 +1,33 @@
-//! Makes nodes of `[[fmu]]`, `[[signal]]` and `[[table]]`, and gives each of their values a place in the row.
+//! Makes nodes of `[[fmu]]`, `[[signal]]` and `[[table]]`, whose inputs are not connected yet.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fmi_rs::model_description::fmi2::{Causality, Variability};
+use fmi_rs::model_description::fmi2::Causality;
 use fmu_export::unit::Unit;
 use toml::Spanned;
 
-use super::links::Links;
 use super::logs::{self, Log, Wanted};
-use super::{Body, Clock, NodePlan, Overrides, Ports, Start, StartValue};
+use super::starts::starts;
+use super::{Body, Clock, Overrides, Ports};
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::fmu::description::{Type, Variable};
+use crate::fmu::description::{Item, Type, Variable};
 use crate::package::Product;
 use crate::scenario::{self, Scenario};
-use crate::sink::{Column, Direction, Kind};
-use crate::suggest::closest;
+use crate::sink::Kind;
 
 /// A variable that can be connected or recorded.
 #[derive(Debug, Clone)]
 pub(super) struct Port {
     pub name: String,
-    pub kind: Kind,
+    pub kind: Type,
+    /// Signals and tables deliver numbers that are of no type of FMI.
+    pub typed: bool,
+    /// What an enumeration may be.
+    pub items: Vec<Item>,
     pub unit: Option<String>,
     pub dimension: Option<Unit>,
     pub description: Option<String>,
@@ -42,7 +46,7 @@ pub(super) struct Draft {
     /// Inputs that have a start value in the scenario.
     pub started: Vec<String>,
     /// Where the node's name stands in the file.
-    pub place: std::ops::Range<usize>,
+    pub place: Range<usize>,
 }
 
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs.
@@ -127,7 +131,9 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
         })?;
         let port = Port {
             name: variable.to_owned(),
-            kind: Kind::Real,
+            kind: Type::Real,
+            typed: false,
+            items: Vec::new(),
             dimension: unit(scenario, part.get_ref().unit.as_ref())?,
             unit: part.get_ref().unit.as_ref().map(|unit| unit.get_ref().clone()),
             description: None,
@@ -170,7 +176,9 @@ fn table(
     for ((name, column), unit) in columns.iter().zip(units) {
         outputs.push(Port {
             name: name.get_ref().clone(),
-            kind: Kind::Real,
+            kind: Type::Real,
+            typed: false,
+            items: Vec::new(),
             // A file may tell a unit that is not known here.
             dimension: unit.as_deref().and_then(|unit| Unit::parse(unit).ok()),
             unit,
@@ -222,8 +230,8 @@ fn fmu(
     let variables = &fmu.description.variables;
     let ports = |causality| -> Vec<Port> {
         let mut ports: Vec<_> =
-            fmu.description.with(causality).filter_map(|place| port(variables, place)).collect();
-        ports.sort_by_key(|port| port.kind as u8);
+            fmu.description.with(causality).map(|place| port(variables, place)).collect();
+        ports.sort_by_key(|port| port.kind.kind() as u8);
         ports
     };
     let (outputs, inputs) = (ports(Causality::Output), ports(Causality::Input));
@@ -246,7 +254,7 @@ fn fmu(
     })
 }
 
-fn port(variables: &[Variable], place: usize) -> Option<Port> {
+fn port(variables: &[Variable], place: usize) -> Port {
     let variable = &variables[place];
     let follows = variable.dependencies.as_ref().map(|places| {
         places
@@ -255,165 +263,42 @@ fn port(variables: &[Variable], place: usize) -> Option<Port> {
             .map(|input| input.name.clone())
             .collect()
     });
-    Some(Port {
+    Port {
         name: variable.name.clone(),
-        kind: variable.kind.kind()?,
+        kind: variable.kind,
+        typed: true,
+        items: variable.items.clone(),
         unit: variable.unit.clone(),
         dimension: variable.dimension,
         description: variable.description.clone(),
         reference: variable.reference,
         follows,
-    })
+    }
 }
 
 impl Ports {
     pub(super) fn of(ports: &[Port]) -> Ports {
         let references = |kind| {
-            ports.iter().filter(|port| port.kind == kind).map(|port| port.reference).collect()
+            let ports = ports.iter().filter(|port| port.kind.kind() == kind);
+            ports.map(|port| port.reference).collect()
         };
         Ports {
             real: references(Kind::Real),
             integer: references(Kind::Integer),
             boolean: references(Kind::Boolean),
+            string: references(Kind::String),
         }
     }
 
-    /// How many values there are.
+    /// How many numbers there are.
     #[must_use]
     pub fn len(&self) -> usize {
         self.real.len() + self.integer.len() + self.boolean.len()
     }
 
-    /// Whether there is no value.
+    /// Whether there is no number.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-}
-
-/// The start values of an FMU, and the names of those that are inputs.
-fn starts(
-    scenario: &Scenario,
-    node: &scenario::Fmu,
-    variables: &[Variable],
-    overrides: &Overrides,
-) -> Result<(Vec<Start>, Vec<String>), Error> {
-    let mut written = Vec::new();
-    for (name, value) in &node.start {
-        let at = |message: String| scenario.error(name, message);
-        flatten(name.get_ref(), value.get_ref(), &mut |name, value| {
-            written.push(start(name, value, variables).map_err(at)?);
-            Ok(())
-        })?;
-    }
-    for (_, name, value) in overrides.starts.iter().filter(|(of, ..)| of == node.name.get_ref()) {
-        let value = value.parse().unwrap_or_else(|_| toml::Value::String(value.clone()));
-        let at = |message| Error::input(format!("--set {}.{name}: {message}", node.name.get_ref()));
-        written.push(start(name, &value, variables).map_err(at)?);
-    }
-    let inputs =
-        written.iter().filter(|(place, _)| variables[*place].causality == Causality::Input);
-    let started = inputs.map(|(place, _)| variables[*place].name.clone()).collect();
-    Ok((written.into_iter().map(|(_, start)| start).collect(), started))
-}
-
-/// Joins the keys of nested tables with dots, so that `tire_f.B = 22` and `"tire_f.B" = 22` are the same.
-pub(crate) fn flatten<E>(
-    name: &str,
-    value: &toml::Value,
-    take: &mut impl FnMut(&str, &toml::Value) -> Result<(), E>,
-) -> Result<(), E> {
-    match value {
-        toml::Value::Table(table) => {
-            table.iter().try_for_each(|(key, value)| flatten(&format!("{name}.{key}"), value, take))
-        }
-        value => take(name, value),
-    }
-}
-
-fn start(
-    name: &str,
-    value: &toml::Value,
-    variables: &[Variable],
-) -> Result<(usize, Start), String> {
-    let Some(place) = variables.iter().position(|variable| variable.name == name) else {
-        let hint = closest(name, variables.iter().map(|variable| variable.name.as_str()));
-        let hint = hint.map(|hint| format!("; did you mean `{hint}`?")).unwrap_or_default();
-        return Err(format!("the FMU has no variable `{name}`{hint}"));
-    };
-    let variable = &variables[place];
-    let settable = variable.start.is_some() && variable.variability != Variability::Constant;
-    if !settable {
-        return Err(format!("`{name}` is computed by the FMU and takes no start value"));
-    }
-    let value = match (variable.kind, value) {
-        (Type::Real, toml::Value::Float(value)) => StartValue::Real(*value),
-        (Type::Real, toml::Value::Integer(value)) => StartValue::Real(*value as f64),
-        (Type::Integer | Type::Enumeration, toml::Value::Integer(value)) => {
-            match i32::try_from(*value) {
-                Ok(value) => StartValue::Integer(value),
-                Err(_) => {
-                    return Err(format!("`{name}` is a 32-bit integer, {value} does not fit"));
-                }
-            }
-        }
-        (Type::Boolean, toml::Value::Boolean(value)) => StartValue::Boolean(*value),
-        (Type::String, toml::Value::String(value)) => StartValue::String(value.clone()),
-        (kind, value) => {
-            return Err(format!("`{name}` is {kind:?}, found {} {value}", value.type_str()));
-        }
-    };
-    Ok((place, Start { reference: variable.reference, value }))
-}
-
-/// The place of each node's first output: all outputs come before all inputs.
-pub(super) fn first_outputs(drafts: &[Draft]) -> Vec<usize> {
-    let counts = drafts.iter().map(|draft| draft.outputs.len());
-    counts.scan(0, |next, count| Some(std::mem::replace(next, *next + count))).collect()
-}
-
-/// Gives each output and each connected input its place in the row.
-pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Vec<Column>) {
-    let (mut nodes, mut outputs, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
-    for (mut draft, links) in drafts.into_iter().zip(links) {
-        let (connected, links): (Vec<_>, Vec<_>) = draft
-            .inputs
-            .into_iter()
-            .zip(links)
-            .filter_map(|(port, link)| Some((port, link?)))
-            .unzip();
-        if let Body::Fmu { inputs, .. } = &mut draft.body {
-            *inputs = Ports::of(&connected);
-        }
-        nodes.push(NodePlan {
-            outputs: append(&mut outputs, &draft.name, draft.outputs, Direction::Output),
-            inputs: append(&mut inputs, &draft.name, connected, Direction::Input),
-            name: draft.name,
-            body: draft.body,
-            links,
-        });
-    }
-    for node in &mut nodes {
-        node.inputs = node.inputs.start + outputs.len()..node.inputs.end + outputs.len();
-    }
-    outputs.append(&mut inputs);
-    (nodes, outputs)
-}
-
-fn append(
-    columns: &mut Vec<Column>,
-    node: &str,
-    ports: Vec<Port>,
-    direction: Direction,
-) -> std::ops::Range<usize> {
-    let first = columns.len();
-    columns.extend(ports.into_iter().map(|port| Column {
-        node: node.to_owned(),
-        variable: port.name,
-        direction,
-        kind: port.kind,
-        unit: port.unit,
-        description: port.description,
-    }));
-    first..columns.len()
 }

@@ -1,7 +1,7 @@
 //! Finds the order in which the nodes step, so that each gets what it needs as fresh as it needs it.
 
 use super::links::Links;
-use super::nodes::{Draft, first_outputs};
+use super::nodes::Draft;
 use crate::error::Error;
 use crate::scenario::{At, Scenario};
 
@@ -39,13 +39,12 @@ pub(super) fn order(
 }
 
 fn edges(drafts: &[Draft], links: &Links) -> Vec<Edge> {
-    let first = first_outputs(drafts);
     let mut edges = Vec::new();
     for (to, (draft, links)) in drafts.iter().zip(links).enumerate() {
-        for (input, link) in draft.inputs.iter().zip(links) {
-            let Some(link) = link.as_ref().filter(|link| link.at == At::End) else { continue };
-            let from = first.partition_point(|&first| first <= link.source) - 1;
-            let output = &drafts[from].outputs[link.source - first[from]];
+        for (input, wire) in draft.inputs.iter().zip(links) {
+            let Some(wire) = wire.as_ref().filter(|wire| wire.at == At::End) else { continue };
+            let (from, output) = wire.from;
+            let output = &drafts[from].outputs[output];
             let follows = |output: &super::nodes::Port| match &output.follows {
                 Some(inputs) => inputs.contains(&input.name),
                 None => true,

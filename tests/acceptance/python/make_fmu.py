@@ -13,11 +13,17 @@ class Demo(Fmi2Slave):
         super().__init__(**kwargs)
         self.u, self.y, self.count, self.n = 0.0, 0.0, 0, 0
         self.on, self.b, self.label, self.s = False, False, "", ""
+        self.k, self.k_out, self.c, self.c_out, self.t, self.t_out = 0, 0, False, False, "", ""
         tunable = dict(causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable)
+        given = dict(causality=Fmi2Causality.input, variability=Fmi2Variability.discrete)
         discrete = dict(causality=Fmi2Causality.output, variability=Fmi2Variability.discrete)
         self.register_variable(Real("u", causality=Fmi2Causality.input))
         self.register_variable(Real("y", causality=Fmi2Causality.output))
         for variable in Integer("count", **tunable), Boolean("on", **tunable), String("label", **tunable):
+            self.register_variable(variable)
+        for variable in Integer("k", **given), Boolean("c", **given), String("t", **given):
+            self.register_variable(variable)
+        for variable in Integer("k_out", **discrete), Boolean("c_out", **discrete), String("t_out", **discrete):
             self.register_variable(variable)
         for variable in Integer("n", **discrete), Boolean("b", **discrete), String("s", **discrete):
             self.register_variable(variable)
@@ -26,6 +32,7 @@ class Demo(Fmi2Slave):
         assert self.on and self.label == "hello", (self.on, self.label)
         self.y, self.n, self.b = self.count * self.u, self.n + 1, not self.b
         self.s = f"{self.label} {self.n}"
+        self.k_out, self.c_out, self.t_out = self.k, self.c, self.t
         return True
 """
 

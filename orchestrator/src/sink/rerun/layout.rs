@@ -17,8 +17,8 @@ use rerun::external::re_sdk_types::blueprint::datatypes::{
     TextLogColumn, TextLogColumnKind, TimelineColumn,
 };
 use rerun::{
-    ApplicationId, AsComponents, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
-    SerializedComponentBatch, SeriesLines,
+    ApplicationId, AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder,
+    RecordingStreamResult, SerializedComponentBatch, SeriesLines,
 };
 
 use super::signals::{Chart, Line};
@@ -41,6 +41,8 @@ const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], 
 pub(super) struct Layout {
     pub application: ApplicationId,
     pub charts: Vec<Chart>,
+    /// The entities of texts, which are shown among the events.
+    pub texts: Vec<EntityPath>,
     /// Length of the moving body [m], when there is one.
     pub body: Option<f32>,
     /// Whether the run is watched while it happens.
@@ -76,7 +78,7 @@ impl Layout {
     }
 
     fn root(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
-        let texts = texts(properties);
+        let texts = texts(properties, &self.texts);
         let left = match self.body {
             Some(length) => {
                 let (chase, map) = (chase(properties, length), map(properties, bounds));
@@ -171,8 +173,10 @@ fn shade(color: [u8; 3], round: usize) -> [u8; 3] {
     color.map(|it| (f32::from(it) * (1.0 - share) + toward * share) as u8)
 }
 
-fn texts(properties: &mut Properties) -> ContainerLike {
-    let events = TextLogView::new("Events").with_origin("/events");
+fn texts(properties: &mut Properties, texts: &[EntityPath]) -> ContainerLike {
+    let texts = texts.iter().map(|path| format!("+ {path}"));
+    let contents = ["+ /events/**".to_owned()].into_iter().chain(texts);
+    let events = TextLogView::new("Events").with_origin("/").with_contents(contents);
     let time = TimelineColumn { visible: true.into(), timeline: super::TIME.into() };
     let shown = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
         .map(|kind| TextLogColumn { visible: true.into(), kind });

@@ -124,7 +124,8 @@ pub(super) fn entity<const N: usize>(parts: [&str; N]) -> EntityPath {
     EntityPath::new(parts.into_iter().map(EntityPathPart::from).collect())
 }
 
-fn signal_path(column: &Column) -> EntityPath {
+/// The entity of a column.
+pub(super) fn signal_path(column: &Column) -> EntityPath {
     let side = match column.direction {
         Direction::Input => "inputs",
         Direction::Output => "outputs",

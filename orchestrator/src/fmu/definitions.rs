@@ -1,0 +1,115 @@
+//! Reads the units and the declared types of a description.
+//!
+//! fmi-rs 0.3.4 misspells the element of the units, and takes the first declared type only.
+
+use std::str::FromStr;
+
+use fmi_rs::model_description::fmi2::{Item, ModelDescription, SimpleType};
+use fmi_rs::model_description::{BaseUnit, Unit};
+use roxmltree::{Document, Node};
+
+/// Puts the units and the declared types of the text into what was read of it.
+pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<(), String> {
+    let document = Document::parse(xml).map_err(|error| error.to_string())?;
+    let root = document.root_element();
+    found.unitDefintions =
+        children(root, "UnitDefinitions", "Unit").map(unit).collect::<Result<_, _>>()?;
+    let types = children(root, "TypeDefinitions", "SimpleType").map(simple_type);
+    found.typeDefinitions = types.filter_map(Result::transpose).collect::<Result<_, _>>()?;
+    Ok(())
+}
+
+/// The elements called `name` in the element called `list`.
+fn children<'a>(
+    root: Node<'a, 'a>,
+    list: &'static str,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'a>> {
+    let list = root.children().filter(move |node| node.has_tag_name(list));
+    list.flat_map(move |list| list.children().filter(move |node| node.has_tag_name(name)))
+}
+
+fn unit(node: Node) -> Result<Unit, String> {
+    let base = node.children().find(|child| child.has_tag_name("BaseUnit"));
+    let base = base.map(|base| -> Result<_, String> {
+        let exponent = |name| Ok::<_, String>(attribute(base, name)?.unwrap_or(0));
+        Ok(BaseUnit {
+            kg: exponent("kg")?,
+            m: exponent("m")?,
+            s: exponent("s")?,
+            A: exponent("A")?,
+            K: exponent("K")?,
+            mol: exponent("mol")?,
+            cd: exponent("cd")?,
+            rad: exponent("rad")?,
+            factor: attribute(base, "factor")?.unwrap_or(1.0),
+            offset: attribute(base, "offset")?.unwrap_or(0.0),
+            range: base.range(),
+        })
+    });
+    Ok(Unit {
+        name: required(node, "name")?,
+        baseUnit: base.transpose()?,
+        displayUnits: Vec::new(),
+        range: node.range(),
+    })
+}
+
+/// A declared type; Boolean and String declare nothing that matters.
+fn simple_type(node: Node) -> Result<Option<SimpleType>, String> {
+    let (name, description, range) =
+        (required(node, "name")?, attribute(node, "description")?, node.range());
+    let Some(kind) = node.children().find(Node::is_element) else { return Ok(None) };
+    Ok(match kind.tag_name().name() {
+        "Real" => Some(SimpleType::Real {
+            name,
+            description,
+            quantity: attribute(kind, "quantity")?,
+            unit: attribute(kind, "unit")?,
+            displayUnit: attribute(kind, "displayUnit")?,
+            relativeQuantity: false,
+            min: attribute(kind, "min")?,
+            max: attribute(kind, "max")?,
+            nominal: attribute(kind, "nominal")?,
+            unbounded: false,
+            range,
+        }),
+        "Integer" => Some(SimpleType::Integer {
+            name,
+            description,
+            quantity: attribute(kind, "quantity")?,
+            min: attribute(kind, "min")?,
+            max: attribute(kind, "max")?,
+            range,
+        }),
+        "Enumeration" => {
+            let items = kind.children().filter(|child| child.has_tag_name("Item")).map(item);
+            let items = items.collect::<Result<_, _>>()?;
+            let quantity = attribute(kind, "quantity")?;
+            Some(SimpleType::Enumeration { name, description, items, quantity, range })
+        }
+        _ => None,
+    })
+}
+
+fn item(node: Node) -> Result<Item, String> {
+    Ok(Item {
+        name: required(node, "name")?,
+        description: attribute(node, "description")?,
+        value: required(node, "value")?,
+        range: node.range(),
+    })
+}
+
+fn attribute<T: FromStr>(node: Node, name: &str) -> Result<Option<T>, String> {
+    let Some(text) = node.attribute(name) else { return Ok(None) };
+    text.parse().map(Some).map_err(|_| {
+        let element = node.tag_name().name();
+        format!("the attribute {name}=\"{text}\" of <{element}> is no value of its type")
+    })
+}
+
+fn required<T: FromStr>(node: Node, name: &str) -> Result<T, String> {
+    let missing = || format!("<{}> has no attribute {name}", node.tag_name().name());
+    attribute(node, name)?.ok_or_else(missing)
+}
