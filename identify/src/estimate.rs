@@ -11,12 +11,12 @@ use crate::direction::Direction;
 use crate::effective::effective;
 use crate::fit::{FitError, Options, Problem, SlipNoise, Solution, least_squares, nelder_mead};
 use crate::parameters::Parameter;
-use crate::posterior::Posterior;
-use crate::posterior::tempered;
+use crate::posterior::{Posterior, std, tempered};
 use crate::prior::Prior;
+use crate::quantity::Quantity;
 use crate::result::{ByName, Estimate, Verdict};
 use crate::samples::Samples;
-use crate::verdict::{Evidence, Judgement, judge};
+use crate::verdict::{Evidence, Judgement, NARROWED, judge};
 
 /// What is to be identified, from what.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +78,7 @@ pub fn identify(question: &Question) -> Result<Answer, FitError> {
     };
     let judgements = judge(&evidence, &question.prior, &posterior, &unrestricted.theta);
 
-    let fixed = to_hold(&judgements);
+    let fixed = to_hold(&data, &question.prior, &posterior, &judgements);
     let rest = hold(&question.prior, &fixed);
     let told = |solution: Solution, seconds| {
         let mut estimate = assemble(
@@ -118,15 +118,32 @@ impl Question<'_> {
     }
 }
 
-/// Parameters to hold at the prior. B is never held: with the others at their prior it carries the stiffness, which low
-/// slip tells.
-pub fn to_hold(judgements: &[Judgement]) -> Vec<Parameter> {
+/// Parameters to hold at the prior, so that the data narrow what remains free.
+///
+/// One after the other, the one they tell least about first: with E held C is often known, and the curve keeps the stiffness
+/// and the peak that are. B is never held: with the others at their prior it carries the stiffness.
+pub fn to_hold(
+    data: &Compressed,
+    prior: &Prior,
+    posterior: &Posterior,
+    judgements: &[Judgement],
+) -> Vec<Parameter> {
     let unknown =
         judgements.iter().filter(|judgement| judgement.verdict == Verdict::NotIdentifiable);
-    unknown
-        .filter_map(|judgement| judgement.quantity.parameter())
-        .filter(|&p| p != Parameter::B)
-        .collect()
+    let mut candidates: Vec<Parameter> =
+        unknown.filter_map(|judgement| judgement.quantity.parameter()).collect();
+    candidates.retain(|&parameter| parameter != Parameter::B);
+    let mut held = Vec::new();
+    let mut given = posterior.clone();
+    loop {
+        let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.std(*p);
+        let wide = candidates.iter().copied().filter(|p| ratio(p) >= NARROWED);
+        let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
+        held.push(widest);
+        candidates.retain(|&parameter| parameter != widest);
+        let few = tempered::Options { members: 256, ..tempered::Options::default() };
+        given = tempered::draw(data, &hold(prior, &held), &few);
+    }
 }
 
 /// The prior with some parameters held at its centre.
@@ -202,7 +219,7 @@ mod tests {
                     .abs()
                     < 1e-9
             );
-            assert!(estimate.std["C"] > 0.2, "holding a parameter does not make it certain");
+            assert!(estimate.std["E"] > 0.2, "holding a parameter does not make it certain");
             assert_eq!(estimate.covariance.len(), estimate.parameters.len());
             assert!(estimate.slip_range[1] < 0.05);
         }

@@ -11,7 +11,7 @@ use rand_pcg::Pcg64;
 
 use super::Posterior;
 use crate::compressed::Compressed;
-use crate::parameters::{COUNT, Theta};
+use crate::parameters::Theta;
 use crate::prior::Prior;
 
 /// How much work to do.
@@ -174,13 +174,8 @@ impl<'a> Walk<'a> {
     /// Back from the coordinates of the walk. Parameters that are held stay.
     fn bend(&self, walked: &Theta) -> Theta {
         let [K, C, D, E, S_h, S_v] = *walked;
-        let mut theta = [K.exp() / (C * D.exp()), C, D.exp(), E, S_h, S_v];
-        for i in 0..COUNT {
-            if !self.prior.free[i] {
-                theta[i] = self.prior.centre[i];
-            }
-        }
-        theta
+        let theta = [K.exp() / (C * D.exp()), C, D.exp(), E, S_h, S_v];
+        std::array::from_fn(|i| if self.prior.free[i] { theta[i] } else { self.prior.centre[i] })
     }
 }
 
