@@ -1,5 +1,5 @@
-//! Runs the studies on synthetic data and writes their page: `excitation_study [PAGE.html [SEEDS]]`. With a number of seeds
-//! it also counts how often the stated 95 % intervals hold the truth.
+//! Runs the studies on synthetic data and writes their page: `excitation_study [PAGE.html [SEEDS LEVEL...]]`. With
+//! a number of seeds and levels it also counts how often the stated 95 % intervals hold the truth.
 
 use identify::direction::Direction;
 use identify::estimate::{Answer, Question, identify};
@@ -25,8 +25,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!();
     }
     write_page(&page, &excitation, &study)?;
-    for level in [0.02, 0.08, 0.2, 0.75] {
-        cover(&excitation, level, seeds)?;
+    for level in arguments {
+        cover(&excitation, level.parse()?, seeds)?;
     }
     Ok(())
 }
