@@ -169,10 +169,10 @@ mod tests {
         {
             let design = d_optimal(&truth(), limit).expect("informative");
             assert_eq!(design.slips.len(), 4, "{design:?}");
-            for ((slip, share), expected) in design.slips.iter().zip(&design.shares).zip(support) {
+            for (slip, expected) in design.slips.iter().zip(support) {
                 assert_abs_diff_eq!(*slip, expected, epsilon = 0.02 * limit);
-                assert_abs_diff_eq!(*share, 0.25, epsilon = 0.01);
             }
+            assert!(design.shares.iter().all(|share| (share - 0.25).abs() < 0.01), "{design:?}");
         }
     }
 

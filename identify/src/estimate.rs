@@ -10,13 +10,13 @@ use crate::compressed::Compressed;
 use crate::effective::effective;
 use crate::fit::{FitError, Solution};
 use crate::parameters::Parameter;
-use crate::posterior::Posterior;
-use crate::posterior::tempered;
+use crate::posterior::{Posterior, std, tempered};
 use crate::prior::Prior;
+use crate::quantity::Quantity;
 use crate::result::{ByName, Estimate, Verdict};
 use crate::samples::Samples;
 use crate::settings::{Method, Settings};
-use crate::verdict::{Evidence, Judgement, judge};
+use crate::verdict::{Evidence, Judgement, NARROWED, judge};
 
 /// What was identified.
 #[derive(Clone, Debug)]
@@ -54,7 +54,10 @@ pub fn identify(
     let evidence = Evidence { data: &data, slip_range, noise_std, direction };
     let judgements = judge(&evidence, prior, &posterior, &best.theta);
 
-    let fixed = if settings.hold { to_hold(&judgements) } else { Vec::new() };
+    let fixed = match settings.hold {
+        true => to_hold(&data, prior, &posterior, &judgements),
+        false => Vec::new(),
+    };
     let rest = hold(prior, &fixed);
     let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
     for &method in methods {
@@ -72,15 +75,32 @@ pub fn identify(
     Ok(Answer { estimates, unrestricted, judgements, posterior })
 }
 
-/// Parameters to hold at the prior. B is never held: with the others at their prior it carries the stiffness, which low
-/// slip tells.
-pub fn to_hold(judgements: &[Judgement]) -> Vec<Parameter> {
+/// Parameters to hold at the prior, so that the data narrow what remains free.
+///
+/// One after the other, the one they tell least about first: with E held C is often known, and the curve keeps the stiffness
+/// and the peak that are. B is never held: with the others at their prior it carries the stiffness.
+pub fn to_hold(
+    data: &Compressed,
+    prior: &Prior,
+    posterior: &Posterior,
+    judgements: &[Judgement],
+) -> Vec<Parameter> {
     let unknown =
         judgements.iter().filter(|judgement| judgement.verdict == Verdict::NotIdentifiable);
-    unknown
-        .filter_map(|judgement| judgement.quantity.parameter())
-        .filter(|&p| p != Parameter::B)
-        .collect()
+    let mut candidates: Vec<Parameter> =
+        unknown.filter_map(|judgement| judgement.quantity.parameter()).collect();
+    candidates.retain(|&parameter| parameter != Parameter::B);
+    let mut held = Vec::new();
+    let mut given = posterior.clone();
+    loop {
+        let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.std(*p);
+        let wide = candidates.iter().copied().filter(|p| ratio(p) >= NARROWED);
+        let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
+        held.push(widest);
+        candidates.retain(|&parameter| parameter != widest);
+        let few = tempered::Options { members: 256, ..tempered::Options::default() };
+        given = tempered::draw(data, &hold(prior, &held), &few);
+    }
 }
 
 /// The prior with some parameters held at its centre.
@@ -158,7 +178,7 @@ mod tests {
                     .abs()
                     < 1e-9
             );
-            assert!(estimate.std["C"] > 0.2, "holding a parameter does not make it certain");
+            assert!(estimate.std["E"] > 0.2, "holding a parameter does not make it certain");
             assert_eq!(estimate.covariance.len(), estimate.parameters.len());
             assert!(estimate.slip_range[1] < 0.05);
         }

@@ -1,5 +1,6 @@
 //! Writes `tires.html`: what was found of the tires on one page that needs nothing but a browser.
 
+mod axis;
 mod curves;
 mod plot;
 mod studies;

@@ -39,7 +39,8 @@ pub struct Judgement {
     pub mean: f64,
     /// Standard deviation of the posterior.
     pub std: f64,
-    /// The middle 95 % of the posterior, and a rival optimum that the draws missed.
+    /// The middle 95 % of the posterior; where the data do not rule out a second optimum, whose share among the draws is not
+    /// to be relied on, widened to what the profile does not rule out.
     pub interval: [f64; 2],
     /// Criterion (a): width of the posterior over that of the prior.
     pub width_ratio: f64,
@@ -83,16 +84,20 @@ pub fn judge(
             let stated = interval(values.clone());
             let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
             let rival = profiler.rivals().iter().map(|theta| quantity.value(theta)).find(outside);
+            let profile = profiler.profile(quantity);
             let mut judgement = Judgement {
                 quantity,
                 verdict: Verdict::Identified,
                 reason: String::new(),
                 mean: mean(&values),
                 std: std(&values),
-                interval: rival
-                    .map_or(stated, |value| [stated[0].min(value), stated[1].max(value)]),
+                interval: if profiler.rivals().is_empty() {
+                    stated
+                } else {
+                    [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)]
+                },
                 width_ratio: width(quantity, prior, &values, &before),
-                profile: profiler.profile(quantity),
+                profile,
                 rival,
                 prior_shift: prior_shift(prior, posterior, &values),
                 drive: lessons.best(&values),

@@ -1,6 +1,7 @@
 //! Draws what was found of one tire: its curve with the data and the band, and the densities of its parameters.
 
-use super::plot::{Axis, Class, Plot};
+use super::axis::Axis;
+use super::plot::{Class, Plot};
 use super::{Section, unit};
 use crate::parameters::{Parameter, Theta, curve, theta};
 use crate::posterior::{quantile, std};
@@ -87,13 +88,18 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
     let top =
         smooth.iter().flatten().copied().filter(|height| height.is_finite()).fold(0.0, f64::max);
     let mut plot = Plot::new(SMALL, x, Axis::linear("density", 0.0, 1.08 * top));
+    let mut before: Option<&crate::posterior::Posterior> = None;
     for ((method, heights), class) in
         section.methods.iter().zip(&smooth).zip(COLOURS.into_iter().cycle())
     {
-        let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
-        plot.line(&points, class, method.name);
+        // Methods may share one posterior.
+        if !before.is_some_and(|before| std::ptr::eq(before, method.posterior)) {
+            let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
+            plot.line(&points, class, "posterior");
+        }
+        before = Some(method.posterior);
         if let Some(&value) = method.estimate.mean.get(name) {
-            plot.mark(value, class, if section.methods.len() == 1 { "value" } else { "" });
+            plot.mark(value, class, method.name);
         }
     }
     plot

@@ -1,6 +1,7 @@
 //! Draws the studies: estimates over the excitation, and sensitivities over slip.
 
-use super::plot::{Axis, Class, Plot};
+use super::axis::Axis;
+use super::plot::{Class, Plot};
 use crate::parameters::Parameter;
 use crate::quantity::Quantity;
 use crate::result::Verdict;
