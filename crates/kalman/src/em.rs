@@ -76,7 +76,8 @@ const ROUNDING: f64 = 1e-9;
 const LONGER: f64 = 4.0;
 
 impl<const N: usize, const M: usize> Em<N, M> {
-    /// Estimates from a first guess.
+    /// Estimates from a first guess, which is better too large than too small: EM leaves a variance
+    /// that is too small to be noticed by steps in proportion to it, and may seem to have converged.
     ///
     /// # Errors
     ///
@@ -111,7 +112,7 @@ impl<const N: usize, const M: usize> Em<N, M> {
                 continue;
             }
             let (ahead, alpha) = self.ahead(&before.parameters, &at, longest);
-            match run.evaluate_if(&ahead, at.log_likelihood) {
+            match run.better(self, &ahead, at.log_likelihood) {
                 Some(better) => {
                     at = better;
                     log_likelihood.push(at.log_likelihood);
@@ -214,20 +215,28 @@ impl<const N: usize, const M: usize> Run<'_, N, M> {
     fn evaluate(&mut self, parameters: &Parameters<N, M>) -> Result<Point<N, M>, PassError> {
         self.evaluations += 1;
         self.filtered.run(self.steps, parameters)?;
-        self.smoothed(parameters)
-    }
-
-    /// None if the recording is less probable than `than`, or cannot be filtered at all.
-    fn evaluate_if(&mut self, parameters: &Parameters<N, M>, than: f64) -> Option<Point<N, M>> {
-        self.evaluations += 1;
-        self.filtered.run(self.steps, parameters).ok()?;
-        if self.filtered.log_likelihood >= than { self.smoothed(parameters).ok() } else { None }
-    }
-
-    fn smoothed(&self, parameters: &Parameters<N, M>) -> Result<Point<N, M>, PassError> {
         let moments = expectation(self.steps, &self.filtered, parameters, self.joint_R)?;
         let log_likelihood = self.filtered.log_likelihood;
         Ok(Point { parameters: *parameters, log_likelihood, moments })
+    }
+
+    /// The point ahead, or the one where a step of EM leads from it, if the recording is not less
+    /// probable there. What grows too far ahead is mostly what EM corrects at once.
+    fn better(
+        &mut self,
+        em: &Em<N, M>,
+        ahead: &Parameters<N, M>,
+        than: f64,
+    ) -> Option<Point<N, M>> {
+        let jump = self.evaluate(ahead).ok()?;
+        if jump.log_likelihood >= than {
+            return Some(jump);
+        }
+        if self.evaluations >= em.max_evaluations {
+            return None;
+        }
+        let mended = self.evaluate(&em.maximise(&jump)).ok()?;
+        (mended.log_likelihood >= than).then_some(mended)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Estimates states from noisy measurements with Kalman filters over statically sized matrices.
 //!
 //! The crate knows matrices only: a model hands in its transition, its Jacobians and its
-//! predictions, so linear and extended filters are the same calls. Nothing allocates.
+//! predictions, so linear and extended filters are the same calls. A step of a filter allocates
+//! nothing.
 //!
 //! One step of an extended filter with the rates f(x), their Jacobian A and the measurement h(x):
 //!
@@ -22,6 +23,35 @@
 //! let residual = SVector::from([0.2]) - H * prior.mean;
 //! let (posterior, innovation) = update(&prior, &residual, &H, &R)?;
 //! assert!(posterior.cov[(0, 0)] < prior.cov[(0, 0)] && innovation.nis < 1.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! A whole recording is a list of [`Step`]s, which [`linearise`] and [`extended`] make of a
+//! nonlinear [`Model`]. It is filtered ([`forward`]), smoothed ([`smooth`]), and its noises are
+//! estimated ([`Em`]):
+//!
+//! ```
+//! use kalman::{Em, Gaussian, Parameters, Status, Step, forward, smooth};
+//! use nalgebra::{SMatrix, SVector};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let measured = [0.1, 0.9, f64::NAN, 3.2, 3.9, 5.1, 5.8, 7.2];
+//! let steps = measured.map(|y| Step {
+//!     y: SVector::from([y]),
+//!     H: SMatrix::<f64, 1, 2>::new(1.0, 0.0),
+//!     F: SMatrix::<f64, 2, 2>::new(1.0, 1.0, 0.0, 1.0),
+//!     b: SVector::zeros(),
+//! });
+//! let guess = Parameters {
+//!     start: Gaussian { mean: SVector::zeros(), cov: SMatrix::identity() },
+//!     Q: SMatrix::identity() * 0.1,
+//!     R: SMatrix::identity(),
+//! };
+//! let found = Em::default().fit(&steps, &guess)?;
+//! assert_eq!(found.status, Status::Converged);
+//! let smoothed = smooth(&steps, &forward(&steps, &found.parameters)?)?;
+//! assert!((smoothed.states[2].mean[0] - 2.0).abs() < 0.2);
 //! # Ok(())
 //! # }
 //! ```
