@@ -139,21 +139,26 @@ fn time(
     Ok(())
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let path = arguments.next().ok_or("usage: smooth run.csv [time]")?;
-    let columns = read(&path)?;
+/// The inputs, the measurements and the true motion of a run.
+type Recorded = (Driven, Vec<Vector4<f64>>, Vec<SMatrix<f64, 3, 1>>);
+
+fn recorded(path: &str) -> Result<Recorded, Box<dyn Error>> {
+    let columns = read(path)?;
     let of = |name: &str| format!("estimator.{name}_meas");
-    let mut measured = rows(&columns, [&of("v_x"), &of("v_y"), &of("r"), &of("a_y")])?;
+    let measured = rows(&columns, [&of("v_x"), &of("v_y"), &of("r"), &of("a_y")])?;
     let truth = rows(&columns, ["plant.v_x", "plant.v_y", "plant.r"])?;
     let inputs = rows(&columns, ["estimator.F_x", "estimator.delta"])?;
     let time_of = column(&columns, "time")?;
+    if time_of.len() < 2 {
+        return Err(format!("{path} holds no two rows").into());
+    }
     let period = (time_of[time_of.len() - 1] - time_of[0]) / (time_of.len() - 1) as f64;
     let model = Driven { car: NominalCar::default(), inputs, period };
+    Ok((model, measured, truth))
+}
 
-    // The first row shows the true start; sensors are read from the second one on.
-    let y = measured[0];
-    measured[0] = Vector4::repeat(f64::NAN);
+/// A first guess of the noises, from what the sensors read at first.
+fn guess(y: &Vector4<f64>) -> Parameters<6, 4> {
     let sensor = Vector4::new(0.05, 0.01, 0.01, 0.1).map(|std| std * std);
     let xi = 1e6;
     let start = Gaussian {
@@ -162,15 +167,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     // Rather too large: EM climbs slowly from a variance that is too small to be noticed.
     let Q = Vector6::new(1e-3, 1e-3, 1e-3, 9e4, 2.25e6, 2.25e6);
-    let guess =
-        Parameters { start, Q: Matrix6::from_diagonal(&Q), R: Matrix4::from_diagonal(&sensor) };
+    Parameters { start, Q: Matrix6::from_diagonal(&Q), R: Matrix4::from_diagonal(&sensor) }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let path = arguments.next().ok_or("usage: smooth run.csv [time]")?;
+    let (model, mut measured, truth) = recorded(&path)?;
+    // The first row shows the true start; sensors are read from the second one on.
+    let guess = guess(&measured[0]);
+    measured[0].fill(f64::NAN);
     if arguments.next().as_deref() == Some("time") {
         return time(&model, &measured, &guess);
     }
-    show("as the estimator assumes", &model, &measured, &guess, &truth)?;
+    show("as guessed", &model, &measured, &guess, &truth)?;
     let steps = extended(&model, &measured, &guess)?;
     // A hundredth of a nat is far below what the recording can tell about a variance.
-    let em = Em { floor_Q: Q * 1e-6, tolerance: 1e-2, ..Em::default() };
+    let em = Em { floor_Q: guess.Q.diagonal() * 1e-6, tolerance: 1e-2, ..Em::default() };
     let begun = Instant::now();
     let found = em.fit(&steps, &guess)?;
     tell(&found, begun.elapsed().as_secs_f64());

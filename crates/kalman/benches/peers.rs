@@ -46,6 +46,34 @@ fn ours(steps: &problem::Recording) -> Result<[f64; 2], Box<dyn Error>> {
     Ok([begun.elapsed().as_secs_f64() / found.evaluations as f64, found.log_likelihood[0]])
 }
 
+/// A name, a program and its arguments.
+type Peer<'a> = (&'a str, &'a str, Vec<&'a str>);
+
+/// Seconds of each round, and the log-likelihood, of this crate first and then of each peer.
+fn take_turns(steps: &problem::Recording, peers: &[Peer<'_>]) -> Vec<(Vec<f64>, f64)> {
+    let mut results = vec![(Vec::new(), f64::NAN); peers.len() + 1];
+    for _ in 0..ROUNDS {
+        for (i, (times, likelihood)) in results.iter_mut().enumerate() {
+            let asked = match i.checked_sub(1).map(|i| &peers[i]) {
+                None => ours(steps),
+                Some((_, program, arguments)) => ask(program, arguments),
+            };
+            match asked {
+                Ok([seconds, log_likelihood]) => {
+                    times.push(seconds);
+                    *likelihood = log_likelihood;
+                }
+                Err(error) => eprintln!("{}: {error}", name(i, peers)),
+            }
+        }
+    }
+    results
+}
+
+fn name<'a>(i: usize, peers: &[Peer<'a>]) -> &'a str {
+    i.checked_sub(1).map_or("kalman", |i| peers[i].0)
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let steps = problem::record(STEPS, 1);
     let path: PathBuf = std::env::temp_dir().join(format!("em-{}.bin", std::process::id()));
@@ -54,30 +82,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = path.to_str().ok_or("temporary folder with a name that is no text")?;
     let here = |name: &str| format!("{}/benches/peers/{name}", env!("CARGO_MANIFEST_DIR"));
     let (py, m) = (here("em.py"), here("em.m"));
-    let peers: [(&str, &str, &[&str]); 3] = [
-        ("NumPy", &python, &[&py, file]),
-        ("numba", &python, &[&py, file, "jit"]),
-        ("Octave", "octave-cli", &["-qf", &m, file]),
+    let peers: [Peer<'_>; 3] = [
+        ("NumPy", &python, vec![&py, file]),
+        ("numba", &python, vec![&py, file, "jit"]),
+        ("Octave", "octave-cli", vec!["-qf", &m, file]),
     ];
-    let mut times = vec![Vec::new(); peers.len() + 1];
-    let mut likelihoods = vec![f64::NAN; peers.len() + 1];
-    for _ in 0..ROUNDS {
-        for i in 0..=peers.len() {
-            let asked = match i.checked_sub(1).map(|i| peers[i]) {
-                None => ours(&steps),
-                Some((_, program, arguments)) => ask(program, arguments),
-            };
-            match asked {
-                Ok([seconds, likelihood]) => {
-                    times[i].push(seconds);
-                    likelihoods[i] = likelihood;
-                }
-                Err(error) => {
-                    eprintln!("{}: {error}", if i == 0 { "kalman" } else { peers[i - 1].0 })
-                }
-            }
-        }
-    }
+    let mut results = take_turns(&steps, &peers);
     std::fs::remove_file(&path)?;
     println!("one iteration of EM, {STEPS} steps, median of {ROUNDS} in turns");
     println!("          us per step   times ours   log-likelihood");
@@ -85,11 +95,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         times.sort_by(f64::total_cmp);
         times.get(times.len() / 2).map_or(f64::NAN, |seconds| 1e6 * seconds / STEPS as f64)
     };
-    let own = median(&mut times[0]);
-    for (i, times) in times.iter_mut().enumerate() {
-        let name = if i == 0 { "kalman" } else { peers[i - 1].0 };
+    let own = median(&mut results[0].0);
+    for (i, (times, likelihood)) in results.iter_mut().enumerate() {
         let us = median(times);
-        println!("  {name:<8}{us:11.2} {:12.1} {:16.6}", us / own, likelihoods[i]);
+        println!("  {:<8}{us:11.2} {:12.1} {likelihood:16.6}", name(i, &peers), us / own);
     }
     Ok(())
 }

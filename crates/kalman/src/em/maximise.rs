@@ -79,3 +79,37 @@ pub(crate) fn spectral<const D: usize>(
     eigen.eigenvalues.apply(|l| *l = f(*l));
     symmetric(&SMatrix::from_column_slice(eigen.recompose().as_slice()))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+    use proptest::array::{uniform3, uniform9};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::dense::covariance;
+
+    /// What a covariance makes of moments: −ln det C − tr(C⁻¹ S).
+    fn objective(C: &Matrix3<f64>, S: &Matrix3<f64>) -> f64 {
+        let factor = Cholesky::new(*C).expect("a covariance");
+        -factor.ln_determinant() - factor.solve(S).trace()
+    }
+
+    proptest! {
+        #[test]
+        fn no_other_covariance_above_the_floor_is_better(
+            s in uniform9(-1.0..1.0f64), floor in uniform3(0.05..1.0f64), other in uniform9(-1.0..1.0f64),
+        ) {
+            let (S, floor) = (covariance::<3>(&s, 1e-3), Vector3::from(floor));
+            let C = Freedom::Full.maximise(&S, &S, &floor);
+            let D = Matrix3::from_diagonal(&floor);
+            prop_assert!((C - D).symmetric_eigenvalues().min() >= -1e-12, "{}", C - D);
+            let other = covariance::<3>(&other, 0.0) + D;
+            for part in [1e-3, 0.1, 1.0] {
+                let near = C * (1.0 - part) + other * part;
+                let gain = objective(&near, &S) - objective(&C, &S);
+                prop_assert!(gain <= 1e-12, "{}: {}", part, gain);
+            }
+        }
+    }
+}

@@ -72,3 +72,42 @@ impl<const D: usize> Path<D> {
         self.from + self.first * (2.0 * alpha) + self.second * (alpha * alpha)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+    use proptest::array::uniform9;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::dense::covariance;
+
+    proptest! {
+        #[test]
+        fn a_step_of_length_one_ends_at_the_third_point(
+            a in uniform9(-1.0..1.0f64), b in uniform9(-1.0..1.0f64), c in uniform9(-1.0..1.0f64),
+        ) {
+            let [a, b, c] = [a, b, c].map(|entries| covariance::<3>(&entries, 0.1));
+            let only = |C: &Matrix3<f64>| Matrix3::from_diagonal(&C.diagonal());
+            let [d, e, f] = [a, b, c].map(|C| only(&C));
+            let floor = Vector3::repeat(1e-9);
+            for (freedom, [a, b, c]) in [(Freedom::Full, [a, b, c]), (Freedom::DIAGONAL, [d, e, f])] {
+                let chart = Chart::near(&b, freedom);
+                let path = Path::through(&chart, [&a, &b, &c]);
+                let end = chart.covariance(&path.at(1.0), &b, &floor);
+                prop_assert!((end - c).amax() <= 1e-12 * c.amax(), "{} {}", end, c);
+            }
+        }
+    }
+
+    #[test]
+    fn along_a_geometric_path_the_step_ends_at_its_limit() {
+        // Errors of the logarithms that halve: 8, 4, 2 above 1; the step is 2 long and lands on 1.
+        let at = |ln: f64| Matrix3::from_diagonal_element(ln.exp());
+        let chart = Chart::near(&at(5.0), Freedom::DIAGONAL);
+        let path = Path::through(&chart, [&at(9.0), &at(5.0), &at(3.0)]);
+        let [first, second] = path.lengths();
+        assert!(((first / second).sqrt() - 2.0).abs() < 1e-12);
+        assert!((path.at(2.0)[(0, 0)] - 1.0).abs() < 1e-12);
+    }
+}
