@@ -37,8 +37,7 @@ fn speed() {
     println!("  forward, R diagonal         {:6.2}", per_step(filter));
     println!("  forward, R full             {:6.2}", per_step(joint));
     println!("  smoother with lag one       {:6.2}", per_step(smoother));
-    println!("  smoother and moments (EM)   {:6.2}", per_step(iteration - filter));
-    println!("  iteration of EM             {:6.2}", per_step(iteration));
+    println!("  iteration of EM, in all     {:6.2}", per_step(iteration));
 }
 
 fn evaluations() {
