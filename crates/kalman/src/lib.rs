@@ -1,7 +1,8 @@
 //! Estimates states from noisy measurements with Kalman filters over statically sized matrices.
 //!
 //! The crate knows matrices only: a model hands in its transition, its Jacobians and its
-//! predictions, so linear and extended filters are the same calls. Nothing allocates.
+//! predictions, so linear and extended filters are the same calls. A step of a filter allocates
+//! nothing.
 //!
 //! One step of an extended filter with the rates f(x), their Jacobian A and the measurement h(x):
 //!
@@ -25,17 +26,56 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! A whole recording is a list of [`Step`]s, which [`linearise`] and [`extended`] make of a
+//! nonlinear [`Model`]. It is filtered ([`forward`]), smoothed ([`smooth`]), and its noises are
+//! estimated ([`Em`]):
+//!
+//! ```
+//! use kalman::{Em, Gaussian, Parameters, Status, Step, forward, smooth};
+//! use nalgebra::{SMatrix, SVector};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let measured = [0.1, 0.9, f64::NAN, 3.2, 3.9, 5.1, 5.8, 7.2];
+//! let steps = measured.map(|y| Step {
+//!     y: SVector::from([y]),
+//!     H: SMatrix::<f64, 1, 2>::new(1.0, 0.0),
+//!     F: SMatrix::<f64, 2, 2>::new(1.0, 1.0, 0.0, 1.0),
+//!     b: SVector::zeros(),
+//! });
+//! let guess = Parameters {
+//!     start: Gaussian { mean: SVector::zeros(), cov: SMatrix::identity() },
+//!     Q: SMatrix::identity() * 0.1,
+//!     R: SMatrix::identity(),
+//! };
+//! let found = Em::default().fit(&steps, &guess)?;
+//! assert_eq!(found.status, Status::Converged);
+//! let smoothed = smooth(&steps, &forward(&steps, &found.parameters)?)?;
+//! assert!((smoothed.states[2].mean[0] - 2.0).abs() < 0.2);
+//! # Ok(())
+//! # }
+//! ```
 #![forbid(unsafe_code)]
 #![allow(
     rustdoc::broken_intra_doc_links,
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+#[cfg(test)]
+mod dense;
 mod discretise;
+mod em;
 mod filter;
+mod forward;
+mod model;
+mod rts;
 
 pub use discretise::{discretise, transition};
+pub use em::{Em, EmError, Estimate, Freedom, StartUpdate, Status, Violation};
 pub use filter::{Innovation, UpdateError, predict, update};
+pub use forward::{Filtered, Fit, PassError, forward};
+pub use model::{Model, Parameters, Step, extended, linearise};
+pub use rts::{Smoothed, smooth};
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
