@@ -7,7 +7,7 @@ use serde::Deserialize;
 use crate::direction::Direction;
 use crate::fit::{self, Constraints, Options, SlipNoise};
 use crate::loss::Loss;
-use crate::parameters::{COUNT, Parameter};
+use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
 use crate::study::excitation::Excitation;
@@ -31,11 +31,27 @@ impl Config {
     /// In words, with the key in backticks.
     pub fn read(text: &str) -> Result<Self, String> {
         let config: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
-        if let Self::Tires(tires) = &config {
-            tires.check()?;
+        match &config {
+            Self::Tires(tires) => tires.check()?,
+            Self::ExcitationStudy(study) => {
+                let slips = study.levels.iter().all(|&level| level > 0.0 && level.is_finite());
+                demand(slips && !study.levels.is_empty(), "levels", "slips above 0")?;
+                demand(study.samples >= 10, "samples", "10 or more")?;
+                demand(study.slip_std >= 0.0, "slip_std", "0 or above")?;
+                demand(study.force_std > 0.0, "force_std", "a positive number")?;
+            }
+            Self::SensitivityStudy(Sensitivity { spread, limit, count, .. }) => {
+                demand(*spread > 0.0 && *spread < 1.0, "spread", "a share between 0 and 1")?;
+                demand(*limit > 0.0 && limit.is_finite(), "limit", "a slip above 0")?;
+                demand(*count >= 1, "count", "1 or more")?;
+            }
         }
         Ok(config)
     }
+}
+
+fn demand(holds: bool, key: &str, expected: &str) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(format!("`{key}`: expected {expected}")) }
 }
 
 /// `task = "tires"`.
@@ -181,16 +197,10 @@ impl Curve {
 /// `task = "sensitivity_study"`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-#[allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 pub struct Sensitivity {
     /// The tire.
-    pub B: f64,
-    /// The tire.
-    pub C: f64,
-    /// The tire.
-    pub D: f64,
-    /// The tire.
-    pub E: f64,
+    #[serde(deserialize_with = "from_parameters")]
+    pub tire: Theta,
     /// Half the range of each parameter over its value.
     pub spread: f64,
     /// Largest slip.
@@ -202,6 +212,7 @@ pub struct Sensitivity {
 impl Default for Sensitivity {
     /// Table II and Fig. 4 of the paper.
     fn default() -> Self {
-        Self { B: 15.0, C: 2.0, D: 1.5, E: 0.8, spread: 0.1, limit: 1.0, count: 100 }
+        let tire = Excitation::default().truth;
+        Self { tire, spread: 0.1, limit: 1.0, count: 100 }
     }
 }

@@ -5,7 +5,10 @@
     reason = "symbols as in Pacejka, Tire and Vehicle Dynamics"
 )]
 
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vehicle::MagicFormula;
 
 /// How many parameters a curve has.
@@ -51,6 +54,39 @@ pub fn curve(theta: &Theta) -> MagicFormula {
 pub fn theta(curve: &MagicFormula) -> Theta {
     let MagicFormula { B, C, D, E, S_h, S_v } = *curve;
     [B, C, D, E, S_h, S_v]
+}
+
+/// Writes values under the names of their parameters; fewer than all are the first ones.
+///
+/// # Errors
+/// Those of the format.
+pub fn by_parameter<S: Serializer, const N: usize>(
+    values: &[f64; N],
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    to.collect_map(Parameter::ALL.iter().map(|parameter| parameter.name()).zip(values))
+}
+
+/// Reads values from under the names of their parameters; a shift that is not there is 0.
+///
+/// # Errors
+/// When B, C, D or E is missing, and those of the format.
+pub fn from_parameters<'de, D: Deserializer<'de>>(from: D) -> Result<Theta, D::Error> {
+    let named = BTreeMap::<Parameter, f64>::deserialize(from)?;
+    let mut theta = [0.0; COUNT];
+    for (parameter, value) in theta.iter_mut().zip(Parameter::ALL).map(|(v, p)| (p, v)) {
+        match named.get(&parameter) {
+            Some(found) => *value = *found,
+            None if parameter < Parameter::S_h => {
+                let name = parameter.name();
+                return Err(D::Error::custom(format!(
+                    "expected a tire with B, C, D and E, found no `{name}`"
+                )));
+            }
+            None => {}
+        }
+    }
+    Ok(theta)
 }
 
 /// The box that every parameter stays in, borders included.

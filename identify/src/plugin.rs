@@ -242,8 +242,8 @@ fn record(group: &str, columns: &[&Column], host: &mut dyn Host) {
 }
 
 fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
-    let Sensitivity { B, C, D, E, spread, limit, count } = *config;
-    let study = sensitivity::run(&curve(&[B, C, D, E, 0.0, 0.0]), spread, limit, count);
+    let Sensitivity { tire, spread, limit, count } = *config;
+    let study = sensitivity::run(&curve(&tire), spread, limit, count);
     let page =
         Page { title: "Which parameter matters", sensitivity: Some(&study), ..Page::default() };
     host.file("tires.html", &page::render(&page));

@@ -7,6 +7,7 @@
 use serde::Serialize;
 use vehicle::MagicFormula;
 
+use crate::parameters::by_parameter;
 use crate::quadrature::gauss_legendre;
 
 /// Nodes per axis: the error of an index is below 1e-8 for ±10 % about the usual tires, see the tests.
@@ -20,8 +21,10 @@ pub struct Indices {
     /// Standard deviation of the friction coefficient [-].
     pub std: f64,
     /// Share in which a parameter has a part, alone or with others.
+    #[serde(serialize_with = "by_parameter")]
     pub total: [f64; 4],
     /// Share of a parameter alone.
+    #[serde(serialize_with = "by_parameter")]
     pub first: [f64; 4],
     /// Share of each pair beyond that of its two parameters; symmetric, the diagonal is 0.
     pub second: [[f64; 4]; 4],

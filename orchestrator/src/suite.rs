@@ -81,8 +81,11 @@ pub fn check_names(paths: &[PathBuf]) -> Result<(), Error> {
 /// repository, and without it there is nothing to test.
 #[must_use]
 pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
-    let tables = scenario.document.table.iter().map(|table| scenario.resolve(table.path.get_ref()));
-    tables.into_iter().find(|path| !path.exists())
+    let played = scenario.document.table.iter().map(|table| &table.path);
+    let logs = scenario.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
+    let mut paths =
+        played.chain(logs.map(|log| &log.path)).map(|path| scenario.resolve(path.get_ref()));
+    paths.find(|path| !path.exists())
 }
 
 /// Runs all scenarios, `jobs` at a time, each by the program `trackside` into a folder of its own below

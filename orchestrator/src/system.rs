@@ -342,7 +342,7 @@ impl System {
     }
 }
 
-/// Start values from a TOML file with a table for each node, such as an identification writes.
+/// Start values from a TOML file with a table for each node, or with keys `"node.variable"`, such as an identification writes.
 ///
 /// # Errors
 /// When the file cannot be read or is no TOML.
@@ -351,16 +351,18 @@ pub fn read_starts(path: &Path) -> Result<Vec<(String, String, String)>, Error> 
     let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let tables: toml::Table = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     let mut starts = Vec::new();
-    for (node, table) in &tables {
-        let toml::Value::Table(table) = table else {
-            return Err(wrong(format!("expected a table [{node}], found {}", table.type_str())));
-        };
-        for (name, value) in table {
-            starts::flatten(name, value, &mut |name, value| {
-                starts.push((node.clone(), name.to_owned(), value.to_string()));
-                Ok::<_, Error>(())
-            })?;
-        }
+    for (name, value) in &tables {
+        starts::flatten(name, value, &mut |name, value| {
+            let Some((node, variable)) = name.split_once('.') else {
+                let found = value.type_str();
+                return Err(wrong(format!(
+                    "expected a table [{name}] or a key `{name}.variable`, found {found}"
+                )));
+            };
+            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            starts.push((node.to_owned(), variable.to_owned(), value));
+            Ok(())
+        })?;
     }
     Ok(starts)
 }

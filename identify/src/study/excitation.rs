@@ -2,12 +2,12 @@
 
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::direction::Direction;
 use crate::estimate::identify;
 use crate::fit::{FitError, Options, SlipNoise};
-use crate::parameters::{Theta, curve};
+use crate::parameters::{Theta, by_parameter, curve, from_parameters};
 use crate::samples::Samples;
 use crate::settings::{Method, Settings};
 use crate::verdict::Judgement;
@@ -17,6 +17,7 @@ use crate::verdict::Judgement;
 #[serde(default, deny_unknown_fields)]
 pub struct Excitation {
     /// The tire.
+    #[serde(serialize_with = "by_parameter", deserialize_with = "from_parameters")]
     pub truth: Theta,
     /// Largest slips, one data set for each.
     pub levels: Vec<f64>,
@@ -61,11 +62,18 @@ pub struct Level {
     /// Largest slip.
     pub level: f64,
     /// Least squares, all parameters free.
+    #[serde(serialize_with = "by_parameter")]
     pub least_squares: Theta,
     /// Nelder-Mead, all parameters free.
+    #[serde(serialize_with = "by_parameter")]
     pub nelder_mead: Theta,
     /// What the data can tell.
+    #[serde(serialize_with = "by_quantity")]
     pub judgements: Vec<Judgement>,
+}
+
+fn by_quantity<S: Serializer>(judgements: &[Judgement], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(judgements.iter().map(|judgement| (judgement.quantity.name(), judgement)))
 }
 
 /// The study, over all levels. `go_on` is told which level comes next; the study ends with `None` when it says no.

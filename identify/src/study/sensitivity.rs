@@ -3,13 +3,14 @@
 use serde::Serialize;
 use vehicle::MagicFormula;
 
-use crate::parameters::{Theta, theta};
+use crate::parameters::{Theta, by_parameter, theta};
 use crate::sobol::{Indices, indices};
 
 /// Sobol's indices over slip.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Study {
     /// The tire.
+    #[serde(serialize_with = "by_parameter")]
     pub centre: Theta,
     /// Half the range of each of B, C, D and E over its value.
     pub spread: f64,
