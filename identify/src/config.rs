@@ -18,6 +18,8 @@ use crate::study::excitation::Excitation;
 pub enum Config {
     /// Identify the tires of a car from what it did.
     Tires(Box<Tires>),
+    /// Identify one curve from slips and forces.
+    Curve(Box<OneCurve>),
     /// Tell from which excitation on each parameter is identified.
     ExcitationStudy(Excitation),
     /// Tell which parameter matters at which slip.
@@ -33,6 +35,10 @@ impl Config {
         let config: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
         match &config {
             Self::Tires(tires) => tires.check()?,
+            Self::Curve(curve) => {
+                demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
+                curve.fit.check("fit")?;
+            }
             Self::ExcitationStudy(study) => {
                 let slips = study.levels.iter().all(|&level| level > 0.0 && level.is_finite());
                 demand(slips && !study.levels.is_empty(), "levels", "slips above 0")?;
@@ -88,12 +94,37 @@ fn plant() -> String {
 
 impl Tires {
     fn check(&self) -> Result<(), String> {
-        if self.methods.is_empty() {
-            return Err("`methods` is empty; name `least_squares` at least".to_owned());
-        }
+        demand(!self.methods.is_empty(), "methods", "`least_squares` at least")?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")
+    }
+}
+
+/// `task = "curve"`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OneCurve {
+    /// Which force.
+    pub direction: Direction,
+    /// How the curve is identified.
+    #[serde(default)]
+    pub fit: Curve,
+    /// Whether S_h and S_v are fitted too; they are 0 otherwise.
+    #[serde(default)]
+    pub shifts: bool,
+    /// How the values are found.
+    #[serde(default = "methods")]
+    pub methods: Vec<Method>,
+    /// Of random numbers.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+impl OneCurve {
+    /// The shift that is known beforehand.
+    pub fn shift(&self) -> Option<Shift> {
+        (!self.shifts).then_some(Shift { S_h: 0.0, S_v: 0.0, K: f64::NAN, samples: 0 })
     }
 }
 

@@ -1,18 +1,15 @@
 //! Does what a scenario asks for: from its signals and settings to a result, a page, and start values for the next run.
 
-use std::collections::BTreeMap;
+mod curve;
+mod tires;
 
-use plugin::{Analysis, Host, Need, Request, Signal};
-use serde_json::{Map, Value, json};
+use plugin::{Analysis, Host, Need, Request};
+use serde_json::{Value, json};
 
-use crate::config::{Config, Sensitivity, Tires};
-use crate::direction::Direction;
-use crate::estimate::{Answer, identify};
-use crate::page::{self, Page, Section};
-use crate::parameters::curve;
-use crate::prepare::{Column, Points, Prepared, Recording, Stage};
-use crate::prior::Prior;
-use crate::start_values::{self, Tire};
+use crate::config::{Config, Sensitivity};
+use crate::estimate::Answer;
+use crate::page::{self, Page};
+use crate::prepare::Recording;
 use crate::study::{excitation, sensitivity};
 
 /// The plugin.
@@ -32,6 +29,8 @@ impl Analysis for Identify {
         Need::optional("omega_rl", "rad/s", "speed of the rear left wheel"),
         Need::optional("omega_rr", "rad/s", "speed of the rear right wheel"),
         Need::optional("gear", "", "gear"),
+        Need::optional("slip", "", "slip angle [rad] or slip ratio of one tire"),
+        Need::optional("force", "", "its force over its load"),
     ];
 
     fn check(request: &Request) -> Result<(), String> {
@@ -43,13 +42,15 @@ impl Analysis for Identify {
                 }
                 recording.complete().map_err(|error| error.to_string())
             }
+            Config::Curve(_) => curve::columns(request).map(drop),
             Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
         }
     }
 
     fn run(request: &Request, host: &mut dyn Host) -> Result<String, String> {
         let result = match Config::read(request.config)? {
-            Config::Tires(config) => tires(&config, request, host)?,
+            Config::Tires(config) => tires::tires(&config, request, host)?,
+            Config::Curve(config) => curve::curve(&config, request, host)?,
             Config::ExcitationStudy(study) => excitation_study(&study, host)?,
             Config::SensitivityStudy(study) => sensitivity_study(&study, host),
         };
@@ -66,184 +67,18 @@ fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
     if host.progress(share, what) { Ok(()) } else { Err(CANCELLED.to_owned()) }
 }
 
-/// One curve of the car.
-struct Curve<'a> {
-    /// Its key in the result.
-    key: &'static str,
-    /// Its name on the page.
-    name: &'static str,
-    direction: Direction,
-    points: &'a Points,
-}
-
-fn curves(prepared: &Prepared) -> Vec<Curve<'_>> {
-    let axles = [
-        (
-            ["front", "front_x"],
-            ["Front axle, lateral", "Front axle, longitudinal"],
-            &prepared.front,
-        ),
-        (["rear", "rear_x"], ["Rear axle, lateral", "Rear axle, longitudinal"], &prepared.rear),
-    ];
-    let mut curves = Vec::new();
-    for (keys, names, axle) in axles {
-        let lateral = (Direction::Lateral, Some(&axle.lateral));
-        let both = [lateral, (Direction::Longitudinal, axle.longitudinal.as_ref())];
-        for ((key, name), (direction, points)) in keys.into_iter().zip(names).zip(both) {
-            curves.extend(points.map(|points| Curve { key, name, direction, points }));
-        }
-    }
-    curves
-}
-
-fn tires(config: &Tires, request: &Request, host: &mut dyn Host) -> Result<Value, String> {
-    go_on(host, 0.0, "preparing the points")?;
-    let mut recording = Recording::default();
-    for signal in &request.signals {
-        recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
-    }
-    let prepared = config.prepare.run(&recording).map_err(|error| error.to_string())?;
-    record_stages(&prepared.stages, host);
-    let curves = curves(&prepared);
-    let mut found: Vec<(Prior, Answer)> = Vec::new();
-    for (number, curve) in curves.iter().enumerate() {
-        go_on(host, (number + 1) as f64 / (curves.len() + 1) as f64, curve.name)?;
-        let of = match curve.direction {
-            Direction::Lateral => &config.lateral,
-            Direction::Longitudinal => &config.longitudinal,
-        };
-        let settings = of.settings(curve.direction, curve.points.shift, config.seed);
-        let samples = &curve.points.samples;
-        let tire = identify(samples, &settings, &config.methods)
-            .map_err(|error| format!("{}: {error}", curve.name))?;
-        found.push((settings.prior, tire));
-    }
-    leave_files(config, &curves, &found, &prepared, host);
-    Ok(report(config, &curves, &found, &prepared))
-}
-
-/// Results by method, then by curve.
-fn report(
-    config: &Tires,
-    curves: &[Curve],
-    found: &[(Prior, Answer)],
-    prepared: &Prepared,
-) -> Value {
-    let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
-    for (place, method) in config.methods.iter().enumerate() {
-        let by_curve: Map<_, _> = curves
-            .iter()
-            .zip(found)
-            .map(|(curve, (_, found))| (curve.key.to_owned(), json!(found.estimates[place].1)))
-            .collect();
-        result.insert(method.name().to_owned(), by_curve.into());
-    }
-    result.into()
-}
-
-fn leave_files(
-    config: &Tires,
-    curves: &[Curve],
-    found: &[(Prior, Answer)],
-    prepared: &Prepared,
-    host: &mut dyn Host,
-) {
-    // The first method that was asked for is the one to go on with.
-    let estimates: Vec<_> = found.iter().map(|(_, found)| &found.estimates[0].1).collect();
-    let tires: Vec<_> = curves
-        .iter()
-        .zip(&estimates)
-        .filter(|(curve, _)| curve.direction == Direction::Lateral)
-        .map(|(curve, estimate)| Tire {
-            node: &config.node,
-            tire: if curve.key == "front" { "tire_f" } else { "tire_r" },
-            estimate,
-            direction: curve.direction,
-        })
-        .collect();
-    host.file("tires.toml", &start_values::write(&tires));
-    let sections = curves.iter().zip(found).map(|(curve, (prior, found))| Section {
-        name: curve.name,
-        direction: curve.direction,
-        samples: &curve.points.samples,
-        prior,
-        methods: found
-            .estimates
-            .iter()
-            .map(|(method, estimate)| page::Method {
-                name: method.name(),
-                estimate,
-                posterior: &found.posterior,
-            })
-            .collect(),
-    });
-    let facts = facts(prepared);
-    let page =
-        Page { title: "Tires", facts: &facts, sections: sections.collect(), ..Page::default() };
-    host.file("tires.html", &page::render(&page));
-}
-
-/// What was done to the recording, for people.
-fn facts(prepared: &Prepared) -> Vec<(String, String)> {
-    let report = &prepared.report;
-    let mut facts = vec![
-        ("rows at common instants".to_owned(), report.rows.to_string()),
-        ("stretches".to_owned(), report.stretches.len().to_string()),
-        ("gear shifts".to_owned(), report.gear_shifts.to_string()),
-    ];
-    let repeated = report.held.iter().filter(|(_, count)| **count > 0);
-    facts.extend(
-        repeated.map(|(name, count)| (format!("repeated rows of {name}"), count.to_string())),
-    );
-    facts.extend(report.points.iter().map(|points| {
-        let name = format!("{} {:?} points", points.axle, points.direction).to_lowercase();
-        (name, format!("{} of {} rows, {} outliers", points.used, points.rows, points.outliers))
-    }));
-    facts
-}
-
-/// Shows what went into and came out of each step. What went in is shown where nothing before it shows it.
-fn record_stages(stages: &[Stage], host: &mut dyn Host) {
-    let mut shown: BTreeMap<&str, &Column> = BTreeMap::new();
-    for (number, stage) in stages.iter().enumerate() {
-        let new =
-            stage.inputs.iter().filter(|column| shown.get(column.name.as_str()) != Some(column));
-        let inputs: Vec<_> = new.collect();
-        record(&format!("{number} {} from", stage.name), &inputs, host);
-        let outputs: Vec<_> = stage.outputs.iter().collect();
-        record(&format!("{number} {}", stage.name), &outputs, host);
-        for column in &stage.outputs {
-            shown.insert(&column.name, column);
-        }
-    }
-}
-
-/// Records columns, those of the same times together.
-fn record(group: &str, columns: &[&Column], host: &mut dyn Host) {
-    let mut rest = columns.to_vec();
-    let mut part = 1;
-    while let Some(first) = rest.first().copied() {
-        let (same, others): (Vec<_>, Vec<_>) =
-            rest.into_iter().partition(|column| column.time == first.time);
-        let signals: Vec<_> = same
-            .iter()
-            .map(|column| Signal {
-                name: &column.name,
-                unit: column.unit,
-                time: &column.time,
-                values: &column.values,
-            })
-            .collect();
-        let name = if part == 1 { group.to_owned() } else { format!("{group} {part}") };
-        host.record(&name, &signals);
-        rest = others;
-        part += 1;
-    }
+/// What the page shows of each method.
+fn methods(found: &Answer) -> Vec<page::Method<'_>> {
+    let posterior = &found.posterior;
+    let estimates = found.estimates.iter();
+    estimates
+        .map(|(method, estimate)| page::Method { name: method.title(), estimate, posterior })
+        .collect()
 }
 
 fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
     let Sensitivity { tire, spread, limit, count } = *config;
-    let study = sensitivity::run(&curve(&tire), spread, limit, count);
+    let study = sensitivity::run(&crate::parameters::curve(&tire), spread, limit, count);
     let page =
         Page { title: "Which parameter matters", sensitivity: Some(&study), ..Page::default() };
     host.file("tires.html", &page::render(&page));

@@ -28,6 +28,14 @@ impl Method {
             Self::NelderMead => "nelder_mead",
         }
     }
+
+    /// For people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::LeastSquares => "least squares",
+            Self::NelderMead => "Nelder-Mead",
+        }
+    }
 }
 
 /// How a curve is identified.

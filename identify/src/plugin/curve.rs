@@ -1,0 +1,58 @@
+//! Identifies one tire curve from its slip and its force, such as a test bench or a wheel that measures forces gives.
+
+use plugin::{Host, Request};
+use serde_json::{Map, Value, json};
+
+use super::{go_on, methods};
+use crate::config::OneCurve;
+use crate::estimate::identify;
+use crate::page::{self, Page, Section};
+use crate::samples::Samples;
+
+/// The columns of slip and force, which belong together row by row.
+///
+/// # Errors
+/// When one of them is missing, or they are not of the same length.
+pub(super) fn columns(request: &Request) -> Result<Samples, String> {
+    let column = |name| {
+        let signal = request.signal(name).ok_or(format!("a curve needs the signal `{name}`"));
+        signal.map(|signal| signal.values.to_vec())
+    };
+    let (slip, force) = (column("slip")?, column("force")?);
+    if slip.len() != force.len() {
+        let (slips, forces) = (slip.len(), force.len());
+        return Err(format!("expected a force for each slip, found {forces} for {slips}"));
+    }
+    Ok(Samples::new(slip, force))
+}
+
+/// Does `task = "curve"`.
+///
+/// # Errors
+/// When the curve cannot be fitted, or the program asked to give up.
+pub(super) fn curve(
+    config: &OneCurve,
+    request: &Request,
+    host: &mut dyn Host,
+) -> Result<Value, String> {
+    let samples = columns(request)?;
+    go_on(host, 0.0, "fitting the curve")?;
+    let settings = config.fit.settings(config.direction, config.shift(), config.seed);
+    let found =
+        identify(&samples, &settings, &config.methods).map_err(|error| error.to_string())?;
+    let section = Section {
+        name: "Curve",
+        direction: config.direction,
+        samples: &samples,
+        prior: &settings.prior,
+        methods: methods(&found),
+    };
+    let page = Page { title: "Tire", sections: vec![section], ..Page::default() };
+    host.file("tires.html", &page::render(&page));
+    let result: Map<_, _> = found
+        .estimates
+        .iter()
+        .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
+        .collect();
+    Ok(result.into())
+}
