@@ -28,6 +28,9 @@ mod determinism;
 // What an FMU may do wrong, and what is left of the run then.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// Tires out of recordings, against the truth and against scipy.
+#[path = "acceptance/identification.rs"]
+mod identification;
 // Other masters with our FMUs: libcosim and Ecos.
 #[path = "acceptance/importers.rs"]
 mod importers;

@@ -40,7 +40,8 @@ impl Analysis for Identify {
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());
                 }
-                recording.complete().map_err(|error| error.to_string())
+                // Without backticks: what is missing cannot be pointed at.
+                recording.complete().map_err(|error| error.to_string().replace('`', "'"))
             }
             Config::Curve(_) => curve::columns(request).map(drop),
             Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),

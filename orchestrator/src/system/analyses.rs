@@ -223,7 +223,10 @@ fn mentioned(scenario: &Scenario, analysis: &Analysis, message: &str) -> Option<
     let end = text[start..].find("\n[[").map_or(text.len(), |length| start + length);
     let part = &text[start..end];
     let letter = |c: char| c.is_alphanumeric() || c == '_';
-    message.split('`').skip(1).step_by(2).filter(|word| !word.is_empty()).find_map(|word| {
+    // Of `smooth.yaw_rate` the last part, too: tables are nested in more ways than one.
+    let words = message.split('`').skip(1).step_by(2);
+    let words = words.flat_map(|word| [Some(word), word.rsplit_once('.').map(|(_, last)| last)]);
+    words.flatten().filter(|word| !word.is_empty()).find_map(|word| {
         let mut places = part.match_indices(word).map(|(at, _)| at);
         let alone = |at: &usize| {
             !part[..*at].ends_with(letter) && !part[at + word.len()..].starts_with(letter)

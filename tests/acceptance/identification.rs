@@ -1,0 +1,115 @@
+//! Checks that tires come out of recordings as they went in, that scipy finds the same, and that mistakes are pointed at.
+
+use std::path::Path;
+
+use super::harness::{Ended, Lab, ROOT, trackside};
+use super::python::python;
+
+/// Runs a scenario of a lab from the workspace, where the plugin is.
+fn run(lab: &Lab, text: &str) -> Ended {
+    let file = lab.write("case.toml", text);
+    let mut command = trackside(Path::new(ROOT));
+    let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
+    Ended::of(output.expect("it starts"))
+}
+
+/// A scenario that identifies the tires of a run while it has it.
+const DRIVING: &str = include_str!("../../scenarios/tires_from_driving.toml");
+
+/// The same from the recording of the run, which `path` names.
+fn from_recording(path: &Path) -> String {
+    let analysis = &DRIVING[DRIVING.find("[[analysis]]").expect("it has one")..];
+    let analysis = analysis[..analysis.find("[[check]]").expect("it has checks")].replace(
+        "[analysis.signals]\n",
+        &format!("[analysis.table]\npath = {path:?}\n\n[analysis.table.columns]\n"),
+    );
+    let column = |line: &str| match line.split_once(" = \"plant.") {
+        Some((name, signal)) => format!("{name} = {{ column = \"plant.{signal} }}\n"),
+        None => format!("{line}\n"),
+    };
+    analysis.lines().map(column).collect()
+}
+
+#[test]
+fn a_recording_gives_the_tires_that_the_run_gave_and_they_drive_the_plant() {
+    let lab = Lab::new();
+    run(&lab, DRIVING).expect(0);
+    let recording = lab.path("driven.mcap");
+    std::fs::copy(lab.path("out/run.mcap"), &recording).expect("a recording");
+    let during = lab.report("out")["analyses"]["tires"].clone();
+    let bytes = std::fs::read(&recording).expect("a recording");
+    for stage in ["/tires/0 ", "/tires/1 ", "axle forces and slips"] {
+        let found = bytes.windows(stage.len()).any(|bytes| bytes == stage.as_bytes());
+        assert!(found, "no {stage} in the recording");
+    }
+    let page = lab.read("out/tires.html");
+    assert!(page.contains("Front axle, lateral") && !page.contains("<script"));
+
+    run(&lab, &from_recording(&recording)).expect(0);
+    let afterwards = &lab.report("out")["analyses"]["tires"];
+    for (axle, name) in [("front", "B"), ("front", "E"), ("rear", "C"), ("rear", "K")] {
+        let of = |result: &serde_json::Value| {
+            result["least_squares"][axle]["mean"][name].as_f64().expect("a number")
+        };
+        let (during, afterwards) = (of(&during), of(afterwards));
+        assert!((during / afterwards - 1.0).abs() < 1e-6, "{axle} {name}: {during} {afterwards}");
+    }
+
+    let mut command = trackside(Path::new(ROOT));
+    command.args(["run", "scenarios/step_steer.toml", "--rerun", "off", "--out"]);
+    command.arg(lab.path("steer")).arg("--set");
+    command.arg(format!("@{}", lab.path("out/tires.toml").display()));
+    Ended::of(command.output().expect("it starts")).expect(0);
+}
+
+#[test]
+fn the_optimum_is_the_one_of_scipy() {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    let csv = lab.path("curve.csv");
+    python.run("fit_peer.py", &["make".as_ref(), csv.as_os_str()]);
+    let text = "[[analysis]]\nname = \"tire\"\ncrate = \"identify\"\n\n[analysis.table]\npath = \"curve.csv\"\n\
+                time = \"t\"\ncolumns = { slip = { column = \"slip\" }, force = { column = \"force\" } }\n\n\
+                [analysis.config]\ntask = \"curve\"\ndirection = \"longitudinal\"\nfit = { hold = \"nothing\" }\n";
+    run(&lab, text).expect(0);
+    let report = lab.path("out/report.json");
+    let ended =
+        python.run("fit_peer.py", &["compare".as_ref(), csv.as_os_str(), report.as_os_str()]);
+    println!("{}", ended.stdout);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_numbers() {
+    let lab = Lab::new();
+    let study = "[[analysis]]\nname = \"study\"\ncrate = \"identify\"\nconfig = { task = \"excitation_study\", \
+                 levels = [0.08], samples = 400 }\n";
+    let result = || {
+        run(&lab, study).expect(0);
+        lab.report("out")["analyses"].clone()
+    };
+    assert_eq!(result(), result());
+}
+
+#[test]
+fn a_wrong_setting_is_pointed_at_before_anything_runs() {
+    let lab = Lab::new();
+    lab.write("log.csv", "t,v_x\n0,1\n1,1\n");
+    let good = DRIVING;
+    #[rustfmt::skip]
+    let cases = [
+        ("task = \"tires\"", "task = \"tyres\"", "tyres", "unknown variant `tyres`"),
+        ("window = 0.01", "window = -0.01", "yaw_rate = ", "`smooth.yaw_rate` is -0.01, expected a positive number"),
+        ("offsets =", "ofsets =", "ofsets", "unknown field `ofsets`"),
+        ("a_y = \"plant.a_y\"\n", "", "\"tires\"\ncrate", "signal 'a_y' (lateral acceleration [m/s²]) is missing"),
+        ("task = \"tires\"", "task = \"tires\"\nlateral = { bounds = { B = [9.0, 2.0] } }", "B = [", "expected two rising numbers"),
+        ("task = \"tires\"", "task = \"tires\"\nmethods = []", "methods", "`methods`: expected"),
+    ];
+    for (old, new, at, says) in cases {
+        let text = good.replacen(old, new, 1);
+        assert_ne!(text, good, "{old}");
+        let place = text.find(at).unwrap_or_else(|| panic!("no {at} in {text}"));
+        let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
+        run(&lab, &text).expect(2).says(&[says, &line]);
+        assert!(!lab.has("out"), "{new}");
+    }
+}
