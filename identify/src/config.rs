@@ -76,6 +76,9 @@ pub struct Tires {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// λ_sim: weight of a pull of front and rear lateral curves to each other, in units of the width of the bounds.
+    #[serde(default)]
+    pub similarity: f64,
     /// The node whose start values `tires.toml` sets.
     #[serde(default = "plant")]
     pub node: String,
@@ -95,6 +98,8 @@ fn plant() -> String {
 impl Tires {
     fn check(&self) -> Result<(), String> {
         demand(!self.methods.is_empty(), "methods", "`least_squares` at least")?;
+        let pull = self.similarity;
+        demand(pull >= 0.0 && pull.is_finite(), "similarity", "0 or above")?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")

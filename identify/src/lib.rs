@@ -26,6 +26,7 @@ pub mod quantity;
 pub mod result;
 pub mod samples;
 pub mod settings;
+pub mod similar;
 pub mod sobol;
 pub mod start_values;
 pub mod study;

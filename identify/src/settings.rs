@@ -78,7 +78,8 @@ impl Settings {
         }
     }
 
-    fn problem<'a>(&self, samples: &'a Samples, prior: &Prior) -> Problem<'a> {
+    /// What is fitted, with what is known in `prior`.
+    pub fn problem<'a>(&self, samples: &'a Samples, prior: &Prior) -> Problem<'a> {
         Problem {
             samples,
             bounds: prior.bounds,

@@ -7,11 +7,13 @@ use serde_json::{Map, Value, json};
 
 use super::{go_on, methods};
 use crate::config::Tires;
+use crate::design::d_optimal;
 use crate::direction::Direction;
 use crate::estimate::{Answer, identify};
 use crate::page::{self, Page, Section};
 use crate::prepare::{Column, Points, Prepared, Recording, Stage};
-use crate::prior::Prior;
+use crate::settings::Settings;
+use crate::similar::{self, draw_together};
 use crate::start_values::{self, Tire};
 
 /// One curve of the car.
@@ -61,7 +63,7 @@ pub(super) fn tires(
     let prepared = config.prepare.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
     let curves = curves(&prepared);
-    let mut found: Vec<(Prior, Answer)> = Vec::new();
+    let mut found: Vec<(Settings, Answer)> = Vec::new();
     for (number, curve) in curves.iter().enumerate() {
         go_on(host, (number + 1) as f64 / (curves.len() + 1) as f64, curve.name)?;
         let of = match curve.direction {
@@ -72,17 +74,44 @@ pub(super) fn tires(
         let samples = &curve.points.samples;
         let tire = identify(samples, &settings, &config.methods)
             .map_err(|error| format!("{}: {error}", curve.name))?;
-        found.push((settings.prior, tire));
+        found.push((settings, tire));
+    }
+    if config.similarity > 0.0 {
+        alike(&curves, &mut found, config.similarity)?;
     }
     leave_files(config, &curves, &found, &prepared, host);
     Ok(report(config, &curves, &found, &prepared))
+}
+
+/// Fits the lateral curves of both axles again, with a pull to each other.
+fn alike(curves: &[Curve], found: &mut [(Settings, Answer)], weight: f64) -> Result<(), String> {
+    let lateral =
+        curves.iter().zip(found).filter(|(curve, _)| curve.direction == Direction::Lateral);
+    let axles: Vec<_> = lateral
+        .map(|(curve, (settings, answer))| similar::Axle {
+            samples: &curve.points.samples,
+            settings,
+            answer,
+        })
+        .collect();
+    let Ok(axles) = <[_; 2]>::try_from(axles) else { return Ok(()) };
+    draw_together(axles, weight).map_err(|error| format!("similarity: {error}"))
+}
+
+/// What to drive next: the slips, up to half as much again as was driven, and how much of the time at each, that would tell
+/// most about this tire.
+fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
+    let [low, high] = curve.points.samples.slip_range()?;
+    let tire = crate::parameters::curve(&found.unrestricted.first()?.1.theta);
+    let design = d_optimal(&tire, 1.5 * low.abs().max(high.abs()))?;
+    Some(json!({ "slips": design.slips, "shares": design.shares }))
 }
 
 /// Results by method, then by curve.
 fn report(
     config: &Tires,
     curves: &[Curve],
-    found: &[(Prior, Answer)],
+    found: &[(Settings, Answer)],
     prepared: &Prepared,
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
@@ -94,13 +123,15 @@ fn report(
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }
+    let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
+    result.insert("design".to_owned(), designs.collect());
     result.into()
 }
 
 fn leave_files(
     config: &Tires,
     curves: &[Curve],
-    found: &[(Prior, Answer)],
+    found: &[(Settings, Answer)],
     prepared: &Prepared,
     host: &mut dyn Host,
 ) {
@@ -118,11 +149,11 @@ fn leave_files(
         })
         .collect();
     host.file("tires.toml", &start_values::write(&tires));
-    let sections = curves.iter().zip(found).map(|(curve, (prior, found))| Section {
+    let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,
         direction: curve.direction,
         samples: &curve.points.samples,
-        prior,
+        prior: &settings.prior,
         methods: methods(found),
     });
     let facts = facts(prepared);
