@@ -96,7 +96,14 @@ impl RerunSink {
             url,
             warning: None,
             card: Card::new(header),
-            layout: Layout { application, charts, texts: texts.paths(), body, live },
+            layout: Layout {
+                application,
+                charts,
+                derived: Vec::new(),
+                texts: texts.paths(),
+                body,
+                live,
+            },
             signals,
             texts,
             scene: pose.map(Scene::new),
@@ -189,13 +196,14 @@ impl RerunSink {
         };
         let end = || -> RecordingStreamResult<()> {
             let mut speeds = None;
+            let mut bounds = None;
             if let Some(scene) = &self.scene {
                 scene.finish(stream)?;
-                speeds = scene.speeds();
-                // A viewer that watches keeps what its user made of the layout.
-                if !self.live {
-                    self.layout.send(stream, scene.bounds())?;
-                }
+                (speeds, bounds) = (scene.speeds(), scene.bounds());
+            }
+            // A viewer that watches keeps what its user made of the layout.
+            if !self.live && (self.scene.is_some() || !self.layout.derived.is_empty()) {
+                self.layout.send(stream, bounds)?;
             }
             stream.log_static("run", &self.card.finished(summary, completed, speeds))
         };
@@ -252,6 +260,8 @@ impl Sink for RerunSink {
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+        let name = format!("{}: {}", derived.analysis, derived.group);
+        self.layout.derived.push((name, signals::derived_charts(derived)));
         let result = self.add(derived);
         self.judge(result)
     }

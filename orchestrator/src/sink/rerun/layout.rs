@@ -41,6 +41,8 @@ const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], 
 pub(super) struct Layout {
     pub application: ApplicationId,
     pub charts: Vec<Chart>,
+    /// What analyses added: a name and its plots.
+    pub derived: Vec<(String, Vec<Chart>)>,
     /// The entities of texts, which are shown among the events.
     pub texts: Vec<EntityPath>,
     /// Length of the moving body [m], when there is one.
@@ -87,13 +89,28 @@ impl Layout {
             }
             None => texts,
         };
-        if self.charts.is_empty() {
+        if self.charts.is_empty() && self.derived.is_empty() {
             return left;
         }
         let plots_share = if self.body.is_some() { 1.3 } else { 2.5 };
-        Horizontal::new([left, self.plots(properties)])
-            .with_column_shares(vec![1.0, plots_share])
-            .into()
+        let right = match self.derived.is_empty() {
+            true => self.plots(properties),
+            false => self.with_derived(properties),
+        };
+        Horizontal::new([left, right]).with_column_shares(vec![1.0, plots_share]).into()
+    }
+
+    /// The plots of the run, and beside them a tab for all that belongs together of an analysis.
+    fn with_derived(&self, properties: &mut Properties) -> ContainerLike {
+        let mut tabs = Vec::new();
+        if !self.charts.is_empty() {
+            tabs.push(Vertical::new([self.plots(properties)]).with_name("Run").into());
+        }
+        for (name, charts) in &self.derived {
+            let plots: Vec<_> = charts.iter().map(|it| plot(properties, it)).collect();
+            tabs.push(Vertical::new(plots).with_name(name.as_str()).into());
+        }
+        Tabs::new(tabs).into()
     }
 
     fn plots(&self, properties: &mut Properties) -> ContainerLike {

@@ -113,6 +113,25 @@ pub(super) fn add(
     Ok(())
 }
 
+/// Plots of what an analysis adds, one for each unit.
+pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
+    let mut charts: Vec<Chart> = Vec::new();
+    for signal in derived.columns {
+        let title = if signal.unit.is_empty() { "-" } else { signal.unit };
+        let line = Line {
+            path: entity(["signals", derived.analysis, derived.group, signal.name]),
+            label: signal.name.to_owned(),
+            role: Role::Other,
+            stepped: false,
+        };
+        match charts.iter_mut().find(|chart| chart.title == title) {
+            Some(chart) => chart.lines.push(line),
+            None => charts.push(Chart { title: title.to_owned(), lines: vec![line] }),
+        }
+    }
+    charts
+}
+
 impl Curve {
     fn new(path: EntityPath, column: usize, factor: f64, offset: f64) -> Self {
         Self { path, column, factor, offset, samples: Vec::new() }
