@@ -6,6 +6,9 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+pub mod fit;
+pub mod kernel;
+pub mod loss;
 pub mod parameters;
 pub mod result;
 pub mod samples;

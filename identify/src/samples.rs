@@ -19,6 +19,13 @@ impl Samples {
         Self { slip, force, weight }
     }
 
+    /// Adds a point.
+    pub fn push(&mut self, slip: f64, force: f64, weight: f64) {
+        self.slip.push(slip);
+        self.force.push(force);
+        self.weight.push(weight);
+    }
+
     /// How many points there are.
     pub fn len(&self) -> usize {
         self.slip.len()

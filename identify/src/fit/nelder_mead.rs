@@ -1,0 +1,237 @@
+//! Fits a curve without derivatives, by the simplex of Nelder and Mead: the yardstick that the literature uses.
+//!
+//! Bounds clip the points. A start on a bound is moved inside, where the simplex has extent in every direction, and the search
+//! begins anew from its end until that no longer helps.
+
+use nalgebra::DMatrix;
+
+use super::curve::CurveCost;
+use super::solution::Noise;
+use super::{Constraints, FitError, Options, Problem, Solution, error, multistart};
+use crate::result::{Convergence, Status};
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Most evaluations of the cost, in all restarts.
+    pub evaluations: usize,
+    /// Size of the simplex, as a share of the box, at which it has contracted.
+    pub size: f64,
+    /// Spread of the cost over the simplex, as a share of the cost, at which it has contracted.
+    pub spread: f64,
+    /// Most restarts.
+    pub restarts: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { evaluations: 20_000, size: 1e-9, spread: 1e-12, restarts: 10 }
+    }
+}
+
+/// Where a search ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Minimum {
+    /// The best point.
+    pub x: Vec<f64>,
+    /// Its cost.
+    pub cost: f64,
+    /// Converged when a restart did not improve it.
+    pub status: Status,
+    /// Restarts that were made.
+    pub restarts: usize,
+    /// Evaluations of the cost.
+    pub evaluations: usize,
+}
+
+/// First edge of the simplex, and the least distance of a start from a bound, as shares of the box.
+const EDGE: f64 = 0.1;
+const MARGIN: f64 = 0.05;
+
+/// Fits the free parameters from the first start of the options. There are no variances of parameters in the solution: the
+/// method has no derivatives.
+///
+/// # Errors
+/// As for [`super::least_squares`], and for constraints or noise in the slip, which this method cannot take.
+pub fn fit(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
+    error::check(problem)?;
+    if problem.constraints != Constraints::default() || problem.slip_noise.is_some() {
+        let problem = "has bounds only; leave out constraints and slip noise, or use least squares";
+        return Err(FitError::Setting { setting: "nelder_mead", problem });
+    }
+    let curve = CurveCost::new(problem);
+    let free = &curve.unknowns.free;
+    let pick =
+        |theta: &crate::parameters::Theta| free.iter().map(|&i| theta[i]).collect::<Vec<f64>>();
+    let theta = |x: &[f64]| {
+        let mut theta = problem.held;
+        for (&i, &x) in free.iter().zip(x) {
+            theta[i] = x;
+        }
+        theta
+    };
+    let start = pick(&multistart::starts(&problem.bounds, &problem.held, options)[0]);
+    let (lower, upper) = (pick(&problem.bounds.lower), pick(&problem.bounds.upper));
+    let minimum = minimise(&|x| curve.cost(&theta(x)), &lower, &upper, &start, Limits::default());
+    let values = theta(&minimum.x);
+    let at_bound: Vec<_> = problem
+        .free_parameters()
+        .into_iter()
+        .filter(|&p| {
+            values[p as usize] <= problem.bounds.lower[p as usize]
+                || values[p as usize] >= problem.bounds.upper[p as usize]
+        })
+        .collect();
+    let n = free.len();
+    Ok(Solution {
+        theta: values,
+        cost: minimum.cost,
+        noise_std: Noise::of(problem, &values, n - at_bound.len()).std,
+        free: problem.free_parameters(),
+        covariance: DMatrix::from_element(n, n, f64::NAN),
+        at_bound,
+        convergence: Convergence {
+            status: minimum.status,
+            iterations: minimum.restarts,
+            evaluations: minimum.evaluations,
+            kkt_residual: None,
+            starts: 1,
+            optima: 1,
+            cost: minimum.cost,
+        },
+        optima: vec![(values, minimum.cost)],
+    })
+}
+
+/// Minimises a cost in a box with finite bounds.
+pub fn minimise(
+    cost: &dyn Fn(&[f64]) -> f64,
+    lower: &[f64],
+    upper: &[f64],
+    start: &[f64],
+    limits: Limits,
+) -> Minimum {
+    let mut search = Search { cost, lower, upper, limits, evaluations: 0 };
+    let share = |i: usize| {
+        let width = upper[i] - lower[i];
+        if width > 0.0 { ((start[i] - lower[i]) / width).clamp(MARGIN, 1.0 - MARGIN) } else { 0.0 }
+    };
+    let first: Vec<f64> = (0..start.len()).map(share).collect();
+    let mut best = search.vertex(first);
+    let (mut status, mut restarts) = (Status::IterationLimit, 0);
+    for restart in 0..=limits.restarts {
+        restarts = restart;
+        let end = search.contract(best.clone(), if restart % 2 == 0 { EDGE } else { -EDGE });
+        let gained = best.1 - end.1;
+        if end.1 <= best.1 {
+            best = end;
+        }
+        if search.evaluations >= limits.evaluations {
+            break;
+        }
+        if restart > 0 && gained <= limits.spread * best.1.abs() {
+            status = Status::Converged;
+            break;
+        }
+    }
+    Minimum {
+        x: search.point(&best.0),
+        cost: best.1,
+        status,
+        restarts,
+        evaluations: search.evaluations,
+    }
+}
+
+/// A point, as shares of the box, with its cost.
+type Vertex = (Vec<f64>, f64);
+
+struct Search<'a> {
+    cost: &'a dyn Fn(&[f64]) -> f64,
+    lower: &'a [f64],
+    upper: &'a [f64],
+    limits: Limits,
+    evaluations: usize,
+}
+
+impl Search<'_> {
+    fn point(&self, shares: &[f64]) -> Vec<f64> {
+        let value = |(i, &t): (usize, &f64)| {
+            if t >= 1.0 {
+                self.upper[i]
+            } else {
+                self.lower[i] + t * (self.upper[i] - self.lower[i])
+            }
+        };
+        shares.iter().enumerate().map(value).collect()
+    }
+
+    fn vertex(&mut self, mut shares: Vec<f64>) -> Vertex {
+        shares.iter_mut().for_each(|t| *t = t.clamp(0.0, 1.0));
+        self.evaluations += 1;
+        let cost = (self.cost)(&self.point(&shares));
+        (shares, if cost.is_nan() { f64::INFINITY } else { cost })
+    }
+
+    /// The simplex of Nelder and Mead (A Simplex Method for Function Minimization, 1965) from one of its corners to its end.
+    fn contract(&mut self, corner: Vertex, edge: f64) -> Vertex {
+        let n = corner.0.len();
+        let mut simplex = vec![corner];
+        for i in 0..n {
+            let mut shares = simplex[0].0.clone();
+            // Towards the inside where the edge would leave the box.
+            shares[i] += if (0.0..=1.0).contains(&(shares[i] + edge)) { edge } else { -edge };
+            let vertex = self.vertex(shares);
+            simplex.push(vertex);
+        }
+        loop {
+            simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+            let size = simplex[1..]
+                .iter()
+                .flat_map(|v| v.0.iter().zip(&simplex[0].0).map(|(a, b)| (a - b).abs()));
+            let contracted = size.fold(0.0, f64::max) <= self.limits.size;
+            let level = simplex[n].1 - simplex[0].1 <= self.limits.spread * simplex[0].1.abs();
+            if contracted && level || self.evaluations >= self.limits.evaluations {
+                return simplex.swap_remove(0);
+            }
+            self.advance(&mut simplex);
+        }
+    }
+
+    /// Replaces the worst corner, or shrinks the simplex towards its best.
+    fn advance(&mut self, simplex: &mut [Vertex]) {
+        let n = simplex.len() - 1;
+        let centre: Vec<f64> =
+            (0..n).map(|i| simplex[..n].iter().map(|v| v.0[i]).sum::<f64>() / n as f64).collect();
+        let worst = simplex[n].clone();
+        let beyond = |factor: f64| {
+            centre.iter().zip(&worst.0).map(|(c, w)| c + factor * (c - w)).collect::<Vec<f64>>()
+        };
+        let reflected = self.vertex(beyond(1.0));
+        if reflected.1 < simplex[0].1 {
+            let expanded = self.vertex(beyond(2.0));
+            simplex[n] = if expanded.1 < reflected.1 { expanded } else { reflected };
+        } else if reflected.1 < simplex[n - 1].1 {
+            simplex[n] = reflected;
+        } else {
+            let (contracted, limit) = if reflected.1 < worst.1 {
+                (self.vertex(beyond(0.5)), reflected.1)
+            } else {
+                (self.vertex(beyond(-0.5)), worst.1)
+            };
+            if contracted.1 <= limit && contracted.1 < worst.1 {
+                simplex[n] = contracted;
+            } else {
+                for k in 1..=n {
+                    let middle = simplex[k]
+                        .0
+                        .iter()
+                        .zip(&simplex[0].0)
+                        .map(|(a, b)| 0.5 * (a + b))
+                        .collect();
+                    simplex[k] = self.vertex(middle);
+                }
+            }
+        }
+    }
+}
