@@ -31,11 +31,21 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+#[cfg(test)]
+mod dense;
 mod discretise;
+mod em;
 mod filter;
+mod forward;
+mod model;
+mod rts;
 
 pub use discretise::{discretise, transition};
+pub use em::{Em, EmError, Estimate, Freedom, StartUpdate, Status, Violation};
 pub use filter::{Innovation, UpdateError, predict, update};
+pub use forward::{Filtered, Fit, PassError, forward};
+pub use model::{Model, Parameters, Step, extended, linearise};
+pub use rts::{Smoothed, smooth};
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,143 @@
+//! Treats a whole recording as one dense problem, which the passes over it are tested against.
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use crate::{Gaussian, Parameters, Step};
+
+/// A system of three states and two measurements.
+pub(crate) type Case = (Vec<Step<3, 2>>, Parameters<3, 2>);
+
+/// A covariance with eigenvalues above `floor`.
+pub(crate) fn covariance<const D: usize>(entries: &[f64], floor: f64) -> SMatrix<f64, D, D> {
+    let B = SMatrix::<f64, D, D>::from_row_slice(entries);
+    B * B.transpose() + SMatrix::identity() * floor
+}
+
+/// A step from 20 numbers in −1 to 1 and two flags for what is absent.
+fn step(x: &[f64], absent: [bool; 2]) -> Step<3, 2> {
+    let y = SVector::<f64, 2>::from_row_slice(&x[..2]) * 3.0;
+    Step {
+        y: y.zip_map(&SVector::from(absent), |y, absent| if absent { f64::NAN } else { y }),
+        H: SMatrix::from_row_slice(&x[2..8]),
+        F: SMatrix::from_row_slice(&x[8..17]),
+        b: SVector::from_row_slice(&x[17..20]),
+    }
+}
+
+/// Any system that changes from step to step, with gaps in what was measured.
+pub(crate) fn cases(steps: usize) -> impl Strategy<Value = Case> {
+    let numbers = move |n: usize| vec(-1.0..1.0f64, n);
+    let absent = vec(proptest::bool::weighted(0.2), 2 * steps);
+    (numbers(20 * steps), absent, numbers(3 + 9 + 9 + 4)).prop_map(|(all, absent, p)| {
+        let flags = absent.chunks(2).map(|a| [a[0], a[1]]);
+        let steps = all.chunks(20).zip(flags).map(|(x, absent)| step(x, absent)).collect();
+        let start = Gaussian {
+            mean: SVector::from_row_slice(&p[..3]),
+            cov: covariance::<3>(&p[3..12], 0.2),
+        };
+        let (Q, R) = (covariance::<3>(&p[12..21], 0.1), covariance::<2>(&p[21..], 0.1));
+        (steps, Parameters { start, Q, R })
+    })
+}
+
+/// The same with noises that share nothing.
+pub(crate) fn diagonal_cases(steps: usize) -> impl Strategy<Value = Case> {
+    cases(steps).prop_map(|(steps, p)| {
+        let Q = SMatrix::from_diagonal(&p.Q.diagonal());
+        let R = SMatrix::from_diagonal(&p.R.diagonal());
+        (steps, Parameters { Q, R, ..p })
+    })
+}
+
+/// Rows of a least-squares problem, each group with the inverse of its covariance.
+struct Rows {
+    information: DMatrix<f64>,
+    right: DVector<f64>,
+}
+
+impl Rows {
+    /// Adds rows A x = c whose error has the covariance C.
+    fn add(&mut self, A: &DMatrix<f64>, c: &DVector<f64>, C: &DMatrix<f64>) {
+        let weight = C.clone().try_inverse().expect("a covariance");
+        self.information += A.transpose() * &weight * A;
+        self.right += A.transpose() * weight * c;
+    }
+}
+
+fn dynamic<const A: usize, const B: usize>(x: &SMatrix<f64, A, B>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(A, B, x.as_slice())
+}
+
+/// Components that were measured.
+fn present<const N: usize, const M: usize>(step: &Step<N, M>) -> Vec<usize> {
+    (0..M).filter(|i| !step.y[*i].is_nan()).collect()
+}
+
+/// Mean and covariance of all states at once, from the normal equations of the trajectory.
+pub(crate) fn trajectory<const N: usize, const M: usize>(
+    steps: &[Step<N, M>],
+    p: &Parameters<N, M>,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let n = N * steps.len();
+    let mut rows = Rows { information: DMatrix::zeros(n, n), right: DVector::zeros(n) };
+    let vector = |x: &SVector<f64, N>| DVector::from_column_slice(x.as_slice());
+    let mut A = DMatrix::zeros(N, n);
+    A.view_mut((0, 0), (N, N)).fill_with_identity();
+    rows.add(&A, &vector(&p.start.mean), &dynamic(&p.start.cov));
+    for (k, step) in steps.iter().enumerate() {
+        let measured = present(step);
+        if !measured.is_empty() {
+            let mut A = DMatrix::zeros(measured.len(), n);
+            A.columns_mut(N * k, N).copy_from(&dynamic(&step.H).select_rows(&measured));
+            let y = DVector::from_iterator(measured.len(), measured.iter().map(|i| step.y[*i]));
+            let R = dynamic(&p.R).select_rows(&measured).select_columns(&measured);
+            rows.add(&A, &y, &R);
+        }
+        if k + 1 < steps.len() {
+            let mut A = DMatrix::zeros(N, n);
+            A.columns_mut(N * k, N).copy_from(&dynamic(&-step.F));
+            A.columns_mut(N * (k + 1), N).fill_with_identity();
+            rows.add(&A, &vector(&step.b), &dynamic(&p.Q));
+        }
+    }
+    let cov = rows.information.try_inverse().expect("a start with a covariance");
+    (&cov * rows.right, cov)
+}
+
+/// Logarithm of the density of all measurements as one Gaussian vector.
+pub(crate) fn log_density<const N: usize, const M: usize>(
+    steps: &[Step<N, M>],
+    p: &Parameters<N, M>,
+) -> f64 {
+    let T = steps.len();
+    let mut mean = DVector::zeros(M * T);
+    let mut cov = DMatrix::zeros(M * T, M * T);
+    let (mut m, mut P) = (p.start.mean, p.start.cov);
+    for j in 0..T {
+        mean.rows_mut(M * j, M).copy_from(&(steps[j].H * m));
+        let mut cross = P;
+        for k in j..T {
+            let block = steps[k].H * cross * steps[j].H.transpose();
+            cov.view_mut((M * k, M * j), (M, M)).copy_from(&block);
+            cov.view_mut((M * j, M * k), (M, M)).copy_from(&block.transpose());
+            cross = steps[k].F * cross;
+        }
+        let mut own = cov.view_mut((M * j, M * j), (M, M));
+        own += p.R;
+        (m, P) = (steps[j].F * m + steps[j].b, steps[j].F * P * steps[j].F.transpose() + p.Q);
+    }
+    let of = |(k, step): (usize, &Step<N, M>)| {
+        present(step).into_iter().map(|i| M * k + i).collect::<Vec<_>>()
+    };
+    let measured: Vec<usize> = steps.iter().enumerate().flat_map(of).collect();
+    let y = DVector::from_iterator(M * T, steps.iter().flat_map(|s| s.y.iter().copied()));
+    let e = (y - mean).select_rows(&measured);
+    let factor = cov.select_rows(&measured).select_columns(&measured).cholesky();
+    let factor = factor.expect("positive definite");
+    -0.5 * (e.dot(&factor.solve(&e)) + factor.ln_determinant() + e.len() as f64 * TAU.ln())
+}

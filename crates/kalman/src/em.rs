@@ -1,0 +1,248 @@
+//! Estimates the noises of a linear model from a recording, by expectation and maximisation.
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
+use nalgebra::{Cholesky, SMatrix, SVector};
+
+use crate::forward::is_diagonal;
+use crate::{Filtered, Parameters, PassError, Step};
+
+mod expectation;
+mod maximise;
+mod outcome;
+mod squarem;
+
+use expectation::{Expectation, expectation};
+pub use maximise::Freedom;
+pub use outcome::{EmError, Estimate, Status, Violation};
+use squarem::{Chart, Path};
+
+/// Whether the state before the first measurement is estimated as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StartUpdate {
+    /// It is known as well as given.
+    Fixed,
+    /// Its mean is estimated, its covariance is known.
+    Mean,
+    /// Both are estimated. One sample tells little about a covariance: it shrinks for as long as EM
+    /// goes on.
+    MeanAndCovariance,
+}
+
+/// Estimation of Q and R (and of the start) as those that make a recording most probable.
+///
+/// The model of the steps stays as it is, whatever the noises: an extended filter would linearise
+/// elsewhere in each iteration, and the likelihood would no longer be that of one model, nor rise.
+/// For a nonlinear model, fit, linearise again with what was found, and fit again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Em<const N: usize, const M: usize> {
+    /// What is free in Q.
+    pub Q: Freedom<N>,
+    /// What is free in R.
+    pub R: Freedom<M>,
+    /// What is free at the start.
+    pub start: StartUpdate,
+    /// Lower bounds of Q: Q − diag(`floor_Q`) stays positive semidefinite. In its units, above 0.
+    pub floor_Q: SVector<f64, N>,
+    /// Lower bounds of R, likewise.
+    pub floor_R: SVector<f64, M>,
+    /// Gain of one EM step in log-likelihood [nat] below which the estimate has converged.
+    pub tolerance: f64,
+    /// Limit of the number of times that the recording is filtered.
+    pub max_evaluations: usize,
+    /// Whether to look ahead (SQUAREM, Varadhan and Roland 2008), which finds the same maximum in
+    /// fewer evaluations.
+    pub accelerate: bool,
+}
+
+impl<const N: usize, const M: usize> Default for Em<N, M> {
+    fn default() -> Self {
+        Self {
+            Q: Freedom::DIAGONAL,
+            R: Freedom::DIAGONAL,
+            start: StartUpdate::Fixed,
+            floor_Q: SVector::repeat(1e-15),
+            floor_R: SVector::repeat(1e-15),
+            tolerance: 1e-5,
+            max_evaluations: 1000,
+            accelerate: true,
+        }
+    }
+}
+
+/// Relative fall of the log-likelihood that rounding explains.
+const ROUNDING: f64 = 1e-9;
+
+/// Growth of the longest step ahead with each one that was taken at that length.
+const LONGER: f64 = 4.0;
+
+impl<const N: usize, const M: usize> Em<N, M> {
+    /// Estimates from a first guess.
+    ///
+    /// # Errors
+    ///
+    /// [`EmError::Pass`] with the step if a covariance is lost or a measurement is infinite,
+    /// [`EmError::NotDiagonal`] and [`EmError::Floor`] if guess and options do not fit.
+    pub fn fit(
+        &self,
+        steps: &[Step<N, M>],
+        guess: &Parameters<N, M>,
+    ) -> Result<Estimate<N, M>, EmError> {
+        self.check(steps, guess)?;
+        let joint_R = self.R == Freedom::Full;
+        let mut run = Run { steps, joint_R, filtered: Filtered::default(), evaluations: 0 };
+        let mut at = run.evaluate(guess)?;
+        let (mut log_likelihood, mut violations) = (vec![at.log_likelihood], Vec::new());
+        let (mut rejected, mut longest) = (0, 1.0);
+        let status = loop {
+            if run.evaluations >= self.max_evaluations {
+                break Status::EvaluationLimit;
+            }
+            let one = run.evaluate(&self.maximise(&at))?;
+            log_likelihood.push(one.log_likelihood);
+            let gain = one.log_likelihood - at.log_likelihood;
+            if gain < -ROUNDING * at.log_likelihood.abs() {
+                violations.push(Violation { evaluation: run.evaluations, fall: -gain });
+            }
+            let before = std::mem::replace(&mut at, one);
+            if gain < self.tolerance {
+                break Status::Converged;
+            }
+            if !self.accelerate || run.evaluations >= self.max_evaluations {
+                continue;
+            }
+            let (ahead, alpha) = self.ahead(&before.parameters, &at, longest);
+            match run.evaluate_if(&ahead, at.log_likelihood) {
+                Some(better) => {
+                    at = better;
+                    log_likelihood.push(at.log_likelihood);
+                    longest *= if alpha >= longest { LONGER } else { 1.0 };
+                }
+                None => {
+                    rejected += 1;
+                    longest = (alpha / LONGER).max(1.0);
+                }
+            }
+        };
+        Ok(Estimate {
+            status,
+            log_likelihood,
+            evaluations: run.evaluations,
+            rejected,
+            violations,
+            slope_Q: slope(&self.Q, &at.parameters.Q, &at.moments.Q, &[at.moments.transitions; N]),
+            slope_R: slope(&self.R, &at.parameters.R, &at.moments.R, &at.moments.measured),
+            parameters: at.parameters,
+        })
+    }
+
+    fn check(&self, steps: &[Step<N, M>], guess: &Parameters<N, M>) -> Result<(), EmError> {
+        if matches!(self.Q, Freedom::Diagonal(_)) && !is_diagonal(&guess.Q) {
+            return Err(EmError::NotDiagonal("Q"));
+        }
+        if matches!(self.R, Freedom::Diagonal(_)) && !is_diagonal(&guess.R) {
+            return Err(EmError::NotDiagonal("R"));
+        }
+        let positive = |floor: &[f64]| floor.iter().all(|f| *f > 0.0 && f.is_finite());
+        if !positive(self.floor_Q.as_slice()) {
+            return Err(EmError::Floor("Q"));
+        }
+        if !positive(self.floor_R.as_slice()) {
+            return Err(EmError::Floor("R"));
+        }
+        if steps.len() < 2 {
+            return Err(PassError::TooShort { steps: steps.len() }.into());
+        }
+        Ok(())
+    }
+
+    /// The M-step.
+    fn maximise(&self, at: &Point<N, M>) -> Parameters<N, M> {
+        let (old, moments) = (&at.parameters, &at.moments);
+        let mut start = old.start;
+        if self.start != StartUpdate::Fixed {
+            start.mean = moments.start.mean;
+        }
+        if self.start == StartUpdate::MeanAndCovariance {
+            start.cov = moments.start.cov;
+        }
+        Parameters {
+            start,
+            Q: self.Q.maximise(&moments.Q, &old.Q, &self.floor_Q),
+            R: self.R.maximise(&moments.R, &old.R, &self.floor_R),
+        }
+    }
+
+    /// What lies ahead of two successive estimates at a step of at most `longest`, and its length.
+    fn ahead(
+        &self,
+        before: &Parameters<N, M>,
+        at: &Point<N, M>,
+        longest: f64,
+    ) -> (Parameters<N, M>, f64) {
+        let (now, after) = (&at.parameters, self.maximise(at));
+        let (chart_Q, chart_R) = (Chart::near(&now.Q, self.Q), Chart::near(&now.R, self.R));
+        let Q = Path::through(&chart_Q, [&before.Q, &now.Q, &after.Q]);
+        let R = Path::through(&chart_R, [&before.R, &now.R, &after.R]);
+        let ([first_Q, second_Q], [first_R, second_R]) = (Q.lengths(), R.lengths());
+        let alpha = ((first_Q + first_R) / (second_Q + second_R)).sqrt().max(1.0).min(longest);
+        let ahead = Parameters {
+            start: after.start,
+            Q: chart_Q.covariance(&Q.at(alpha), &now.Q, &self.floor_Q),
+            R: chart_R.covariance(&R.at(alpha), &now.R, &self.floor_R),
+        };
+        (ahead, alpha)
+    }
+}
+
+/// Parameters, and what the recording says given them.
+struct Point<const N: usize, const M: usize> {
+    parameters: Parameters<N, M>,
+    log_likelihood: f64,
+    moments: Expectation<N, M>,
+}
+
+/// Passes over one recording, in the same memory.
+struct Run<'a, const N: usize, const M: usize> {
+    steps: &'a [Step<N, M>],
+    /// Whether the measurements' noises are looked at together.
+    joint_R: bool,
+    filtered: Filtered<N>,
+    evaluations: usize,
+}
+
+impl<const N: usize, const M: usize> Run<'_, N, M> {
+    fn evaluate(&mut self, parameters: &Parameters<N, M>) -> Result<Point<N, M>, PassError> {
+        self.evaluations += 1;
+        self.filtered.run(self.steps, parameters)?;
+        self.smoothed(parameters)
+    }
+
+    /// None if the recording is less probable than `than`, or cannot be filtered at all.
+    fn evaluate_if(&mut self, parameters: &Parameters<N, M>, than: f64) -> Option<Point<N, M>> {
+        self.evaluations += 1;
+        self.filtered.run(self.steps, parameters).ok()?;
+        if self.filtered.log_likelihood >= than { self.smoothed(parameters).ok() } else { None }
+    }
+
+    fn smoothed(&self, parameters: &Parameters<N, M>) -> Result<Point<N, M>, PassError> {
+        let moments = expectation(self.steps, &self.filtered, parameters, self.joint_R)?;
+        let log_likelihood = self.filtered.log_likelihood;
+        Ok(Point { parameters: *parameters, log_likelihood, moments })
+    }
+}
+
+/// n / 2 ((C⁻¹ S)_ii − 1): derivative of the log-likelihood with respect to the logarithm of each
+/// variance in C, correlations held (Fisher's identity).
+fn slope<const D: usize>(
+    freedom: &Freedom<D>,
+    C: &SMatrix<f64, D, D>,
+    S: &SMatrix<f64, D, D>,
+    n: &[usize; D],
+) -> SVector<f64, D> {
+    let ratio = Cholesky::new(*C).map_or(SMatrix::zeros(), |factor| factor.solve(S));
+    let of = |i: usize| 0.5 * n[i] as f64 * (ratio[(i, i)] - 1.0);
+    SVector::from_fn(|i, _| if freedom.is_free(i) { of(i) } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,81 @@
+//! Finds the covariance of a noise from its second moments: the M-step, with floors and locks.
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
+use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
+
+use crate::symmetric;
+
+/// Which entries of a covariance are estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freedom<const D: usize> {
+    /// None: the covariance is known.
+    Fixed,
+    /// The variances that are marked, of a diagonal covariance; the others are known.
+    Diagonal([bool; D]),
+    /// All of them.
+    Full,
+}
+
+impl<const D: usize> Freedom<D> {
+    /// All variances of a diagonal covariance.
+    pub const DIAGONAL: Self = Self::Diagonal([true; D]);
+
+    /// True for a variance that is estimated.
+    pub(crate) fn is_free(&self, i: usize) -> bool {
+        match self {
+            Self::Fixed => false,
+            Self::Diagonal(free) => free[i],
+            Self::Full => true,
+        }
+    }
+
+    /// The covariance C with C ⪰ diag(`floor`) that maximises −ln det C − tr(C⁻¹ S) for the second
+    /// moments `S`, among those that keep the entries of `old` that are not free.
+    ///
+    /// The objective falls apart into the variances of a diagonal C, each with one maximum, at its
+    /// moment; into the eigenvalues of a full one, in coordinates in which the floor is the
+    /// identity. So the larger one of moment and floor is the maximiser, and a floor costs EM
+    /// nothing of its monotony.
+    pub(crate) fn maximise(
+        &self,
+        S: &SMatrix<f64, D, D>,
+        old: &SMatrix<f64, D, D>,
+        floor: &SVector<f64, D>,
+    ) -> SMatrix<f64, D, D> {
+        match self {
+            Self::Fixed => *old,
+            Self::Diagonal(free) => SMatrix::from_diagonal(&SVector::from_fn(|i, _| {
+                if free[i] { S[(i, i)].max(floor[i]) } else { old[(i, i)] }
+            })),
+            Self::Full => above(S, floor),
+        }
+    }
+}
+
+/// The eigenvalues of S in units of the floor are raised to one.
+fn above<const D: usize>(S: &SMatrix<f64, D, D>, floor: &SVector<f64, D>) -> SMatrix<f64, D, D> {
+    if Cholesky::new(S - SMatrix::from_diagonal(floor)).is_some() {
+        return *S;
+    }
+    let unit = floor.map(f64::sqrt);
+    rescaled(&spectral(&rescaled(S, &unit.map(f64::recip)), |l| l.max(1.0)), &unit)
+}
+
+/// D C D with a diagonal D.
+pub(crate) fn rescaled<const D: usize>(
+    C: &SMatrix<f64, D, D>,
+    unit: &SVector<f64, D>,
+) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|i, j| unit[i] * C[(i, j)] * unit[j])
+}
+
+/// A function of a symmetric matrix, through its eigenvalues.
+pub(crate) fn spectral<const D: usize>(
+    C: &SMatrix<f64, D, D>,
+    f: impl Fn(f64) -> f64,
+) -> SMatrix<f64, D, D> {
+    // Of dynamic size, as the bounds of nalgebra's static eigenvalues spread to all callers.
+    let mut eigen = DMatrix::from_column_slice(D, D, C.as_slice()).symmetric_eigen();
+    eigen.eigenvalues.apply(|l| *l = f(*l));
+    symmetric(&SMatrix::from_column_slice(eigen.recompose().as_slice()))
+}

@@ -1,0 +1,217 @@
+//! Filters a whole recording, and tells how probable it was.
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
+use std::error::Error;
+use std::f64::consts::TAU;
+use std::fmt;
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::{Gaussian, Parameters, Step, UpdateError, predict, update};
+
+/// Why a pass over a recording ended early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassError {
+    /// The measurement of a step could not be used.
+    Update {
+        /// Index of the step.
+        step: usize,
+        /// What was wrong.
+        source: UpdateError,
+    },
+    /// The predicted covariance of a step is not positive definite, so that nothing can be told
+    /// from it about the step before: give Q, or the start, some noise in every state.
+    Prior {
+        /// Index of the step.
+        step: usize,
+    },
+    /// There are fewer steps than the two that a transition needs.
+    TooShort {
+        /// Number of steps.
+        steps: usize,
+    },
+}
+
+impl fmt::Display for PassError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Update { step, source } => write!(f, "step {step}: {source}"),
+            Self::Prior { step } => write!(
+                f,
+                "step {step}: predicted covariance is not positive definite; \
+                 give every state some noise in Q or at the start"
+            ),
+            Self::TooShort { steps } => {
+                write!(f, "a recording needs two steps or more, this one has {steps}")
+            }
+        }
+    }
+}
+
+impl Error for PassError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            Self::Update { source, .. } => Some(source),
+            Self::Prior { .. } | Self::TooShort { .. } => None,
+        }
+    }
+}
+
+/// How well one step was predicted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fit {
+    /// Normalised innovation squared, χ² with `observed` degrees of freedom if the model is right.
+    pub nis: f64,
+    /// Logarithm of the density of what was measured, given all that was before.
+    pub log_likelihood: f64,
+    /// Number of components that were measured.
+    pub observed: usize,
+}
+
+/// A filtered recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Filtered<const N: usize> {
+    /// State of each step, given the measurements before it.
+    pub prior: Vec<Gaussian<N>>,
+    /// State of each step, given the measurements up to it.
+    pub posterior: Vec<Gaussian<N>>,
+    /// How well each step was predicted.
+    pub fit: Vec<Fit>,
+    /// Logarithm of the density of the whole recording.
+    pub log_likelihood: f64,
+}
+
+/// Filters a recording.
+///
+/// # Errors
+///
+/// [`PassError::Update`] for a measurement that is infinite or a covariance that is lost.
+pub fn forward<const N: usize, const M: usize>(
+    steps: &[Step<N, M>],
+    parameters: &Parameters<N, M>,
+) -> Result<Filtered<N>, PassError> {
+    let mut filtered = Filtered::default();
+    filtered.run(steps, parameters)?;
+    Ok(filtered)
+}
+
+impl<const N: usize> Filtered<N> {
+    /// Filters into the memory of an earlier pass.
+    pub(crate) fn run<const M: usize>(
+        &mut self,
+        steps: &[Step<N, M>],
+        parameters: &Parameters<N, M>,
+    ) -> Result<(), PassError> {
+        self.prior.clear();
+        self.posterior.clear();
+        self.fit.clear();
+        self.log_likelihood = 0.0;
+        let mut prior = parameters.start;
+        for (k, step) in steps.iter().enumerate() {
+            let (posterior, fit) = correct(&prior, step, &parameters.R)
+                .map_err(|source| PassError::Update { step: k, source })?;
+            self.prior.push(prior);
+            self.posterior.push(posterior);
+            self.fit.push(fit);
+            self.log_likelihood += fit.log_likelihood;
+            prior = predict(&posterior, step.F * posterior.mean + step.b, &step.F, &parameters.Q);
+        }
+        Ok(())
+    }
+}
+
+/// Smallest part that the noise may have in the variance of an innovation for its correction to be
+/// a plain subtraction, which then keeps six digits of what is left.
+const PLAIN_SUBTRACTION: f64 = 1e-10;
+
+/// Corrects a prediction by what was measured in a step.
+#[inline]
+pub(crate) fn correct<const N: usize, const M: usize>(
+    prior: &Gaussian<N>,
+    step: &Step<N, M>,
+    R: &SMatrix<f64, M, M>,
+) -> Result<(Gaussian<N>, Fit), UpdateError> {
+    match correct_one_by_one(prior, step, R) {
+        Some(corrected) => Ok(corrected),
+        None => correct_at_once(prior, step, R),
+    }
+}
+
+/// True if no component shares noise with another one.
+#[inline]
+pub(crate) fn is_diagonal<const M: usize>(R: &SMatrix<f64, M, M>) -> bool {
+    (0..M).all(|j| (0..M).all(|i| i == j || R[(i, j)] == 0.0))
+}
+
+/// The correction as one of each component after the other, which needs no factorisation.
+///
+/// None if components share noise, or a prediction is so poor, or so wrong, that the subtraction
+/// of covariances would lose what is left.
+#[inline]
+fn correct_one_by_one<const N: usize, const M: usize>(
+    prior: &Gaussian<N>,
+    step: &Step<N, M>,
+    R: &SMatrix<f64, M, M>,
+) -> Option<(Gaussian<N>, Fit)> {
+    if !is_diagonal(R) {
+        return None;
+    }
+    let mut x = *prior;
+    let mut fit = Fit::default();
+    for i in 0..M {
+        if step.y[i].is_nan() {
+            continue;
+        }
+        let h = step.H.row(i).transpose();
+        let p = x.cov * h;
+        let s = h.dot(&p) + R[(i, i)];
+        let e = step.y[i] - h.dot(&x.mean);
+        let usable = R[(i, i)] >= PLAIN_SUBTRACTION * s && s > 0.0 && s < f64::INFINITY;
+        if !usable || !e.is_finite() {
+            return None;
+        }
+        x.mean += p * (e / s);
+        // Both factors alike, so that the product is symmetric to the last bit.
+        let root = p / s.sqrt();
+        x.cov -= root * root.transpose();
+        fit.nis += e * e / s;
+        fit.log_likelihood -= 0.5 * (e * e / s + s.ln() + TAU.ln());
+        fit.observed += 1;
+    }
+    Some((x, fit))
+}
+
+/// The correction by Joseph's form. An absent component is given noise of its own and no
+/// sensitivity, so that it tells nothing.
+fn correct_at_once<const N: usize, const M: usize>(
+    prior: &Gaussian<N>,
+    step: &Step<N, M>,
+    R: &SMatrix<f64, M, M>,
+) -> Result<(Gaussian<N>, Fit), UpdateError> {
+    let (mut H, mut R) = (step.H, *R);
+    let mut residual = step.y - step.H * prior.mean;
+    let absent = step.y.map(f64::is_nan);
+    for i in (0..M).filter(|i| absent[*i]) {
+        residual[i] = 0.0;
+        H.row_mut(i).fill(0.0);
+        R.row_mut(i).fill(0.0);
+        R.column_mut(i).fill(0.0);
+        R[(i, i)] = 1.0;
+    }
+    let (posterior, innovation) = update(prior, &residual, &H, &R)?;
+    let missing = absent.iter().filter(|absent| **absent).count();
+    let log_likelihood = innovation.log_likelihood + 0.5 * missing as f64 * TAU.ln();
+    Ok((posterior, Fit { nis: innovation.nis, log_likelihood, observed: M - missing }))
+}
+
+/// Measured less predicted, ν = y − H x, of the components that were measured, else zero.
+#[inline]
+pub(crate) fn residual<const N: usize, const M: usize>(
+    step: &Step<N, M>,
+    x: &SVector<f64, N>,
+) -> SVector<f64, M> {
+    (step.y - step.H * x).zip_map(&step.y, |e, y| if y.is_nan() { 0.0 } else { e })
+}
+
+#[cfg(test)]
+mod tests;

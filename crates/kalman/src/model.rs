@@ -1,0 +1,108 @@
+//! Describes a recording as a linear model that changes from step to step, with unknown noise.
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::forward::correct;
+use crate::{Gaussian, PassError, predict};
+
+/// One sample of a recording, and the model around it.
+///
+/// With the state x_k the recording is y_k = H_k x_k + v_k and x_{k+1} = F_k x_k + b_k + w_k.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step<const N: usize, const M: usize> {
+    /// What was measured less what is known without the state, as the feed-through of an input.
+    /// NaN stands for a component that is absent.
+    pub y: SVector<f64, M>,
+    /// What a unit of each state adds to each measurement.
+    pub H: SMatrix<f64, M, N>,
+    /// Transition from this step to the next one; that of the last step is not used.
+    pub F: SMatrix<f64, N, N>,
+    /// What the transition adds without the state, as the effect of an input.
+    pub b: SVector<f64, N>,
+}
+
+/// What is Gaussian in a recording: the state at its first sample, before that is measured, and
+/// the noises.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters<const N: usize, const M: usize> {
+    /// State at the first step before its measurement.
+    pub start: Gaussian<N>,
+    /// Covariance of w, the noise of one transition.
+    pub Q: SMatrix<f64, N, N>,
+    /// Covariance of v, the noise of one measurement.
+    pub R: SMatrix<f64, M, M>,
+}
+
+/// A nonlinear model: x_{k+1} = f_k(x_k) + w_k, y_k = h_k(x_k) + v_k. The inputs are its own.
+pub trait Model<const N: usize, const M: usize> {
+    /// f_k(x), and its Jacobian there.
+    fn transition(&self, k: usize, x: &SVector<f64, N>) -> (SVector<f64, N>, SMatrix<f64, N, N>);
+
+    /// h_k(x), and its Jacobian there.
+    fn measurement(&self, k: usize, x: &SVector<f64, N>) -> (SVector<f64, M>, SMatrix<f64, M, N>);
+}
+
+impl<const N: usize, const M: usize> Step<N, M> {
+    /// A step that is measured as `y`, tangent to the model at x; it leads nowhere yet.
+    fn measured(
+        model: &impl Model<N, M>,
+        k: usize,
+        x: &SVector<f64, N>,
+        y: &SVector<f64, M>,
+    ) -> Self {
+        let (predicted, H) = model.measurement(k, x);
+        Step { y: y - (predicted - H * x), H, F: SMatrix::identity(), b: SVector::zeros() }
+    }
+
+    /// The same step, that leads to the next one along the tangent to the model at x.
+    fn leading(self, model: &impl Model<N, M>, k: usize, x: &SVector<f64, N>) -> Self {
+        let (after, F) = model.transition(k, x);
+        Step { F, b: after - F * x, ..self }
+    }
+}
+
+/// Tangents to a model along a trajectory, one state for each of the samples `measured`.
+///
+/// Along a smoothed trajectory, smoothing the result once more is one step of Gauss and Newton
+/// towards the most probable trajectory.
+pub fn linearise<const N: usize, const M: usize>(
+    model: &impl Model<N, M>,
+    measured: &[SVector<f64, M>],
+    trajectory: &[SVector<f64, N>],
+) -> Vec<Step<N, M>> {
+    let last = measured.len().saturating_sub(1);
+    let tangent = |(k, (y, x)): (usize, (&SVector<f64, M>, &SVector<f64, N>))| {
+        let step = Step::measured(model, k, x, y);
+        if k < last { step.leading(model, k, x) } else { step }
+    };
+    measured.iter().zip(trajectory).enumerate().map(tangent).collect()
+}
+
+/// Tangents to a model where an extended Kalman filter has them: the measurement at the predicted
+/// state, the transition at the corrected one. [`crate::forward`] over them is that filter.
+///
+/// # Errors
+///
+/// [`PassError`] if a covariance is lost on the way, with the step.
+pub fn extended<const N: usize, const M: usize>(
+    model: &impl Model<N, M>,
+    measured: &[SVector<f64, M>],
+    parameters: &Parameters<N, M>,
+) -> Result<Vec<Step<N, M>>, PassError> {
+    let mut prior = parameters.start;
+    let mut steps = Vec::with_capacity(measured.len());
+    for (k, y) in measured.iter().enumerate() {
+        let step = Step::measured(model, k, &prior.mean, y);
+        let (posterior, _) = correct(&prior, &step, &parameters.R)
+            .map_err(|source| PassError::Update { step: k, source })?;
+        if k + 1 == measured.len() {
+            steps.push(step);
+            break;
+        }
+        let step = step.leading(model, k, &posterior.mean);
+        prior = predict(&posterior, step.F * posterior.mean + step.b, &step.F, &parameters.Q);
+        steps.push(step);
+    }
+    Ok(steps)
+}

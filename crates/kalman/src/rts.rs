@@ -1,0 +1,86 @@
+//! Smooths a filtered recording: each state given all measurements, before it and after it.
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
+use nalgebra::{Cholesky, SMatrix, SVector};
+
+use crate::{Filtered, Gaussian, PassError, Step, symmetric};
+
+/// A smoothed recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smoothed<const N: usize> {
+    /// State of each step, given all measurements.
+    pub states: Vec<Gaussian<N>>,
+    /// Cov(x_{k+1}, x_k) given all measurements, of each step but the last.
+    pub lag_one: Vec<SMatrix<f64, N, N>>,
+}
+
+/// What joins a step to the next one, seen from all measurements.
+pub(crate) struct Link<'a, const N: usize> {
+    /// The next step's state, given all measurements.
+    pub next: &'a Gaussian<N>,
+    /// Smoother gain J = P_{k|k} Fᵀ P_{k+1|k}⁻¹.
+    pub J: SMatrix<f64, N, N>,
+    /// P_{k+1|k}⁻¹.
+    pub inverse: SMatrix<f64, N, N>,
+    /// x_{k+1|T} − x_{k+1|k}: what later measurements told about the next state.
+    pub shift: SVector<f64, N>,
+    /// P_{k+1|T} − P_{k+1|k}.
+    pub shrink: SMatrix<f64, N, N>,
+}
+
+/// Smooths a filtered recording.
+///
+/// x_{k|T} = x_{k|k} + J (x_{k+1|T} − x_{k+1|k}) and P_{k|T} = P_{k|k} + J (P_{k+1|T} − P_{k+1|k}) Jᵀ
+/// with J = P_{k|k} F_kᵀ P_{k+1|k}⁻¹ (Rauch, Tung and Striebel 1965); the covariance with the next
+/// state is P_{k+1|T} Jᵀ.
+///
+/// # Errors
+///
+/// [`PassError::Prior`] if a predicted covariance is singular.
+///
+/// # Panics
+///
+/// If `filtered` is not of these steps.
+pub fn smooth<const N: usize, const M: usize>(
+    steps: &[Step<N, M>],
+    filtered: &Filtered<N>,
+) -> Result<Smoothed<N>, PassError> {
+    let mut states = Vec::with_capacity(steps.len());
+    let mut lag_one = Vec::with_capacity(steps.len().saturating_sub(1));
+    sweep(steps, filtered, |_, state, link| {
+        states.push(*state);
+        lag_one.extend(link.map(|link| link.next.cov * link.J.transpose()));
+    })?;
+    states.reverse();
+    lag_one.reverse();
+    Ok(Smoothed { states, lag_one })
+}
+
+/// Goes from the last step to the first, and shows each smoothed state with its link to the next.
+#[inline]
+pub(crate) fn sweep<const N: usize, const M: usize>(
+    steps: &[Step<N, M>],
+    filtered: &Filtered<N>,
+    mut visit: impl FnMut(usize, &Gaussian<N>, Option<Link<'_, N>>),
+) -> Result<(), PassError> {
+    assert_eq!(steps.len(), filtered.posterior.len(), "steps of the filtered recording");
+    let Some(mut next) = filtered.posterior.last().copied() else { return Ok(()) };
+    visit(steps.len() - 1, &next, None);
+    for k in (0..steps.len() - 1).rev() {
+        let (before, predicted) = (&filtered.posterior[k], &filtered.prior[k + 1]);
+        let inverse =
+            Cholesky::new(predicted.cov).ok_or(PassError::Prior { step: k + 1 })?.inverse();
+        let J = before.cov * steps[k].F.transpose() * inverse;
+        let (shift, shrink) = (next.mean - predicted.mean, next.cov - predicted.cov);
+        let state = Gaussian {
+            mean: before.mean + J * shift,
+            cov: symmetric(&(before.cov + J * shrink * J.transpose())),
+        };
+        visit(k, &state, Some(Link { next: &next, J, inverse, shift, shrink }));
+        next = state;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
