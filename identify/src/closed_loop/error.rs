@@ -10,7 +10,9 @@ pub enum Error {
     #[error("expected at least one recording, found none")]
     NoRecording,
     /// Columns differ in length.
-    #[error("recording {recording}: expected {expected} rows as in column t, found {found} in column {column}")]
+    #[error(
+        "recording {recording}: expected {expected} rows as in column t, found {found} in column {column}"
+    )]
     Length {
         /// Number of the recording, from 0.
         recording: usize,
@@ -37,7 +39,9 @@ pub enum Error {
         found: f64,
     },
     /// Time stands still or runs back.
-    #[error("recording {recording}: expected rising times, found {found} s in row {row} after {before} s")]
+    #[error(
+        "recording {recording}: expected rising times, found {found} s in row {row} after {before} s"
+    )]
     Time {
         /// Number of the recording, from 0.
         recording: usize,
@@ -59,7 +63,9 @@ pub enum Error {
         found: usize,
     },
     /// The nominal car could not be smoothed along a recording.
-    #[error("recording {recording}: states could not be smoothed: {source}; check the units of the columns and the noises")]
+    #[error(
+        "recording {recording}: states could not be smoothed: {source}; check the units of the columns and the noises"
+    )]
     Smoothing {
         /// Number of the recording, from 0.
         recording: usize,

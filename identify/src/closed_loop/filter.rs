@@ -58,7 +58,8 @@ impl<T: Scalar> Filter<'_, T> {
             if i == half {
                 middle = x;
             }
-            let ahead = |h: f64, k: &[T; 3]| [x[0] + k[0] * h, x[1] + k[1] * h, x[2] + k[2] * h, x[3]];
+            let ahead =
+                |h: f64, k: &[T; 3]| [x[0] + k[0] * h, x[1] + k[1] * h, x[2] + k[2] * h, x[3]];
             let k1 = rates(self.car, &self.tires, &x, u);
             let k2 = rates(self.car, &self.tires, &ahead(0.5 * step, &k1), u);
             let k3 = rates(self.car, &self.tires, &ahead(0.5 * step, &k2), u);
@@ -164,8 +165,9 @@ fn transition<T: Scalar>(A: &[[T; 4]; 3], h: f64) -> [[T; 4]; 3] {
     for j in 0..4 {
         let column = [A[0][j] * scale, A[1][j] * scale, A[2][j] * scale];
         for i in 0..3 {
-            F[i][j] =
-                adjugate[0][i] * column[0] + adjugate[1][i] * column[1] + adjugate[2][i] * column[2];
+            F[i][j] = adjugate[0][i] * column[0]
+                + adjugate[1][i] * column[1]
+                + adjugate[2][i] * column[2];
         }
     }
     for i in 0..3 {
@@ -180,13 +182,15 @@ fn predicted<T: Scalar>(F: &[[T; 4]; 3], P: &[[T; 4]; 4]) -> [[T; 4]; 4] {
     let mut FP = [[T::constant(0.0); 4]; 3];
     for i in 0..3 {
         for j in 0..4 {
-            FP[i][j] = F[i][0] * P[0][j] + F[i][1] * P[1][j] + F[i][2] * P[2][j] + F[i][3] * P[3][j];
+            FP[i][j] =
+                F[i][0] * P[0][j] + F[i][1] * P[1][j] + F[i][2] * P[2][j] + F[i][3] * P[3][j];
         }
     }
     let mut after = *P;
     for i in 0..3 {
         for j in i..3 {
-            let entry = FP[i][0] * F[j][0] + FP[i][1] * F[j][1] + FP[i][2] * F[j][2] + FP[i][3] * F[j][3];
+            let entry =
+                FP[i][0] * F[j][0] + FP[i][1] * F[j][1] + FP[i][2] * F[j][2] + FP[i][3] * F[j][3];
             after[i][j] = entry;
             after[j][i] = entry;
         }

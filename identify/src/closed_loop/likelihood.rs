@@ -21,6 +21,10 @@ const POLE_REACH: f64 = 1.0;
 /// Longest Runge-Kutta step [s].
 const LONGEST_STEP: f64 = 0.005;
 
+/// Samples of a stretch that starts are compared on, and length of recordings from which on that is done.
+const STRETCH: usize = 200;
+const THIN_FROM: usize = 16 * STRETCH;
+
 /// Noises of a recording, as standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Noise {
@@ -50,6 +54,7 @@ impl Noise {
 /// Parameters of both axles in the order B, C, D, E of the front and of the rear axle.
 pub type Theta8 = [f64; 8];
 
+#[derive(Clone, Copy)]
 struct Sample {
     u: Held,
     h: f64,
@@ -124,28 +129,26 @@ impl Likelihood {
         Self { car: *car, recordings: prepared, samples }
     }
 
+    /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
+    pub fn thinned(&self) -> Self {
+        let mut parts = Vec::new();
+        for (first, samples) in &self.recordings {
+            if samples.len() < THIN_FROM {
+                parts.push((*first, samples.clone()));
+                continue;
+            }
+            for from in (0..samples.len()).step_by(4 * STRETCH) {
+                let stretch = &samples[from..(from + STRETCH).min(samples.len())];
+                parts.push((stretch[0].measured, stretch[1..].to_vec()));
+            }
+        }
+        let samples = parts.iter().map(|(_, samples)| samples.len()).sum();
+        Self { car: self.car, recordings: parts, samples }
+    }
+
     /// Number of samples that are predicted: all but the first of each recording.
     pub fn samples(&self) -> usize {
         self.samples
-    }
-
-    /// Shows all innovations, and the state after each: (recording, row, innovation, belief).
-    #[inline(always)]
-    pub(crate) fn run<T: Scalar>(
-        &self,
-        tires: Tires<T>,
-        noise: Variances<T>,
-        mut visit: impl FnMut(usize, usize, &Innovation<T>, &Belief<T>),
-    ) {
-        let filter = Filter { car: &self.car, tires, noise };
-        for (recording, (first, samples)) in self.recordings.iter().enumerate() {
-            let mut belief = start(first, &noise);
-            for (k, sample) in samples.iter().enumerate() {
-                let innovation =
-                    filter.step(&mut belief, &sample.u, sample.h, sample.half, &sample.measured);
-                visit(recording, k + 1, &innovation, &belief);
-            }
-        }
     }
 
     /// Cost, gradient and information with respect to the parameters of the tires.
@@ -156,19 +159,17 @@ impl Likelihood {
         self.evaluate(Tires { front: seed(0), rear: seed(4) }, noise.variances())
     }
 
-    /// Cost, gradient and information with respect to the logarithms of the standard deviations of the noises, sensors first.
+    /// Cost, gradient and information with respect to the logarithms of the standard deviations of the sensors' noises, and to
+    /// the variances of the process noises: those may be 0, where the logarithm would have no slope.
     pub fn of_noise(&self, theta: &Theta8, noise: &Noise) -> Evaluation<8> {
-        let constant = |offset: usize| {
-            std::array::from_fn(|i| Tangent::constant(theta[offset + i]))
+        let constant =
+            |offset: usize| std::array::from_fn(|i| Tangent::constant(theta[offset + i]));
+        let squares = |stds: &[f64; 4]| stds.map(|std| std * std);
+        let (sensor, process) = (squares(&noise.sensor), squares(&noise.process));
+        let variances = Variances {
+            sensor: std::array::from_fn(|i| Tangent::seed(sensor[i], i, 2.0 * sensor[i])),
+            process: std::array::from_fn(|i| Tangent::seed(process[i], 4 + i, 1.0)),
         };
-        let seed = |stds: &[f64; 4], offset: usize| {
-            std::array::from_fn(|i| {
-                let variance = stds[i] * stds[i];
-                Tangent::seed(variance, offset + i, 2.0 * variance)
-            })
-        };
-        let variances =
-            Variances { sensor: seed(&noise.sensor, 0), process: seed(&noise.process, 4) };
         self.evaluate(Tires { front: constant(0), rear: constant(4) }, variances)
     }
 
@@ -177,34 +178,62 @@ impl Likelihood {
         tires: Tires<Tangent<L>>,
         noise: Variances<Tangent<L>>,
     ) -> Evaluation<L> {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut sum = Evaluation::zero();
-                self.run(tires, noise, |_, _, innovation, _| sum.add(innovation));
-                sum.mean_square = sum.mean_square.map(|square| square / self.samples as f64);
-                sum
-            },
-        )
+        let mut sum = Evaluation::zero();
+        self.run(tires, noise, |_, _, innovation, _| sum.add(innovation));
+        sum.mean_square = sum.mean_square.map(|square| square / self.samples as f64);
+        sum
     }
 
     /// The cost alone.
     pub fn cost(&self, theta: &Theta8, noise: &Noise) -> f64 {
         let tires = tires(theta);
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut cost = 0.0;
-                self.run(tires, noise.variances(), |_, _, innovation, _| {
-                    let s = &innovation.variance;
-                    for (e, s) in innovation.residual.iter().zip(s) {
-                        cost += 0.5 * e * e / s;
-                    }
-                    cost += 0.5 * (s[0] * s[1] * s[2] * s[3]).ln();
-                });
-                cost
-            },
-        )
+        let mut cost = 0.0;
+        self.run(tires, noise.variances(), |_, _, innovation, _| {
+            let s = &innovation.variance;
+            for (e, s) in innovation.residual.iter().zip(s) {
+                cost += 0.5 * e * e / s;
+            }
+            cost += 0.5 * (s[0] * s[1] * s[2] * s[3]).ln();
+        });
+        cost
+    }
+
+    /// Shows all innovations, and the state after each: (recording, row, innovation, belief).
+    pub(crate) fn run<T: Scalar>(
+        &self,
+        tires: Tires<T>,
+        noise: Variances<T>,
+        visit: impl FnMut(usize, usize, &Innovation<T>, &Belief<T>),
+    ) {
+        pulp::Arch::new().dispatch(Pass { likelihood: self, tires, noise, visit });
+    }
+}
+
+/// One pass over all recordings. It is a type of its own since the widest vector instructions of the machine reach only what is
+/// inlined into it, and of a closure the compiler would not inline this much.
+struct Pass<'a, T, V> {
+    likelihood: &'a Likelihood,
+    tires: Tires<T>,
+    noise: Variances<T>,
+    visit: V,
+}
+
+impl<T: Scalar, V: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> pulp::WithSimd
+    for Pass<'_, T, V>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+        let filter = Filter { car: &self.likelihood.car, tires: self.tires, noise: self.noise };
+        for (recording, (first, samples)) in self.likelihood.recordings.iter().enumerate() {
+            let mut belief = start(first, &self.noise);
+            for (k, sample) in samples.iter().enumerate() {
+                let innovation =
+                    filter.step(&mut belief, &sample.u, sample.h, sample.half, &sample.measured);
+                (self.visit)(recording, k + 1, &innovation, &belief);
+            }
+        }
     }
 }
 

@@ -89,7 +89,9 @@ impl Recording {
             return Err(Error::TooShort { recording, expected: SHORTEST, found: expected });
         }
         match self.t.windows(2).position(|pair| pair[1] <= pair[0]) {
-            Some(k) => Err(Error::Time { recording, row: k + 1, found: self.t[k + 1], before: self.t[k] }),
+            Some(k) => {
+                Err(Error::Time { recording, row: k + 1, found: self.t[k + 1], before: self.t[k] })
+            }
             None => Ok(()),
         }
     }
@@ -98,10 +100,8 @@ impl Recording {
     /// motion itself is not smooth.
     pub fn rough_noise(&self) -> [f64; 4] {
         [&self.v_x, &self.v_y, &self.r, &self.a_y].map(|column| {
-            let mut size: Vec<f64> = column
-                .windows(4)
-                .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
-                .collect();
+            let mut size: Vec<f64> =
+                column.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
             size.sort_by(f64::total_cmp);
             // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise; the median of
             // |N(0, 1)| is 0.6745.

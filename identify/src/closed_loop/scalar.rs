@@ -179,7 +179,10 @@ impl<const L: usize> Scalar for Tangent<L> {
         let theta = [B.value, C.value, D.value, E.value, 0.0, 0.0];
         let (value, by) = value_and_gradient(&theta, slip.value);
         Self::zip(value, |l| {
-            by[0] * B.along[l] + by[1] * C.along[l] + by[2] * D.along[l] + by[3] * E.along[l]
+            by[0] * B.along[l]
+                + by[1] * C.along[l]
+                + by[2] * D.along[l]
+                + by[3] * E.along[l]
                 + by[4] * slip.along[l]
         })
     }
