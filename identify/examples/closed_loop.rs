@@ -1,6 +1,7 @@
 //! Prints how well both axles are identified from closed-loop drives, for noises, tires, cars and seeds.
 //!
-//! `closed_loop [--known-noise] [--profile] [--seeds N]` simulates; `closed_loop run.csv` identifies from a recording of
+//! `closed_loop [--known-noise] [--profile] [--compare] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
+//! peak; `closed_loop run.csv` identifies from a recording of
 //! `scenarios/limit_handling.toml`, of the default tires unless `--tires B,C,D,E,B,C,D,E` says otherwise.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
@@ -74,6 +75,7 @@ fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds
             Formulation::PredictionError => "D",
         };
         line(&format!("{name} {kind}"), &fitted.theta, truth, car);
+        println!("    {:.4?}", fitted.theta);
         let convergence = &fitted.convergence;
         println!(
             "    {:?} {:.3} s wall, {} evaluations, kkt {:.1e}, {} optima of {} starts",
@@ -207,22 +209,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("light", light, UNEQUAL),
         ("heavy", heavy, UNEQUAL),
     ];
+    let only = after("--only");
     for (noise_name, noise) in
         [("clean", drive::CLEAN), ("usual", drive::USUAL), ("harsh", drive::HARSH)]
     {
         for (car_name, car, truth) in &cars {
             for seed in 1..=seeds {
-                let recording =
-                    drive::drive(&drive::on_tires(car, truth), &reference, &noise, seed);
                 let tires = if *truth == EQUAL { "equal" } else { "unequal" };
-                run(
-                    &format!("{noise_name} {car_name} {tires} {seed}"),
-                    &recording,
-                    truth,
-                    car,
-                    &noise,
-                    &wishes,
-                );
+                let name = format!("{noise_name} {car_name} {tires} {seed}");
+                if only.is_some_and(|part| !name.contains(part.as_str())) {
+                    continue;
+                }
+                let on_tires = drive::on_tires(car, truth);
+                let recording = drive::drive(&on_tires, &reference, &noise, seed);
+                run(&name, &recording, truth, car, &noise, &wishes);
             }
         }
     }

@@ -37,7 +37,7 @@ pub struct Noise {
 impl Noise {
     /// These sensors, on a car that the model describes well.
     pub fn of_sensors(sensor: [f64; 4]) -> Self {
-        Self { sensor, process: [1e-4, 1e-4, 1e-4, 300.0] }
+        Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0] }
     }
 
     /// With the process multiplied by a factor.

@@ -1,5 +1,7 @@
 //! Maximises the likelihood of prediction errors over the parameters of both tires, and over the noises.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -15,6 +17,13 @@ use crate::result::Convergence;
 const EXPLODED: f64 = 3.0;
 /// Factors of the process noise that lead from such a start to the noise that is meant.
 const HOMOTOPY: [f64; 2] = [1000.0, 30.0];
+/// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. A residual of 1e-6 is a
+/// distance of some thousandth of a standard deviation.
+const ROUGH: Limits = Limits { iterations: 6, target: 1e-3, tolerance: 1e-2 };
+const COARSE: Limits = Limits { iterations: 15, target: 1e-4, tolerance: 1e-2 };
+const FINE: Limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5 };
+/// Most starts that are put together from the axles of others.
+const MOST_CROSSED: usize = 4;
 /// Largest change of the logarithm of a sensor's noise from its first guess.
 const SENSOR_REACH: f64 = 4.0;
 /// Bounds of the process noise, after one second.
@@ -22,8 +31,8 @@ const PROCESS_LOWEST: [f64; 4] = [1e-6, 1e-6, 1e-6, 1.0];
 const PROCESS_HIGHEST: [f64; 4] = [1.0, 1.0, 1.0, 1e5];
 /// Rounds of noises after tires.
 const ROUNDS: usize = 2;
-/// Difference of the costs on a part of the recordings up to which optima are carried on to all of them, relative.
-const CLOSE: f64 = 0.01;
+/// Difference of the costs on a part of the recordings up to which optima are carried on to all of them [nat].
+const CLOSE: f64 = 30.0;
 /// Change of the cost in a round that ends them [nat].
 const SETTLED: f64 = 0.5;
 
@@ -107,11 +116,21 @@ impl Problem<'_> {
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
     pub fn maximise(&self, starts: &[Theta8]) -> Result<Maximum, Error> {
-        let all: Vec<Theta8> = starts.iter().flat_map(|start| [*start, reshaped(start)]).collect();
+        let along_valley = |start: &Theta8| {
+            let shaped = SHAPES.map(|shape| reshaped(start, shape, &self.bounds));
+            std::iter::once(*start).chain(shaped).collect::<Vec<_>>()
+        };
+        let all: Vec<Theta8> = starts.iter().flat_map(along_valley).collect();
         let thin = Problem { likelihood: &self.likelihood.thinned(), ..*self };
-        let minima: Vec<Minimum> =
-            all.par_iter().map(|start| thin.from(start, &self.noise)).collect();
-        let mut evaluations = minima.iter().map(|m| m.evaluations).sum::<usize>();
+        let mut evaluations = 0;
+        let mut search = |starts: &[Theta8]| -> Vec<Minimum> {
+            let minima: Vec<Minimum> =
+                starts.par_iter().map(|start| thin.from(start, &self.noise)).collect();
+            evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
+            minima
+        };
+        let mut minima = search(&all);
+        minima.extend(search(&crossed(&minima)));
         let minima = different(minima, CLOSE);
         let Some(first) = minima.first() else {
             return Err(Error::NoStart { starts: all.len() });
@@ -121,7 +140,7 @@ impl Problem<'_> {
             noise = thin.noises(&theta(&first.x), &noise, &mut evaluations);
         }
         let minima: Vec<Minimum> =
-            minima.par_iter().map(|from| self.minimise(&from.x, &noise)).collect();
+            minima.par_iter().map(|from| self.minimise(&from.x, &noise, FINE)).collect();
         evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
         let mut minima = different(minima, f64::INFINITY);
         if minima.is_empty() {
@@ -131,7 +150,7 @@ impl Problem<'_> {
         for _ in 0..if self.estimate_noise { ROUNDS } else { 0 } {
             let before = minimum.model.cost;
             noise = self.noises(&theta(&minimum.x), &noise, &mut evaluations);
-            minimum = self.minimise(&minimum.x, &noise);
+            minimum = self.minimise(&minimum.x, &noise, FINE);
             evaluations += minimum.evaluations;
             if (before - minimum.model.cost).abs() < SETTLED {
                 break;
@@ -148,10 +167,9 @@ impl Problem<'_> {
         })
     }
 
-    fn minimise(&self, start: &DVector<f64>, noise: &Noise) -> Minimum {
+    fn minimise(&self, start: &DVector<f64>, noise: &Noise, limits: Limits) -> Minimum {
         let objective = OfTires { likelihood: self.likelihood, noise: *noise, pull: self.pull };
         let [lower, upper] = self.corners();
-        let limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5 };
         sqp::minimise(&objective, &lower, &upper, start, limits)
     }
 
@@ -163,12 +181,12 @@ impl Problem<'_> {
         let mut evaluations = 1;
         if !follows {
             for factor in HOMOTOPY {
-                let minimum = self.minimise(&x, &noise.with_process(factor));
+                let minimum = self.minimise(&x, &noise.with_process(factor), ROUGH);
                 evaluations += minimum.evaluations;
                 x = minimum.x;
             }
         }
-        let mut minimum = self.minimise(&x, noise);
+        let mut minimum = self.minimise(&x, noise, COARSE);
         minimum.evaluations += evaluations;
         minimum
     }
@@ -195,10 +213,46 @@ impl Problem<'_> {
     }
 }
 
-/// The same stiffness and peak with a generic shape, C = 1.7 and E = 0.5: a start in another part of the valley in which B, C
-/// and E make up for each other.
-fn reshaped(theta: &Theta8) -> Theta8 {
-    let axle = |o: usize| [theta[o] * theta[o + 1] / 1.7, 1.7, theta[o + 2], 0.5];
-    let (front, rear) = (axle(0), axle(4));
-    std::array::from_fn(|i| if i < 4 { front[i] } else { rear[i - 4] })
+/// The front axles of some minima with the rear axles of others, unless that is a minimum itself: both axles have several
+/// minima, almost independently of each other.
+fn crossed(minima: &[Minimum]) -> Vec<Theta8> {
+    let known: Vec<Theta8> =
+        different(minima.to_vec(), 10.0 * CLOSE).iter().map(|m| theta(&m.x)).collect();
+    let shape_differs = |a: &Theta8, b: &Theta8, o: usize| (a[o + 1] - b[o + 1]).abs() > 0.05;
+    let mut starts: Vec<Theta8> = Vec::new();
+    for front in &known {
+        for rear in &known {
+            let mut mixed = *front;
+            mixed[4..].copy_from_slice(&rear[4..]);
+            let same = |other: &Theta8| {
+                !shape_differs(other, &mixed, 0) && !shape_differs(other, &mixed, 4)
+            };
+            if !known.iter().chain(&starts).any(same) {
+                starts.push(mixed);
+            }
+        }
+    }
+    starts.truncate(MOST_CROSSED);
+    starts
+}
+
+/// Shapes of the starts.
+const SHAPES: [f64; 4] = [1.3, 1.6, 1.9, 2.2];
+
+/// The same stiffness, peak and peak slip with another shape C: starts along the valley in which B, C and E make up for each
+/// other, and in which there is more than one minimum.
+fn reshaped(theta: &Theta8, shape: f64, bounds: &Bounds) -> Theta8 {
+    let mut other = *theta;
+    for o in [0, 4] {
+        let Some(peak) = super::curve(theta, o).peak_slip() else { continue };
+        let B = theta[o] * theta[o + 1] / shape;
+        let u = B * peak;
+        // The peak is where (1 − E) u + E atan u = tan(π / 2C).
+        let E = ((FRAC_PI_2 / shape).tan() - u) / (u.atan() - u);
+        let axle = [B, shape, theta[o + 2], E];
+        for i in 0..4 {
+            other[o + i] = axle[i].clamp(bounds.lower[i], bounds.upper[i]);
+        }
+    }
+    other
 }

@@ -100,7 +100,8 @@ impl Search {
             .map(|start| sqp::minimise(&regression, &lower, &upper, &self.vector(start), coarse))
             .collect();
         let mut evaluations = minima.iter().map(|m| m.evaluations).sum::<usize>();
-        let candidates = different(minima, CLOSE);
+        let within = minima.iter().map(|m| CLOSE * m.model.cost).fold(f64::INFINITY, f64::min);
+        let candidates = different(minima, within);
         let Some(first) = candidates.first() else {
             return Err(Error::NoStart { starts: self.starts });
         };
@@ -164,7 +165,7 @@ pub fn convergence(
     }
 }
 
-/// The different minima with finite costs, best first, as far as their costs are within a share of the best. Of the others
+/// The different minima with finite costs, best first, as far as their costs are within a distance of the best. Of the others
 /// only those count that converged.
 pub fn different(mut minima: Vec<Minimum>, within: f64) -> Vec<Minimum> {
     minima.retain(|m| m.model.cost.is_finite());
@@ -176,7 +177,7 @@ pub fn different(mut minima: Vec<Minimum>, within: f64) -> Vec<Minimum> {
             continue;
         };
         let rise = minimum.model.cost - best.model.cost;
-        let close = rise <= within * best.model.cost.abs().max(1.0);
+        let close = rise <= within;
         let same = |known: &Minimum| {
             let off = (&known.x - &minimum.x).component_div(&known.x.map(|x| x.abs().max(0.1)));
             off.amax() <= SAME

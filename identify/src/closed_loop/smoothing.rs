@@ -13,7 +13,9 @@ use super::{Error, Noise};
 const NOMINAL_STIFFNESS: f64 = 50.0;
 /// Growth of the standard deviations of v_x, v_y, r, ξ_x, ξ_y and ξ_ψ in one second [m/s, m/s, rad/s, N, N, N m]. The last two
 /// have to follow a tire through its peak within some ten samples.
-const PROCESS_STD: [f64; 6] = [1e-3, 1e-3, 1e-3, 600.0, 6000.0, 12_000.0];
+const PROCESS_STD: [f64; 6] = [1e-2, 0.06, 0.01, 600.0, 6000.0, 12_000.0];
+/// What the nominal car's lateral acceleration is off by where steering jumps on tires that slide [m/s²].
+const A_Y_MODEL_STD: f64 = 0.25;
 /// Standard deviation of the disturbances before any data [N, N, N m].
 const START_STD_XI: f64 = 2000.0;
 
@@ -88,10 +90,9 @@ fn parameters(recording: &Recording, noise: &Noise) -> Parameters<6, 4> {
     let diagonal = |std: [f64; 6], h: f64| {
         SMatrix::from_diagonal(&SVector::from(std.map(|std| std * std * h)))
     };
-    let [v_x, v_y, r, a_y] = recording.measured(0);
-    let _ = a_y;
-    let sensor = SVector::from(noise.sensor);
-    let [s_x, s_y, s_r, _] = noise.sensor;
+    let [v_x, v_y, r, _] = recording.measured(0);
+    let [s_x, s_y, s_r, s_a] = noise.sensor;
+    let sensor = SVector::from([s_x, s_y, s_r, s_a.hypot(A_Y_MODEL_STD)]);
     Parameters {
         start: Gaussian {
             mean: [v_x, v_y, r, 0.0, 0.0, 0.0].into(),
