@@ -8,8 +8,8 @@ use std::sync::LazyLock;
 
 use identify::closed_loop::validation::{Manoeuvre, compare};
 use identify::closed_loop::{
-    Formulation, Identified, Noise, Noises, Options, Pull, Recording, Target, Theta8, Weights, curve,
-    identify,
+    Formulation, Identified, Noise, Noises, Options, Pull, Recording, Target, Theta8, Weights,
+    curve, identify,
 };
 use identify::result::{Status, Verdict};
 use vehicle::Vehicle;

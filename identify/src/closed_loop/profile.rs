@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::fit::sqp::{self, Limits, Model, Objective};
+use crate::result::Status;
 
 /// Rise of the negative log-likelihood at the ends of a 95 % interval: half of χ²(0.95, 1).
 const RISE: f64 = 1.920_729;
@@ -28,8 +29,25 @@ pub struct Profile {
     pub ends: [f64; 2],
     /// Whether the data object before the border of the box.
     pub closed: [bool; 2],
+    /// Whether the minimisations over all other parameters converged; if not, the interval may be too narrow.
+    pub found: bool,
     /// By how much the cost fell below the maximum's on the way [nat]: above 0 there is a better optimum.
     pub improvement: f64,
+}
+
+/// The best point with one quantity held.
+struct Neighbour {
+    x: DVector<f64>,
+    cost: f64,
+    found: bool,
+}
+
+/// One end of an interval.
+struct End {
+    value: f64,
+    closed: bool,
+    found: bool,
+    lowest: f64,
 }
 
 /// A cost with B of one axle replaced by K = B C D.
@@ -82,9 +100,9 @@ impl Explored<'_> {
     }
 
     fn profile(&self, quantity: Quantity) -> Profile {
-        let Quantity::Stiffness(o) = quantity else {
-            let Quantity::Parameter(place) = quantity else { unreachable!("two kinds") };
-            return self.profile_of(place);
+        let o = match quantity {
+            Quantity::Parameter(place) => return self.profile_of(place),
+            Quantity::Stiffness(o) => o,
         };
         let objective = WithStiffness { objective: self.objective, axle: o };
         let product = |x: &DVector<f64>| x[o] * x[o + 1] * x[o + 2];
@@ -109,69 +127,66 @@ impl Explored<'_> {
     }
 
     fn profile_of(&self, place: usize) -> Profile {
-        let mut profile =
-            Profile { ends: [self.x[place]; 2], closed: [false; 2], improvement: 0.0 };
-        for side in 0..2 {
-            let (end, closed, lowest) = self.end(place, side);
-            profile.ends[side] = end;
-            profile.closed[side] = closed;
-            profile.improvement = profile.improvement.max(self.cost - lowest);
+        let ends = [0, 1].map(|side| self.end(place, side));
+        let lowest = ends[0].lowest.min(ends[1].lowest);
+        Profile {
+            ends: [ends[0].value, ends[1].value],
+            closed: [ends[0].closed, ends[1].closed],
+            found: ends[0].found && ends[1].found,
+            improvement: self.cost - lowest,
         }
-        profile
     }
 
-    /// Where the cost has risen enough on one side, whether it has, and the lowest cost on the way.
-    fn end(&self, place: usize, side: usize) -> (f64, bool, f64) {
+    /// Where the cost has risen enough on one side.
+    fn end(&self, place: usize, side: usize) -> End {
         let (best, border) = (self.x[place], self.corners[side][place]);
         let reach = (border - best).abs();
-        let sign = (side as f64) * 2.0 - 1.0;
+        let sign = if side == 0 { -1.0 } else { 1.0 };
         let std = self.covariance[(place, place)].max(0.0).sqrt();
         let mut off = if std.is_finite() { (1.96 * std).min(reach) } else { reach };
-        let mut lowest = self.cost;
         let mut from = self.x.clone();
         let mut at = best;
-        for point in 1..=POINTS {
+        let mut end = End { value: border, closed: false, found: true, lowest: self.cost };
+        for _ in 0..POINTS {
             let value = if off >= reach { border } else { best + sign * off };
-            let (x, cost) = self.best_with(place, value, &from, at);
-            lowest = lowest.min(cost);
-            let rise = (cost - self.cost).max(1e-6);
-            let short = rise < RISE - ENOUGH;
-            if short && off >= reach {
-                return (border, false, lowest);
+            let neighbour = self.best_with(place, value, &from, at);
+            end.lowest = end.lowest.min(neighbour.cost);
+            end.found &= neighbour.found;
+            let rise = (neighbour.cost - self.cost).max(1e-6);
+            if rise < RISE - ENOUGH && off >= reach {
+                return End { value: border, closed: false, ..end };
             }
             let next = (off * (RISE / rise).sqrt()).clamp(0.2 * off, 5.0 * off).min(reach);
-            if (rise - RISE).abs() <= ENOUGH || point == POINTS {
-                return (
-                    best + sign * next.min(reach),
-                    rise >= RISE - ENOUGH || next < reach,
-                    lowest,
-                );
+            end = End { value: best + sign * next, closed: rise >= RISE - ENOUGH, ..end };
+            if (rise - RISE).abs() <= ENOUGH {
+                break;
             }
-            (from, at, off) = (x, value, next);
+            (from, at, off) = (neighbour.x, value, next);
         }
-        (border, false, lowest)
+        end
     }
 
     /// The best point with one variable held, from a neighbour moved along the valley.
-    fn best_with(
-        &self,
-        place: usize,
-        value: f64,
-        from: &DVector<f64>,
-        at: f64,
-    ) -> (DVector<f64>, f64) {
+    fn best_with(&self, place: usize, value: f64, from: &DVector<f64>, at: f64) -> Neighbour {
         let [mut lower, mut upper] = self.corners.clone();
         (lower[place], upper[place]) = (value, value);
-        let along = self.covariance.column(place) / self.covariance[(place, place)].max(1e-300);
-        let mut start = from + along * (value - at);
-        for i in 0..start.len() {
-            if !start[i].is_finite() {
-                start[i] = from[i];
+        let within = |mut x: DVector<f64>| {
+            for i in 0..x.len() {
+                x[i] = x[i].clamp(lower[i], upper[i]);
             }
-            start[i] = start[i].clamp(lower[i], upper[i]);
-        }
-        let limits = Limits { iterations: 12, target: 1e-4, tolerance: 1e-3 };
+            x
+        };
+        // In a flat valley the straight way along it may lead out of it, and staying is the better start.
+        let along = self.covariance.column(place) / self.covariance[(place, place)].max(1e-300);
+        let (moved, stayed) = (within(from + along * (value - at)), within(from.clone()));
+        let cost = |x: &DVector<f64>| self.objective.model(x).cost;
+        let start = if cost(&moved) <= cost(&stayed) { moved } else { stayed };
+        let limits = Limits { iterations: 20, target: 1e-4, tolerance: 1e-3 };
         let minimum = sqp::minimise(self.objective, &lower, &upper, &start, limits);
-        (minimum.x, minimum.model.cost)
+        Neighbour {
+            cost: minimum.model.cost,
+            found: minimum.status == Status::Converged,
+            x: minimum.x,
+        }
     }
 }

@@ -105,7 +105,11 @@ fn gradients_are_those_of_central_differences() {
         let difference = |h: f64| (moved(h) - moved(-h)) / (2.0 * h);
         let expected = (4.0 * difference(h) - difference(2.0 * h)) / 3.0;
         let allowed = 1e-6 * expected.abs() + 1e-12 * exact.cost.abs() / h;
-        assert!((exact.gradient[i] - expected).abs() < allowed, "{i}: {} {expected}", exact.gradient[i]);
+        assert!(
+            (exact.gradient[i] - expected).abs() < allowed,
+            "{i}: {} {expected}",
+            exact.gradient[i]
+        );
     }
     let by_noise = likelihood.of_noise(&theta, &NOISE);
     for i in 0..8 {
@@ -121,7 +125,10 @@ fn gradients_are_those_of_central_differences() {
         let unit = if i < 4 { 1.0 } else { NOISE.process[i - 4].powi(-2) };
         let expected = unit * (moved(1e-5) - moved(-1e-5)) / 2e-5;
         let found = by_noise.gradient[i];
-        assert!((found - expected).abs() < 1e-6 * expected.abs() + unit * 1e-6, "{i}: {found} {expected}");
+        assert!(
+            (found - expected).abs() < 1e-6 * expected.abs() + unit * 1e-6,
+            "{i}: {found} {expected}"
+        );
     }
 }
 
@@ -194,7 +201,9 @@ fn unusable_recordings_say_where() {
     };
     let mut short = good.clone();
     short.delta.pop();
-    assert!(identify(&short).contains("expected 100 rows as in column t, found 99 in column delta"));
+    assert!(
+        identify(&short).contains("expected 100 rows as in column t, found 99 in column delta")
+    );
     let mut hole = good.clone();
     hole.r[7] = f64::NAN;
     assert!(identify(&hole).contains("column r, found NaN in row 7"));

@@ -12,8 +12,8 @@ use crate::result::{ByName, Convergence, Estimate, Verdict};
 
 /// Standard deviation over that of the box, above which data say little.
 const LITTLE: f64 = 0.3;
-/// Relative standard deviation above which a value is none.
-const NONE: f64 = 0.5;
+/// Standard deviation above which a value is none [%].
+const NONE: f64 = 50.0;
 
 const NAMES: [&str; 4] = ["B", "C", "D", "E"];
 
@@ -23,8 +23,9 @@ struct Known {
     value: f64,
     std: f64,
     profile: Option<Profile>,
-    /// Standard deviation of a value anywhere in the box.
-    box_std: f64,
+    quantity: Quantity,
+    /// Of the box.
+    borders: [f64; 2],
 }
 
 /// Both axles' results.
@@ -50,28 +51,31 @@ pub struct Judge<'a> {
 impl Judge<'_> {
     /// The estimates of the front and the rear axle.
     pub fn estimates(&self) -> [Estimate; 2] {
-        let places = [0, 4].into_iter().flat_map(|o| {
-            (o..o + 4).map(Quantity::Parameter).chain(std::iter::once(Quantity::Stiffness(o)))
-        });
-        let quantities: Vec<Quantity> = places.collect();
-        let profiles: Vec<Option<Profile>> = if self.profile {
-            self.explored.profiles(&quantities).into_iter().map(Some).collect()
-        } else {
-            vec![None; quantities.len()]
-        };
-        [0, 1].map(|axle| self.estimate(axle, &profiles[5 * axle..5 * axle + 5]))
+        let mut known = [0, 1].map(|axle| self.known(axle));
+        // What even the curvature at the best point does not tell needs no profile.
+        let told = known.iter_mut().flatten().filter(|quantity| !quantity.unknown());
+        let mut told: Vec<&mut Known> = told.collect();
+        if self.profile {
+            let quantities: Vec<Quantity> = told.iter().map(|known| known.quantity).collect();
+            let profiles = self.explored.profiles(&quantities);
+            for (known, profile) in told.iter_mut().zip(profiles) {
+                known.profile = Some(profile);
+            }
+        }
+        let [front, rear] = &known;
+        [self.estimate(0, front), self.estimate(1, rear)]
     }
 
-    fn known(&self, axle: usize, profiles: &[Option<Profile>]) -> Vec<Known> {
+    fn known(&self, axle: usize) -> Vec<Known> {
         let (x, o) = (&self.explored.x, 4 * axle);
         let [lower, upper] = &self.explored.corners;
-        let spread = 12_f64.sqrt();
         let parameter = |i: usize| Known {
             name: NAMES[i],
             value: x[o + i],
             std: std(&self.explored.covariance, o + i),
-            profile: profiles[i],
-            box_std: (upper[o + i] - lower[o + i]) / spread,
+            quantity: Quantity::Parameter(o + i),
+            profile: None,
+            borders: [lower[o + i], upper[o + i]],
         };
         let by = DVector::from_fn(x.len(), |i, _| match i.wrapping_sub(o) {
             0 => x[o + 1] * x[o + 2],
@@ -84,19 +88,19 @@ impl Judge<'_> {
             name: "K",
             value: product(x),
             std: by.dot(&(&self.explored.covariance * &by)).max(0.0).sqrt(),
-            profile: profiles[4],
-            box_std: (product(upper) - product(lower)) / spread,
+            quantity: Quantity::Stiffness(o),
+            profile: None,
+            borders: [product(lower), product(upper)],
         };
         (0..4).map(parameter).chain(std::iter::once(stiffness)).collect()
     }
 
-    fn estimate(&self, axle: usize, profiles: &[Option<Profile>]) -> Estimate {
-        let known = self.known(axle, profiles);
+    fn estimate(&self, axle: usize, known: &[Known]) -> Estimate {
         let o = 4 * axle;
         let mut identified: ByName<Verdict> = BTreeMap::new();
         let mut reason: ByName<String> = BTreeMap::new();
-        let reach = self.reach(axle, &known);
-        for quantity in &known {
+        let reach = self.reach(axle, known);
+        for quantity in known {
             let (verdict, why) = quantity.judge(&reach);
             identified.insert(quantity.name.into(), verdict);
             reason.insert(quantity.name.into(), why);
@@ -163,9 +167,21 @@ fn std(covariance: &DMatrix<f64>, i: usize) -> f64 {
 }
 
 impl Known {
+    /// By profile, where that was followed to its end; else the wider one of profile and curvature.
     fn interval(&self) -> [f64; 2] {
         let reach = 1.959_964 * self.std;
-        self.profile.map_or([self.value - reach, self.value + reach], |profile| profile.ends)
+        let [low, high] = [self.value - reach, self.value + reach];
+        let [low, high] = match self.profile {
+            Some(profile) if profile.found => profile.ends,
+            Some(profile) => [profile.ends[0].min(low), profile.ends[1].max(high)],
+            None => [low, high],
+        };
+        [low.max(self.borders[0]), high.min(self.borders[1])]
+    }
+
+    /// Standard deviation of a value anywhere in the box.
+    fn box_std(&self) -> f64 {
+        (self.borders[1] - self.borders[0]) / 12_f64.sqrt()
     }
 
     fn open(&self) -> Option<&'static str> {
@@ -173,40 +189,43 @@ impl Known {
             [true, true] => None,
             [false, true] => Some("below"),
             [true, false] => Some("above"),
-            [false, false] => Some("on both sides"),
+            [false, false] => Some("on either side"),
         }
     }
 
-    /// Half the interval in units of a normal distribution, or what the covariance says.
+    /// Half the interval in units of a normal distribution, or what the curvature says if that is more.
     fn spread(&self) -> f64 {
         let [low, high] = self.interval();
-        0.5 * (high - low) / 1.959_964
+        (0.5 * (high - low) / 1.959_964).max(self.std)
+    }
+
+    /// Spread relative to the value [%].
+    fn relative(&self) -> f64 {
+        100.0 * self.spread() / self.value.abs().max(0.1)
     }
 
     fn unknown(&self) -> bool {
-        let relative = self.spread() / self.value.abs().max(0.1);
-        self.open().is_some() || relative > NONE || self.spread() > self.box_std
+        let spread = self.spread();
+        // Not a number or infinite: nothing is known.
+        let told = self.relative() <= NONE && spread <= self.box_std();
+        self.open().is_some() || !told
     }
 
     fn judge(&self, reach: &str) -> (Verdict, String) {
-        let (spread, relative) =
-            (self.spread(), 100.0 * self.spread() / self.value.abs().max(1e-12));
-        let [low, high] = self.interval();
+        let (relative, [low, high]) = (self.relative(), self.interval());
         if let Some(side) = self.open() {
             let text = format!(
-                "no value up to the border of the box contradicts the data {side}; {reach}"
+                "up to the border of the box no value {side} contradicts the data; {reach}"
             );
-            return (Verdict::NotIdentifiable, text);
+            (Verdict::NotIdentifiable, text)
+        } else if self.unknown() {
+            let text = format!("known to {relative:.0} % only, {low:.3} to {high:.3}; {reach}");
+            (Verdict::NotIdentifiable, text)
+        } else if self.spread() > LITTLE * self.box_std() {
+            let text = format!("{low:.3} to {high:.3} is much of the box; {reach}");
+            (Verdict::Weak, text)
+        } else {
+            (Verdict::Identified, format!("{low:.4} to {high:.4} ({relative:.2} %); {reach}"))
         }
-        if self.unknown() {
-            let text =
-                format!("{low:.3} to {high:.3} fit the data as well ({relative:.0} %); {reach}");
-            return (Verdict::NotIdentifiable, text);
-        }
-        if spread > LITTLE * self.box_std {
-            let text = format!("{low:.3} to {high:.3} fit the data, most of the box; {reach}");
-            return (Verdict::Weak, text);
-        }
-        (Verdict::Identified, format!("{low:.4} to {high:.4} with 95 % ({relative:.2} %); {reach}"))
     }
 }
