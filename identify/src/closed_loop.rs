@@ -25,7 +25,7 @@ mod verdict;
 
 use std::time::Instant;
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 use vehicle::MagicFormula;
 
 pub use error::Error;
@@ -92,6 +92,7 @@ struct Run<'a> {
 /// A minimum with the covariance that it means.
 struct Best {
     theta: Theta8,
+    information: DMatrix<f64>,
     covariance: DMatrix<f64>,
     cost: f64,
     convergence: Convergence,
@@ -134,10 +135,11 @@ impl Run<'_> {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
                 let odd = found.odd;
-                let covariance = covariance(&found.minimum);
+                let (information, covariance) = curvature(&found.minimum);
                 let cost = found.minimum.model.cost;
                 let best = Best {
                     theta: found.theta,
+                    information,
                     covariance,
                     cost,
                     convergence: found.convergence,
@@ -148,11 +150,18 @@ impl Run<'_> {
             Formulation::PredictionError => {
                 let maximum = self.problem(&likelihood).maximise(&self.starts())?;
                 self.noise = maximum.noise;
-                let covariance = covariance(&maximum.minimum);
+                let (information, covariance) = curvature(&maximum.minimum);
                 let cost = maximum.minimum.model.cost;
                 let convergence = maximum.convergence;
                 (
-                    Best { theta: maximum.theta, covariance, cost, convergence, likelihood },
+                    Best {
+                        theta: maximum.theta,
+                        information,
+                        covariance,
+                        cost,
+                        convergence,
+                        likelihood,
+                    },
                     [0.0; 3],
                     None,
                 )
@@ -203,7 +212,7 @@ impl Run<'_> {
     }
 
     fn identified(self, best: Best, begin: Instant) -> Identified {
-        let Best { theta, covariance, cost, convergence, likelihood } = best;
+        let Best { theta, information, covariance, cost, convergence, likelihood } = best;
         let options = self.options;
         let series =
             series::series(&options.car, self.recordings, &likelihood, &theta, &self.noise);
@@ -214,11 +223,12 @@ impl Run<'_> {
             objective: &objective,
             x: DVector::from_column_slice(&theta),
             cost,
-            covariance,
+            information,
             corners: problem.corners(),
         };
         let judge = verdict::Judge {
             explored: &explored,
+            covariance: &covariance,
             profile: options.profile && options.method == Formulation::PredictionError,
             pull: options.pull,
             slip_range: [series::slip_range(&series, 0), series::slip_range(&series, 1)],
@@ -228,7 +238,7 @@ impl Run<'_> {
             seconds: begin.elapsed().as_secs_f64(),
         };
         let [front, rear] = judge.estimates();
-        let row = |i: usize| (0..8).map(|j| explored.covariance[(i, j)]).collect();
+        let row = |i: usize| (0..8).map(|j| covariance[(i, j)]).collect();
         Identified {
             front,
             rear,
@@ -244,20 +254,11 @@ impl Run<'_> {
     }
 }
 
-/// Inverse of the second derivatives of B, C, D, E of both axles, scaled so that parameters that the data hardly move keep
-/// their digits; where there is no inverse, nothing is known and the entries are infinite.
-fn covariance(minimum: &Minimum) -> DMatrix<f64> {
+/// Second derivatives of B, C, D, E of both axles, and their inverse together with whatever else was fitted.
+fn curvature(minimum: &Minimum) -> (DMatrix<f64>, DMatrix<f64>) {
     let H = &minimum.model.hessian;
-    let n = H.nrows();
-    let width = H.diagonal().map(|h| if h > 0.0 { h.sqrt() } else { 1.0 });
-    let scaled = DMatrix::from_fn(n, n, |i, j| H[(i, j)] / (width[i] * width[j]));
-    match Cholesky::new(scaled) {
-        Some(factor) => {
-            let inverse = factor.inverse();
-            DMatrix::from_fn(8, 8, |i, j| inverse[(i, j)] / (width[i] * width[j]))
-        }
-        None => DMatrix::from_element(8, 8, f64::INFINITY),
-    }
+    let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (8, 8)).into_owned();
+    (of_tires(H), of_tires(&profile::inverse(H)))
 }
 
 fn innovations(series: &[Series]) -> Innovations {

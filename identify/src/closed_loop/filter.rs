@@ -128,8 +128,8 @@ impl<T: Scalar> Filter<'_, T> {
             for j in 0..4 {
                 let gain = with[j] * inverse;
                 belief.x[j] = belief.x[j] + gain * residual;
-                for l in j..4 {
-                    let less = belief.P[j][l] - gain * with[l];
+                for (l, with) in with.iter().enumerate().skip(j) {
+                    let less = belief.P[j][l] - gain * *with;
                     belief.P[j][l] = less;
                     belief.P[l][j] = less;
                 }
@@ -170,8 +170,8 @@ fn transition<T: Scalar>(A: &[[T; 4]; 3], h: f64) -> [[T; 4]; 3] {
                 + adjugate[2][i] * column[2];
         }
     }
-    for i in 0..3 {
-        F[i][i] = F[i][i] + 1.0;
+    for (i, row) in F.iter_mut().enumerate() {
+        row[i] = row[i] + 1.0;
     }
     F
 }

@@ -247,8 +247,8 @@ pub(crate) fn tires(theta: &Theta8) -> Tires<f64> {
 fn start<T: Scalar>(first: &[f64; 4], noise: &Variances<T>) -> Belief<T> {
     let zero = T::constant(0.0);
     let mut P = [[zero; 4]; 4];
-    for i in 0..3 {
-        P[i][i] = noise.sensor[i];
+    for (i, row) in P.iter_mut().enumerate().take(3) {
+        row[i] = noise.sensor[i];
     }
     P[3][3] = T::constant(START_STD_XI * START_STD_XI);
     Belief { x: [first[0], first[1], first[2], 0.0].map(T::constant), P }

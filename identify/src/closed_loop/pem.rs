@@ -17,11 +17,11 @@ use crate::result::Convergence;
 const EXPLODED: f64 = 3.0;
 /// Factors of the process noise that lead from such a start to the noise that is meant.
 const HOMOTOPY: [f64; 2] = [1000.0, 30.0];
-/// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. A residual of 1e-6 is a
-/// distance of some thousandth of a standard deviation.
+/// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. A residual of 1e-5 is
+/// a distance of some thousandths of a standard deviation for ten thousand samples.
 const ROUGH: Limits = Limits { iterations: 6, target: 1e-3, tolerance: 1e-2 };
-const COARSE: Limits = Limits { iterations: 15, target: 1e-4, tolerance: 1e-2 };
-const FINE: Limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5 };
+const COARSE: Limits = Limits { iterations: 15, target: 1e-3, tolerance: 1e-2 };
+const FINE: Limits = Limits { iterations: 40, target: 1e-5, tolerance: 1e-4 };
 /// Most starts that are put together from the axles of others.
 const MOST_CROSSED: usize = 4;
 /// Largest change of the logarithm of a sensor's noise from its first guess.
@@ -205,7 +205,7 @@ impl Problem<'_> {
         let lower = DVector::from_fn(8, |i, _| bound(i, -1.0, &PROCESS_LOWEST));
         let upper = DVector::from_fn(8, |i, _| bound(i, 1.0, &PROCESS_HIGHEST));
         let objective = OfNoise { likelihood: self.likelihood, theta: *theta };
-        let limits = Limits { iterations: 8, target: 1e-4, tolerance: 1e-3 };
+        let limits = Limits { iterations: 8, target: 1e-3, tolerance: 1e-2 };
         let start = DVector::from_vec(first);
         let minimum = sqp::minimise(&objective, &lower, &upper, &start, limits);
         *evaluations += minimum.evaluations;

@@ -223,8 +223,8 @@ impl pulp::WithSimd for Block<'_> {
                 let from = &integrals[k % WINDOW];
                 let change = point.measured[1] - points[k - WINDOW].measured[1];
                 let mut by = integral.1;
-                for i in 0..8 {
-                    by[i] -= from.1[i];
+                for (by, from) in by.iter_mut().zip(&from.1) {
+                    *by -= from;
                 }
                 sums.add(1, integral.0 - from.0 - change, &by, of.std[1].powi(-2));
             }

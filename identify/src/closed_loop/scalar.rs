@@ -131,6 +131,7 @@ impl<const L: usize> Sub for Tangent<L> {
 impl<const L: usize> Mul for Tangent<L> {
     type Output = Self;
 
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self::zip(self.value * other.value, |l| {

@@ -108,7 +108,7 @@ impl Search {
 
         regression.std = regression.residual_std(&first.x);
         regression.blocks = whole;
-        let fine = Limits { iterations: 100, target: 1e-7, tolerance: 1e-5 };
+        let fine = Limits { iterations: 40, target: 1e-7, tolerance: 1e-5 };
         let minima: Vec<Minimum> = candidates
             .par_iter()
             .map(|from| sqp::minimise(&regression, &lower, &upper, &from.x, fine))

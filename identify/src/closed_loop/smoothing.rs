@@ -45,16 +45,10 @@ impl Model<6, 4> for Drive<'_> {
 }
 
 /// How states are smoothed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Smoothing {
     /// Most passes in which expectation and maximisation adapt the noises of the nominal car; 0 leaves them as they are.
     pub em_passes: usize,
-}
-
-impl Default for Smoothing {
-    fn default() -> Self {
-        Self { em_passes: 0 }
-    }
 }
 
 /// States of the nominal car along a recording, given all of it.

@@ -143,8 +143,8 @@ fn innovations_are_those_of_a_textbook_filter() {
     let start = [0.05f64, 0.01, 0.01, 300.0].map(|s| s * s);
     let [v_x, v_y, r, _] = recording.measured(0);
     let mut belief = Belief { x: [v_x, v_y, r, 0.0], P: [[0.0; 4]; 4] };
-    for i in 0..4 {
-        belief.P[i][i] = start[i];
+    for (i, row) in belief.P.iter_mut().enumerate() {
+        row[i] = start[i];
     }
     let mut textbook = Gaussian {
         mean: SVector::from([v_x, v_y, r, 0.0]),

@@ -15,6 +15,9 @@ const LITTLE: f64 = 0.3;
 /// Standard deviation above which a value is none [%].
 const NONE: f64 = 50.0;
 
+/// Fall of the cost along a profile that tells of another optimum [nat].
+const BETTER: f64 = 0.5;
+
 const NAMES: [&str; 4] = ["B", "C", "D", "E"];
 
 /// What is known of one quantity.
@@ -32,6 +35,8 @@ struct Known {
 pub struct Judge<'a> {
     /// The maximum, its cost and its surroundings.
     pub explored: &'a Explored<'a>,
+    /// The bound of Cramér and Rao: inverse second derivatives of the likelihood alone.
+    pub covariance: &'a DMatrix<f64>,
     /// Whether intervals are found by profiles, or from the covariance only.
     pub profile: bool,
     /// What tires usually are.
@@ -62,8 +67,15 @@ impl Judge<'_> {
                 known.profile = Some(profile);
             }
         }
+        let better = known.iter().flatten().filter_map(|quantity| quantity.profile);
+        let better = better.map(|profile| profile.improvement).fold(0.0, f64::max);
         let [front, rear] = &known;
-        [self.estimate(0, front), self.estimate(1, rear)]
+        let mut estimates = [self.estimate(0, front), self.estimate(1, rear)];
+        for estimate in &mut estimates {
+            // Met on the way along a profile: one more optimum than the starts had found.
+            estimate.convergence.optima += usize::from(better > BETTER);
+        }
+        estimates
     }
 
     fn known(&self, axle: usize) -> Vec<Known> {
@@ -72,22 +84,16 @@ impl Judge<'_> {
         let parameter = |i: usize| Known {
             name: NAMES[i],
             value: x[o + i],
-            std: std(&self.explored.covariance, o + i),
+            std: std(self.covariance, o + i),
             quantity: Quantity::Parameter(o + i),
             profile: None,
             borders: [lower[o + i], upper[o + i]],
         };
-        let by = DVector::from_fn(x.len(), |i, _| match i.wrapping_sub(o) {
-            0 => x[o + 1] * x[o + 2],
-            1 => x[o] * x[o + 2],
-            2 => x[o] * x[o + 1],
-            _ => 0.0,
-        });
         let product = |x: &DVector<f64>| x[o] * x[o + 1] * x[o + 2];
         let stiffness = Known {
             name: "K",
             value: product(x),
-            std: by.dot(&(&self.explored.covariance * &by)).max(0.0).sqrt(),
+            std: self.explored.std(Quantity::Stiffness(o)),
             quantity: Quantity::Stiffness(o),
             profile: None,
             borders: [product(lower), product(upper)],
@@ -119,7 +125,7 @@ impl Judge<'_> {
             interval: known.iter().map(|q| (q.name.to_string(), q.interval())).collect(),
             parameters: NAMES.map(String::from).to_vec(),
             covariance: (0..4)
-                .map(|i| (0..4).map(|j| self.explored.covariance[(o + i, o + j)]).collect())
+                .map(|i| (0..4).map(|j| self.covariance[(o + i, o + j)]).collect())
                 .collect(),
             at_bound: at_bound.map(|i| NAMES[i].to_string()).collect(),
             fixed: Vec::new(),
