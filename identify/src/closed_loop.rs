@@ -14,6 +14,7 @@ mod options;
 pub mod pem;
 pub mod points;
 pub mod profile;
+mod pull;
 mod recording;
 pub mod regression;
 mod scalar;
@@ -32,8 +33,9 @@ pub use error::Error;
 pub use identified::{Fitted, Identified, Innovations};
 pub use likelihood::{Likelihood, Noise, Theta8};
 pub use options::{Bounds, Formulation, Noises, Options};
+pub use pull::Pull;
 pub use recording::Recording;
-pub use regression::{Pull, Target, Weights};
+pub use regression::{Target, Weights};
 pub use series::Series;
 pub use smoothing::Smoothing;
 
@@ -131,42 +133,22 @@ impl Run<'_> {
     fn fit(&mut self, formulation: Formulation) -> Result<Best, Error> {
         let begin = Instant::now();
         let likelihood = Likelihood::new(&self.options.car, self.recordings);
-        let (best, odd, residual_std) = match formulation {
+        let (theta, minimum, convergence, found) = match formulation {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
-                let odd = found.odd;
-                let (information, covariance) = curvature(&found.minimum);
-                let cost = found.minimum.model.cost;
-                let best = Best {
-                    theta: found.theta,
-                    information,
-                    covariance,
-                    cost,
-                    convergence: found.convergence,
-                    likelihood,
-                };
-                (best, odd, Some(found.std))
+                let extra = (found.odd, Some(found.std));
+                (found.theta, found.minimum, found.convergence, extra)
             }
             Formulation::PredictionError => {
                 let maximum = self.problem(&likelihood).maximise(&self.starts())?;
                 self.noise = maximum.noise;
-                let (information, covariance) = curvature(&maximum.minimum);
-                let cost = maximum.minimum.model.cost;
-                let convergence = maximum.convergence;
-                (
-                    Best {
-                        theta: maximum.theta,
-                        information,
-                        covariance,
-                        cost,
-                        convergence,
-                        likelihood,
-                    },
-                    [0.0; 3],
-                    None,
-                )
+                (maximum.theta, maximum.minimum, maximum.convergence, ([0.0; 3], None))
             }
         };
+        let (information, covariance) = curvature(&minimum);
+        let cost = minimum.model.cost;
+        let best = Best { theta, information, covariance, cost, convergence, likelihood };
+        let (odd, residual_std) = found;
         self.fitted.push(Fitted {
             formulation,
             theta: best.theta,

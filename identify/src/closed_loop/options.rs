@@ -4,7 +4,8 @@ use serde::Serialize;
 use vehicle::Vehicle;
 
 use super::likelihood::Noise;
-use super::regression::{Pull, Target, Weights};
+use super::pull::Pull;
+use super::regression::{Target, Weights};
 use super::smoothing::Smoothing;
 
 /// The box of each axle: B [1/rad], C, D, E.

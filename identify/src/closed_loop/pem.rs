@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Error;
 use super::likelihood::{Likelihood, Noise, Theta8};
 use super::options::Bounds;
-use super::regression::Pull;
+use super::pull::Pull;
 use super::search::{convergence, different, theta};
 use crate::fit::sqp::{self, Limits, Minimum, Model, Objective};
 use crate::result::Convergence;
@@ -17,11 +17,11 @@ use crate::result::Convergence;
 const EXPLODED: f64 = 3.0;
 /// Factors of the process noise that lead from such a start to the noise that is meant.
 const HOMOTOPY: [f64; 2] = [1000.0, 30.0];
-/// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. A residual of 1e-5 is
-/// a distance of some thousandths of a standard deviation for ten thousand samples.
+/// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. B, C and E
+/// are so correlated that a residual of 1e-5 would still be tenths of a standard deviation along the valley.
 const ROUGH: Limits = Limits { iterations: 6, target: 1e-3, tolerance: 1e-2 };
 const COARSE: Limits = Limits { iterations: 15, target: 1e-3, tolerance: 1e-2 };
-const FINE: Limits = Limits { iterations: 40, target: 1e-5, tolerance: 1e-4 };
+const FINE: Limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5 };
 /// Most starts that are put together from the axles of others.
 const MOST_CROSSED: usize = 4;
 /// Largest change of the logarithm of a sensor's noise from its first guess.
@@ -110,43 +110,25 @@ impl Problem<'_> {
         [&self.bounds.lower, &self.bounds.upper].map(|side| DVector::from_fn(8, |i, _| side[i % 4]))
     }
 
-    /// Maximises from all starts, each also with the generic shape of [`reshaped`].
+    /// Maximises from all starts and from others along their valleys.
     ///
     /// # Errors
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
     pub fn maximise(&self, starts: &[Theta8]) -> Result<Maximum, Error> {
-        let along_valley = |start: &Theta8| {
-            let shaped = SHAPES.map(|shape| reshaped(start, shape, &self.bounds));
-            std::iter::once(*start).chain(shaped).collect::<Vec<_>>()
-        };
-        let all: Vec<Theta8> = starts.iter().flat_map(along_valley).collect();
         let thin = Problem { likelihood: &self.likelihood.thinned(), ..*self };
-        let mut evaluations = 0;
-        let mut search = |starts: &[Theta8]| -> Vec<Minimum> {
-            let minima: Vec<Minimum> =
-                starts.par_iter().map(|start| thin.from(start, &self.noise)).collect();
-            evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
-            minima
-        };
-        let mut minima = search(&all);
-        minima.extend(search(&crossed(&minima)));
-        let minima = different(minima, CLOSE);
-        let Some(first) = minima.first() else {
-            return Err(Error::NoStart { starts: all.len() });
-        };
+        let (candidates, count, mut evaluations) = thin.candidates(starts);
+        let none = || Error::NoStart { starts: count };
+        let first = candidates.first().ok_or_else(none)?;
         let mut noise = self.noise;
         if self.estimate_noise {
             noise = thin.noises(&theta(&first.x), &noise, &mut evaluations);
         }
         let minima: Vec<Minimum> =
-            minima.par_iter().map(|from| self.minimise(&from.x, &noise, FINE)).collect();
+            candidates.par_iter().map(|from| self.minimise(&from.x, &noise, FINE)).collect();
         evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
-        let mut minima = different(minima, f64::INFINITY);
-        if minima.is_empty() {
-            return Err(Error::NoStart { starts: all.len() });
-        }
-        let mut minimum = minima.remove(0);
+        let minima = different(minima, f64::INFINITY);
+        let mut minimum = minima.first().cloned().ok_or_else(none)?;
         for _ in 0..if self.estimate_noise { ROUNDS } else { 0 } {
             let before = minimum.model.cost;
             noise = self.noises(&theta(&minimum.x), &noise, &mut evaluations);
@@ -157,14 +139,32 @@ impl Problem<'_> {
             }
         }
         let mut optima = vec![(theta(&minimum.x), minimum.model.cost)];
-        optima.extend(minima.iter().map(|m| (theta(&m.x), m.model.cost)));
+        optima.extend(minima.iter().skip(1).map(|m| (theta(&m.x), m.model.cost)));
         Ok(Maximum {
             theta: theta(&minimum.x),
             noise,
-            convergence: convergence(&minimum, all.len(), optima.len(), evaluations),
+            convergence: convergence(&minimum, count, optima.len(), evaluations),
             optima,
             minimum,
         })
+    }
+
+    /// The best minima from all starts, from others along their valleys, and from those with their axles crossed; how many starts
+    /// that were, and evaluations.
+    fn candidates(&self, starts: &[Theta8]) -> (Vec<Minimum>, usize, usize) {
+        let along_valley = |start: &Theta8| {
+            let shaped = SHAPES.map(|shape| reshaped(start, shape, &self.bounds));
+            std::iter::once(*start).chain(shaped).collect::<Vec<_>>()
+        };
+        let search = |starts: &[Theta8]| -> Vec<Minimum> {
+            starts.par_iter().map(|start| self.from(start, &self.noise)).collect()
+        };
+        let first: Vec<Theta8> = starts.iter().flat_map(along_valley).collect();
+        let mut minima = search(&first);
+        minima.extend(search(&crossed(&minima)));
+        let evaluations = minima.iter().map(|m| m.evaluations).sum::<usize>();
+        let count = minima.len();
+        (different(minima, CLOSE), count, evaluations)
     }
 
     fn minimise(&self, start: &DVector<f64>, noise: &Noise, limits: Limits) -> Minimum {

@@ -1,11 +1,14 @@
 //! Fits both tires to points from several starts: first to short stretches of the drives, then to all of them.
 
+use std::ops::Range;
+
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::likelihood::Theta8;
 use super::points::Point;
-use super::regression::{COLUMNS, Pull, Regression, Target, Weights};
+use super::pull::Pull;
+use super::regression::{COLUMNS, Regression, Target, Weights};
 use super::{Bounds, Error};
 use crate::fit::sqp::{self, Limits, Minimum};
 use crate::result::{Convergence, Status};
@@ -78,21 +81,7 @@ impl Search {
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
     pub fn run(&self, body: &vehicle::Body, points: &[Vec<Point>]) -> Result<Found, Error> {
-        let whole: Vec<_> = points.iter().enumerate().map(|(i, p)| (i, 0..p.len())).collect();
-        let thin = whole.iter().flat_map(|(i, range)| {
-            let stretch = move |from: usize| (*i, from..(from + THIN_LENGTH).min(range.end));
-            range.clone().step_by(THIN_PERIOD).map(stretch)
-        });
-        let mut regression = Regression {
-            body: *body,
-            points,
-            blocks: thin.collect(),
-            target: self.target,
-            weights: self.weights,
-            std: self.std,
-            odd: self.odd,
-            pull: self.pull,
-        };
+        let (mut regression, whole) = self.regression(body, points);
         let [lower, upper] = self.corners();
         let coarse = Limits { iterations: 60, target: 1e-4, tolerance: 1e-3 };
         let minima: Vec<Minimum> = starts(&self.bounds, self.starts.max(1), self.seed)
@@ -126,6 +115,30 @@ impl Search {
             std: regression.residual_std(&minimum.x),
             minimum,
         })
+    }
+
+    /// Residuals over short stretches, and the stretches that make up everything.
+    fn regression<'a>(
+        &self,
+        body: &vehicle::Body,
+        points: &'a [Vec<Point>],
+    ) -> (Regression<'a>, Vec<(usize, Range<usize>)>) {
+        let whole: Vec<_> = points.iter().enumerate().map(|(i, p)| (i, 0..p.len())).collect();
+        let thin = whole.iter().flat_map(|(i, range)| {
+            let stretch = move |from: usize| (*i, from..(from + THIN_LENGTH).min(range.end));
+            range.clone().step_by(THIN_PERIOD).map(stretch)
+        });
+        let regression = Regression {
+            body: *body,
+            points,
+            blocks: thin.collect(),
+            target: self.target,
+            weights: self.weights,
+            std: self.std,
+            odd: self.odd,
+            pull: self.pull,
+        };
+        (regression, whole)
     }
 
     fn corners(&self) -> [DVector<f64>; 2] {

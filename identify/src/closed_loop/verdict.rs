@@ -7,7 +7,7 @@ use vehicle::MagicFormula;
 
 use super::likelihood::Theta8;
 use super::profile::{Explored, Profile, Quantity};
-use super::regression::Pull;
+use super::pull::Pull;
 use crate::result::{ByName, Convergence, Estimate, Verdict};
 
 /// Standard deviation over that of the box, above which data say little.
