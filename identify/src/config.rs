@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use vehicle::{Aero, Body, Vehicle};
 
 use crate::direction::Direction;
 use crate::fit::{self, Constraints, Options, SlipNoise};
@@ -18,6 +19,8 @@ use crate::study::excitation::Excitation;
 pub enum Config {
     /// Identify the tires of a car from what it did.
     Tires(Box<Tires>),
+    /// Identify the tires of both axles from a drive under closed-loop control.
+    ClosedLoop(Box<ClosedLoop>),
     /// Identify one curve from slips and forces.
     Curve(Box<OneCurve>),
     /// Tell from which excitation on each parameter is identified.
@@ -35,6 +38,7 @@ impl Config {
         let config: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
         match &config {
             Self::Tires(tires) => tires.check()?,
+            Self::ClosedLoop(_) => {}
             Self::Curve(curve) => {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
                 curve.fit.check("fit")?;
@@ -103,6 +107,34 @@ impl Tires {
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")
+    }
+}
+
+/// `task = "closed_loop"`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClosedLoop {
+    /// Masses and lengths; those of the demo car unless given.
+    #[serde(default)]
+    pub body: Body,
+    /// Drag and downforce.
+    #[serde(default)]
+    pub aero: Aero,
+    /// Whether intervals come from profiles of the likelihood, which takes as long as ten fits; else from its curvature.
+    #[serde(default)]
+    pub profile: bool,
+    /// The node whose start values `tires.toml` sets.
+    #[serde(default = "plant")]
+    pub node: String,
+    /// Turns the starts.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+impl ClosedLoop {
+    /// The car, whose tires are not used.
+    pub fn car(&self) -> Vehicle {
+        Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() }
     }
 }
 

@@ -4,7 +4,7 @@
 //! y_D = sin φ, y_C = D w cos φ, y_E = −S(u − a), y_x = S B p and y_B = S x p with p = 1 − E + E/(1 + u²).
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-mod elementary;
+pub(crate) mod elementary;
 mod slope;
 
 use rayon::prelude::*;

@@ -6,6 +6,7 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+pub mod closed_loop;
 pub mod compressed;
 pub mod config;
 pub mod design;

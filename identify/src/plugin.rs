@@ -1,5 +1,6 @@
 //! Does what a scenario asks for: from its signals and settings to a result, a page, and start values for the next run.
 
+mod closed_loop;
 mod curve;
 mod tires;
 
@@ -24,6 +25,7 @@ impl Analysis for Identify {
         Need::optional("a_z", "m/s2", "vertical specific force; 9.81 on a level road"),
         Need::optional("r", "rad/s", "yaw rate"),
         Need::optional("delta", "rad", "steering angle of the front wheels"),
+        Need::optional("F_x", "N", "longitudinal force, braking when negative"),
         Need::optional("omega_fl", "rad/s", "speed of the front left wheel"),
         Need::optional("omega_fr", "rad/s", "speed of the front right wheel"),
         Need::optional("omega_rl", "rad/s", "speed of the rear left wheel"),
@@ -43,6 +45,7 @@ impl Analysis for Identify {
                 // Without backticks: what is missing cannot be pointed at.
                 recording.complete().map_err(|error| error.to_string().replace('`', "'"))
             }
+            Config::ClosedLoop(_) => closed_loop::recording(request).map(drop),
             Config::Curve(_) => curve::columns(request).map(drop),
             Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
         }
@@ -51,6 +54,7 @@ impl Analysis for Identify {
     fn run(request: &Request, host: &mut dyn Host) -> Result<String, String> {
         let result = match Config::read(request.config)? {
             Config::Tires(config) => tires::tires(&config, request, host)?,
+            Config::ClosedLoop(config) => closed_loop::closed_loop(&config, request, host)?,
             Config::Curve(config) => curve::curve(&config, request, host)?,
             Config::ExcitationStudy(study) => excitation_study(&study, host)?,
             Config::SensitivityStudy(study) => sensitivity_study(&study, host),

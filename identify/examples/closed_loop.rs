@@ -1,0 +1,230 @@
+//! Prints how well both axles are identified from closed-loop drives, for noises, tires, cars and seeds.
+//!
+//! `closed_loop [--known-noise] [--profile] [--compare] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
+//! peak; `closed_loop run.csv` identifies from a recording of
+//! `scenarios/limit_handling.toml`, of the default tires unless `--tires B,C,D,E,B,C,D,E` says otherwise.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+#[path = "../tests/support/drive.rs"]
+mod drive;
+
+use identify::closed_loop::validation::{Manoeuvre, compare};
+use identify::closed_loop::{
+    Formulation, Identified, Noise, Noises, Options, Recording, Target, Theta8, curve, identify,
+};
+use identify::result::{ByName, Verdict};
+use vehicle::{Body, Vehicle};
+
+const EQUAL: Theta8 = [22.0, 1.8, 1.6, 0.8, 22.0, 1.8, 1.6, 0.8];
+const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+
+/// Processor time of this process [s], with a resolution of 0.01 s; not a number where the system does not tell.
+fn processor() -> f64 {
+    let Ok(text) = std::fs::read_to_string("/proc/self/stat") else { return f64::NAN };
+    let after_name = text.rsplit(')').next().unwrap_or_default();
+    let ticks = after_name.split_whitespace().skip(11).take(2);
+    ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
+}
+
+/// Largest distance of two curves of an axle over 0 to 0.3 rad, in % of the peak.
+fn curve_error(found: &Theta8, truth: &Theta8, o: usize) -> f64 {
+    let (found, expected) = (curve(found, o), curve(truth, o));
+    let off = |k: usize| {
+        let slip = 0.001 * k as f64;
+        (found.coefficient(slip) - expected.coefficient(slip)).abs()
+    };
+    100.0 * (0..=300).map(off).fold(0.0, f64::max) / expected.D
+}
+
+fn stiffness(theta: &Theta8, o: usize) -> f64 {
+    theta[o] * theta[o + 1] * theta[o + 2]
+}
+
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most, value| most.max(value.abs()))
+}
+
+fn line(name: &str, theta: &Theta8, truth: &Theta8, car: &Vehicle) {
+    let parameter = largest((0..8).map(|i| 100.0 * (theta[i] / truth[i] - 1.0)));
+    let K = largest(
+        [0, 4].map(|o| 100.0 * (stiffness(theta, o) / stiffness(truth, o) - 1.0)).into_iter(),
+    );
+    let curves = |theta: &Theta8| [curve(theta, 0), curve(theta, 4)];
+    let rmse = Manoeuvre::ALL.map(|manoeuvre| {
+        let off = compare(manoeuvre, car, curves(theta), curves(truth));
+        100.0 * off[0].max(off[1])
+    });
+    println!(
+        "{name:28} {parameter:9.3} {:9.4} {:9.4} {K:9.4}   {:8.3} {:8.3} {:8.3} {:8.3}",
+        curve_error(theta, truth, 0),
+        curve_error(theta, truth, 4),
+        rmse[0],
+        rmse[1],
+        rmse[2],
+        rmse[3]
+    );
+}
+
+fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds: f64) {
+    for fitted in &found.formulations {
+        let kind = match fitted.formulation {
+            Formulation::Points(Target::SmoothedAcceleration) => "A",
+            Formulation::Points(Target::Acceleration) => "B",
+            Formulation::Points(Target::AxleForces) => "C",
+            Formulation::Points(Target::AccelerationAndYaw) => "E",
+            Formulation::PredictionError => "D",
+        };
+        line(&format!("{name} {kind}"), &fitted.theta, truth, car);
+        println!("    {:.4?}", fitted.theta);
+        let convergence = &fitted.convergence;
+        println!(
+            "    {:?} {:.3} s wall, {} evaluations, kkt {:.1e}, {} optima of {} starts",
+            convergence.status,
+            fitted.seconds,
+            convergence.evaluations,
+            convergence.kkt_residual.unwrap_or(f64::NAN),
+            convergence.optima,
+            convergence.starts
+        );
+    }
+    let innovations = &found.innovations;
+    println!(
+        "    innovations {:.3} of expected, squares {:.3?}, autocorrelation {:.3?}; {seconds:.2} s of processor in all",
+        innovations.cost / innovations.expected_cost,
+        innovations.mean_square,
+        innovations.autocorrelation
+    );
+}
+
+fn verdicts(found: &Identified) {
+    for (axle, estimate) in [("front", &found.front), ("rear", &found.rear)] {
+        let identified: &ByName<Verdict> = &estimate.identified;
+        for (name, verdict) in identified {
+            let (value, std, ends) =
+                (estimate.mean[name], estimate.std[name], estimate.interval[name]);
+            println!(
+                "    {axle:5} {name:2} {value:9.4} ± {std:.4} {ends:.4?} {verdict:?}: {}",
+                estimate.reason[name]
+            );
+        }
+    }
+}
+
+fn read(path: &str) -> Result<Recording, Box<dyn std::error::Error>> {
+    let text = std::fs::read_to_string(path)?;
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().ok_or("an empty file")?.split(',').collect();
+    let parsed: Result<Vec<Vec<f64>>, _> =
+        lines.map(|line| line.split(',').map(str::parse).collect()).collect();
+    let rows = parsed?;
+    let column = |name: &str| -> Result<Vec<f64>, String> {
+        let i = head.iter().position(|h| *h == name).ok_or(format!("no column {name}"))?;
+        Ok(rows.iter().map(|row| row[i]).collect())
+    };
+    Ok(Recording {
+        t: column("time")?,
+        v_x: column("estimator.v_x_meas")?,
+        v_y: column("estimator.v_y_meas")?,
+        r: column("estimator.r_meas")?,
+        a_y: column("estimator.a_y_meas")?,
+        F_x: column("plant.F_x")?,
+        delta: column("plant.delta")?,
+    })
+}
+
+struct Wishes {
+    known_noise: bool,
+    profile: bool,
+    compare: bool,
+}
+
+fn run(
+    name: &str,
+    recording: &Recording,
+    truth: &Theta8,
+    car: &Vehicle,
+    noise: &[f64; 4],
+    wishes: &Wishes,
+) {
+    let noises = if wishes.known_noise {
+        Noises::Known(Noise::of_sensors(*noise))
+    } else {
+        Noises::Estimated
+    };
+    let others = [Target::SmoothedAcceleration, Target::Acceleration, Target::AxleForces];
+    let compare =
+        if wishes.compare { others.map(Formulation::Points).to_vec() } else { Vec::new() };
+    let options =
+        Options { car: *car, noises, profile: wishes.profile, compare, ..Options::default() };
+    let begin = processor();
+    match identify(std::slice::from_ref(recording), &options, &mut |_, _| ()) {
+        Ok(found) => {
+            report(name, &found, truth, car, processor() - begin);
+            if wishes.profile {
+                verdicts(&found);
+            }
+        }
+        Err(error) => println!("{name}: {error}"),
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let has = |flag: &str| arguments.iter().any(|a| a == flag);
+    let after =
+        |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
+    let wishes = Wishes {
+        known_noise: has("--known-noise"),
+        profile: has("--profile"),
+        compare: has("--compare"),
+    };
+    println!(
+        "{:28} {:>9} {:>9} {:>9} {:>9}   {:>8} {:>8} {:>8} {:>8}",
+        "[%]", "parameter", "front", "rear", "BCD", "ramp", "step", "dwell", "lane"
+    );
+    let default = Vehicle::default();
+    if let Some(path) = arguments.first().filter(|a| a.ends_with(".csv")) {
+        let tires: Vec<f64> = match after("--tires") {
+            Some(text) => text.split(',').map(str::parse).collect::<Result<_, _>>()?,
+            None => EQUAL.to_vec(),
+        };
+        let truth: Theta8 = tires.try_into().map_err(|_| "eight numbers after --tires")?;
+        run("recording", &read(path)?, &truth, &default, &drive::USUAL, &wishes);
+        return Ok(());
+    }
+    if has("--chirp") {
+        let recording = drive::drive(&default, &drive::chirp(145.0), &drive::CLEAN, 1);
+        run("chirp", &recording, &EQUAL, &default, &drive::CLEAN, &wishes);
+        return Ok(());
+    }
+    let seeds: u64 = after("--seeds").map_or(Ok(3), |n| n.parse())?;
+    let light =
+        Vehicle { body: Body { m: 620.0, I_zz: 800.0, l_f: 1.5, l_r: 1.5, h: 0.3 }, ..default };
+    let heavy =
+        Vehicle { body: Body { m: 1500.0, I_zz: 2400.0, l_f: 1.3, l_r: 1.5, h: 0.5 }, ..default };
+    let reference = drive::limit(&[15.0, 25.0, 40.0, 60.0, 80.0], 6.0);
+    let cars = [
+        ("demo", default, EQUAL),
+        ("demo", default, UNEQUAL),
+        ("light", light, UNEQUAL),
+        ("heavy", heavy, UNEQUAL),
+    ];
+    let only = after("--only");
+    for (noise_name, noise) in
+        [("clean", drive::CLEAN), ("usual", drive::USUAL), ("harsh", drive::HARSH)]
+    {
+        for (car_name, car, truth) in &cars {
+            for seed in 1..=seeds {
+                let tires = if *truth == EQUAL { "equal" } else { "unequal" };
+                let name = format!("{noise_name} {car_name} {tires} {seed}");
+                if only.is_some_and(|part| !name.contains(part.as_str())) {
+                    continue;
+                }
+                let on_tires = drive::on_tires(car, truth);
+                let recording = drive::drive(&on_tires, &reference, &noise, seed);
+                run(&name, &recording, truth, car, &noise, &wishes);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,68 @@
+//! What an identification from closed-loop drives found.
+
+use serde::Serialize;
+
+use super::likelihood::{Noise, Theta8};
+use super::options::Formulation;
+use super::series::Series;
+use crate::parameters::Theta;
+use crate::result::{Convergence, Estimate};
+
+/// What one formulation found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Fitted {
+    /// Which one.
+    pub formulation: Formulation,
+    /// Parameters.
+    pub theta: Theta8,
+    /// Standard deviations of the parameters, from the curvature of the cost.
+    pub std: Theta8,
+    /// Factors of the odd terms v_y/v_x, r/v_x and v_x v_y of the lateral acceleration; 0 unless they were free.
+    pub odd: [f64; 3],
+    /// Root mean squares of the residuals of fits to points: accelerations [m/s²], yaw-rate changes [rad/s], front and rear
+    /// forces [N]; absent for prediction errors.
+    pub residual_std: Option<[f64; 4]>,
+    /// How it was found.
+    pub convergence: Convergence,
+    /// Wall time without smoothing [s].
+    pub seconds: f64,
+}
+
+/// How well measurements were predicted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Innovations {
+    /// Mean of squared innovations over their variances, of v_x, v_y, r and a_y: 1 if model and noises are right.
+    pub mean_square: [f64; 4],
+    /// Half of their sum.
+    pub cost: f64,
+    /// What that is on average if model and noises are right: half of the number of measurements.
+    pub expected_cost: f64,
+    /// Correlation of each with the one before, 0 if the model is right; ±2/√N is within chance.
+    pub autocorrelation: [f64; 4],
+}
+
+/// What was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Identified {
+    /// Front axle.
+    pub front: Estimate,
+    /// Rear axle.
+    pub rear: Estimate,
+    /// Curves of the front and the rear axle.
+    pub curves: [Theta; 2],
+    /// Covariance of B, C, D, E of the front and the rear axle [8 × 8]: the bound of Cramér and Rao.
+    pub covariance: Vec<Vec<f64>>,
+    /// Noises that were estimated or given.
+    pub noise: Noise,
+    /// How the deciding formulation converged.
+    pub convergence: Convergence,
+    /// How well measurements were predicted by these tires.
+    pub innovations: Innovations,
+    /// All formulations that were fitted, the deciding one last.
+    pub formulations: Vec<Fitted>,
+    /// Columns of each recording.
+    #[serde(skip)]
+    pub series: Vec<Series>,
+    /// Wall time of everything [s].
+    pub seconds: f64,
+}

@@ -1,0 +1,272 @@
+//! How probable recordings are, given tires and noises: the likelihood of prediction errors, with exact derivatives.
+//!
+//! The cost is ½ Σ (e²/s + ln s) over all residuals e of variance s that [`super::filter`] gives, the negative logarithm of the
+//! likelihood but for a constant. Its second derivatives are replaced by what they are on average if the model is right, Fisher's
+//! information Σ (e_i e_j / s + ½ s_i s_j / s²), which needs first derivatives only.
+
+use nalgebra::{DMatrix, DVector};
+use vehicle::{Input, Vehicle};
+
+use super::car::{Held, Tires};
+use super::filter::{Belief, Filter, Innovation, Variances};
+use super::recording::Recording;
+use super::scalar::{Scalar, Tangent};
+
+/// Standard deviation of the unknown longitudinal force before any data [N].
+const START_STD_XI: f64 = 300.0;
+/// Stiffness per load [1/rad] that no tire exceeds by much: with it, Runge-Kutta steps are short enough.
+const STIFFEST: f64 = 90.0;
+/// Longest Runge-Kutta step in units of the fastest pole; the method is stable up to 2.78.
+const POLE_REACH: f64 = 1.0;
+/// Longest Runge-Kutta step [s].
+const LONGEST_STEP: f64 = 0.005;
+
+/// Samples of a stretch that starts are compared on, and length of recordings from which on that is done.
+const STRETCH: usize = 200;
+const THIN_FROM: usize = 16 * STRETCH;
+
+/// Noises of a recording, as standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Noise {
+    /// Of measured v_x, v_y, r and a_y [m/s, m/s, rad/s, m/s²].
+    pub sensor: [f64; 4],
+    /// Of the random walk that v_x, v_y, r and ξ_x do besides the model, after one second [m/s, m/s, rad/s, N].
+    pub process: [f64; 4],
+}
+
+impl Noise {
+    /// These sensors, on a car that the model describes well.
+    pub fn of_sensors(sensor: [f64; 4]) -> Self {
+        Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0] }
+    }
+
+    /// With the process multiplied by a factor.
+    pub fn with_process(&self, factor: f64) -> Self {
+        Self { sensor: self.sensor, process: self.process.map(|std| std * factor) }
+    }
+
+    pub(crate) fn variances<T: Scalar>(&self) -> Variances<T> {
+        let square = |std: f64| T::constant(std * std);
+        Variances { process: self.process.map(square), sensor: self.sensor.map(square) }
+    }
+}
+
+/// Parameters of both axles in the order B, C, D, E of the front and of the rear axle.
+pub type Theta8 = [f64; 8];
+
+#[derive(Clone, Copy)]
+struct Sample {
+    u: Held,
+    h: f64,
+    half: usize,
+    measured: [f64; 4],
+}
+
+/// The likelihood of recordings of one car; evaluations share nothing, so several threads may make them.
+pub struct Likelihood {
+    car: Vehicle,
+    recordings: Vec<([f64; 4], Vec<Sample>)>,
+    samples: usize,
+}
+
+/// The likelihood at one point, with its derivatives along `L` directions.
+#[derive(Clone, Debug)]
+pub struct Evaluation<const L: usize> {
+    /// ½ Σ (e²/s + ln s).
+    pub cost: f64,
+    /// Its derivatives.
+    pub gradient: [f64; L],
+    /// Fisher's information.
+    pub information: [[f64; L]; L],
+    /// Mean of e²/s for v_x, v_y, r and a_y; 1 if model and noises are right.
+    pub mean_square: [f64; 4],
+}
+
+impl<const L: usize> Evaluation<L> {
+    fn zero() -> Self {
+        Self { cost: 0.0, gradient: [0.0; L], information: [[0.0; L]; L], mean_square: [0.0; 4] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, innovation: &Innovation<Tangent<L>>) {
+        let mut determinant = 1.0;
+        for i in 0..4 {
+            let (e, s) = (&innovation.residual[i], &innovation.variance[i]);
+            let inverse = 1.0 / s.value;
+            let square = e.value * e.value * inverse;
+            let (by_e, by_s) = (e.value * inverse, 0.5 * inverse * (1.0 - square));
+            self.cost += 0.5 * square;
+            self.mean_square[i] += square;
+            determinant *= s.value;
+            let half = 0.5 * inverse * inverse;
+            for a in 0..L {
+                self.gradient[a] += by_e * e.along[a] + by_s * s.along[a];
+                let (e_a, s_a) = (e.along[a] * inverse, s.along[a] * half);
+                for b in 0..L {
+                    self.information[a][b] += e_a * e.along[b] + s_a * s.along[b];
+                }
+            }
+        }
+        self.cost += 0.5 * determinant.ln();
+    }
+
+    /// As the model that a minimiser wants.
+    pub fn model(&self, samples: usize) -> crate::fit::sqp::Model {
+        crate::fit::sqp::Model {
+            cost: self.cost,
+            gradient: DVector::from_column_slice(&self.gradient),
+            hessian: DMatrix::from_fn(L, L, |i, j| self.information[i][j]),
+            scale: (4.0 * samples as f64).sqrt(),
+        }
+    }
+}
+
+impl Likelihood {
+    /// Prepares recordings, which must have passed [`Recording::check`]. The car's own tires are not used.
+    pub fn new(car: &Vehicle, recordings: &[Recording]) -> Self {
+        let prepared: Vec<_> = recordings.iter().map(|recording| prepare(car, recording)).collect();
+        let samples = prepared.iter().map(|(_, samples)| samples.len()).sum();
+        Self { car: *car, recordings: prepared, samples }
+    }
+
+    /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
+    pub fn thinned(&self) -> Self {
+        let mut parts = Vec::new();
+        for (first, samples) in &self.recordings {
+            if samples.len() < THIN_FROM {
+                parts.push((*first, samples.clone()));
+                continue;
+            }
+            for from in (0..samples.len()).step_by(4 * STRETCH) {
+                let stretch = &samples[from..(from + STRETCH).min(samples.len())];
+                parts.push((stretch[0].measured, stretch[1..].to_vec()));
+            }
+        }
+        let samples = parts.iter().map(|(_, samples)| samples.len()).sum();
+        Self { car: self.car, recordings: parts, samples }
+    }
+
+    /// Number of samples that are predicted: all but the first of each recording.
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Cost, gradient and information with respect to the parameters of the tires.
+    pub fn of_tires(&self, theta: &Theta8, noise: &Noise) -> Evaluation<8> {
+        let seed = |offset: usize| {
+            std::array::from_fn(|i| Tangent::seed(theta[offset + i], offset + i, 1.0))
+        };
+        self.evaluate(Tires { front: seed(0), rear: seed(4) }, noise.variances())
+    }
+
+    /// Cost, gradient and information with respect to the logarithms of the standard deviations of the sensors' noises, and to
+    /// the variances of the process noises: those may be 0, where the logarithm would have no slope.
+    pub fn of_noise(&self, theta: &Theta8, noise: &Noise) -> Evaluation<8> {
+        let constant =
+            |offset: usize| std::array::from_fn(|i| Tangent::constant(theta[offset + i]));
+        let squares = |stds: &[f64; 4]| stds.map(|std| std * std);
+        let (sensor, process) = (squares(&noise.sensor), squares(&noise.process));
+        let variances = Variances {
+            sensor: std::array::from_fn(|i| Tangent::seed(sensor[i], i, 2.0 * sensor[i])),
+            process: std::array::from_fn(|i| Tangent::seed(process[i], 4 + i, 1.0)),
+        };
+        self.evaluate(Tires { front: constant(0), rear: constant(4) }, variances)
+    }
+
+    fn evaluate<const L: usize>(
+        &self,
+        tires: Tires<Tangent<L>>,
+        noise: Variances<Tangent<L>>,
+    ) -> Evaluation<L> {
+        let mut sum = Evaluation::zero();
+        self.run(tires, noise, |_, _, innovation, _| sum.add(innovation));
+        sum.mean_square = sum.mean_square.map(|square| square / self.samples as f64);
+        sum
+    }
+
+    /// The cost alone.
+    pub fn cost(&self, theta: &Theta8, noise: &Noise) -> f64 {
+        let tires = tires(theta);
+        let mut cost = 0.0;
+        self.run(tires, noise.variances(), |_, _, innovation, _| {
+            let s = &innovation.variance;
+            for (e, s) in innovation.residual.iter().zip(s) {
+                cost += 0.5 * e * e / s;
+            }
+            cost += 0.5 * (s[0] * s[1] * s[2] * s[3]).ln();
+        });
+        cost
+    }
+
+    /// Shows all innovations, and the state after each: (recording, row, innovation, belief).
+    pub(crate) fn run<T: Scalar>(
+        &self,
+        tires: Tires<T>,
+        noise: Variances<T>,
+        visit: impl FnMut(usize, usize, &Innovation<T>, &Belief<T>),
+    ) {
+        pulp::Arch::new().dispatch(Pass { likelihood: self, tires, noise, visit });
+    }
+}
+
+/// One pass over all recordings. It is a type of its own since the widest vector instructions of the machine reach only what is
+/// inlined into it, and of a closure the compiler would not inline this much.
+struct Pass<'a, T, V> {
+    likelihood: &'a Likelihood,
+    tires: Tires<T>,
+    noise: Variances<T>,
+    visit: V,
+}
+
+impl<T: Scalar, V: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> pulp::WithSimd
+    for Pass<'_, T, V>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+        let filter = Filter { car: &self.likelihood.car, tires: self.tires, noise: self.noise };
+        for (recording, (first, samples)) in self.likelihood.recordings.iter().enumerate() {
+            let mut belief = start(first, &self.noise);
+            for (k, sample) in samples.iter().enumerate() {
+                let innovation =
+                    filter.step(&mut belief, &sample.u, sample.h, sample.half, &sample.measured);
+                (self.visit)(recording, k + 1, &innovation, &belief);
+            }
+        }
+    }
+}
+
+/// Plain numbers for both axles.
+pub(crate) fn tires(theta: &Theta8) -> Tires<f64> {
+    let [bf, cf, df, ef, br, cr, dr, er] = *theta;
+    Tires { front: [bf, cf, df, ef], rear: [br, cr, dr, er] }
+}
+
+/// The first row as the state before the second.
+fn start<T: Scalar>(first: &[f64; 4], noise: &Variances<T>) -> Belief<T> {
+    let zero = T::constant(0.0);
+    let mut P = [[zero; 4]; 4];
+    for (i, row) in P.iter_mut().enumerate().take(3) {
+        row[i] = noise.sensor[i];
+    }
+    P[3][3] = T::constant(START_STD_XI * START_STD_XI);
+    Belief { x: [first[0], first[1], first[2], 0.0].map(T::constant), P }
+}
+
+fn prepare(car: &Vehicle, recording: &Recording) -> ([f64; 4], Vec<Sample>) {
+    let body = &car.body;
+    let [front, rear] = body.static_loads().map(|load| load * STIFFEST);
+    let pole = (body.l_f * body.l_f * front + body.l_r * body.l_r * rear) / body.I_zz
+        + (front + rear) / body.m;
+    let sample = |k: usize| {
+        let h = recording.t[k] - recording.t[k - 1];
+        let speed = recording.v_x[k - 1].max(vehicle::SLIP_SPEED_FLOOR);
+        let longest = (POLE_REACH * speed / pole).min(LONGEST_STEP);
+        let half = (0.5 * h / longest - 1e-9).ceil().max(1.0) as usize;
+        let u = Held::new(car, &Input { F_x: recording.F_x[k], delta: recording.delta[k] });
+        Sample { u, h, half, measured: recording.measured(k) }
+    };
+    let samples = (1..recording.len()).map(sample).collect();
+    (recording.measured(0), samples)
+}

@@ -1,0 +1,93 @@
+//! What can be chosen in an identification from closed-loop drives.
+
+use serde::Serialize;
+use vehicle::Vehicle;
+
+use super::likelihood::Noise;
+use super::pull::Pull;
+use super::regression::{Target, Weights};
+use super::smoothing::Smoothing;
+
+/// The box of each axle: B [1/rad], C, D, E.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lowest values.
+    pub lower: [f64; 4],
+    /// Highest values.
+    pub upper: [f64; 4],
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { lower: [5.0, 1.0, 0.5, -1.0], upper: [40.0, 2.8, 3.0, 1.0] }
+    }
+}
+
+/// How tires are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// Least squares over points along smoothed states.
+    Points(Target),
+    /// Most probable prediction errors of a filter with the tires inside, started where
+    /// [`Target::AccelerationAndYaw`] ends.
+    PredictionError,
+}
+
+/// What is known of the noises.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Noises {
+    /// They are estimated, from a first guess by third differences.
+    #[default]
+    Estimated,
+    /// They are these.
+    Known(Noise),
+}
+
+/// What can be chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The car; its own tires are not used.
+    pub car: Vehicle,
+    /// What decides.
+    pub method: Formulation,
+    /// What is fitted besides, for comparison.
+    pub compare: Vec<Formulation>,
+    /// The box of each axle.
+    pub bounds: Bounds,
+    /// What pulls the parameters.
+    pub pull: Pull,
+    /// How residuals of points are weighed.
+    pub weights: Weights,
+    /// Whether fits of points to accelerations have three odd terms besides the tires.
+    pub odd: bool,
+    /// Starts of fits to points.
+    pub starts: usize,
+    /// Turns the starts.
+    pub seed: u64,
+    /// The noises.
+    pub noises: Noises,
+    /// How states are smoothed for fits to points.
+    pub smoothing: Smoothing,
+    /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes as long as ten fits.
+    pub profile: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            car: Vehicle::default(),
+            method: Formulation::PredictionError,
+            compare: Vec::new(),
+            bounds: Bounds::default(),
+            pull: Pull::default(),
+            weights: Weights::Plain,
+            odd: false,
+            starts: 8,
+            seed: 1,
+            noises: Noises::Estimated,
+            smoothing: Smoothing::default(),
+            profile: true,
+        }
+    }
+}
