@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::harness::{Ended, Lab, ROOT, trackside};
+use super::harness::{Ended, Lab, ROOT, limit_handling, trackside};
 use super::python::python;
 
 /// Runs a scenario of a lab from the workspace, where the plugin is.
@@ -60,6 +60,37 @@ fn a_recording_gives_the_tires_that_the_run_gave_and_they_drive_the_plant() {
     command.arg(lab.path("steer")).arg("--set");
     command.arg(format!("@{}", lab.path("out/tires.toml").display()));
     Ended::of(command.output().expect("it starts")).expect(0);
+}
+
+#[test]
+fn noisy_sensors_in_a_closed_loop_give_the_tires_of_the_plant() {
+    let lab = Lab::new();
+    let recording = limit_handling().path("run/run.mcap");
+    let measured = ["v_x", "v_y", "r", "a_y"].map(|name| (name, format!("{name}_meas")));
+    let inputs = ["F_x", "delta"].map(|name| (name, name.to_owned()));
+    let columns = measured.into_iter().chain(inputs);
+    let columns =
+        columns.map(|(name, signal)| format!("{name} = {{ column = \"estimator.{signal}\" }}\n"));
+    let text = format!(
+        "[[analysis]]\nname = \"tires\"\ncrate = \"identify\"\nconfig = {{ task = \"closed_loop\" }}\n\n\
+         [analysis.table]\npath = {recording:?}\n[analysis.table.columns]\n{}",
+        columns.collect::<String>()
+    );
+    run(&lab, &text).expect(0);
+    let found = &lab.report("out")["analyses"]["tires"];
+    for axle in ["front", "rear"] {
+        for (name, truth) in [("B", 22.0), ("C", 1.8), ("D", 1.6), ("E", 0.8), ("K", 63.36)] {
+            let value = found["pem"][axle]["mean"][name].as_f64().expect("a number");
+            let part = if name == "K" { 0.003 } else { 0.01 };
+            assert!((value / truth - 1.0).abs() < part, "{axle} {name}: {value}, truth {truth}");
+        }
+    }
+    let [cost, expected] = ["cost", "expected_cost"]
+        .map(|name| found["innovations"][name].as_f64().expect("a number"));
+    assert!((cost / expected - 1.0).abs() < 0.03, "{cost} {expected}");
+    let bytes = std::fs::read(lab.path("out/run.mcap")).expect("a recording");
+    let topic = b"/tires/whitened innovations";
+    assert!(bytes.windows(topic.len()).any(|bytes| bytes == topic));
 }
 
 #[test]
