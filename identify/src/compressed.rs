@@ -67,6 +67,20 @@ impl Compressed {
         self.count
     }
 
+    /// Slip of each node with Σ w and Σ w y of the samples that it stands for.
+    pub fn nodes(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.slips
+            .iter()
+            .zip(&self.weights)
+            .zip(&self.forces)
+            .map(|((slip, weight), force)| [*slip, *weight, *force])
+    }
+
+    /// Weighted sum of squared forces.
+    pub fn square(&self) -> f64 {
+        self.square
+    }
+
     /// Weighted sum of squared residuals.
     pub fn squares(&self, theta: &Theta) -> f64 {
         let change = pulp::Arch::new().dispatch(

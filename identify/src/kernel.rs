@@ -107,6 +107,37 @@ pub fn value_and_gradient(theta: &Theta, slip: f64) -> (f64, Theta) {
     (D * sin + S_v, [Sp * x, D * w * cos, sin, -S * bend, Sp * B, 1.0])
 }
 
+/// Σ a h², Σ b h and Σ c h over slips, where h is the curve of B, C and E with D = 1 and without shifts.
+pub fn shapes([B, C, E]: [f64; 3], slips: &[f64], weights: [&[f64]; 3]) -> [f64; 3] {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let mut sums = [[0.0; LANES]; 3];
+            let mut h = [0.0; BLOCK];
+            for (index, slips) in slips.chunks(BLOCK).enumerate() {
+                let h = &mut h[..slips.len()];
+                for (h, &slip) in h.iter_mut().zip(slips) {
+                    *h = value(&[B, C, 1.0, E, 0.0, 0.0], slip);
+                }
+                let [a, b, c] = weights.map(|column| &column[index * BLOCK..][..h.len()]);
+                for (((h, a), b), c) in h
+                    .chunks(LANES)
+                    .zip(a.chunks(LANES))
+                    .zip(b.chunks(LANES))
+                    .zip(c.chunks(LANES))
+                {
+                    for k in 0..h.len() {
+                        sums[0][k] += a[k] * h[k] * h[k];
+                        sums[1][k] += b[k] * h[k];
+                        sums[2][k] += c[k] * h[k];
+                    }
+                }
+            }
+            sums.map(add_lanes)
+        },
+    )
+}
+
 /// Adds up the chunks in their order, whoever calculates them.
 fn sum(samples: &Samples, chunk: impl Fn(std::ops::Range<usize>) -> Pass + Sync) -> Pass {
     let n = samples.len();
@@ -213,6 +244,10 @@ fn dot(a: &Column, b: &Column) -> f64 {
             lanes[k] += a[k] * b[k];
         }
     }
-    let [a, b, c, d, e, f, g, h] = lanes;
+    add_lanes(lanes)
+}
+
+#[inline(always)]
+fn add_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }

@@ -2,10 +2,40 @@
 //!
 //! Whatever method made the draws, everything that is told of uncertainty comes from here.
 
+pub mod grid;
+pub mod report;
 pub mod tempered;
 
+use crate::compressed::Compressed;
 use crate::parameters::{Parameter, Theta};
+use crate::prior::Prior;
 use crate::quantity::Quantity;
+use report::{Method, Report};
+
+/// Draws and how they were made.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The draws.
+    pub posterior: Posterior,
+    /// How they were made.
+    pub report: Report,
+}
+
+/// The best draws there are: from the grid where it can be relied on, else from a tempered population. `optima` are points
+/// not to miss.
+pub fn draw(data: &Compressed, prior: &Prior, optima: &[Theta], seed: u64) -> Found {
+    let options = grid::Options { seed, ..grid::Options::default() };
+    let found = grid::draw(data, prior, optima, &options);
+    match found {
+        Some(found) if found.report.status == report::Status::Exact => found,
+        other => {
+            let report = other.map(|found| found.report).unwrap_or_default();
+            let options = tempered::Options { seed, ..tempered::Options::default() };
+            let posterior = tempered::draw(data, prior, &options);
+            Found { posterior, report: Report { method: Method::Tempered, ..report } }
+        }
+    }
+}
 
 /// Draws of equal weight.
 #[derive(Clone, Debug, Default, PartialEq)]
