@@ -25,7 +25,7 @@ const KEEP: f64 = 12.0;
 /// A difference to a neighbour that leaves open what is in between [nat].
 const STEEP: f64 = 2.0;
 /// The mass that may be in such cells.
-const STEEP_MASS: f64 = 0.05;
+const STEEP_MASS: f64 = 0.1;
 
 /// Column and row.
 pub type Place = (i32, i32);
@@ -89,7 +89,7 @@ impl<'a> Plane<'a> {
             self.split(KEEP / beta);
             beta = (4.0 * beta).min(1.0);
             self.fill(KEEP / beta);
-            self.resolved = beta == 1.0 && self.steep_mass() < STEEP_MASS;
+            self.resolved = self.steep_mass() < STEEP_MASS;
             if self.resolved {
                 return;
             }
