@@ -5,7 +5,7 @@ use std::time::Instant;
 use identify::compressed::Compressed;
 use identify::fit::{Options, Problem, least_squares};
 use identify::parameters::Theta;
-use identify::posterior::{grid, mean, std};
+use identify::posterior::{Options as Draws, grid, mean, std};
 use identify::prior::Prior;
 use identify::study::excitation::{Excitation, samples};
 
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .map(|(theta, _)| theta)
             .collect();
         let data = Compressed::new(&samples);
-        let draw = || grid::draw(&data, &prior, &optima, &grid::Options::default());
+        let draw = || grid::draw(&data, &prior, &optima, &Draws::default());
         let times = (0..5).map(|_| {
             let start = Instant::now();
             std::hint::black_box(draw());
@@ -54,17 +54,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let truth = judge::judge(&data, &prior, nodes, 0.95);
         let errors: Vec<String> = (0..judge::COUNT)
             .map(|i| {
-                let values: Vec<f64> = found
-                    .posterior
-                    .draws
-                    .iter()
-                    .map(|theta| judge::quantities(theta)[i])
-                    .collect();
+                let values: Vec<f64> =
+                    found.posterior.draws.iter().map(|theta| judge::quantities(theta)[i]).collect();
                 let error = (mean(&values) - truth.mean[i]) / truth.std[i];
-                format!("{}: {error:+.3} x{:.3}", ["B", "C", "D", "E", "K"][i], std(&values) / truth.std[i])
+                format!(
+                    "{}: {error:+.3} x{:.3}",
+                    ["B", "C", "D", "E", "K"][i],
+                    std(&values) / truth.std[i]
+                )
             })
             .collect();
         println!("       {} ({:.1} s)", errors.join("  "), start.elapsed().as_secs_f64());
+        let above =
+            found.posterior.draws.iter().filter(|theta| theta[3] > 0.95).count() as f64 / 4096.0;
+        println!("       E above 0.95: {above:.3}, by brute force {:.3}", truth.mass_above);
     }
     Ok(())
 }

@@ -98,7 +98,8 @@ impl Compressed {
         };
         let [hh, hy, h] = shapes([B, C, E], slips, [weights, forces, weights]);
         // Σ w (f² − 2 y f) of f = D h + S_v.
-        let change = D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
+        let change =
+            D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
         // Rounding may leave a perfect fit below zero.
         (self.square + change).max(1e-15 * self.square)
     }

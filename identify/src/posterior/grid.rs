@@ -15,7 +15,7 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
 use super::report::{Method, Mode, Report, Status};
-use super::{Found, Posterior};
+use super::{Found, Options, Posterior};
 use crate::compressed::Compressed;
 use crate::parameters::{COUNT, Parameter, Theta};
 use crate::prior::Prior;
@@ -31,21 +31,6 @@ const EFFECTIVE: f64 = 0.5;
 const LARGEST: f64 = 0.01;
 /// Modes of less mass are not told.
 const TOLD: f64 = 1e-3;
-
-/// How much work to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// How many draws.
-    pub draws: usize,
-    /// Of the generators, PCG64: each draw has its own.
-    pub seed: u64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { draws: 4096, seed: 0 }
-    }
-}
 
 /// Draws of equal weight. `optima` are points that the grid must not miss, such as the minima of least squares; `None` where
 /// the method does not apply, see [`Status::NotApplicable`].

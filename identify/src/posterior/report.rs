@@ -57,3 +57,10 @@ pub struct Report {
     /// How often they were split.
     pub levels: usize,
 }
+
+impl Report {
+    /// Whether the draws are from the posterior itself, with the masses of its modes.
+    pub fn is_exact(&self) -> bool {
+        self.method == Method::Grid && self.status == Status::Exact
+    }
+}

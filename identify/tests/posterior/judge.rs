@@ -32,11 +32,11 @@ pub fn judge(data: &Compressed, prior: &Prior, nodes: usize, above: f64) -> Mome
         let at = |axis: usize, k: usize| rectangle[axis][0] + (k as f64 + 0.5) * step[axis];
         sums = (0..nodes * nodes)
             .into_par_iter()
-            .map(|k| line(data, prior, at(0, k / nodes), at(1, k % nodes), above))
+            .map(|k| line(data, prior, [at(0, k / nodes), at(1, k % nodes)], above, pass < 2))
             .collect();
         let best = sums.iter().map(|sum: &Sum| sum.log).fold(f64::NEG_INFINITY, f64::max);
         let mut next = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-        for k in (0..nodes * nodes).filter(|&k| sums[k].log > best - 18.0) {
+        for k in (0..nodes * nodes).filter(|&k| sums[k].log > best - 22.0) {
             for (axis, index) in [k / nodes, k % nodes].into_iter().enumerate() {
                 next[axis][0] = next[axis][0].min(at(axis, index) - 2.0 * step[axis]);
                 next[axis][1] = next[axis][1].max(at(axis, index) + 2.0 * step[axis]);
@@ -44,10 +44,8 @@ pub fn judge(data: &Compressed, prior: &Prior, nodes: usize, above: f64) -> Mome
         }
         if pass < 2 {
             for axis in 0..2 {
-                rectangle[axis] = [
-                    next[axis][0].max(rectangle[axis][0]),
-                    next[axis][1].min(rectangle[axis][1]),
-                ];
+                rectangle[axis] =
+                    [next[axis][0].max(rectangle[axis][0]), next[axis][1].min(rectangle[axis][1])];
             }
         }
     }
@@ -63,7 +61,8 @@ struct Sum {
     second: [f64; COUNT],
 }
 
-fn line(data: &Compressed, prior: &Prior, C: f64, s: f64, above: f64) -> Sum {
+/// Where only the highest point is wanted, `log` is that.
+fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: bool) -> Sum {
     let E = 1.0 - 2.0 * s * s;
     let ends = [prior.bounds.lower[0].ln(), prior.bounds.upper[0].ln()];
     let within = [prior.bounds.lower[2], prior.bounds.upper[2]];
@@ -82,6 +81,7 @@ fn line(data: &Compressed, prior: &Prior, C: f64, s: f64, above: f64) -> Sum {
     };
     // Where the line counts, ever closer.
     let mut range = ends;
+    let mut highest_of_all = f64::NEG_INFINITY;
     for _ in 0..4 {
         let step = (range[1] - range[0]) / 60.0;
         let values: Vec<f64> = (0..=60).map(|k| highest(range[0] + k as f64 * step)).collect();
@@ -91,9 +91,13 @@ fn line(data: &Compressed, prior: &Prior, C: f64, s: f64, above: f64) -> Sum {
         let low = range[0] + (first as f64 - 1.0) * step;
         let high = range[0] + (last as f64 + 1.0) * step;
         range = [low.max(range[0]), high.min(range[1])];
+        highest_of_all = top;
     }
     let mut sum =
         Sum { log: f64::NEG_INFINITY, mass: 0.0, above: 0.0, first: [0.0; 5], second: [0.0; 5] };
+    if rough {
+        return Sum { log: highest_of_all, ..sum };
+    }
     let step = (range[1] - range[0]) / 60.0;
     for k in 0..60 {
         let log_B = range[0] + (k as f64 + 0.5) * step;
@@ -105,7 +109,7 @@ fn line(data: &Compressed, prior: &Prior, C: f64, s: f64, above: f64) -> Sum {
         let nearest = centre.clamp(within[0], within[1]);
         let low = (nearest - wide).max(within[0]);
         let high = (nearest + wide).min(within[1]);
-        let count = 48;
+        let count = 24;
         for l in 0..count {
             let D = low + (high - low) * (l as f64 + 0.5) / count as f64;
             let squares = zero + D * (slope + D * bend);

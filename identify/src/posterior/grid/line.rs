@@ -157,7 +157,8 @@ impl Line {
             Shape::Table(range, values) => {
                 // A cliff may be anywhere between two nodes.
                 let guarded: [f64; NODES] = std::array::from_fn(|k| {
-                    let neighbours = values[k.saturating_sub(1)].max(values[(k + 1).min(NODES - 1)]);
+                    let neighbours =
+                        values[k.saturating_sub(1)].max(values[(k + 1).min(NODES - 1)]);
                     values[k].max(neighbours - 2.5)
                 });
                 let step = (range[1] - range[0]) / (NODES - 1) as f64;

@@ -134,7 +134,8 @@ mod tests {
     #[test]
     fn draws_stay_between_the_ends_and_have_the_mean_of_the_distribution() {
         let mut random = Pcg64::seed_from_u64(1);
-        for (low, high) in [(-3.0, 0.5), (-0.2, 0.3), (0.1, 4.0), (2.0, 2.1), (6.0, 50.0), (-9.0, -2.0)]
+        for (low, high) in
+            [(-3.0, 0.5), (-0.2, 0.3), (0.1, 4.0), (2.0, 2.1), (6.0, 50.0), (-9.0, -2.0)]
         {
             let draws: Vec<f64> =
                 (0..20_000).map(|_| draw_between(low, high, &mut random)).collect();

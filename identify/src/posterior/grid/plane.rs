@@ -63,7 +63,11 @@ impl<'a> Plane<'a> {
         // The posterior's width falls with the root of the noise, and a cell must not be wider than a few of it.
         let across = (24.0 * (8e-7 / noise).sqrt()).clamp(24.0, 72.0).round() as i32;
         let size = [SHAPE, CURVATURE].map(|axis| if prior.free[axis] { across } else { 1 });
-        let seeds = seeds.iter().map(|theta| [theta[SHAPE], s_of(prior, theta[CURVATURE])]).collect();
+        let seed = |theta: &Theta| {
+            let shape = if prior.free[SHAPE] { theta[SHAPE] } else { prior.centre[SHAPE] };
+            [shape, s_of(prior, theta[CURVATURE])]
+        };
+        let seeds = seeds.iter().map(seed).collect();
         let mut this = Self {
             linear,
             prior,
@@ -144,7 +148,11 @@ impl<'a> Plane<'a> {
     /// E at a height of the plane.
     pub fn E(&self, s: f64) -> f64 {
         let [low, high] = [self.prior.bounds.lower[CURVATURE], self.prior.bounds.upper[CURVATURE]];
-        if self.prior.free[CURVATURE] { high - (high - low) * s * s } else { self.prior.centre[CURVATURE] }
+        if self.prior.free[CURVATURE] {
+            high - (high - low) * s * s
+        } else {
+            self.prior.centre[CURVATURE]
+        }
     }
 
     /// dE/ds but for a factor.
@@ -168,9 +176,9 @@ impl<'a> Plane<'a> {
     /// The cells about one that are in the box.
     fn around(&self, (i, k): Place) -> impl Iterator<Item = Place> + use<> {
         let size = self.size;
-        (-1..=1)
-            .flat_map(move |a| (-1..=1).map(move |b| (i + a, k + b)))
-            .filter(move |&(a, b)| (a, b) != (i, k) && a >= 0 && b >= 0 && a < size[0] && b < size[1])
+        (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (i + a, k + b))).filter(move |&(a, b)| {
+            (a, b) != (i, k) && a >= 0 && b >= 0 && a < size[0] && b < size[1]
+        })
     }
 
     /// Neighbours that were looked at.
@@ -190,16 +198,17 @@ impl<'a> Plane<'a> {
     /// Four cells for each that counts, or may count between its centre and the next.
     fn split(&mut self, keep: f64) {
         let least = self.best() - keep;
-        let kept =
-            self.cells.iter().filter(|(place, cell)| cell.log + 0.6 * self.step(**place, cell) > least);
+        let kept = self
+            .cells
+            .iter()
+            .filter(|(place, cell)| cell.log + 0.6 * self.step(**place, cell) > least);
         let parts = |size: i32| if size > 1 { 2 } else { 1 };
         let [across, up] = self.size.map(parts);
         let wanted: BTreeMap<_, _> = kept
             .flat_map(|(&(i, k), cell)| {
                 (0..across).flat_map(move |a| {
-                    (0..up).map(move |b| {
-                        ((across * i + a, up * k + b), Some(cell.line.shape.clone()))
-                    })
+                    (0..up)
+                        .map(move |b| ((across * i + a, up * k + b), Some(cell.line.shape.clone())))
                 })
             })
             .collect();
