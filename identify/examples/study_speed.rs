@@ -6,7 +6,7 @@ use std::time::Instant;
 use identify::compressed::Compressed;
 use identify::direction::Direction;
 use identify::parameters::curve;
-use identify::posterior::tempered::{Options, draw};
+use identify::posterior::{Options, draw};
 use identify::prior::Prior;
 use identify::study::excitation::{Excitation, samples};
 use identify::verdict::{Evidence, judge};
@@ -39,19 +39,21 @@ fn main() {
         let samples = samples(&excitation, level);
         let prior = Prior::longitudinal();
         let data = Compressed::new(&samples);
-        let posterior = draw(&data, &prior, &Options::default());
+        let optima = [excitation.truth];
+        let posterior = draw(&data, &prior, &optima, &Options::default()).posterior;
         let slip_range = samples.slip_range().unwrap_or_default();
         let evidence = Evidence {
             data: &data,
             slip_range,
             noise_std: 0.06,
             direction: Direction::Longitudinal,
+            exact: true,
         };
         println!(
             "{level:>6} {:>14.2} {:>12.2} {:>14.0} {:>12.0}",
             time(10, || Compressed::new(&samples)),
             time(10, || (0..1000).map(|_| data.squares(black_box(&excitation.truth))).sum::<f64>()),
-            time(3, || draw(&data, &prior, &Options::default())),
+            time(3, || draw(&data, &prior, &optima, &Options::default())),
             time(3, || judge(&evidence, &prior, &posterior, &excitation.truth)),
         );
     }

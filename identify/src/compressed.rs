@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::kernel::{value, value_and_gradient};
+use crate::kernel::{shapes, value_and_gradient};
 use crate::parameters::{COUNT, Theta};
 use crate::samples::Samples;
 
@@ -27,7 +27,9 @@ pub struct Compressed {
     weights: Vec<f64>,
     /// Σ w y L at each node.
     forces: Vec<f64>,
-    /// Σ w y².
+    /// Σ w, Σ w y, Σ w y².
+    weight: f64,
+    force: f64,
     square: f64,
     count: usize,
 }
@@ -52,6 +54,8 @@ impl Compressed {
             slips: Vec::new(),
             weights: Vec::new(),
             forces: Vec::new(),
+            weight: 0.0,
+            force: 0.0,
             square: 0.0,
             count: samples.len(),
         };
@@ -67,30 +71,37 @@ impl Compressed {
         self.count
     }
 
-    /// Weighted sum of squared residuals.
-    pub fn squares(&self, theta: &Theta) -> f64 {
-        let change = pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.change(theta),
-        );
-        // Rounding may leave a perfect fit below zero.
-        (self.square + change).max(1e-15 * self.square)
+    /// Slip of each node with Σ w and Σ w y of the samples that it stands for.
+    pub fn nodes(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.slips
+            .iter()
+            .zip(&self.weights)
+            .zip(&self.forces)
+            .map(|((slip, weight), force)| [*slip, *weight, *force])
     }
 
-    /// Σ w (f² − 2 y f), in as many parts as the processor adds at once.
-    #[inline(always)]
-    fn change(&self, theta: &Theta) -> f64 {
-        let mut parts = [0.0; NODES];
-        let intervals = self.slips.as_chunks().0.iter().zip(self.weights.as_chunks().0);
-        for ((slips, weights), forces) in intervals.zip(self.forces.as_chunks().0) {
-            let (slips, weights, forces): (&[f64; NODES], &[f64; NODES], &[f64; NODES]) =
-                (slips, weights, forces);
-            for k in 0..NODES {
-                let f = value(theta, slips[k]);
-                parts[k] += f * (weights[k] * f - 2.0 * forces[k]);
-            }
-        }
-        parts.iter().sum()
+    /// Weighted sum of squared forces.
+    pub fn square(&self) -> f64 {
+        self.square
+    }
+
+    /// Weighted sum of squared residuals.
+    pub fn squares(&self, theta: &Theta) -> f64 {
+        let [B, C, D, E, S_h, S_v] = *theta;
+        let (slips, weights, forces) = (&self.slips, &self.weights, &self.forces);
+        let moved: Vec<f64>;
+        let slips = if S_h == 0.0 {
+            slips
+        } else {
+            moved = slips.iter().map(|slip| slip + S_h).collect();
+            &moved
+        };
+        let [hh, hy, h] = shapes([B, C, E], slips, [weights, forces, weights]);
+        // Σ w (f² − 2 y f) of f = D h + S_v.
+        let change =
+            D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
+        // Rounding may leave a perfect fit below zero.
+        (self.square + change).max(1e-15 * self.square)
     }
 
     /// The same with derivatives by the parameters.
@@ -129,6 +140,8 @@ impl Compressed {
                 self.weights[start + k] += w * value;
                 self.forces[start + k] += w * y * value;
             }
+            self.weight += w;
+            self.force += w * y;
             self.square += w * y * y;
         }
     }

@@ -9,8 +9,9 @@ use std::time::Instant;
 use crate::compressed::Compressed;
 use crate::effective::effective;
 use crate::fit::{FitError, Solution};
-use crate::parameters::Parameter;
-use crate::posterior::{Posterior, std, tempered};
+use crate::parameters::{Parameter, Theta};
+use crate::posterior::report::Report;
+use crate::posterior::{self, Found, Posterior, draw, std};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
 use crate::result::{ByName, Estimate, Verdict};
@@ -29,6 +30,8 @@ pub struct Answer {
     pub judgements: Vec<Judgement>,
     /// What the data and the box say.
     pub posterior: Posterior,
+    /// How that was found.
+    pub report: Report,
 }
 
 /// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again. The uncertainty is the same for all
@@ -48,14 +51,16 @@ pub fn identify(
     let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
     let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
     let data = Compressed::new(&noisy);
-    let draws = tempered::Options { seed: options.seed, ..tempered::Options::default() };
-    let posterior = tempered::draw(&data, prior, &draws);
+    let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
+    let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };
+    let Found { posterior, report } = draw(&data, prior, &optima, &draws);
     let (noise_std, direction) = (best.noise_std, *direction);
-    let evidence = Evidence { data: &data, slip_range, noise_std, direction };
+    let exact = report.is_exact();
+    let evidence = Evidence { data: &data, slip_range, noise_std, direction, exact };
     let judgements = judge(&evidence, prior, &posterior, &best.theta);
 
     let fixed = match settings.hold {
-        true => to_hold(&data, prior, &posterior, &judgements),
+        true => to_hold(&data, prior, &posterior, &judgements, &optima),
         false => Vec::new(),
     };
     let rest = hold(prior, &fixed);
@@ -69,10 +74,10 @@ pub fn identify(
         let solution = again.as_ref().unwrap_or(&free);
         let estimate =
             assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
-        estimates.push((method, Estimate { seconds, ..estimate }));
+        estimates.push((method, Estimate { seconds, posterior: report.clone(), ..estimate }));
         unrestricted.push((method, free));
     }
-    Ok(Answer { estimates, unrestricted, judgements, posterior })
+    Ok(Answer { estimates, unrestricted, judgements, posterior, report })
 }
 
 /// Parameters to hold at the prior, so that the data narrow what remains free.
@@ -84,6 +89,7 @@ pub fn to_hold(
     prior: &Prior,
     posterior: &Posterior,
     judgements: &[Judgement],
+    optima: &[Theta],
 ) -> Vec<Parameter> {
     let unknown =
         judgements.iter().filter(|judgement| judgement.verdict == Verdict::NotIdentifiable);
@@ -98,8 +104,8 @@ pub fn to_hold(
         let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
         held.push(widest);
         candidates.retain(|&parameter| parameter != widest);
-        let few = tempered::Options { members: 256, ..tempered::Options::default() };
-        given = tempered::draw(data, &hold(prior, &held), &few);
+        let few = posterior::Options { draws: 1024, ..posterior::Options::default() };
+        given = draw(data, &hold(prior, &held), optima, &few).posterior;
     }
 }
 
@@ -112,7 +118,8 @@ pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
     held
 }
 
-/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time is left to the caller.
+/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time and the report on
+/// the posterior are left to the caller.
 pub fn assemble(
     solution: &Solution,
     fixed: &[Parameter],
@@ -145,6 +152,7 @@ pub fn assemble(
         noise_std: solution.noise_std,
         convergence: solution.convergence.clone(),
         seconds: 0.0,
+        posterior: Report::default(),
     }
 }
 

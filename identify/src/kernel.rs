@@ -107,6 +107,47 @@ pub fn value_and_gradient(theta: &Theta, slip: f64) -> (f64, Theta) {
     (D * sin + S_v, [Sp * x, D * w * cos, sin, -S * bend, Sp * B, 1.0])
 }
 
+/// Σ a h², Σ b h and Σ c h over slips, where h is the curve of B, C and E with D = 1 and without shifts. The number of slips
+/// is a multiple of eight.
+pub fn shapes(of: [f64; 3], slips: &[f64], weights: [&[f64]; 3]) -> [f64; 3] {
+    pulp::Arch::new().dispatch(Shapes { of, slips, weights })
+}
+
+/// Not a closure: those are not always inlined into the code for wide vectors, which then is not made.
+struct Shapes<'a> {
+    of: [f64; 3],
+    slips: &'a [f64],
+    weights: [&'a [f64]; 3],
+}
+
+impl pulp::WithSimd for Shapes<'_> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 3] {
+        let [B, C, E] = self.of;
+        let [squares, forces, ones] = self.weights.map(|weights| weights.as_chunks::<LANES>().0);
+        let mut sums = [[0.0; LANES]; 3];
+        let mut column = [0.0; BLOCK];
+        for (index, slips) in self.slips.chunks(BLOCK).enumerate() {
+            let h = &mut column[..slips.len()];
+            for (h, &slip) in h.iter_mut().zip(slips) {
+                *h = value(&[B, C, 1.0, E, 0.0, 0.0], slip);
+            }
+            let from = index * BLOCK / LANES;
+            for (place, h) in h.as_chunks::<LANES>().0.iter().enumerate() {
+                let place = from + place;
+                for k in 0..LANES {
+                    sums[0][k] += squares[place][k] * h[k] * h[k];
+                    sums[1][k] += forces[place][k] * h[k];
+                    sums[2][k] += ones[place][k] * h[k];
+                }
+            }
+        }
+        sums.map(add_lanes)
+    }
+}
+
 /// Adds up the chunks in their order, whoever calculates them.
 fn sum(samples: &Samples, chunk: impl Fn(std::ops::Range<usize>) -> Pass + Sync) -> Pass {
     let n = samples.len();
@@ -213,6 +254,10 @@ fn dot(a: &Column, b: &Column) -> f64 {
             lanes[k] += a[k] * b[k];
         }
     }
-    let [a, b, c, d, e, f, g, h] = lanes;
+    add_lanes(lanes)
+}
+
+#[inline(always)]
+fn add_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }

@@ -2,10 +2,56 @@
 //!
 //! Whatever method made the draws, everything that is told of uncertainty comes from here.
 
+pub mod grid;
+pub mod report;
 pub mod tempered;
 
+use crate::compressed::Compressed;
 use crate::parameters::{Parameter, Theta};
+use crate::prior::Prior;
 use crate::quantity::Quantity;
+use report::{Method, Report};
+
+/// Draws and how they were made.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The draws.
+    pub posterior: Posterior,
+    /// How they were made.
+    pub report: Report,
+}
+
+/// How much work to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How many draws; a tempered population leaves twice as many.
+    pub draws: usize,
+    /// Of the generators, PCG64.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { draws: 4096, seed: 0 }
+    }
+}
+
+/// The best draws there are: from the grid where it can be relied on, else from a tempered population. `optima` are points
+/// not to miss.
+pub fn draw(data: &Compressed, prior: &Prior, optima: &[Theta], options: &Options) -> Found {
+    let found = grid::draw(data, prior, optima, options);
+    match found {
+        Some(found) if found.report.is_exact() => found,
+        other => {
+            let report = other.map(|found| found.report).unwrap_or_default();
+            let members = options.draws.div_ceil(2);
+            let usual = tempered::Options::default();
+            let population = tempered::Options { members, seed: options.seed, ..usual };
+            let posterior = tempered::draw(data, prior, &population);
+            Found { posterior, report: Report { method: Method::Tempered, ..report } }
+        }
+    }
+}
 
 /// Draws of equal weight.
 #[derive(Clone, Debug, Default, PartialEq)]

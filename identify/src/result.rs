@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::posterior::report::Report;
+
 /// A number for each quantity, by name: the parameters that were fitted, and `K` (stiffness B C D), `peak` (highest
 /// friction coefficient) and `peak_slip`.
 pub type ByName<T = f64> = BTreeMap<String, T>;
@@ -82,4 +84,6 @@ pub struct Estimate {
     pub convergence: Convergence,
     /// Wall time [s].
     pub seconds: f64,
+    /// How the posterior was found: standard deviations, intervals and verdicts rest on it.
+    pub posterior: Report,
 }

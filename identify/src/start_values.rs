@@ -119,6 +119,7 @@ mod tests {
                 cost: 0.0,
             },
             seconds: 0.0,
+            posterior: Default::default(),
         }
     }
 

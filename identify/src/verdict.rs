@@ -39,8 +39,8 @@ pub struct Judgement {
     pub mean: f64,
     /// Standard deviation of the posterior.
     pub std: f64,
-    /// The middle 95 % of the posterior; where the data do not rule out a second optimum, whose share among the draws is not
-    /// to be relied on, widened to what the profile does not rule out.
+    /// The middle 95 % of the posterior; where the data do not rule out a second optimum, and its share among the draws is
+    /// not to be relied on, widened to what the profile does not rule out.
     pub interval: [f64; 2],
     /// Criterion (a): width of the posterior over that of the prior.
     pub width_ratio: f64,
@@ -65,6 +65,8 @@ pub struct Evidence<'a> {
     pub noise_std: f64,
     /// Which force.
     pub direction: Direction,
+    /// Whether the draws have the masses of all modes, see [`crate::posterior::report::Report::is_exact`].
+    pub exact: bool,
 }
 
 /// Judges all free parameters, and what follows from them. `optimum` is the result of a fit, or any guess.
@@ -91,7 +93,7 @@ pub fn judge(
                 reason: String::new(),
                 mean: mean(&values),
                 std: std(&values),
-                interval: if profiler.rivals().is_empty() {
+                interval: if evidence.exact || profiler.rivals().is_empty() {
                     stated
                 } else {
                     [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)]

@@ -4,7 +4,7 @@ use super::*;
 use crate::compressed::Compressed;
 use crate::estimate::assemble;
 use crate::fit::Solution;
-use crate::posterior::tempered::{Options, draw};
+use crate::posterior::{Options, draw};
 use crate::result::Convergence;
 use crate::study::excitation::{Excitation, Level, Study, samples};
 use crate::verdict::{Evidence, judge};
@@ -22,10 +22,15 @@ fn found() -> Found {
     let samples = samples(&excitation, 0.08);
     let data = Compressed::new(&samples);
     let prior = Prior::longitudinal();
-    let posterior = draw(&data, &prior, &Options { members: 128, ..Options::default() });
+    let posterior = draw(&data, &prior, &[], &Options { draws: 512, seed: 0 }).posterior;
     let slip_range = samples.slip_range().expect("points");
-    let evidence =
-        Evidence { data: &data, slip_range, noise_std: 0.05, direction: Direction::Longitudinal };
+    let evidence = Evidence {
+        data: &data,
+        slip_range,
+        noise_std: 0.05,
+        direction: Direction::Longitudinal,
+        exact: true,
+    };
     let judgements = judge(&evidence, &prior, &posterior, &excitation.truth);
     let convergence = Convergence {
         status: Status::Converged,

@@ -222,7 +222,7 @@ impl<'a> Profiler<'a> {
 mod tests {
     use super::*;
     use crate::parameters::Parameter;
-    use crate::posterior::tempered::{Options, draw};
+    use crate::posterior::{Options, draw};
     use crate::study::excitation::{Excitation, samples};
 
     const TRUTH: Theta = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
@@ -231,7 +231,7 @@ mod tests {
         let excitation = Excitation { samples: 1000, slip_std: 0.0, ..Excitation::default() };
         let data = Compressed::new(&samples(&excitation, level));
         let prior = Prior::lateral();
-        let posterior = draw(&data, &prior, &Options { members: 256, ..Options::default() });
+        let posterior = draw(&data, &prior, &[TRUTH], &Options { draws: 1024, seed: 0 }).posterior;
         let profiler = Profiler::new(&data, &prior, &posterior, &TRUTH);
         let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
         quantities.map(|quantity| profiler.profile(quantity)).collect()
@@ -279,7 +279,7 @@ mod tests {
         let data = Compressed::new(&samples);
         let mut prior = Prior { centre: TRUTH, ..Prior::lateral() };
         prior.free = [false, false, true, false, false, false];
-        let posterior = draw(&data, &prior, &Options { members: 256, ..Options::default() });
+        let posterior = draw(&data, &prior, &[TRUTH], &Options { draws: 1024, seed: 0 }).posterior;
         let profile = Profiler::new(&data, &prior, &posterior, &TRUTH)
             .profile(Quantity::Parameter(Parameter::D));
         let shapes =

@@ -1,0 +1,154 @@
+//! Draws from the posterior in the box: a grid in C and E that is refined where the posterior is, a line of ln B through each
+//! cell, D, S_v and the noise in closed form; weights correct what grid and lines leave.
+//!
+//! Several modes get their masses, however narrow they are, which random walks and populations miss.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+mod line;
+mod linear;
+mod modes;
+mod normal;
+mod plane;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+use super::report::{Method, Mode, Report, Status};
+use super::{Found, Options, Posterior};
+use crate::compressed::Compressed;
+use crate::parameters::{COUNT, Parameter, Theta};
+use crate::prior::Prior;
+use linear::Linear;
+use plane::{Cell, Place, Plane};
+
+/// Fewer samples would make the approximations for Student's t distribution coarse.
+const SAMPLES: usize = 12;
+/// Draws that are spread over all cells evenly, in case a cell is worth more than its centre.
+const EVEN: f64 = 1e-4;
+/// Effective number of draws over their number, and largest weight, from which on the draws can be relied on.
+const EFFECTIVE: f64 = 0.5;
+const LARGEST: f64 = 0.01;
+/// Modes of less mass are not told.
+const TOLD: f64 = 1e-3;
+
+/// Draws of equal weight. `optima` are points that the grid must not miss, such as the minima of least squares; `None` where
+/// the method does not apply, see [`Status::NotApplicable`].
+pub fn draw(
+    data: &Compressed,
+    prior: &Prior,
+    optima: &[Theta],
+    options: &Options,
+) -> Option<Found> {
+    let shifted = prior.free[Parameter::S_h as usize];
+    if shifted || data.count() < SAMPLES || prior.free == [false; COUNT] || options.draws == 0 {
+        return None;
+    }
+    let linear = Linear::new(data, prior);
+    let least = optima.iter().map(|theta| data.squares(theta)).fold(f64::INFINITY, f64::min);
+    let least = if least.is_finite() { least } else { 1e-3 * data.square() };
+    let plane = Plane::new(&linear, prior, optima, linear.relative_noise(least));
+    let drawn = weighted(&plane, &linear, prior, options);
+    let best = drawn.iter().map(|draw| draw.log_weight).fold(f64::NEG_INFINITY, f64::max);
+    let mut weights: Vec<f64> = drawn.iter().map(|draw| (draw.log_weight - best).exp()).collect();
+    let whole: f64 = weights.iter().sum();
+    weights.iter_mut().for_each(|weight| *weight /= whole);
+
+    let effective: f64 = weights.iter().map(|weight| weight * weight).sum::<f64>().recip();
+    let effective_share = effective / options.draws as f64;
+    let largest_weight = weights.iter().copied().fold(0.0, f64::max);
+    let even = effective_share >= EFFECTIVE && largest_weight <= LARGEST;
+    let report = Report {
+        method: Method::Grid,
+        status: match (plane.resolved, even) {
+            (true, true) => Status::Exact,
+            (false, _) => Status::Unresolved,
+            (true, false) => Status::Uneven,
+        },
+        effective_share,
+        largest_weight,
+        modes: tell_modes(&plane, &drawn, &weights),
+        cells: plane.visited,
+        levels: plane.level,
+    };
+    let chosen = systematic(&weights, options.draws, options.seed);
+    let draws = chosen.into_iter().map(|index| drawn[index].theta).collect();
+    Some(Found { posterior: Posterior { draws }, report })
+}
+
+struct Draw {
+    theta: Theta,
+    log_weight: f64,
+    place: Place,
+}
+
+/// Draws from the cells in proportion to their masses, with the weights that make them draws from the posterior.
+fn weighted(plane: &Plane, linear: &Linear, prior: &Prior, options: &Options) -> Vec<Draw> {
+    let cells: Vec<(&Place, &Cell)> = plane.cells.iter().collect();
+    let best = cells.iter().map(|(_, cell)| cell.log).fold(f64::NEG_INFINITY, f64::max);
+    let masses: Vec<f64> = cells.iter().map(|(_, cell)| (cell.log - best).exp()).collect();
+    let whole: f64 = masses.iter().sum();
+    let even = EVEN / cells.len() as f64;
+    let shares: Vec<f64> = masses.iter().map(|mass| mass / whole * (1.0 - EVEN) + even).collect();
+    let chosen = systematic(&shares, options.draws, !options.seed);
+    let one = |(number, index): (usize, usize)| {
+        let mut random = Pcg64::new(u128::from(options.seed), number as u128);
+        let (&place, cell) = cells[index];
+        let [[C, width], [s, height]] = plane.centre(place);
+        let C = C + (random.random::<f64>() - 0.5) * width;
+        let s = s + (random.random::<f64>() - 0.5) * height;
+        let line = plane.line(C, s, Some(&cell.line.shape));
+        let ends = plane.ends();
+        let (log_B, log_drawn) = line.draw(ends, &mut random);
+        let (integral, log_density) = plane.integral(log_B, C, s);
+        let mut theta = prior.centre;
+        if prior.free[0] {
+            theta[0] = log_B.exp().clamp(prior.bounds.lower[0], prior.bounds.upper[0]);
+        }
+        theta[1] = C;
+        theta[3] = plane.E(s);
+        let log_weight = log_density - log_drawn - shares[index].ln()
+            + linear.draw(&mut theta, &integral, &mut random);
+        let inside = (ends[0]..=ends[1]).contains(&log_B) && log_weight.is_finite();
+        Draw { theta, log_weight: if inside { log_weight } else { f64::NEG_INFINITY }, place }
+    };
+    let numbered: Vec<(usize, usize)> = chosen.into_iter().enumerate().collect();
+    numbered.into_par_iter().map(one).collect()
+}
+
+/// Systematic resampling: each index as often as its weight wants, to less than one.
+fn systematic(weights: &[f64], count: usize, seed: u64) -> Vec<usize> {
+    let step = weights.iter().sum::<f64>() / count as f64;
+    let mut threshold = step * Pcg64::seed_from_u64(seed).random::<f64>();
+    let mut reached = 0.0;
+    let mut chosen = Vec::with_capacity(count);
+    for (index, weight) in weights.iter().enumerate() {
+        reached += weight;
+        while threshold < reached && chosen.len() < count {
+            chosen.push(index);
+            threshold += step;
+        }
+    }
+    // The sum may have lost the last bit.
+    while let (true, Some(&last)) = (chosen.len() < count, chosen.last()) {
+        chosen.push(last);
+    }
+    chosen
+}
+
+fn tell_modes(plane: &Plane, drawn: &[Draw], weights: &[f64]) -> Vec<Mode> {
+    let owner = modes::modes(plane);
+    let mut sums: std::collections::BTreeMap<usize, Mode> = Default::default();
+    for (draw, weight) in drawn.iter().zip(weights) {
+        let Some(mode) = owner.get(&draw.place) else { continue };
+        let mode = sums.entry(*mode).or_insert(Mode { mass: 0.0, mean: [0.0; COUNT] });
+        mode.mass += weight;
+        mode.mean = std::array::from_fn(|i| mode.mean[i] + weight * draw.theta[i]);
+    }
+    let mut modes: Vec<Mode> = sums.into_values().filter(|mode| mode.mass > TOLD).collect();
+    for mode in &mut modes {
+        mode.mean = mode.mean.map(|sum| sum / mode.mass);
+    }
+    modes.sort_by(|a, b| b.mass.total_cmp(&a.mass));
+    modes
+}

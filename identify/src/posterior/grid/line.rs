@@ -1,0 +1,180 @@
+//! Integrates over B on one line of the box, and draws from it: as a normal distribution of ln B where it is one, from a table
+//! where not.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::f64::consts::PI;
+
+use rand::{Rng, RngExt};
+use rand_distr::{Distribution, StudentT};
+
+/// Points of a table.
+const NODES: usize = 24;
+/// Nats below the highest point that a table goes down to.
+const DEPTH: f64 = 12.0;
+/// Points that a line without a guess is looked over with.
+const SCAN: usize = 14;
+/// Narrower tables may turn out to be normal distributions.
+const NARROW: f64 = 0.45;
+
+/// The density on a line, as a function of ln B.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Logarithm of its integral.
+    pub log: f64,
+    /// What is remembered of it.
+    pub shape: Shape,
+}
+
+/// What a line looks like.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// B is held.
+    Point,
+    /// A normal distribution: centre and standard deviation.
+    Normal(f64, f64),
+    /// Logarithms of the density at even steps from the first to the second number, as lines in between.
+    Table([f64; 2], Box<[f64; NODES]>),
+}
+
+/// Finds the shape of a density between `ends`, near one that was found before.
+pub fn explore(density: &impl Fn(f64) -> f64, ends: [f64; 2], near: Option<&Shape>) -> Line {
+    if ends[0] >= ends[1] {
+        return Line { log: density(ends[0]), shape: Shape::Point };
+    }
+    let (range, start) = match near {
+        Some(Shape::Normal(centre, std)) => {
+            let range = [centre - 6.0 * std, centre + 6.0 * std];
+            (range, Some((*centre, *std)))
+        }
+        Some(Shape::Table(range, values)) if range[1] - range[0] < NARROW => {
+            (*range, Some((at(*range, highest(&values[..])), (range[1] - range[0]) / 8.0)))
+        }
+        Some(Shape::Table(range, _)) => (*range, None),
+        _ => {
+            let step = (ends[1] - ends[0]) / SCAN as f64;
+            let place = |k: usize| ends[0] + (k as f64 + 0.5) * step;
+            let values: Vec<f64> = (0..SCAN).map(|k| density(place(k))).collect();
+            (ends, Some((place(highest(&values)), 0.3 * step)))
+        }
+    };
+    start
+        .and_then(|(centre, step)| normal(density, ends, centre, step))
+        .unwrap_or_else(|| table(density, ends, range))
+}
+
+fn highest(values: &[f64]) -> usize {
+    (0..values.len()).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0)
+}
+
+/// Newton's steps with parabolas through three points. `None` if that is no good description of the density.
+fn normal(
+    density: &impl Fn(f64) -> f64,
+    ends: [f64; 2],
+    mut centre: f64,
+    mut step: f64,
+) -> Option<Line> {
+    for _ in 0..6 {
+        let [below, middle, above] = [-1.0, 0.0, 1.0].map(|k| density(centre + k * step));
+        let bend = (2.0 * middle - below - above) / (step * step);
+        if bend.is_nan() || bend <= 0.0 {
+            return None;
+        }
+        let std = bend.sqrt().recip();
+        let shift = (above - below) / (2.0 * step * bend);
+        if shift.abs() < 0.5 * step && (0.4..2.5).contains(&(step / std)) {
+            let mode = centre + shift;
+            let top = middle + 0.5 * shift * shift * bend;
+            let inside = mode - 2.5 * std > ends[0] && mode + 2.5 * std < ends[1];
+            let fits = |k: f64| (density(mode + k * std) - top + 0.5 * k * k).abs() < 0.6;
+            return (std < 0.04 && inside && fits(-2.2) && fits(2.2)).then(|| Line {
+                log: top + 0.5 * (2.0 * PI * std * std).ln(),
+                shape: Shape::Normal(mode, std),
+            });
+        }
+        centre += shift.clamp(-4.0 * step, 4.0 * step);
+        if centre <= ends[0] || centre >= ends[1] {
+            return None;
+        }
+        step = std.clamp(0.1 * step, 10.0 * step);
+    }
+    None
+}
+
+/// Place of a node.
+fn at(range: [f64; 2], node: usize) -> f64 {
+    range[0] + (range[1] - range[0]) * node as f64 / (NODES - 1) as f64
+}
+
+/// Tabulates the density, from a range to the one where it is not negligible.
+fn table(density: &impl Fn(f64) -> f64, ends: [f64; 2], range: [f64; 2]) -> Line {
+    let mut range = [range[0].max(ends[0]), range[1].min(ends[1])];
+    let mut values = [0.0; NODES];
+    for _ in 0..7 {
+        values = std::array::from_fn(|node| density(at(range, node)));
+        let top = values[highest(&values)];
+        let counts = |value: &f64| *value > top - DEPTH;
+        let first = values.iter().position(counts).unwrap_or(0);
+        let last = values.iter().rposition(counts).unwrap_or(NODES - 1);
+        let width = range[1] - range[0];
+        let low =
+            if first == 0 { (range[0] - 0.5 * width).max(ends[0]) } else { at(range, first - 1) };
+        let high = if last == NODES - 1 {
+            (range[1] + 0.5 * width).min(ends[1])
+        } else {
+            at(range, last + 1)
+        };
+        let grows = low < range[0] || high > range[1];
+        if !grows && high - low > 0.6 * width {
+            break;
+        }
+        range = [low, high];
+    }
+    let (log, _) = segments(&values, (range[1] - range[0]) / (NODES - 1) as f64);
+    Line { log, shape: Shape::Table(range, Box::new(values)) }
+}
+
+/// Logarithm of the integral, and the mass of each segment relative to it.
+fn segments(values: &[f64; NODES], step: f64) -> (f64, [f64; NODES - 1]) {
+    let top = values[highest(values)];
+    let masses: [f64; NODES - 1] = std::array::from_fn(|k| {
+        let (low, rise) = (values[k] - top, values[k + 1] - values[k]);
+        step * low.exp() * if rise.abs() < 1e-9 { 1.0 } else { rise.exp_m1() / rise }
+    });
+    let whole: f64 = masses.iter().sum();
+    (top + whole.ln(), masses.map(|mass| mass / whole))
+}
+
+impl Line {
+    /// A draw of ln B, with the logarithm of the density that it was drawn from.
+    pub fn draw(&self, ends: [f64; 2], random: &mut impl Rng) -> (f64, f64) {
+        match &self.shape {
+            Shape::Point => (ends[0], 0.0),
+            Shape::Normal(centre, std) => {
+                // Heavier tails than those of what is drawn.
+                let t: f64 = StudentT::new(4.0).map_or(0.0, |student| student.sample(random));
+                (centre + t * std, (0.375 / std).ln() - 2.5 * (0.25 * t * t).ln_1p())
+            }
+            Shape::Table(range, values) => {
+                // A cliff may be anywhere between two nodes.
+                let guarded: [f64; NODES] = std::array::from_fn(|k| {
+                    let neighbours =
+                        values[k.saturating_sub(1)].max(values[(k + 1).min(NODES - 1)]);
+                    values[k].max(neighbours - 2.5)
+                });
+                let step = (range[1] - range[0]) / (NODES - 1) as f64;
+                let (log, masses) = segments(&guarded, step);
+                let mut rest = random.random::<f64>();
+                let last = (0..NODES - 1).find(|&k| {
+                    rest -= masses[k];
+                    rest < 0.0
+                });
+                let k = last.unwrap_or(NODES - 2);
+                let rise = guarded[k + 1] - guarded[k];
+                let share = random.random::<f64>();
+                let share =
+                    if rise.abs() < 1e-9 { share } else { (share * rise.exp_m1()).ln_1p() / rise };
+                (at(*range, k) + share * step, guarded[k] + share * rise - log)
+            }
+        }
+    }
+}

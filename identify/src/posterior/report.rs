@@ -1,0 +1,66 @@
+//! Says how draws from a posterior were made, and whether to rely on them.
+
+use serde::Serialize;
+
+use crate::parameters::Theta;
+
+/// How draws were made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// A grid that is refined where the posterior is: exact but for the noise of the draws.
+    #[default]
+    Grid,
+    /// A population from the prior to the posterior: good for means and widths, not for the masses of modes.
+    Tempered,
+}
+
+/// Whether the grid's draws can be relied on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Yes: resolved, and the weights are even.
+    Exact,
+    /// No: the limit of cells or levels was reached first.
+    Unresolved,
+    /// No: few draws carry most of the weight.
+    Uneven,
+    /// No grid was made: a horizontal shift is free, there are too few samples, or nothing is free.
+    #[default]
+    NotApplicable,
+}
+
+/// A mode of the posterior.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mode {
+    /// Its share of the posterior.
+    pub mass: f64,
+    /// Mean of the parameters in it.
+    pub mean: Theta,
+}
+
+/// How draws were made, and how well.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Report {
+    /// What the draws are from.
+    pub method: Method,
+    /// Of the grid, also where its draws were not used.
+    pub status: Status,
+    /// Effective number of the weighted draws over their number; 0 without a grid.
+    pub effective_share: f64,
+    /// Largest weight, their sum being 1; 0 without a grid.
+    pub largest_weight: f64,
+    /// Modes with more than a thousandth of the mass, that with most first; empty without a grid.
+    pub modes: Vec<Mode>,
+    /// Cells that were looked at.
+    pub cells: usize,
+    /// How often they were split.
+    pub levels: usize,
+}
+
+impl Report {
+    /// Whether the draws are from the posterior itself, with the masses of its modes.
+    pub fn is_exact(&self) -> bool {
+        self.method == Method::Grid && self.status == Status::Exact
+    }
+}

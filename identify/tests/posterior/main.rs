@@ -1,0 +1,7 @@
+//! Compares draws from posteriors with brute force.
+
+mod bimodal;
+mod held;
+mod judge;
+mod moments;
+mod support;
