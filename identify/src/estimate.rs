@@ -74,7 +74,7 @@ pub fn identify(
         let solution = again.as_ref().unwrap_or(&free);
         let estimate =
             assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
-        estimates.push((method, Estimate { seconds, posterior: report.clone(), ..estimate }));
+        estimates.push((method, Estimate { seconds, posterior: Some(report.clone()), ..estimate }));
         unrestricted.push((method, free));
     }
     Ok(Answer { estimates, unrestricted, judgements, posterior, report })
@@ -152,7 +152,7 @@ pub fn assemble(
         noise_std: solution.noise_std,
         convergence: solution.convergence.clone(),
         seconds: 0.0,
-        posterior: Report::default(),
+        posterior: None,
     }
 }
 

@@ -84,6 +84,8 @@ pub struct Estimate {
     pub convergence: Convergence,
     /// Wall time [s].
     pub seconds: f64,
-    /// How the posterior was found: standard deviations, intervals and verdicts rest on it.
-    pub posterior: Report,
+    /// How the posterior was found that standard deviations, intervals and verdicts rest on; absent where they come from the
+    /// likelihood alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<Report>,
 }

@@ -136,6 +136,7 @@ impl Judge<'_> {
             noise_std: self.noise_std,
             convergence: self.convergence.clone(),
             seconds: self.seconds,
+            posterior: None,
         }
     }
 
