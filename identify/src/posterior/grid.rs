@@ -1,7 +1,8 @@
 //! Draws from the posterior in the box: a grid in C and E that is refined where the posterior is, a line of ln B through each
 //! cell, D, S_v and the noise in closed form; weights correct what grid and lines leave.
 //!
-//! Several modes get their masses, however narrow they are, which random walks and populations miss.
+//! Several modes get their masses, also narrow ones, which random walks and populations miss. A free S_h would be one more
+//! dimension: that case is left to the other method.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 mod line;

@@ -12,7 +12,7 @@ fn both_modes_have_their_masses() {
     for (number, level, between) in [(6, 0.08, 0.6), (152, 0.75, 0.65)] {
         let tire = prior.fill(number + 1).last().expect("a tire");
         let (data, optima) = data(tire, 400, level, number as u64);
-        let expected = judge(&data, &prior, 44, between).mass_above;
+        let expected = judge(&data, &prior, 32, between).mass_above;
         assert!((0.05..0.95).contains(&expected), "one mode has next to nothing: {expected}");
         // Found also where no fit says where to look.
         for seeds in [&optima[..], &[]] {
