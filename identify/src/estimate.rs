@@ -4,7 +4,7 @@
 //! values are those of this second fit: the curve to use where data are. Standard deviations, intervals and covariance are
 //! those of the posterior with everything free: holding a parameter teaches nothing about it.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::compressed::Compressed;
 use crate::effective::effective;
@@ -45,7 +45,9 @@ pub fn identify(
     methods: &[Method],
 ) -> Result<Answer, FitError> {
     let Settings { prior, direction, options, .. } = settings;
+    let begin = Instant::now();
     let best = settings.fit(samples, prior, Method::LeastSquares)?;
+    let fitting = begin.elapsed();
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
 
     let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
@@ -67,10 +69,13 @@ pub fn identify(
     let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
     for &method in methods {
         let begin = Instant::now();
-        let free = settings.fit(samples, prior, method)?;
+        let (free, before) = match method {
+            Method::LeastSquares => (best.clone(), fitting),
+            Method::NelderMead => (settings.fit(samples, prior, method)?, Duration::ZERO),
+        };
         let again =
             if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
-        let seconds = begin.elapsed().as_secs_f64();
+        let seconds = (before + begin.elapsed()).as_secs_f64();
         let solution = again.as_ref().unwrap_or(&free);
         let estimate =
             assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
