@@ -25,6 +25,9 @@ mod conform;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
+// Scenarios that change others, and what may be wrong with them.
+#[path = "acceptance/extending.rs"]
+mod extending;
 // What an FMU may do wrong, and what is left of the run then.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 
+use crate::source::TextFile;
+
 /// Why a run could not be done, or not to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -73,6 +75,24 @@ impl Error {
         }))
     }
 
+    /// Something wrong at `span` (bytes of the file), with `label` under the place.
+    #[must_use]
+    pub(crate) fn at(
+        file: &TextFile,
+        span: Range<usize>,
+        message: impl Into<String>,
+        label: &str,
+    ) -> Self {
+        let named = NamedSource::new(file.path.display().to_string(), file.text.clone());
+        let label = (!label.is_empty()).then(|| label.to_owned());
+        Error::Input(Box::new(Input {
+            message: message.into(),
+            file: Some(named.with_language("toml")),
+            labels: vec![LabeledSpan::new_with_span(label, span)],
+            help: None,
+        }))
+    }
+
     /// A failure of a node.
     #[must_use]
     pub fn component(node: &str, call: &str, time: Option<f64>, what: impl Into<String>) -> Self {
@@ -112,32 +132,6 @@ impl Error {
             Error::Input(_) | Error::Output { .. } => 2,
             Error::Component(_) | Error::Analysis { .. } => 3,
         }
-    }
-}
-
-/// A text file that errors can point into.
-#[derive(Debug, Clone)]
-pub struct Source {
-    /// Where it is, as the user named it.
-    pub path: PathBuf,
-    /// What it says.
-    pub text: String,
-}
-
-impl Source {
-    /// An error at `span` (bytes of the text), with `label` under the place.
-    #[must_use]
-    pub fn error(&self, span: Range<usize>, message: impl Into<String>, label: &str) -> Error {
-        let named = NamedSource::new(self.path.display().to_string(), self.text.clone());
-        Error::Input(Box::new(Input {
-            message: message.into(),
-            file: Some(named.with_language("toml")),
-            labels: vec![LabeledSpan::new_with_span(
-                (!label.is_empty()).then(|| label.to_owned()),
-                span,
-            )],
-            help: None,
-        }))
     }
 }
 

@@ -20,6 +20,7 @@ pub mod report;
 pub mod scenario;
 pub mod signal;
 pub mod sink;
+pub mod source;
 pub mod suggest;
 pub mod suite;
 pub mod system;
@@ -108,7 +109,7 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
     if let Some(url) = recorder.files.iter().find_map(|file| file.url()) {
         watch(News::Serving(url));
     }
-    let mut report = Report::new(&system);
+    let mut report = Report::new(&scenario, &system);
     let (mut progress, steps, clock) = (Progress::default(), system.clock.steps, system.clock);
     let mut tick = |k| {
         watch(News::Steps(k, steps));

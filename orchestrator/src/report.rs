@@ -8,7 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::check::Verdict;
 use crate::error::Error;
+use crate::fmu::sha256;
 use crate::master::Progress;
+use crate::scenario::Scenario;
 use crate::system::{Body, System};
 
 /// How a run ended.
@@ -53,6 +55,8 @@ pub struct Report {
     pub seed: u64,
     /// The generator of the random streams.
     pub generator: &'static str,
+    /// The files that the scenario was read from, first the one that was to be run.
+    pub sources: Vec<SourceReport>,
     /// The FMUs that took part.
     pub fmus: Vec<FmuReport>,
     /// The files that analyses left beside the report.
@@ -89,6 +93,15 @@ pub struct NodeReport {
     pub seconds: f64,
 }
 
+/// A file that the scenario was read from.
+#[derive(Debug, Clone, Serialize)]
+pub struct SourceReport {
+    /// Where it is, as it was named.
+    pub path: PathBuf,
+    /// SHA-256 of its text.
+    pub sha256: String,
+}
+
 /// An FMU that took part.
 #[derive(Debug, Clone, Serialize)]
 pub struct FmuReport {
@@ -103,7 +116,11 @@ pub struct FmuReport {
 impl Report {
     /// What is known before the run: everything but how it went.
     #[must_use]
-    pub fn new(system: &System) -> Self {
+    pub fn new(scenario: &Scenario, system: &System) -> Self {
+        let sources = scenario.source.files().map(|file| SourceReport {
+            path: file.path.clone(),
+            sha256: sha256(file.text.as_bytes()),
+        });
         let fmus = system.nodes.iter().filter_map(|node| match &node.body {
             Body::Fmu { fmu, .. } => Some(FmuReport {
                 name: node.name.clone(),
@@ -127,6 +144,7 @@ impl Report {
             nodes: system.nodes.iter().map(|plan| node(&plan.name)).collect(),
             seed: system.header.seed,
             generator: "Pcg64",
+            sources: sources.collect(),
             fmus: fmus.collect(),
             files: Vec::new(),
             folder: system.header.folder.clone(),

@@ -84,7 +84,7 @@ pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
     let played = scenario.document.table.iter().map(|table| &table.path);
     let logs = scenario.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
     let mut paths =
-        played.chain(logs.map(|log| &log.path)).map(|path| scenario.resolve(path.get_ref()));
+        played.chain(logs.map(|log| &log.path)).map(|path| scenario.source.resolve(path));
     paths.find(|path| !path.exists())
 }
 

@@ -26,6 +26,7 @@ use crate::signal::Signal;
 use crate::sink::{Column, Header};
 use crate::table::Table;
 use crate::view::View;
+pub(crate) use layout::matches;
 pub use types::Accepts;
 
 /// The communication points of a run: `t = k h`, computed and never accumulated.
@@ -301,7 +302,7 @@ impl System {
         let header = Header {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
-            text: scenario.source.text.clone(),
+            text: scenario.source.whole(),
             step: clock.step,
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,
@@ -386,7 +387,7 @@ fn clock(scenario: &Scenario) -> Result<Clock, Error> {
         if idle {
             return Ok(Clock { step: 1.0, steps: 0 });
         }
-        let path = scenario.source.path.display();
+        let path = scenario.source.path().display();
         let error = Error::input(format!("{path}: the scenario does not say how long it runs"));
         return Err(error.help("add [time] with a communication `step` [s] and a `stop` time [s]"));
     };

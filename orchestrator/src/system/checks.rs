@@ -130,7 +130,7 @@ fn inside(
     part: std::ops::Range<usize>,
 ) -> std::ops::Range<usize> {
     let whole = word.span();
-    let written = scenario.source.text.get(whole.clone()).unwrap_or_default();
+    let written = scenario.source.letters(whole.clone());
     match written.find(word.get_ref().as_str()) {
         Some(quotes) => whole.start + quotes + part.start..whole.start + quotes + part.end,
         None => whole,

@@ -79,7 +79,7 @@ pub(super) fn drafts(
         }
     }
     if drafts.is_empty() && scenario.document.analysis.is_empty() {
-        let path = scenario.source.path.display();
+        let path = scenario.source.path().display();
         let error =
             Error::input(format!("{path}: the scenario has no node, so there is nothing to run"));
         return Err(error.help(
@@ -208,7 +208,7 @@ fn fmu(
     overrides: &Overrides,
 ) -> Result<Draft, Error> {
     let (word, path) = match (&node.path, &node.package, node.product()) {
-        (Some(path), None, _) if node.example.is_none() => (path, scenario.resolve(path.get_ref())),
+        (Some(path), None, _) if node.example.is_none() => (path, scenario.source.resolve(path)),
         (None, Some(package), Some(product)) => match archives.get(&product) {
             Some(path) => (package, path.clone()),
             None => {
