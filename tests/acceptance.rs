@@ -55,3 +55,6 @@ mod recordings;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
+// Scenarios that validate what another one found, and what may be wrong with them.
+#[path = "acceptance/validating.rs"]
+mod validating;

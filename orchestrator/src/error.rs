@@ -24,6 +24,14 @@ pub enum Error {
         /// What it says, or what it did.
         what: String,
     },
+    /// A validation did not come to its end.
+    #[error("validation `{name}`: {error}")]
+    Validation {
+        /// Its name in the scenario.
+        name: String,
+        /// Why.
+        error: Box<Error>,
+    },
     /// A result could not be written.
     #[error("{}: could not write: {what}", path.display())]
     Output {
@@ -131,6 +139,7 @@ impl Error {
         match self {
             Error::Input(_) | Error::Output { .. } => 2,
             Error::Component(_) | Error::Analysis { .. } => 3,
+            Error::Validation { error, .. } => error.exit_code(),
         }
     }
 }
@@ -153,6 +162,7 @@ impl Diagnostic for Error {
     fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
         match self {
             Error::Input(input) => input.help(),
+            Error::Validation { error, .. } => Diagnostic::help(&**error),
             _ => None,
         }
     }
@@ -160,6 +170,7 @@ impl Diagnostic for Error {
     fn source_code(&self) -> Option<&dyn SourceCode> {
         match self {
             Error::Input(input) => input.source_code(),
+            Error::Validation { error, .. } => error.source_code(),
             _ => None,
         }
     }
@@ -167,6 +178,7 @@ impl Diagnostic for Error {
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         match self {
             Error::Input(input) => input.labels(),
+            Error::Validation { error, .. } => error.labels(),
             _ => None,
         }
     }

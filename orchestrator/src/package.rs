@@ -352,7 +352,8 @@ impl<'a> Wanted<'a> {
         let fmus = document.fmu.iter().map(|it| (&it.package, &it.example, it.product(), false));
         let plugins = document.analysis.iter();
         let plugins = plugins.map(|it| (&it.package, &it.example, it.product(), true));
-        fmus.chain(plugins).filter_map(wanted).collect()
+        let validations = scenario.validations.iter().flat_map(Self::all);
+        fmus.chain(plugins).filter_map(wanted).chain(validations).collect()
     }
 
     fn folder(&self) -> &'a Path {
@@ -379,8 +380,8 @@ impl<'a> Wanted<'a> {
     }
 }
 
-/// Builds what the scenario names by `crate`, in the workspace around the file that names it, or else
-/// around the current folder, and packs the FMUs of it.
+/// Builds what the scenario and its validations name by `crate`, in the workspace around the file that
+/// names it, or else around the current folder, and packs the FMUs of it.
 ///
 /// # Errors
 /// With the place in the file, when a package is unknown, does not compile, or makes no FMU.

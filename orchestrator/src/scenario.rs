@@ -26,6 +26,8 @@ pub struct Scenario {
     pub source: Source,
     /// What they say together.
     pub document: Document,
+    /// The scenarios of `[[validation]]`.
+    pub validations: Vec<Scenario>,
 }
 
 /// The top level of a scenario file.
@@ -65,6 +67,9 @@ pub struct Document {
     /// What is made of what was recorded.
     #[serde(default)]
     pub analysis: Vec<Analysis>,
+    /// What is run with what the analyses found.
+    #[serde(default)]
+    pub validation: Vec<Validation>,
     /// What must hold.
     #[serde(default)]
     pub check: Vec<Check>,
@@ -223,6 +228,23 @@ pub struct Log {
     pub origin: Option<f64>,
     /// Its signals, by the name that the plugin knows each by.
     pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
+}
+
+/// `[[validation]]`: another scenario, which runs after the analyses.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Validation {
+    /// Its name, under which checks and reports know how it went; so is the folder of its files.
+    pub name: Spanned<String>,
+    /// The scenario, relative to the scenario file.
+    pub scenario: Spanned<String>,
+    /// FMUs of it that start as an FMU of this run does, but for what the scenario itself says.
+    #[serde(default)]
+    pub like: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Start values as on the command line: `node.variable=value`, or `@FILE` that an analysis leaves or that is beside the
+    /// scenario file.
+    #[serde(default)]
+    pub set: Vec<Spanned<String>>,
 }
 
 /// At which end of the receiver's step a value is taken.

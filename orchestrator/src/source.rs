@@ -27,9 +27,9 @@ impl Source {
     /// Reads the file that the user named.
     ///
     /// # Errors
-    /// When it cannot be read.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        Ok(Source { first: read(path).map_err(Error::input)?, others: Vec::new() })
+    /// In words, when it cannot be read.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        Ok(Source { first: read(path)?, others: Vec::new() })
     }
 
     /// Reads another file, which the word at `place` names.

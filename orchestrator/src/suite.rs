@@ -85,7 +85,8 @@ pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
     let logs = scenario.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
     let mut paths =
         played.chain(logs.map(|log| &log.path)).map(|path| scenario.source.resolve(path));
-    paths.find(|path| !path.exists())
+    let absent = paths.find(|path| !path.exists());
+    absent.or_else(|| scenario.validations.iter().find_map(absent_data))
 }
 
 /// Runs all scenarios, `jobs` at a time, each by the program `trackside` into a folder of its own below

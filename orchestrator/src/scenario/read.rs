@@ -1,42 +1,57 @@
-//! Reads a scenario from its file and those that it extends.
+//! Reads a scenario from its file and those that it extends, and the scenarios that it is validated by.
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-use super::{Document, Scenario, extend};
+use super::{Document, Scenario, Validation, extend};
 use crate::error::Error;
 use crate::source::Source;
 use crate::suggest::closest;
 
 impl Scenario {
-    /// Reads the file at `path`.
+    /// Reads the file at `path`, those that it extends, and the scenarios that it is validated by.
     ///
     /// # Errors
-    /// When it or one that it extends cannot be read or does not have the form of a scenario.
+    /// When one of them cannot be read or does not have the form of a scenario.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let source = chain(path)?;
-        let document = document(&source)?;
-        Ok(Scenario { name, source, document })
+        read(Source::read(path).map_err(Error::input)?, &[])
     }
 }
 
-/// The file at `path`, that which it extends, and so on.
-fn chain(path: &Path) -> Result<Source, Error> {
+/// The scenario whose file is the source; `above` are those that it validates.
+fn read(mut source: Source, above: &[PathBuf]) -> Result<Scenario, Error> {
+    let path = source.path().to_owned();
+    follow(&mut source)?;
+    let document = document(&source)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let (mut validations, above) = (Vec::new(), [above, &[path]].concat());
+    for Validation { scenario: word, .. } in &document.validation {
+        let path = source.resolve(word);
+        if let Some(trail) = trail(&above, &path) {
+            let message = format!("the scenario is validated by itself: {trail}");
+            return Err(source.error(word.span(), message, ""));
+        }
+        let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
+        validations.push(read(other, &above)?);
+    }
+    Ok(Scenario { name, source, document, validations })
+}
+
+/// Adds the file that the source extends, the one that this extends, and so on.
+fn follow(source: &mut Source) -> Result<(), Error> {
     #[derive(Deserialize)]
     struct Head {
         extends: Option<Spanned<String>>,
     }
-    let mut source = Source::read(path)?;
-    let mut paths = vec![path.to_owned()];
+    let mut paths = vec![source.path().to_owned()];
     loop {
         let text = source.shifted().pop().unwrap_or_default();
-        let head: Head = toml::from_str(&text).map_err(|error| wrong(&source, &error))?;
-        let Some(word) = head.extends else { return Ok(source) };
+        let head: Head = toml::from_str(&text).map_err(|error| wrong(source, &error))?;
+        let Some(word) = head.extends else { return Ok(()) };
         let path = source.resolve(&word);
         if let Some(trail) = trail(&paths, &path) {
             let message = format!("the scenario extends itself: {trail}");
@@ -48,7 +63,7 @@ fn chain(path: &Path) -> Result<Source, Error> {
 }
 
 /// How `path` comes back to one of `paths`, if it does.
-fn trail(paths: &[std::path::PathBuf], path: &Path) -> Option<String> {
+fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
     let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let begin = paths.iter().position(|other| real(other) == real(path))?;
     let way = paths[begin..].iter().map(|path| path.display().to_string());

@@ -71,10 +71,10 @@ pub(super) fn drafts(
         }
         only_once(scenario, draft, &drafts[..i])?;
     }
-    for (node, variable, _) in &overrides.starts {
+    for given in overrides.defaults.iter().chain(&overrides.starts) {
         let names = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
-        if !names.clone().any(|name| name == node) {
-            let error = Error::input(format!("--set {node}.{variable}: no FMU is called `{node}`"));
+        if !names.clone().any(|name| name == given.node) {
+            let error = given.error(&format!("no FMU is called `{}`", given.node));
             return Err(error.help(format!("there are: {}", names.collect::<Vec<_>>().join(", "))));
         }
     }
