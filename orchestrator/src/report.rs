@@ -361,6 +361,10 @@ fn lines(checks: &[Verdict], indent: &str) -> String {
         let _ = write!(text, "{indent}{sign}  {:width$}  {}", check.name, check.that);
         let _ = match (&check.reason, check.value) {
             (Some(reason), _) => writeln!(text, "  ({reason})"),
+            // A small part of something is worth as many digits as a large one.
+            (None, Some(value)) if value != 0.0 && value.abs() < 1e-2 => {
+                writeln!(text, "  ({value:.2e})")
+            }
             (None, Some(value)) => writeln!(text, "  ({value:.4})"),
             (None, None) => writeln!(text),
         };
