@@ -23,7 +23,7 @@ static LIMIT: LazyLock<Recording> = LazyLock::new(|| {
 });
 
 fn of(recording: &Recording, options: &Options) -> Identified {
-    identify(std::slice::from_ref(recording), options, &mut |_, _| ()).expect("tires")
+    identify(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
 }
 
 fn theta(found: &Identified) -> Theta8 {
@@ -78,7 +78,7 @@ fn two_recordings_tell_more_than_one() {
     let noises = Noises::Known(Noise::of_sensors(drive::USUAL));
     let options = Options { profile: false, noises, ..Options::default() };
     let std = |recordings: &[Recording]| {
-        let found = identify(recordings, &options, &mut |_, _| ()).expect("tires");
+        let found = identify(recordings, &options, &mut |_, _| true).expect("tires");
         [found.front.std["K"], found.rear.std["K"]]
     };
     let (one, both) = (std(&parts[..1]), std(&parts));

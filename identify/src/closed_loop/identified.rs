@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::likelihood::{Noise, Theta8};
 use super::options::Formulation;
 use super::series::Series;
+use super::smoothing::Explained;
 use crate::parameters::Theta;
 use crate::result::{Convergence, Estimate};
 
@@ -41,6 +42,29 @@ pub struct Innovations {
     pub autocorrelation: [f64; 4],
 }
 
+impl Innovations {
+    /// Those of all recordings.
+    pub fn of(series: &[Series]) -> Self {
+        let mut count = 0.0;
+        let mut squares = [0.0; 4];
+        let mut products = [0.0; 4];
+        for series in series {
+            // The first row starts the filter.
+            count += series.a_y.len() as f64 - 1.0;
+            for (i, column) in series.whitened.iter().enumerate() {
+                squares[i] += column[1..].iter().map(|w| w * w).sum::<f64>();
+                products[i] += column[1..].windows(2).map(|w| w[0] * w[1]).sum::<f64>();
+            }
+        }
+        Self {
+            mean_square: squares.map(|square| square / count),
+            cost: 0.5 * squares.iter().sum::<f64>(),
+            expected_cost: 2.0 * count,
+            autocorrelation: std::array::from_fn(|i| products[i] / squares[i]),
+        }
+    }
+}
+
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Identified {
@@ -63,6 +87,9 @@ pub struct Identified {
     /// Columns of each recording.
     #[serde(skip)]
     pub series: Vec<Series>,
+    /// What the nominal car makes of each recording.
+    #[serde(skip)]
+    pub explained: Vec<Explained>,
     /// Wall time of everything [s].
     pub seconds: f64,
 }

@@ -52,9 +52,7 @@ pub(super) fn closed_loop(
     let options = Options { seed: config.seed, profile: config.profile, ..Options::default() };
     let options = Options { car: config.car(), ..options };
     let drive = std::slice::from_ref(&recording);
-    let mut progress = |share, what: &str| {
-        host.progress(share, what);
-    };
+    let mut progress = |share, what: &str| host.progress(share, what);
     let found = identify(drive, &options, &mut progress).map_err(|error| error.to_string())?;
     if let Some(series) = found.series.first() {
         record(&recording, series, host);
