@@ -6,6 +6,7 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
 mod car;
+mod draws;
 mod error;
 mod filter;
 mod identified;
@@ -17,6 +18,7 @@ pub mod profile;
 mod pull;
 mod recording;
 pub mod regression;
+pub mod replay;
 mod scalar;
 pub mod search;
 mod series;
@@ -36,8 +38,9 @@ pub use identified::{Fitted, Identified, Innovations};
 pub use likelihood::{Likelihood, Noise, Theta8};
 pub use options::{Bounds, Formulation, Noises, Options};
 pub use pull::Pull;
-pub use recording::Recording;
+pub use recording::{Recording, SHORTEST};
 pub use regression::{Target, Weights};
+pub use replay::{Replay, replay};
 pub use series::Series;
 pub use smoothing::{Explained, Smoothing};
 
@@ -47,6 +50,9 @@ use crate::result::Convergence;
 use points::Point;
 use profile::Explored;
 use watch::{Board, watched};
+
+/// What prediction errors start from.
+const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
 
 /// The curve of the axle whose parameters begin at a place.
 pub fn curve(theta: &Theta8, from: usize) -> MagicFormula {
@@ -81,14 +87,18 @@ pub fn identify(
         let states = explained.iter().map(|explained| &explained.smoothed);
         let points = recordings.iter().zip(states).map(points).collect();
         let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), board };
-        let mut last = None;
+        let mut decisive = None;
         for formulation in run.formulations() {
             board.tell(0.2, formulation.title())?;
-            last = Some(run.fit(formulation)?);
+            let best = run.fit(formulation)?;
+            if formulation == options.method {
+                decisive = Some(best);
+            }
         }
-        let Some(last) = last else { return Err(Error::NoStart { starts: 0 }) };
+        run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
+        let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
         board.tell(if options.profile { 0.3 } else { 0.9 }, "judging")?;
-        Ok(run.identified(last, explained, begin))
+        Ok(run.identified(decisive, explained, begin))
     })
 }
 
@@ -127,21 +137,19 @@ struct Best {
 }
 
 impl Run<'_> {
-    /// All formulations to fit, the start of prediction errors before them, the deciding one last.
+    /// All formulations to fit, each once: that which prediction errors start from, those to compare, the deciding one.
     fn formulations(&self) -> Vec<Formulation> {
-        let mut all = self.options.compare.clone();
-        let start = Formulation::Points(Target::AccelerationAndYaw);
-        if self.options.method == Formulation::PredictionError {
-            all.push(start);
+        let wanted = self.options.compare.iter().copied().chain([self.options.method]);
+        let mut all: Vec<Formulation> = wanted.collect();
+        if all.contains(&Formulation::PredictionError) {
+            all.insert(0, START);
         }
-        all.push(self.options.method);
         let mut once = Vec::new();
-        for formulation in all.into_iter().rev() {
+        for formulation in all {
             if !once.contains(&formulation) {
                 once.push(formulation);
             }
         }
-        once.reverse();
         once
     }
 
@@ -163,12 +171,14 @@ impl Run<'_> {
         };
         let (information, covariance) = curvature(&minimum);
         let cost = minimum.model.cost;
+        let at_bound = std::array::from_fn(|i| minimum.at_bound[i]);
         let best = Best { theta, information, covariance, cost, convergence, likelihood };
         let (odd, residual_std) = found;
         self.fitted.push(Fitted {
             formulation,
             theta: best.theta,
             std: std::array::from_fn(|i| best.covariance[(i, i)].max(0.0).sqrt()),
+            at_bound,
             odd,
             residual_std,
             convergence: best.convergence.clone(),
@@ -204,8 +214,7 @@ impl Run<'_> {
 
     /// What fits to points ended with.
     fn starts(&self) -> Vec<Theta8> {
-        let start = Formulation::Points(Target::AccelerationAndYaw);
-        let is_start = |fitted: &&Fitted| fitted.formulation == start;
+        let is_start = |fitted: &&Fitted| fitted.formulation == START;
         self.fitted.iter().filter(is_start).map(|fitted| fitted.theta).collect()
     }
 
@@ -236,6 +245,7 @@ impl Run<'_> {
             seconds: begin.elapsed().as_secs_f64(),
         };
         let [front, rear] = judge.estimates();
+        let posterior = draws::draws(&theta, &explored.in_box(), &explored.corners, options.seed);
         let row = |i: usize| (0..8).map(|j| covariance[(i, j)]).collect();
         Identified {
             front,
@@ -246,6 +256,8 @@ impl Run<'_> {
             convergence,
             innovations: Innovations::of(&series),
             formulations: self.fitted,
+            posterior,
+            samples: points::samples(&self.points),
             series,
             explained,
             seconds: begin.elapsed().as_secs_f64(),

@@ -1,13 +1,17 @@
 //! What an identification from closed-loop drives found.
 
-use serde::Serialize;
+use std::collections::BTreeMap;
+
+use serde::{Serialize, Serializer};
 
 use super::likelihood::{Noise, Theta8};
 use super::options::Formulation;
 use super::series::Series;
 use super::smoothing::Explained;
-use crate::parameters::Theta;
+use crate::parameters::{Parameter, Theta};
+use crate::posterior::Posterior;
 use crate::result::{Convergence, Estimate};
+use crate::samples::Samples;
 
 /// What one formulation found.
 #[derive(Clone, Debug, Serialize)]
@@ -15,9 +19,14 @@ pub struct Fitted {
     /// Which one.
     pub formulation: Formulation,
     /// Parameters.
+    #[serde(serialize_with = "by_axle")]
     pub theta: Theta8,
     /// Standard deviations of the parameters, from the curvature of the cost.
+    #[serde(serialize_with = "by_axle")]
     pub std: Theta8,
+    /// Which parameters stand on a bound.
+    #[serde(serialize_with = "by_axle")]
+    pub at_bound: [bool; 8],
     /// Factors of the odd terms v_y/v_x, r/v_x and v_x v_y of the lateral acceleration; 0 unless they were free.
     pub odd: [f64; 3],
     /// Root mean squares of the residuals of fits to points: accelerations [m/s²], yaw-rate changes [rad/s], front and rear
@@ -27,6 +36,13 @@ pub struct Fitted {
     pub convergence: Convergence,
     /// Wall time without smoothing [s].
     pub seconds: f64,
+}
+
+fn by_axle<S: Serializer, T: Serialize + Copy>(values: &[T; 8], to: S) -> Result<S::Ok, S::Error> {
+    let axle = |from: usize| -> BTreeMap<&str, T> {
+        (0..4).map(|i| (Parameter::ALL[i].name(), values[from + i])).collect()
+    };
+    to.collect_map([("front", axle(0)), ("rear", axle(4))])
 }
 
 /// How well measurements were predicted.
@@ -84,6 +100,12 @@ pub struct Identified {
     pub innovations: Innovations,
     /// All formulations that were fitted, the deciding one last.
     pub formulations: Vec<Fitted>,
+    /// Draws of both axles, for bands and densities: normal, as the curvature says, within the box.
+    #[serde(skip)]
+    pub posterior: [Posterior; 2],
+    /// Points of both axles along the smoothed states.
+    #[serde(skip)]
+    pub samples: [Samples; 2],
     /// Columns of each recording.
     #[serde(skip)]
     pub series: Vec<Series>,

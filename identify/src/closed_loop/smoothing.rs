@@ -20,8 +20,8 @@ const PROCESS_STD: [f64; 6] = [1e-2, 0.06, 0.01, 600.0, 6000.0, 12_000.0];
 const A_Y_MODEL_STD: f64 = 0.25;
 /// Standard deviation of the disturbances before any data [N, N, N m].
 const START_STD_XI: f64 = 2000.0;
-/// Gain of a step of EM [nat] that ends it.
-const EM_TOLERANCE: f64 = 1e-2;
+/// Gain of a step of EM for each sample [nat] that ends it.
+const EM_TOLERANCE: f64 = 1e-5;
 
 /// A car of linear tires with the masses and lengths of this one.
 pub fn nominal(car: &Vehicle) -> NominalCar {
@@ -49,11 +49,17 @@ impl Model<6, 4> for Drive<'_> {
 }
 
 /// How states are smoothed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing {
     /// How often expectation and maximisation (EM) may filter a recording to find the noises of the nominal car; 0 leaves them
-    /// as they are.
+    /// at what suits most drives.
     pub em_passes: usize,
+}
+
+impl Default for Smoothing {
+    fn default() -> Self {
+        Self { em_passes: 60 }
+    }
 }
 
 /// A recording as the nominal car explains it: v_x, v_y [m/s], r [rad/s], ξ_x, ξ_y [N] and ξ_ψ [N m].
@@ -129,8 +135,8 @@ pub fn explain(
     let mut steps = extended(&drive, &measured, &parameters)?;
     let mut em = None;
     if options.em_passes > 0 {
-        let search =
-            Em { tolerance: EM_TOLERANCE, max_evaluations: options.em_passes, ..Em::default() };
+        let tolerance = EM_TOLERANCE * recording.len() as f64;
+        let search = Em { tolerance, max_evaluations: options.em_passes, ..Em::default() };
         let found = search.fit_while(&steps, &parameters, go_on)?;
         em = Some(Tuning::from(&found));
         parameters = found.parameters;
