@@ -203,7 +203,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         known_noise: has("--known-noise"),
         profile: has("--profile"),
         compare: has("--compare"),
-        em_passes: after("--em").map_or(Ok(0), |n| n.parse())?,
+        em_passes: after("--em").map_or(Ok(Smoothing::default().em_passes), |n| n.parse())?,
     };
     println!(
         "{:28} {:>9} {:>9} {:>9} {:>9}   {:>8} {:>8} {:>8} {:>8}",

@@ -19,6 +19,10 @@ const NOMINAL: [[&str; 3]; 6] = [
 /// Name, unit and values.
 type Column = (&'static str, &'static str, Vec<f64>);
 
+fn signal<'a>(time: &'a [f64], (name, unit, values): &'a Column) -> Signal<'a> {
+    Signal { name, unit, time, values }
+}
+
 fn group(name: &str, time: &[f64], columns: impl IntoIterator<Item = Column>, host: &mut dyn Host) {
     let columns: Vec<Column> = columns.into_iter().collect();
     host.record(name, &columns.iter().map(|column| signal(time, column)).collect::<Vec<_>>());
