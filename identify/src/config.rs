@@ -66,9 +66,14 @@ fn demand(holds: bool, key: &str, expected: &str) -> Result<(), String> {
     if holds { Ok(()) } else { Err(format!("`{key}`: expected {expected}")) }
 }
 
+/// Whether these are two rising numbers.
+fn rise(low: f64, high: f64) -> bool {
+    low < high && low.is_finite() && high.is_finite()
+}
+
 fn rising(bounds: &BTreeMap<Parameter, [f64; 2]>) -> Result<(), String> {
     for (parameter, [low, high]) in bounds {
-        if low >= high || !(low.is_finite() && high.is_finite()) {
+        if !rise(*low, *high) {
             let name = parameter.name();
             return Err(format!(
                 "expected two rising numbers for the bounds of `{name}`, found {low} and {high}"

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Deserialize;
 use vehicle::{Aero, Body, Vehicle};
 
-use super::{demand, plant, rising};
+use super::{demand, plant, rise, rising};
 use crate::closed_loop::{Bounds, Formulation, Noise, Noises, Options, Pull, Smoothing, Weights};
 use crate::parameters::Parameter;
 
@@ -155,11 +155,11 @@ impl ClosedLoop {
 
     fn check_tires(&self) -> Result<(), String> {
         let shift = [Parameter::S_h, Parameter::S_v];
-        let parameters = self.bounds.keys().chain(self.typical.keys());
-        if let Some(name) =
-            parameters.filter(|key| shift.contains(key)).map(|key| key.name()).next()
-        {
-            return Err(format!("`{name}` is not fitted to drives; expected B, C, D or E"));
+        for parameter in self.bounds.keys().chain(self.typical.keys()) {
+            let name = parameter.name();
+            if shift.contains(parameter) {
+                return Err(format!("`{name}` is not fitted to drives; expected B, C, D or E"));
+            }
         }
         rising(&self.bounds)?;
         for (parameter, [low, _]) in &self.bounds {
@@ -192,7 +192,7 @@ impl ClosedLoop {
 
     fn check_times(&self) -> Result<(), String> {
         for [from, until] in &self.windows {
-            if !(from < until) {
+            if !rise(*from, *until) {
                 return Err(format!(
                     "`windows`: expected two rising times, found {from} and {until}"
                 ));
@@ -200,7 +200,7 @@ impl ClosedLoop {
         }
         let mut names = BTreeSet::new();
         for HoldOut { name, from, until } in &self.validate {
-            if !(from < until) {
+            if !rise(*from, *until) {
                 return Err(format!("`{name}`: expected until after from = {from}, found {until}"));
             }
             if !names.insert(name) {
@@ -214,24 +214,26 @@ impl ClosedLoop {
 
     /// What the library is asked for.
     pub fn options(&self) -> Options {
-        let usual = Bounds::default();
-        let bound = |side: usize, usual: [f64; 4]| {
-            let of =
-                |(parameter, usual)| self.bounds.get(parameter).map_or(usual, |ends| ends[side]);
-            axle(&Parameter::ALL, usual).map(of)
+        let mut bounds = Bounds::default();
+        let mut pull = Pull {
+            towards_expected: self.regularisation,
+            towards_each_other: self.similarity,
+            ..Pull::default()
         };
-        let expected = axle(&Parameter::ALL, Pull::default().expected);
+        // B, C, D and E alone: that has been checked.
+        for (&parameter, &[low, high]) in &self.bounds {
+            bounds.lower[parameter as usize] = low;
+            bounds.upper[parameter as usize] = high;
+        }
+        for (&parameter, &value) in &self.typical {
+            pull.expected[parameter as usize] = value;
+        }
         Options {
             car: Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() },
             method: self.method,
             compare: self.compare.clone(),
-            bounds: Bounds { lower: bound(0, usual.lower), upper: bound(1, usual.upper) },
-            pull: Pull {
-                towards_expected: self.regularisation,
-                towards_each_other: self.similarity,
-                expected: expected
-                    .map(|(key, usual)| self.typical.get(key).copied().unwrap_or(usual)),
-            },
+            bounds,
+            pull,
             weights: self.weights,
             odd: self.odd,
             starts: self.starts,
@@ -241,11 +243,6 @@ impl ClosedLoop {
             profile: self.profile,
         }
     }
-}
-
-/// Values of B, C, D, E with what they are of.
-fn axle(parameters: &[Parameter], values: [f64; 4]) -> [(&Parameter, f64); 4] {
-    std::array::from_fn(|i| (&parameters[i], values[i]))
 }
 
 impl KnownNoise {

@@ -22,7 +22,7 @@ const WIDE: [f64; 2] = [1080.0, 320.0];
 const HALF: [f64; 2] = [530.0, 260.0];
 /// Colours of the drives, in their order.
 const COLOURS: [Class; 5] = ["c0", "c1", "c2", "c3", "c4"];
-/// Steps of the time over which a long line is drawn by its lowest and its highest point.
+/// Steps of the time over which a long line is drawn by its lowest and its highest points.
 const BINS: usize = 540;
 /// Half the time of the close-up [s].
 const CLOSE: f64 = 3.0;
@@ -99,13 +99,15 @@ fn acceleration(drives: &Drives) -> String {
     let first = recordings.first().map_or(0.0, |recording| ends(recording)[0]);
     let last = recordings.last().map_or(0.0, |recording| ends(recording)[1]);
     let draw = |from: f64, until: f64, title: &str| {
+        let inside = |point: &&(f64, f64)| (from..=until).contains(&point.0);
+        let rows = measured.iter().flatten().filter(inside).count();
         let cut = |lines: &[Vec<(f64, f64)>]| -> Vec<(f64, f64)> {
-            let inside = |point: &&(f64, f64)| (from..=until).contains(&point.0);
             let joined = lines.iter().flat_map(|line| {
+                let line: Vec<_> = line.iter().filter(inside).copied().collect();
                 // What is no number is not drawn: a gap between drives.
-                line.iter().filter(inside).copied().chain([(f64::NAN, f64::NAN)])
+                thin(&line, rows).into_iter().chain([(f64::NAN, f64::NAN)])
             });
-            thin(&joined.collect::<Vec<_>>())
+            joined.collect()
         };
         let dots: Vec<_> = cut(&measured);
         let y = Axis::about("lateral acceleration [m/s²]", dots.iter().map(|point| point.1));
@@ -120,20 +122,19 @@ fn acceleration(drives: &Drives) -> String {
     draw(first, last, "All of it") + &draw(from, until, "Close-up of the largest")
 }
 
-/// A line with no more than two points for each bin, the lowest and the highest; gaps stay.
-fn thin(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    if points.len() <= 2 * BINS {
+/// A part of a line of `rows` points, of which each step of the time keeps no more than the lowest and the highest.
+fn thin(points: &[(f64, f64)], rows: usize) -> Vec<(f64, f64)> {
+    if rows <= 2 * BINS {
         return points.to_vec();
     }
     let mut thinned = Vec::new();
-    for bin in points.chunks(points.len().div_ceil(BINS)) {
-        let finite = || bin.iter().enumerate().filter(|(_, point)| point.1.is_finite());
-        let low = finite().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
-        let high = finite().max_by(|a, b| a.1.1.total_cmp(&b.1.1));
+    for bin in points.chunks(rows.div_ceil(BINS)) {
+        let points = || bin.iter().enumerate();
+        let low = points().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        let high = points().max_by(|a, b| a.1.1.total_cmp(&b.1.1));
         if let (Some((i, low)), Some((j, high))) = (low, high) {
             thinned.extend(if i < j { [*low, *high] } else { [*high, *low] });
         }
-        thinned.extend(bin.iter().find(|point| point.1.is_nan()));
     }
     thinned
 }
@@ -146,12 +147,14 @@ fn smoothing(html: &mut String, drives: &Drives) {
     for (recording, explained) in drives.recordings.iter().zip(&drives.found.explained) {
         let told = &explained.report;
         let em = match &told.em {
-            Some(em) => format!(
-                "{} after {} passes, {} of them fell",
-                if em.converged { "converged" } else { "limit" },
-                em.passes,
-                em.violations.len()
-            ),
+            Some(em) => {
+                let end = if em.converged { "converged" } else { "stopped" };
+                let falls = match em.violations.len() {
+                    0 => String::new(),
+                    count => format!("; the likelihood fell in {count} of its steps"),
+                };
+                format!("{end} after {} passes{falls}", em.passes)
+            }
             None => "none: noises as assumed".to_owned(),
         };
         let _ = writeln!(
@@ -225,7 +228,7 @@ fn validation(html: &mut String, replays: &[(&str, &Recording, &Replay)]) {
             let line = |values: &[f64]| {
                 let points: Vec<_> =
                     recording.t.iter().copied().zip(values.iter().copied()).collect();
-                thin(&points)
+                thin(&points, points.len())
             };
             let y = Axis::about(label, measured.iter().chain(found).copied());
             let x = Axis::linear("time [s]", replay.window[0], replay.window[1]);
@@ -243,15 +246,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thinning_keeps_ends_and_gaps() {
+    fn thinning_keeps_what_stands_out() {
         let mut points: Vec<(f64, f64)> =
             (0..20_000).map(|i| (f64::from(i), f64::from(i % 100))).collect();
-        points[7777] = (7777.0, 500.0);
-        points[9000] = (f64::NAN, f64::NAN);
-        let thinned = thin(&points);
-        assert!(thinned.len() <= 2 * BINS + 1);
-        assert!(thinned.contains(&(7777.0, 500.0)));
-        assert_eq!(thinned.iter().filter(|point| point.1.is_nan()).count(), 1);
-        assert_eq!(thin(&points[..50]), points[..50]);
+        points[7777].1 = 500.0;
+        let thinned = thin(&points, points.len());
+        assert!(thinned.len() <= 2 * BINS && thinned.contains(&(7777.0, 500.0)));
+        assert!(thinned.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+        assert_eq!(thin(&points[..50], 50), points[..50]);
     }
 }
