@@ -12,6 +12,7 @@ use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
 use crate::study::excitation::Excitation;
+use crate::svi::Optimiser;
 
 /// What is to be done.
 #[derive(Clone, Debug, Deserialize)]
@@ -80,6 +81,9 @@ pub struct Tires {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// λ_sim: weight of a pull of front and rear lateral curves to each other, in units of the width of the bounds.
     #[serde(default)]
     pub similarity: f64,
@@ -153,6 +157,9 @@ pub struct OneCurve {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// Of random numbers.
     #[serde(default)]
     pub seed: u64,

@@ -63,8 +63,8 @@ fn found() -> Found {
 }
 
 fn page(found: &Found, title: &str) -> String {
-    let method =
-        Method { name: "least <squares>", estimate: &found.estimate, posterior: &found.posterior };
+    let (estimate, posterior) = (&found.estimate, &found.posterior);
+    let method = Method { name: "least <squares>", estimate, posterior, gaussian: None };
     let section = Section {
         name: "front axle & more",
         direction: Direction::Longitudinal,

@@ -47,7 +47,7 @@ pub struct Report {
     /// Of the weights that would correct it.
     #[serde(flatten)]
     pub diagnosis: Diagnosis,
-    /// Wall time [s], with the fit that it starts from.
+    /// Wall time [s].
     pub seconds: f64,
 }
 
