@@ -12,7 +12,7 @@ use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
 use crate::study::excitation::Excitation;
-use crate::svi::Optimiser;
+use crate::svi::{Optimiser, adam::Adam};
 
 /// What is to be done.
 #[derive(Clone, Debug, Deserialize)]
@@ -42,6 +42,7 @@ impl Config {
             Self::ClosedLoop(_) => {}
             Self::Curve(curve) => {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
+                check_svi(&curve.svi)?;
                 curve.fit.check("fit")?;
             }
             Self::ExcitationStudy(study) => {
@@ -63,6 +64,13 @@ impl Config {
 
 fn demand(holds: bool, key: &str, expected: &str) -> Result<(), String> {
     if holds { Ok(()) } else { Err(format!("`{key}`: expected {expected}")) }
+}
+
+fn check_svi(svi: &Optimiser) -> Result<(), String> {
+    let Optimiser::Adam(Adam { step, steps, batch, .. }) = svi else { return Ok(()) };
+    demand(*step > 0.0 && step.is_finite(), "step", "a number above 0")?;
+    demand(*steps > 0, "steps", "1 or more")?;
+    demand(*batch != Some(0), "batch", "1 or more")
 }
 
 /// `task = "tires"`.
@@ -108,6 +116,7 @@ impl Tires {
         demand(!self.methods.is_empty(), "methods", "`least_squares` at least")?;
         let pull = self.similarity;
         demand(pull >= 0.0 && pull.is_finite(), "similarity", "0 or above")?;
+        check_svi(&self.svi)?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")

@@ -82,7 +82,6 @@ pub fn identify(
         settings,
         best: &best,
         judgements: &judgements,
-        posterior: &posterior,
         report: &report,
         plain: assemble(&best, &[], &judgements, &posterior, slip_range, samples.len()),
         seconds: [fitting, drawing].map(|time| time.as_secs_f64()),

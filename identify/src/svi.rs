@@ -23,6 +23,7 @@ use crate::parameters::Theta;
 use crate::posterior::Posterior;
 use crate::posterior::psis::{self, Diagnosis};
 use crate::prior::Prior;
+use crate::result::Status;
 use crate::samples::Samples;
 use adam::Adam;
 use density::{LogDensity, Minibatch, TireDensity};
@@ -46,7 +47,7 @@ pub enum Optimiser {
     /// Natural gradients from all samples, until the dimensionless gradient is below 0.01.
     #[default]
     Newton,
-    /// Adam from the centre of the box.
+    /// Adam from typical values, see [`Adam`].
     Adam(Adam),
 }
 
@@ -78,7 +79,7 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
     let begin = Instant::now();
     let Start { samples, data, prior, best: (theta, noise_std) } = start;
     let density = TireDensity::new(data, prior);
-    let limits = Limits { tolerance: 1e-2, steps: 400 };
+    let limits = Limits { tolerance: 1e-2, steps: 100 };
     let dimension = density.dimension();
     let mut count = (POINTS * dimension * dimension).next_power_of_two();
     let (fitted, draws) = loop {
@@ -94,7 +95,7 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
             }
             Optimiser::Adam(adam) => {
                 let from = Gaussian {
-                    mean: density.point(&prior.centre, 0.1),
+                    mean: density.point(&adam.start.unwrap_or(prior.centre), 0.1),
                     factor: DMatrix::identity(dimension, dimension),
                 };
                 let size = adam.batch.unwrap_or(samples.len()).max(1);
@@ -108,7 +109,8 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
         };
         let draws = Draws::new(&density, &fitted.gaussian, seed);
         let overfit = fitted.trace.last().is_some_and(|own| own - draws.elbo > OVERFIT);
-        if optimiser != Optimiser::Newton || !overfit || count >= MOST_POINTS {
+        let worth_more = fitted.status == Status::Converged && optimiser == Optimiser::Newton;
+        if !(overfit && worth_more) || count >= MOST_POINTS {
             break (fitted, draws);
         }
         count *= 2;

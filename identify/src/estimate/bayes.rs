@@ -3,7 +3,6 @@
 use super::by_name;
 use crate::compressed::Compressed;
 use crate::fit::Solution;
-use crate::posterior::Posterior;
 use crate::posterior::report::Report;
 use crate::result::{Convergence, Estimate, Source, Status};
 use crate::samples::Samples;
@@ -27,7 +26,6 @@ pub struct Bayes<'a> {
     /// The best fit with everything free.
     pub best: &'a Solution,
     pub judgements: &'a [Judgement],
-    pub posterior: &'a Posterior,
     pub report: &'a Report,
     /// What is told of the best fit.
     pub plain: Estimate,

@@ -5,11 +5,12 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::density::LogDensity;
 use super::gaussian::Gaussian;
 use super::newton::{Fitted, Limits};
+use crate::parameters::{Theta, from_parameters};
 use crate::result::Status;
 
 /// Of the moving means of gradient and squared gradient.
@@ -25,16 +26,24 @@ pub struct Adam {
     pub step: f64,
     /// How many.
     pub steps: usize,
-    /// Whether the length falls to nothing, as a line, over the second half of the steps; else it stays.
-    pub decay: bool,
+    /// Whether the result is the mean over the second half of the steps, in which the noise of single draws fades (Polyak and
+    /// Juditsky 1992); else it is where the last step led.
+    pub average: bool,
     /// Samples that are looked at in a step; all of them unless given.
     pub batch: Option<usize>,
+    /// First mean; the typical values unless given.
+    #[serde(deserialize_with = "start")]
+    pub start: Option<Theta>,
+}
+
+fn start<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Theta>, D::Error> {
+    from_parameters(from).map(Some)
 }
 
 impl Default for Adam {
-    /// Goblirsch et al. (IV 2025), whose step length stays.
+    /// Goblirsch et al. (IV 2025).
     fn default() -> Self {
-        Self { step: 8.25e-4, steps: 50_000, decay: false, batch: None }
+        Self { step: 8.25e-4, steps: 50_000, average: false, batch: None, start: None }
     }
 }
 
@@ -56,6 +65,7 @@ pub fn climb(
     let mut walk = Walk::new(dimension * (dimension + 3) / 2);
     let (mut trace, mut sum) = (Vec::new(), 0.0);
     let told = adam.steps.div_ceil(TOLD).max(1);
+    let (mut mean, half) = (gaussian.clone(), adam.steps / 2);
     for step in 0..adam.steps {
         let e = DVector::from_fn(dimension, |_, _| StandardNormal.sample(&mut random));
         let (log, gradient) = estimate(&gaussian.at(&e), &mut random);
@@ -70,9 +80,7 @@ pub fn climb(
             let by = gradient[i] * e[j];
             slope.push(if i == j { by * gaussian.factor[(i, i)] + 1.0 } else { by });
         }
-        let half = 0.5 * adam.steps as f64;
-        let rest = if adam.decay { ((adam.steps - step) as f64 / half).min(1.0) } else { 1.0 };
-        let moves = walk.moves(&slope, adam.step * rest);
+        let moves = walk.moves(&slope, adam.step);
         for (place, value) in gaussian.mean.iter_mut().enumerate() {
             *value += moves[place];
         }
@@ -80,7 +88,13 @@ pub fn climb(
             let entry = &mut gaussian.factor[(i, j)];
             *entry = if i == j { *entry * change.exp() } else { *entry + change };
         }
+        if adam.average && step >= half {
+            let share = 1.0 / (step - half + 1) as f64;
+            mean.mean += (&gaussian.mean - &mean.mean) * share;
+            mean.factor += (&gaussian.factor - &mean.factor) * share;
+        }
     }
+    let gaussian = if adam.average { mean } else { gaussian };
     let gradient_norm = gaussian.compare(density, points).gradient_norm();
     let converged = gradient_norm <= limits.tolerance;
     Fitted {

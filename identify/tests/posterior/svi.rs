@@ -73,9 +73,9 @@ fn adam_and_newton_agree_where_both_converge() {
     let newton = variational(&samples, &prior, Optimiser::Newton).report;
     assert_eq!(newton.status, Status::Converged);
     for batch in [None, Some(50)] {
-        let adam = Adam { step: 5e-3, steps: 20_000, decay: true, batch };
+        let adam = Adam { step: 5e-3, steps: 20_000, average: true, batch, start: None };
         let adam = variational(&samples, &prior, Optimiser::Adam(adam)).report;
-        assert!(adam.gradient_norm < 0.15, "{adam:?}");
+        assert!(adam.gradient_norm < 0.15, "{}", adam.gradient_norm);
         for name in ["B", "D", "K"] {
             let error = (adam.mean[name] - newton.mean[name]) / newton.std[name];
             assert!(error.abs() < 0.1, "{name}: {error} standard deviations");
