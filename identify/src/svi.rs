@@ -33,8 +33,9 @@ use report::{Report, Summary, Suspicion};
 
 /// Draws that judge the fit.
 const DRAWS: usize = 4096;
-/// Fewer points than this many times the square of the dimension are overfitted.
+/// Fewer points than this many times the square of the dimension are overfitted, and fewer than the next number.
 const POINTS: usize = 3;
+const FEWEST_POINTS: usize = 64;
 /// Most points.
 const MOST_POINTS: usize = 1024;
 /// By how much [nat] the bound over the fit's own points may exceed that over fresh draws.
@@ -81,7 +82,7 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
     let density = TireDensity::new(data, prior);
     let limits = Limits { tolerance: 1e-2, steps: 100 };
     let dimension = density.dimension();
-    let mut count = (POINTS * dimension * dimension).next_power_of_two();
+    let mut count = (POINTS * dimension * dimension).next_power_of_two().max(FEWEST_POINTS);
     let (fitted, draws) = loop {
         let points = points::normal_points(dimension, count, seed);
         let fitted = match optimiser {
