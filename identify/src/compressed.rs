@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::kernel::{shapes, value_and_gradient};
+use crate::kernel::{self, shapes, value_and_gradient};
 use crate::parameters::{COUNT, Theta};
 use crate::samples::Samples;
 
@@ -104,7 +104,13 @@ impl Compressed {
         (self.square + change).max(1e-15 * self.square)
     }
 
-    /// The same with derivatives by the parameters.
+    /// The same, and half its derivatives by the parameters.
+    pub fn squares_and_gradient(&self, theta: &Theta) -> (f64, Theta) {
+        let (change, gradient) = kernel::squares(theta, &self.slips, &self.weights, &self.forces);
+        ((self.square + change).max(1e-15 * self.square), gradient)
+    }
+
+    /// The same with the Hessian of Gauss and Newton.
     pub fn quadratic(&self, theta: &Theta) -> Quadratic {
         let mut sum = Quadratic {
             squares: self.square,
@@ -214,6 +220,9 @@ mod tests {
         let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
         let near = compressed.quadratic(&theta);
         assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);
+        let (squares, gradient) = compressed.squares_and_gradient(&theta);
+        assert_relative_eq!(near.squares, squares, max_relative = 1e-12);
+        assert_relative_eq!(near.gradient, SVector::from(gradient), max_relative = 1e-11);
         for i in 0..COUNT {
             let step = 1e-5 * theta[i];
             let moved = |step: f64| {

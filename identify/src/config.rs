@@ -14,6 +14,7 @@ use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
 use crate::study::excitation::Excitation;
+use crate::svi::{Optimiser, adam::Adam};
 
 /// What is to be done.
 #[derive(Clone, Debug, Deserialize)]
@@ -43,6 +44,7 @@ impl Config {
             Self::ClosedLoop(drive) => drive.check()?,
             Self::Curve(curve) => {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
+                check_svi(&curve.svi)?;
                 curve.fit.check("fit")?;
             }
             Self::ExcitationStudy(study) => {
@@ -83,6 +85,13 @@ fn rising(bounds: &BTreeMap<Parameter, [f64; 2]>) -> Result<(), String> {
     Ok(())
 }
 
+fn check_svi(svi: &Optimiser) -> Result<(), String> {
+    let Optimiser::Adam(Adam { step, steps, batch, .. }) = svi else { return Ok(()) };
+    demand(*step > 0.0 && step.is_finite(), "step", "a number above 0")?;
+    demand(*steps > 0, "steps", "1 or more")?;
+    demand(*batch != Some(0), "batch", "1 or more")
+}
+
 /// `task = "tires"`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -99,6 +108,9 @@ pub struct Tires {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// λ_sim: weight of a pull of front and rear lateral curves to each other, in units of the width of the bounds.
     #[serde(default)]
     pub similarity: f64,
@@ -123,6 +135,7 @@ impl Tires {
         demand(!self.methods.is_empty(), "methods", "`least_squares` at least")?;
         let pull = self.similarity;
         demand(pull >= 0.0 && pull.is_finite(), "similarity", "0 or above")?;
+        check_svi(&self.svi)?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")
@@ -144,6 +157,9 @@ pub struct OneCurve {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// Of random numbers.
     #[serde(default)]
     pub seed: u64,

@@ -6,6 +6,7 @@
 
 pub(crate) mod elementary;
 mod slope;
+mod squares;
 
 use rayon::prelude::*;
 
@@ -15,6 +16,7 @@ use crate::samples::Samples;
 use elementary::{atan, sin_cos};
 
 pub use slope::{Local, local};
+pub use squares::squares;
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.
 const CHUNK: usize = 4096;

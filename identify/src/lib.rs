@@ -35,5 +35,6 @@ pub mod similar;
 pub mod sobol;
 pub mod start_values;
 pub mod study;
+pub mod svi;
 pub mod text;
 pub mod verdict;

@@ -5,3 +5,4 @@ mod held;
 mod judge;
 mod moments;
 mod support;
+mod svi;
