@@ -3,5 +3,7 @@
 mod bimodal;
 mod held;
 mod judge;
+mod judge_shifts;
 mod moments;
+mod shifts;
 mod support;
