@@ -3,7 +3,6 @@
 use identify::direction::Direction;
 use identify::estimate::identify;
 use identify::fit::Options;
-use identify::result::Source;
 use identify::settings::{Method, Settings};
 use identify::study::excitation::{Excitation, samples};
 
@@ -26,9 +25,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let samples = samples(&excitation, level);
             let answer = identify(&samples, &settings, &[Method::Svi, Method::Reference])?;
             let [(_, svi), (_, exact)] = &answer.estimates[..] else { continue };
-            let Some(own) = svi.svi.as_ref().filter(|_| svi.source == Source::Svi) else {
+            let Some(own) = &svi.svi else { continue };
+            if let Some(warning) = &own.warning {
+                println!("    seed {seed}: {warning}");
                 continue;
-            };
+            }
             trusted += 1;
             for (k, (mean, std)) in
                 [(&svi.mean, &svi.std), (&own.mean, &own.std)].into_iter().enumerate()
@@ -43,6 +44,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
         println!("{:>5} %: {trusted} of {seeds} trusted", 100.0 * level);
+        if trusted == 0 {
+            continue;
+        }
         for (k, what) in ["told", "normal distribution"].into_iter().enumerate() {
             let of = |i: usize| {
                 let [low, high] = ratios[k][i];
