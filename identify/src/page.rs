@@ -203,7 +203,7 @@ fn write_methods(html: &mut String, section: &Section) {
             significant(estimate.seconds, 2),
             match estimate.source {
                 Source::Likelihood => "likelihood",
-                Source::Svi => "normal distribution",
+                Source::Svi => "posterior (weighted draws)",
                 Source::Grid => "posterior (grid)",
                 Source::Tempered => "posterior (tempered)",
             }
@@ -224,7 +224,10 @@ fn write_methods(html: &mut String, section: &Section) {
     html.push_str("</table>\n");
     for told in section.methods.iter().filter_map(|method| method.estimate.svi.as_ref()) {
         let warning = told.warning.as_deref().map_or_else(
-            || "The normal distribution stands for the posterior.".to_owned(),
+            || {
+                "The normal distribution is close to the posterior; weights make up for the rest."
+                    .to_owned()
+            },
             |warning| format!("{warning} What is told is the posterior."),
         );
         let _ = writeln!(html, "<p>{}</p>", escape(&warning));

@@ -76,11 +76,13 @@ fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
 
 /// What the page shows of each method.
 fn methods<'a>(found: &'a Answer) -> Vec<page::Method<'a>> {
-    let gaussian = found.variational.as_ref().map(|variational| &variational.posterior);
     let shown = |(method, estimate): &'a (Method, Estimate)| {
-        let gaussian = gaussian.filter(|_| estimate.svi.is_some());
-        let own = gaussian.filter(|_| estimate.source == Source::Svi);
-        let posterior = own.unwrap_or(&found.posterior);
+        let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
+        let posterior = match (estimate.source, variational) {
+            (Source::Svi, Some(variational)) => &variational.corrected,
+            _ => &found.posterior,
+        };
+        let gaussian = variational.map(|variational| &variational.gaussian);
         page::Method { name: method.title(), estimate, posterior, gaussian }
     };
     found.estimates.iter().map(shown).collect()

@@ -60,7 +60,7 @@ pub struct Convergence {
 pub enum Source {
     /// The likelihood near its maximum.
     Likelihood,
-    /// A normal distribution, by variational inference.
+    /// A normal distribution, by variational inference, its draws weighted by the posterior.
     Svi,
     /// The exact posterior, from a grid.
     Grid,

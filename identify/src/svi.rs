@@ -1,7 +1,7 @@
 //! Fits a normal distribution with full covariance to the posterior of a tire: variational inference.
 //!
 //! Where the posterior is a curved valley or ends at a bound, which it does unless the tire was driven well past its peak, no
-//! normal distribution is like it. So this never comes without what tells: weights that would correct it.
+//! normal distribution is like it. So this never comes without what tells: weights, which also correct it where it is close.
 
 pub mod adam;
 pub mod density;
@@ -12,7 +12,7 @@ pub mod report;
 
 use std::time::Instant;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -21,6 +21,7 @@ use serde::Deserialize;
 use crate::compressed::Compressed;
 use crate::parameters::Theta;
 use crate::posterior::Posterior;
+use crate::posterior::grid::systematic;
 use crate::posterior::psis::{self, Diagnosis};
 use crate::prior::Prior;
 use crate::result::Status;
@@ -38,6 +39,9 @@ const POINTS: usize = 3;
 const FEWEST_POINTS: usize = 64;
 /// Most points.
 const MOST_POINTS: usize = 1024;
+/// Degrees of freedom of the heavier tails, and how much wider they begin.
+const FREEDOM: usize = 5;
+const WIDER: f64 = 1.2;
 /// By how much [nat] the bound over the fit's own points may exceed that over fresh draws.
 const OVERFIT: f64 = 0.1;
 
@@ -69,7 +73,9 @@ pub struct Start<'a> {
 #[derive(Clone, Debug)]
 pub struct Variational {
     /// Draws from it.
-    pub posterior: Posterior,
+    pub gaussian: Posterior,
+    /// Draws from it with heavier tails, weighted by the posterior: what remains of its error where it is close.
+    pub corrected: Posterior,
     /// What it said.
     pub report: Report,
     fitted: Fitted,
@@ -108,7 +114,7 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
                 }
             }
         };
-        let draws = Draws::new(&density, &fitted.gaussian, seed);
+        let draws = Draws::new(&density, &fitted.gaussian, Tails::Normal, seed);
         let overfit = fitted.trace.last().is_some_and(|own| own - draws.elbo > OVERFIT);
         let worth_more = fitted.status == Status::Converged && optimiser == Optimiser::Newton;
         if !(overfit && worth_more) || count >= MOST_POINTS {
@@ -116,31 +122,35 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
         }
         count *= 2;
     };
-    let Draws { posterior, diagnosis, elbo, noise_std } = draws;
-    let Summary { mean, std, interval } = Summary::of(&posterior, prior);
+    let Draws { posterior: gaussian, diagnosis, elbo, noise_std, .. } = draws;
+    let heavy = Draws::new(&density, &fitted.gaussian, Tails::Heavy, seed);
+    let chosen = systematic(&heavy.weights, DRAWS, seed).into_iter();
+    let corrected = Posterior { draws: chosen.map(|i| heavy.posterior.draws[i]).collect() };
+    let Summary { mean, std, interval } = Summary::of(&gaussian, prior);
     let free: Vec<_> = prior.free().collect();
-    let warning =
-        report::warning((fitted.status, fitted.gradient_norm), &diagnosis, &Suspicion::default());
     let report = Report {
-        trusted: warning.is_none(),
-        warning,
+        trusted: true,
+        warning: None,
         mean,
         std,
         interval,
         parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
-        covariance: posterior.covariance(&free),
+        covariance: gaussian.covariance(&free),
         noise_std,
         status: fitted.status,
         gradient_norm: fitted.gradient_norm,
         steps: fitted.steps,
         points: count,
-        evaluations: fitted.evaluations + DRAWS,
+        evaluations: fitted.evaluations + 2 * DRAWS,
         elbo,
         elbo_trace: fitted.trace.clone(),
         diagnosis,
+        correction: heavy.diagnosis,
         seconds: begin.elapsed().as_secs_f64(),
     };
-    Variational { posterior, report, fitted }
+    let mut variational = Variational { gaussian, corrected, report, fitted };
+    variational.suspect(&Suspicion::default());
+    variational
 }
 
 impl Variational {
@@ -148,41 +158,61 @@ impl Variational {
     pub fn suspect(&mut self, suspicion: &Suspicion) {
         let Fitted { status, gradient_norm, .. } = self.fitted;
         let report = &mut self.report;
-        report.warning = report::warning((status, gradient_norm), &report.diagnosis, suspicion);
+        let weights = [&report.diagnosis, &report.correction];
+        report.warning = report::warning((status, gradient_norm), weights, suspicion);
         report.trusted = report.warning.is_none();
     }
+}
+
+/// What draws from a normal distribution are like far out.
+#[derive(Clone, Copy, PartialEq)]
+enum Tails {
+    /// As they are.
+    Normal,
+    /// Those of a somewhat wider t distribution: a normal distribution that was fitted to a skewed one is too narrow, and
+    /// weights cannot give mass to where there are no draws.
+    Heavy,
 }
 
 /// Draws from a normal distribution, and what weights say of them.
 struct Draws {
     posterior: Posterior,
+    weights: Vec<f64>,
     diagnosis: Diagnosis,
     elbo: f64,
     noise_std: f64,
 }
 
 impl Draws {
-    fn new(density: &TireDensity, gaussian: &Gaussian, seed: u64) -> Self {
+    fn new(density: &TireDensity, gaussian: &Gaussian, tails: Tails, seed: u64) -> Self {
         // Not the stream of the points.
         let mut random = Pcg64::seed_from_u64(!seed);
+        let dimension = density.dimension();
         let mut log_weights = Vec::with_capacity(DRAWS);
         let mut draws = Vec::with_capacity(DRAWS);
         let mut noise_std = 0.0;
         for _ in 0..DRAWS {
-            let e = nalgebra::DVector::from_fn(density.dimension(), |_, _| {
-                StandardNormal.sample(&mut random)
-            });
+            let mut e = DVector::from_fn(dimension, |_, _| StandardNormal.sample(&mut random));
+            let mut log_drawn = points::log_normal(&e) - gaussian.log_volume();
+            if tails == Tails::Heavy {
+                let chi_squared = (0..FREEDOM).map(|_| {
+                    let normal: f64 = StandardNormal.sample(&mut random);
+                    normal * normal
+                });
+                let freedom = FREEDOM as f64;
+                e *= (freedom / chi_squared.sum::<f64>()).sqrt();
+                // But for a constant.
+                log_drawn =
+                    -0.5 * (freedom + dimension as f64) * (e.norm_squared() / freedom).ln_1p();
+                e *= WIDER;
+            }
             let x = gaussian.at(&e);
-            let log_drawn = points::log_normal(&e) - gaussian.log_volume();
             log_weights.push(density.at(&x).0 - log_drawn);
             draws.push(density.theta(&x));
             noise_std += density.noise_std(&x) / DRAWS as f64;
         }
-        Self {
-            posterior: Posterior { draws },
-            diagnosis: psis::smooth(&log_weights).0,
-            elbo: log_weights.iter().sum::<f64>() / DRAWS as f64,
-            noise_std,
-        }
+        let (diagnosis, weights) = psis::smooth(&log_weights);
+        let elbo = log_weights.iter().sum::<f64>() / DRAWS as f64;
+        Self { posterior: Posterior { draws }, weights, diagnosis, elbo, noise_std }
     }
 }

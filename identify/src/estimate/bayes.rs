@@ -7,7 +7,7 @@ use crate::posterior::report::Report;
 use crate::result::{Convergence, Estimate, Source, Status};
 use crate::samples::Samples;
 use crate::settings::Settings;
-use crate::svi::report::Suspicion;
+use crate::svi::report::{Summary, Suspicion};
 use crate::svi::{self, Start, Variational};
 use crate::verdict::Judgement;
 
@@ -67,15 +67,18 @@ impl Bayes<'_> {
         variational
     }
 
-    /// Its numbers, or those of the posterior where it is not to be trusted.
+    /// The numbers of its corrected draws, or those of the posterior where it is not to be trusted.
     pub fn svi(&self, variational: &Variational) -> Estimate {
         let told = &variational.report;
         let base = if told.trusted {
+            let prior = &self.settings.prior;
+            let Summary { mean, std, interval } = Summary::of(&variational.corrected, prior);
+            let free: Vec<_> = prior.free().collect();
             Estimate {
-                mean: told.mean.clone(),
-                std: told.std.clone(),
-                interval: told.interval.clone(),
-                covariance: told.covariance.clone(),
+                mean,
+                std,
+                interval,
+                covariance: variational.corrected.covariance(&free),
                 noise_std: told.noise_std,
                 source: Source::Svi,
                 posterior: Some(self.report.clone()),

@@ -169,7 +169,7 @@ fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
     let settings = Settings::new(Direction::Longitudinal);
     let answer = identify(&samples, &settings, &[Asked::Svi]).expect("fits");
     let (_, estimate) = &answer.estimates[0];
-    let gaussian = answer.variational.as_ref().map(|variational| &variational.posterior);
+    let gaussian = answer.variational.as_ref().map(|variational| &variational.gaussian);
     let method = Method { name: "SVI", estimate, posterior: &answer.posterior, gaussian };
     let section = Section {
         name: "",

@@ -119,7 +119,7 @@ fn weighted(plane: &Plane, linear: &Linear, prior: &Prior, options: &Options) ->
 }
 
 /// Systematic resampling: each index as often as its weight wants, to less than one.
-fn systematic(weights: &[f64], count: usize, seed: u64) -> Vec<usize> {
+pub(crate) fn systematic(weights: &[f64], count: usize, seed: u64) -> Vec<usize> {
     let step = weights.iter().sum::<f64>() / count as f64;
     let mut threshold = step * Pcg64::seed_from_u64(seed).random::<f64>();
     let mut reached = 0.0;

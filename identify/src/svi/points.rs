@@ -44,7 +44,7 @@ pub fn normal_points(dimension: usize, count: usize, seed: u64) -> DMatrix<f64> 
         }
     }
     let first = points.columns(0, half);
-    let covariance = &first * first.transpose() / half as f64;
+    let covariance = first * first.transpose() / half as f64;
     // More points than dimensions, and no two alike: the covariance has full rank.
     if let Some(factor) = covariance.cholesky()
         && let Some(matched) = factor.l().solve_lower_triangular(&first)

@@ -47,6 +47,8 @@ pub struct Report {
     /// Of the weights that would correct it.
     #[serde(flatten)]
     pub diagnosis: Diagnosis,
+    /// Of the weights that do, on draws with heavier tails.
+    pub correction: Diagnosis,
     /// Wall time [s].
     pub seconds: f64,
 }
@@ -88,7 +90,7 @@ pub struct Suspicion {
 /// Why a normal distribution is not to be trusted; `None` if it is.
 pub fn warning(
     (status, gradient_norm): (Status, f64),
-    diagnosis: &Diagnosis,
+    weights: [&Diagnosis; 2],
     suspicion: &Suspicion,
 ) -> Option<String> {
     let mut reasons = Vec::new();
@@ -96,8 +98,8 @@ pub fn warning(
         let norm = significant(gradient_norm, 2);
         reasons.push(format!("its fit did not converge (gradient norm {norm})"));
     }
-    if !diagnosis.is_close() {
-        let Diagnosis { k_hat, effective_share, .. } = diagnosis;
+    if let Some(far) = weights.into_iter().find(|diagnosis| !diagnosis.is_close()) {
+        let Diagnosis { k_hat, effective_share, .. } = far;
         let [k_hat, share] = [*k_hat, 100.0 * effective_share].map(|x| significant(x, 2));
         reasons.push(format!(
             "it does not cover the posterior (k-hat {k_hat}, to be below {HIGHEST_K_HAT}; {share} % of its draws count)"
