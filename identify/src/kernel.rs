@@ -14,6 +14,7 @@ use crate::parameters::{COUNT, Theta};
 use crate::samples::Samples;
 use elementary::{atan, sin_cos};
 
+pub(crate) use slope::{Graded, value_and_slope};
 pub use slope::{Local, local};
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.
