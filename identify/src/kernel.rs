@@ -15,6 +15,7 @@ use crate::parameters::{COUNT, Parameter, Theta};
 use crate::samples::Samples;
 use elementary::{atan, sin_cos};
 
+pub(crate) use slope::{Graded, value_and_slope};
 pub use slope::{Local, local};
 pub use squares::squares;
 
