@@ -104,7 +104,8 @@ impl RerunSink {
         let (signals, charts) = Signals::new(header);
         let texts = Texts::new(header);
         let view = &header.view;
-        let (states, planes) = (States::new(&header.lanes), Planes::new(&view.planes));
+        let (states, planes) =
+            (States::new(&header.lanes), Planes::new(&view.planes, header.columns.len()));
         let mut sink = Self {
             stream: Some(stream),
             live,

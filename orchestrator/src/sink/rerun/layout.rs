@@ -152,7 +152,8 @@ impl Layout {
     /// Checks, faults and texts over time.
     fn lanes(&self, properties: &mut Properties) -> ContainerLike {
         let texts = self.texts.iter().map(|path| format!("+ {path}"));
-        let contents = [format!("+ /{}/**", states::ROOT)].into_iter().chain(texts);
+        let contents =
+            states::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);
         let view = StateTimelineView::new("Checks and states").with_origin("/");
         let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
         properties.add(view.with_contents(contents), [("TimeAxis", &linked)])

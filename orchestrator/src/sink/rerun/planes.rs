@@ -12,7 +12,7 @@ use crate::sink::Row;
 use crate::view::{Function, Plane};
 
 /// Width by height of a diagram without a circle; with one, both axes have the same scale.
-const ASPECT: f64 = 1.5;
+const ASPECT: f64 = 1.1;
 /// Ticks of an axis at most.
 const TICKS: f64 = 6.0;
 /// Pieces that a curve is drawn in.
@@ -35,8 +35,8 @@ struct Drawing {
     /// Curves that depend on signals: which, when, and how they run.
     curves: Vec<(usize, Moments, Vec<Vec<[f32; 2]>>)>,
     drawn: Option<i64>,
-    /// A row with room for the x of a curve.
-    scratch: Vec<f64>,
+    /// The numbers of a row with room for the x of a curve behind them.
+    numbers: Vec<f64>,
 }
 
 /// What a layout needs of a diagram.
@@ -51,7 +51,8 @@ pub(super) struct Shown {
 }
 
 impl Planes {
-    pub fn new(planes: &[Plane]) -> Self {
+    /// Diagrams of rows that have so many numbers.
+    pub fn new(planes: &[Plane], numbers: usize) -> Self {
         let drawing = |(index, plane): (usize, &Plane)| {
             let moving = plane.curves.iter().enumerate().filter(|(_, it)| it.moves);
             Drawing {
@@ -60,7 +61,7 @@ impl Planes {
                 curves: moving.map(|(it, _)| (it, Moments::default(), Vec::new())).collect(),
                 plane: plane.clone(),
                 drawn: None,
-                scratch: Vec::new(),
+                numbers: vec![0.0; numbers + 1],
             }
         };
         Self(planes.iter().enumerate().map(drawing).collect())
@@ -181,7 +182,7 @@ impl Drawing {
                 .with_draw_order(20.0);
             stream.log_static(path.clone(), &look)?;
             if !curve.moves {
-                let strips = self.curve(curve, f64::NAN, &mut Vec::new(), &[]);
+                let strips = self.curve(curve, 0.0, &mut self.numbers.clone(), &[]);
                 stream.log_static(path, &LineStrips2D::update_fields().with_strips([strips]))?;
             }
         }
@@ -214,13 +215,13 @@ impl Drawing {
                 lines.push(across.map(|end| point(value, end)).to_vec());
                 colors.push(if tick == 0 { AXIS } else { GRID });
                 let [x, y] = point(value, across[0]);
-                places.push(if axis == 0 { [x, y + 0.05] } else { [x - 0.07, y] });
+                places.push(if axis == 0 { [x, y + 0.05] } else { [x - 0.08, y - 0.02] });
                 labels.push(tick_label(value, spacing));
             }
         }
         let width = self.size()[0] as f32;
         let names = self.plane.labels.clone();
-        places.extend([[0.5 * width, 1.13], [0.5 * width, -0.06]]);
+        places.extend([[0.5 * width, 1.13], [0.5 * width, -0.09]]);
         labels.extend([format!("→ {}", names[0]), format!("↑ {}", names[1])]);
         let grid = LineStrips2D::new(lines)
             .with_colors(colors)
@@ -240,46 +241,49 @@ impl Drawing {
         stream: &RecordingStream,
         entries: &[(Color, &str)],
     ) -> RecordingStreamResult<()> {
-        let place = |(row, _): (usize, _)| [0.03, 0.05 + 0.075 * row as f32];
+        let place = |(row, _): (usize, _)| [0.22, 0.03 + 0.08 * row as f32];
         let legend = Points2D::new(entries.iter().enumerate().map(place))
             .with_labels(entries.iter().map(|(_, label)| *label))
             .with_show_labels(true)
             .with_colors(entries.iter().map(|(color, _)| *color))
-            .with_radii([Radius::new_ui_points(4.0)]);
+            .with_radii([Radius::new_ui_points(0.0)]);
         stream.log_static(format!("{}/legend", self.root()), &legend)
     }
 
     fn redraw(&mut self, moment: Moment, time: f64, row: &Row) {
-        let (mut curves, mut scratch) =
-            (std::mem::take(&mut self.curves), std::mem::take(&mut self.scratch));
+        let (mut curves, mut numbers) =
+            (std::mem::take(&mut self.curves), std::mem::take(&mut self.numbers));
+        numbers[..row.numbers.len()].copy_from_slice(&row.numbers);
         for (curve, moments, strips) in &mut curves {
-            scratch.clone_from(&row.numbers);
             let curve = &self.plane.curves[*curve];
             moments.push(moment);
-            strips.push(self.curve(curve, time, &mut scratch, &row.texts));
+            strips.push(self.curve(curve, time, &mut numbers, &row.texts));
         }
-        (self.curves, self.scratch) = (curves, scratch);
+        (self.curves, self.numbers) = (curves, numbers);
     }
 
-    /// The curve within the axes, from the row `numbers`.
+    /// The curve within the axes; the last of `numbers` becomes its x.
     fn curve(
         &self,
         curve: &Function,
         time: f64,
-        numbers: &mut Vec<f64>,
+        numbers: &mut [f64],
         texts: &[String],
     ) -> Vec<[f32; 2]> {
         let [[x0, x1], [y0, y1]] = self.plane.ranges;
-        let x_place = numbers.len();
-        numbers.push(0.0);
-        let point = |piece: usize| {
+        let within = y0.min(y1)..=y0.max(y1);
+        let mut strip = Vec::new();
+        for piece in 0..=PIECES {
             let x = x0 + (x1 - x0) * piece as f64 / PIECES as f64;
-            numbers[x_place] = x;
-            [x, curve.y.value(time, numbers, texts)]
-        };
-        let points = (0..=PIECES).map(point).filter(|[_, y]| y.is_finite());
-        // What leaves the diagram runs along its edge.
-        points.map(|[x, y]| self.place([x, y.clamp(y0.min(y1), y0.max(y1))])).collect()
+            if let Some(last) = numbers.last_mut() {
+                *last = x;
+            }
+            let y = curve.y.value(time, numbers, texts);
+            if within.contains(&y) {
+                strip.push(self.place([x, y]));
+            }
+        }
+        strip
     }
 }
 

@@ -36,8 +36,8 @@ impl Properties {
         property: &dyn AsComponents,
     ) {
         if let ContainerLike::View(view) = view {
-            let overrides = EntityPath::from("ViewContents/overrides");
-            let path = view.blueprint_path().join(&overrides).join(entity);
+            let [before, after] = ["ViewContents/overrides", "visualizers"].map(EntityPath::from);
+            let path = view.blueprint_path().join(&before).join(entity).join(&after);
             self.0.push((path, property.as_serialized_batches()));
         }
     }

@@ -1,6 +1,5 @@
 //! Shows checks and faults as lanes of states over time.
 
-use rerun::external::re_log_types::EntityPathPart;
 use rerun::{
     Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
 };
@@ -9,8 +8,8 @@ use super::moments::{Moment, Moments};
 use super::{ESTIMATE, LIMIT, REFERENCE};
 use crate::sink::{Change, Lane, State};
 
-/// What the lanes are below.
-pub(super) const ROOT: &str = "states";
+/// What the lanes are below: checks, and inputs with faults.
+pub(super) const GROUPS: [&str; 2] = ["checks", "faults"];
 
 /// The lanes, with the changes that were not sent yet.
 pub(super) struct States(Vec<Track>);
@@ -18,19 +17,21 @@ pub(super) struct States(Vec<Track>);
 struct Track {
     lane: Lane,
     name: String,
+    path: EntityPath,
     moments: Moments,
     states: Vec<&'static str>,
 }
 
 impl States {
     pub fn new(lanes: &[(Lane, String)]) -> Self {
-        let track = |(lane, name): &(Lane, String)| Track {
+        let track = |(index, (lane, name)): (usize, &(Lane, String))| Track {
             lane: *lane,
             name: name.clone(),
+            path: path(index + 1, *lane, name),
             moments: Moments::default(),
             states: Vec::new(),
         };
-        Self(lanes.iter().map(track).collect())
+        Self(lanes.iter().enumerate().map(track).collect())
     }
 
     pub fn is_empty(&self) -> bool {
@@ -43,7 +44,7 @@ impl States {
             let colors = [ESTIMATE, LIMIT, REFERENCE].map(Color::from);
             let states = [State::Holds, State::Violated, State::Active].map(word);
             let look = StateConfiguration::new().with_values(states).with_colors(colors);
-            stream.log_static(track.path(), &look)?;
+            stream.log_static(track.path.clone(), &look)?;
         }
         Ok(())
     }
@@ -62,21 +63,21 @@ impl States {
             let states = StateChange::new().with_state(track.states.drain(..));
             let axes = track.moments.axes();
             track.moments.clear();
-            stream.send_columns(track.path(), axes, states.columns_of_unit_batches()?)?;
+            stream.send_columns(track.path.clone(), axes, states.columns_of_unit_batches()?)?;
         }
         Ok(())
     }
 }
 
-impl Track {
-    fn path(&self) -> EntityPath {
-        let group = match self.lane {
-            Lane::Check => "checks",
-            Lane::Fault => "faults",
-        };
-        let parts = [ROOT, group, &self.name];
-        EntityPath::new(parts.into_iter().map(EntityPathPart::from).collect())
-    }
+/// The viewer shows lanes in the order of their paths and writes these beside them, with a backslash before all but
+/// the plainest letters.
+fn path(number: usize, lane: Lane, name: &str) -> EntityPath {
+    let group = match lane {
+        Lane::Check => GROUPS[0],
+        Lane::Fault => GROUPS[1],
+    };
+    let plain = |c: char| if c.is_alphanumeric() || c == '.' { c } else { '_' };
+    EntityPath::from(format!("{group}/{number:02}_{}", name.chars().map(plain).collect::<String>()))
 }
 
 /// What a lane says; the empty word leaves a gap.
