@@ -179,6 +179,8 @@ pub struct Plot {
     pub title: String,
     /// Plots of one group are shown together, apart from other groups.
     pub group: Option<String>,
+    /// The lower and the upper end of its axis, when they are given.
+    pub range: Option<[f64; 2]>,
     /// Its curves.
     pub series: Vec<Series>,
 }

@@ -180,6 +180,8 @@ pub struct Plot {
     pub title: String,
     /// The unit of the axis; that of the signals unless it is given.
     pub unit: Option<Spanned<String>>,
+    /// The lower and the upper end of the axis; what there is to show unless it is given.
+    pub range: Option<[f64; 2]>,
     /// Its curves.
     pub signals: Vec<Curve>,
 }

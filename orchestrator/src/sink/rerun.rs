@@ -258,6 +258,9 @@ impl Sink for RerunSink {
         self.card.end = time;
         let moment = self.clock.row(time, row);
         self.texts.push(moment, &row.texts);
+        if tick == 0 {
+            self.states.begin(moment);
+        }
         if !tick.is_multiple_of(self.stride) && tick != self.last {
             return Ok(());
         }

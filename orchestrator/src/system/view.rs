@@ -218,7 +218,7 @@ fn plot(scenario: &Scenario, names: &Names, written: &scenario::Plot) -> Result<
         Some(unit) => format!("{} [{unit}]", written.title),
         None => written.title.clone(),
     };
-    Ok(Plot { title, group: None, series })
+    Ok(Plot { title, group: None, range: written.range, series })
 }
 
 fn parse_unit(scenario: &Scenario, unit: &Spanned<String>) -> Result<Unit, Error> {
@@ -244,9 +244,16 @@ fn by_unit(columns: &[Column]) -> Vec<Plot> {
             Some(plot) => plot.series.push(series),
             None => {
                 let group = Some(column.node.clone());
-                plots.push(Plot { title, group, series: vec![series] });
+                plots.push(Plot { title, group, range: None, series: vec![series] });
             }
         }
     }
-    plots
+    let curves = |group: &Option<String>| {
+        columns.iter().filter(|column| Some(&column.node) == group.as_ref()).count()
+    };
+    // First the node that has most to show.
+    let sizes: Vec<_> = plots.iter().map(|plot| curves(&plot.group)).collect();
+    let mut sorted: Vec<_> = sizes.into_iter().zip(plots).collect();
+    sorted.sort_by_key(|(size, _)| std::cmp::Reverse(*size));
+    sorted.into_iter().map(|(_, plot)| plot).collect()
 }

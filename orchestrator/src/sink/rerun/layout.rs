@@ -7,8 +7,8 @@ use rerun::blueprint::{
 };
 use rerun::components::InterpolationMode;
 use rerun::external::re_sdk_types::blueprint::archetypes::{
-    Background, EyeControls3D, LineGrid3D, PlotLegend, TextLogColumns, TimeAxis, VisibleTimeRanges,
-    VisualBounds2D,
+    Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
+    VisibleTimeRanges, VisualBounds2D,
 };
 use rerun::external::re_sdk_types::blueprint::components::{
     BackgroundKind, Corner2D, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
@@ -207,7 +207,9 @@ fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
     }
     let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
     let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
-    properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked)])
+    let axis = ScalarAxis::new();
+    let axis = chart.range.map_or(axis.clone(), |range| axis.with_range(range));
+    properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked), ("ScalarAxis", &axis)])
 }
 
 fn style(line: &Line, color: Color) -> SeriesLines {

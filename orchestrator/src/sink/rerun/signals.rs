@@ -26,6 +26,8 @@ pub(super) struct Chart {
     pub title: String,
     /// Charts of one group are shown together.
     pub group: Option<String>,
+    /// The ends of its axis, when they are given.
+    pub range: Option<[f64; 2]>,
     /// Its curves.
     pub lines: Vec<Line>,
 }
@@ -132,7 +134,8 @@ pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
         match charts.iter_mut().find(|chart| chart.title == title) {
             Some(chart) => chart.lines.push(line),
             None => {
-                charts.push(Chart { title: title.to_owned(), group: None, lines: vec![line] });
+                let (title, lines) = (title.to_owned(), vec![line]);
+                charts.push(Chart { title, group: None, range: None, lines });
             }
         }
     }
@@ -195,7 +198,8 @@ fn chart(number: usize, plot: &Plot, columns: &[Column], curves: &mut Vec<Curve>
             bound: it.bound,
         });
     }
-    Chart { title: plot.title.clone(), group: plot.group.clone(), lines }
+    let (title, group) = (plot.title.clone(), plot.group.clone());
+    Chart { title, group, range: plot.range, lines }
 }
 
 fn natural_path(number: usize, rank: usize, series: &Series, columns: &[Column]) -> EntityPath {
