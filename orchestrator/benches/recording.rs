@@ -30,13 +30,13 @@ fn main() {
     let path = Path::new(ROOT).join("scenarios/limit_handling.toml");
     let scenario = std::fs::read_to_string(path).expect("the scenario");
     let scenario = scenario.replace("step = 0.01 ", "step = 0.001 ");
-    let view = scenario.find("[view.pose]").expect("a [view] at the end");
     let lab = tempfile::tempdir().expect("a folder");
     trackside(&["pack", "--out"], lab.path());
     let scenario = ["plant", "estimator", "controller"].iter().fold(scenario, |text, name| {
         let package = if *name == "plant" { "plant-fmu" } else { name };
         text.replace(&format!("crate = \"{package}\""), &format!("path = \"{name}.fmu\""))
     });
+    let view = scenario.find("[view.pose]").expect("a [view] at the end");
     let text = |way: &Way| match way.instead_of_view {
         Some(instead) => format!("{}{instead}", &scenario[..view]),
         None => scenario.clone(),

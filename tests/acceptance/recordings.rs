@@ -56,6 +56,12 @@ fn the_replays_of_equal_runs_are_equal_and_others_are_not() {
     };
     let [a, b, c] = [("a", "0.01"), ("b", "0.01"), ("c", "0.0100001")].map(|it| replay(it.0, it.1));
     rerun(python, &["rrd", "compare", "--unordered"], &[a.clone(), b]).expect(0);
+    let told = rerun(python, &["rrd", "stats"], std::slice::from_ref(&a)).expect(0).stdout;
+    for entity in
+        ["/checks/01_drives_on", "/world/car", "/world/path/line", "/signals/plant/outputs/v_x"]
+    {
+        assert!(told.contains(entity), "no {entity}");
+    }
     rerun(python, &["rrd", "compare", "--unordered"], &[a, c]).expect(1);
 }
 

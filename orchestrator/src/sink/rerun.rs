@@ -258,9 +258,6 @@ impl Sink for RerunSink {
         self.card.end = time;
         let moment = self.clock.row(time, row);
         self.texts.push(moment, &row.texts);
-        if tick == 0 {
-            self.states.begin(moment);
-        }
         if !tick.is_multiple_of(self.stride) && tick != self.last {
             return Ok(());
         }
@@ -334,4 +331,17 @@ fn application(scenario: &str) -> ApplicationId {
     let name = scenario.to_ascii_lowercase();
     let name: String = name.chars().map(|it| if allowed(it) { it } else { '_' }).collect();
     ApplicationId::new_or_unknown(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::round_number;
+
+    #[test]
+    fn round_numbers_are_those_of_a_ruler() {
+        for (least, round) in [(0.03, 0.05), (0.2, 0.2), (0.66, 1.0), (7.0, 10.0), (4_321.0, 5e3)] {
+            let found = round_number(least);
+            assert!((found / round - 1.0).abs() < 1e-12, "{least}: {found}");
+        }
+    }
 }

@@ -176,7 +176,7 @@ fn plane(properties: &mut Properties, shown: &Shown) -> ContainerLike {
         .with_contents([format!("+ /{}/**", shown.root)]);
     let [width, height] = shown.size;
     let bounds =
-        Range2D { x_range: [-0.14, width + 0.06].into(), y_range: [-0.12, height + 0.18].into() };
+        Range2D { x_range: [-0.2, width + 0.1].into(), y_range: [-0.14, height + 0.26].into() };
     let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
     let trail = past(shown.trail);
     for entity in &shown.trails {

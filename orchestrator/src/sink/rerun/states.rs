@@ -49,14 +49,6 @@ impl States {
         Ok(())
     }
 
-    /// Lets the lanes begin with a gap, so that they show the run from its start.
-    pub fn begin(&mut self, moment: Moment) {
-        for track in &mut self.0 {
-            track.moments.push(moment);
-            track.states.push(word(State::Idle));
-        }
-    }
-
     pub fn push(&mut self, moment: Moment, change: &Change) {
         let mut tracks = self.0.iter_mut();
         if let Some(track) = tracks.find(|it| it.lane == change.lane && it.name == change.name) {
