@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::error::Error;
 use crate::expression::{Monitor, Outcome};
-use crate::sink::{Row, Sink};
+use crate::sink::{Change, Lane, Row, Sink, State};
 use crate::system::{CheckPlan, Subject};
 
 /// What became of a check.
@@ -43,6 +43,9 @@ pub struct Verdict {
 /// All checks of a run.
 pub struct Checks {
     checks: Vec<(CheckPlan, Monitor)>,
+    /// What each check is, and what it became since that was asked for.
+    states: Vec<State>,
+    changes: Vec<Change>,
     /// The last communication point so far [s].
     reached: f64,
     /// Half a communication step [s]: windows include the points at their ends whatever their digits.
@@ -57,7 +60,33 @@ impl Checks {
             let monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
             (plan, monitor)
         };
-        Checks { checks: plans.into_iter().map(monitor).collect(), reached: 0.0, slack: 0.5 * step }
+        Checks {
+            states: vec![State::Idle; plans.len()],
+            checks: plans.into_iter().map(monitor).collect(),
+            changes: Vec::new(),
+            reached: 0.0,
+            slack: 0.5 * step,
+        }
+    }
+
+    /// What became of the conditions on each sample since the last call.
+    pub fn changes(&mut self) -> Vec<Change> {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// What became of the conditions on a window as a whole: their verdict holds for all of it.
+    #[must_use]
+    pub fn reductions(&self, verdicts: &[Verdict]) -> Vec<Change> {
+        let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
+            plan.subject == Subject::Run && plan.expression.is_reduction()
+        });
+        let change = |(_, verdict): (_, &Verdict)| {
+            let state = if verdict.passed { State::Holds } else { State::Violated };
+            let [from, to] = verdict.during;
+            [(from, state), (to, State::Idle)]
+                .map(|(time, state)| Change::of_check(&verdict.name, time, state))
+        };
+        judged.flat_map(change).collect()
     }
 
     /// The verdicts, in the order of the file, given the results of analyses and validations.
@@ -83,11 +112,17 @@ impl Checks {
 impl Sink for Checks {
     fn row(&mut self, _tick: u64, time: f64, row: &Row) -> Result<(), Error> {
         self.reached = time;
-        let of_the_run = self.checks.iter_mut().filter(|(plan, _)| plan.subject == Subject::Run);
-        for (plan, monitor) in of_the_run {
+        let checks = self.checks.iter_mut().zip(&mut self.states);
+        for ((plan, monitor), state) in checks.filter(|((it, _), _)| it.subject == Subject::Run) {
             let [from, to] = plan.during;
-            if time > from - self.slack && time < to + self.slack {
-                monitor.sample(time, &row.numbers, &row.texts);
+            let inside = time > from - self.slack && time < to + self.slack;
+            let holds = inside.then(|| monitor.sample(time, &row.numbers, &row.texts)).flatten();
+            let now = holds.map_or(State::Idle, |holds| match holds {
+                true => State::Holds,
+                false => State::Violated,
+            });
+            if now != std::mem::replace(state, now) {
+                self.changes.push(Change::of_check(&plan.name, time, now));
             }
         }
         Ok(())
@@ -95,6 +130,12 @@ impl Sink for Checks {
 
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
         Ok(())
+    }
+}
+
+impl Change {
+    fn of_check(name: &str, time: f64, state: State) -> Self {
+        Change { time, lane: Lane::Check, name: name.to_owned(), state }
     }
 }
 

@@ -10,6 +10,7 @@ pub mod conform;
 pub mod effects;
 pub mod error;
 pub mod expression;
+pub mod fault;
 pub mod fmu;
 pub mod inspect;
 pub mod master;
@@ -35,13 +36,14 @@ use std::time::{Duration, Instant};
 use analysis::{AnalysisPlan, Collected};
 use check::Checks;
 use error::Error;
+use fault::Faults;
 use master::Progress;
 use package::Built;
 use report::{Ending, Report, Validated};
 use scenario::Scenario;
 use sink::csv::CsvSink;
 use sink::mcap::McapSink;
-use sink::{Derived, Event, Header, Level, Row, Sink};
+use sink::{Change, Derived, Event, Header, Lane, Level, Row, Sink, State};
 use system::{Overrides, System};
 
 /// Where the replay goes.
@@ -196,6 +198,7 @@ fn validate(
 /// Hands rows to the checks, and what is recorded of them to the files.
 struct Recorder {
     checks: Checks,
+    faults: Faults,
     collected: Collected,
     recorded: Vec<usize>,
     recorded_texts: Vec<usize>,
@@ -241,6 +244,7 @@ impl Recorder {
         files.extend(replay(header, &options.replay)?);
         Ok(Recorder {
             collected: Collected::new(&system.analyses),
+            faults: Faults::new(system),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
             recorded: system.recorded.clone(),
             recorded_texts: system.recorded_texts.clone(),
@@ -280,6 +284,9 @@ impl Recorder {
         let validations = validations.map(|it| ("validation", format!("FAILED {}", it.name)));
         let error = report.error.iter().map(|error| ("run", error.clone()));
         let messages: Vec<_> = failed.chain(validations).chain(error).collect();
+        for change in self.checks.reductions(&report.checks) {
+            self.change(&change)?;
+        }
         for (source, message) in messages {
             let (time, source) = (self.time, source.to_owned());
             self.event(&Event { time, level: Level::Error, source, message })?;
@@ -294,7 +301,21 @@ impl Sink for Recorder {
         self.checks.row(tick, time, row)?;
         self.collected.row(time, &row.numbers);
         self.row.pick_from(row, &self.recorded, &self.recorded_texts);
-        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.row))
+        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.row))?;
+        for change in self.faults.changes(time).into_iter().chain(self.checks.changes()) {
+            self.change(&change)?;
+            if change.lane == Lane::Fault {
+                let state = if change.state == State::Active { "begins" } else { "ends" };
+                let message = format!("the fault of {} {state}", change.name);
+                let source = "fault".to_owned();
+                self.event(&Event { time, level: Level::Warning, source, message })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn change(&mut self, change: &Change) -> Result<(), Error> {
+        self.files.iter_mut().try_for_each(|file| file.change(change))
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {

@@ -3,6 +3,8 @@
 mod extend;
 mod read;
 
+mod view;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -15,7 +17,7 @@ use crate::package::Product;
 use crate::signal::Part;
 use crate::source::Source;
 use crate::table::Interpolation;
-use crate::view::Role;
+pub use view::{Arrow, Axis, Curve, Function, Plane, Plot, Point, Pose, Track, View};
 
 /// A scenario as it was written.
 #[derive(Debug)]
@@ -378,73 +380,6 @@ pub struct Record {
     /// Names of variables that are not recorded; `*` stands for any letters.
     #[serde(default)]
     pub except: Vec<Spanned<String>>,
-}
-
-/// `[view]`.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct View {
-    /// The moving body.
-    pub pose: Option<Pose>,
-    /// Time plots.
-    #[serde(default)]
-    pub plot: Vec<Plot>,
-}
-
-/// `[view.pose]`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pose {
-    /// Position east [m].
-    pub x: Spanned<String>,
-    /// Position north [m].
-    pub y: Spanned<String>,
-    /// Heading [rad].
-    pub heading: Spanned<String>,
-    /// Road-wheel angle [rad].
-    pub steer: Option<Spanned<String>>,
-    /// Speed [m/s].
-    pub speed: Option<Spanned<String>>,
-    /// Length of the drawn box [m].
-    #[serde(default = "Pose::default_length")]
-    pub length: f64,
-    /// Width of the drawn box [m].
-    #[serde(default = "Pose::default_width")]
-    pub width: f64,
-}
-
-impl Pose {
-    fn default_length() -> f64 {
-        4.5
-    }
-    fn default_width() -> f64 {
-        1.9
-    }
-}
-
-/// `[[view.plot]]`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Plot {
-    /// Its title, without unit.
-    pub title: String,
-    /// The unit of the axis; that of the signals unless it is given.
-    pub unit: Option<Spanned<String>>,
-    /// Its curves.
-    pub signals: Vec<Curve>,
-}
-
-/// A curve of a plot: `{ signal = "plant.v_x", role = "plant" }`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Curve {
-    /// The recorded variable.
-    pub signal: Spanned<String>,
-    /// What it stands for.
-    #[serde(default)]
-    pub role: Role,
-    /// Its name in the legend; the signal's unless it is given.
-    pub label: Option<String>,
 }
 
 impl Scenario {

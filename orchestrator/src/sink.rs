@@ -110,6 +110,8 @@ pub struct Header {
     pub columns: Vec<Column>,
     /// The recorded texts, in the order of the row.
     pub texts: Vec<Column>,
+    /// The checks and the inputs with faults whose states are told, in the order of the file.
+    pub lanes: Vec<(Lane, String)>,
     /// How the replay is laid out.
     pub view: View,
     /// The folder that recordings go to.
@@ -138,6 +140,41 @@ pub struct Event {
     pub source: String,
     /// What happened.
     pub message: String,
+}
+
+/// What has a state that is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lane {
+    /// A check, by its name.
+    Check,
+    /// The faults of an input, by its name.
+    Fault,
+}
+
+/// What a check or a fault is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// Outside of its window.
+    Idle,
+    /// The check holds.
+    Holds,
+    /// The check does not hold.
+    Violated,
+    /// The fault acts.
+    Active,
+}
+
+/// What a check or a fault is from a time on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Simulated time [s].
+    pub time: f64,
+    /// What it is about.
+    pub lane: Lane,
+    /// The name of the check or of the input.
+    pub name: String,
+    /// What it is from now on.
+    pub state: State,
 }
 
 /// Columns that an analysis adds to a recording.
@@ -180,6 +217,15 @@ pub trait Sink {
     /// # Errors
     /// When the event cannot be written.
     fn event(&mut self, _event: &Event) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Takes a change of state. They come after the row of their time; those of checks that are about a window as a whole come
+    /// after the last row.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn change(&mut self, _change: &Change) -> Result<(), Error> {
         Ok(())
     }
 

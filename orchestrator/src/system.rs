@@ -3,14 +3,16 @@
 mod analyses;
 mod checks;
 mod given;
-mod layout;
 mod links;
 mod logs;
 mod nodes;
 mod order;
 mod place;
+mod quantity;
+mod recorded;
 mod starts;
 mod types;
+mod view;
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -19,17 +21,18 @@ use std::sync::Arc;
 use crate::analysis::AnalysisPlan;
 use crate::error::Error;
 use crate::expression::Expression;
+use crate::fault::Faults;
 use crate::fmu::Fmu;
 use crate::node::{CallError, FmuNode, Node, SignalNode, TableNode};
 use crate::package::Built;
 use crate::scenario::{At, Scenario};
 use crate::signal::Signal;
-use crate::sink::{Column, Header};
+use crate::sink::{Column, Header, Lane};
 use crate::table::Table;
 use crate::validation;
 use crate::view::View;
 pub use given::Given;
-pub(crate) use layout::matches;
+pub(crate) use recorded::matches;
 pub use types::Accepts;
 
 /// The communication points of a run: `t = k h`, computed and never accumulated.
@@ -301,7 +304,7 @@ impl System {
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
         validation::check_names(scenario, &nodes)?;
         let checks = checks::resolve(scenario, &columns, &texts, clock)?;
-        let (recorded, recorded_texts) = layout::recorded(scenario, &columns, &texts)?;
+        let (recorded, recorded_texts) = recorded::places(scenario, &columns, &texts)?;
         let picked = |columns: &[Column], places: &[usize]| -> Vec<Column> {
             places.iter().map(|&place| columns[place].clone()).collect()
         };
@@ -314,12 +317,13 @@ impl System {
             seed,
             columns: picked(&columns, &recorded),
             texts: picked(&texts, &recorded_texts),
+            lanes: Vec::new(),
             view: View::default(),
             folder,
         };
-        let view = layout::view(scenario, &header)?;
+        let view = view::view(scenario, &header)?;
         let header = Header { view, ..header };
-        Ok(System {
+        let mut system = System {
             clock,
             nodes,
             order,
@@ -331,7 +335,18 @@ impl System {
             recorded_texts,
             header,
             warnings,
-        })
+        };
+        system.header.lanes = system.lanes();
+        Ok(system)
+    }
+
+    /// What has a state that recordings are told: the checks of the run, and the inputs with faults.
+    fn lanes(&self) -> Vec<(Lane, String)> {
+        let checks = self.checks.iter().filter(|check| check.subject == Subject::Run);
+        let checks = checks.map(|check| (Lane::Check, check.name.clone()));
+        let faults = Faults::new(self);
+        let faults = faults.names().map(|input| (Lane::Fault, input.to_owned()));
+        checks.chain(faults).collect()
     }
 
     /// Makes the nodes that the master steps.

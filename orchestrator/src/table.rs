@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-pub use self::csv::CsvError;
+pub use self::csv::{CsvError, columns};
 pub use self::mcap::RecordingError;
 use crate::suggest::closest;
 

@@ -35,14 +35,15 @@ impl Default for Plant {
 /// moves load between the axles.
 const BOTH: &[&str] = &["F_x", "delta"];
 
-impl Equations<2, 8> for Plant {
+impl Equations<2, 10> for Plant {
     const KNOWN: [&str; 2] = ["F_x", "delta"];
-    const UNKNOWN: [&str; 8] = ["a_x", "a_y", "alpha_f", "alpha_r", "F_zf", "F_zr", "F_yf", "F_yr"];
+    const UNKNOWN: [&str; 10] =
+        ["a_x", "a_y", "alpha_f", "alpha_r", "F_zf", "F_zr", "F_xf", "F_xr", "F_yf", "F_yr"];
 
-    fn equations<T: Number>(&self, [F_x, delta]: [T; 2]) -> [T; 8] {
+    fn equations<T: Number>(&self, [F_x, delta]: [T; 2]) -> [T; 10] {
         let motion = self.vehicle.lift().evaluate(&self.state.lift(), &Input { F_x, delta });
-        let Motion { a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_yf, F_yr, .. } = motion;
-        [a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_yf, F_yr]
+        let Motion { a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, .. } = motion;
+        [a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr]
     }
 }
 
@@ -79,6 +80,12 @@ impl Model for Plant {
         output("alpha_r", "rad", "Rear slip angle").depends_on(&[]).at(|p| &mut p.motion.alpha_r),
         output("F_zf", "N", "Front axle load").depends_on(BOTH).at(|p| &mut p.motion.F_zf),
         output("F_zr", "N", "Rear axle load").depends_on(BOTH).at(|p| &mut p.motion.F_zr),
+        output("F_xf", "N", "Front longitudinal tire force")
+            .depends_on(&["F_x"])
+            .at(|p| &mut p.motion.F_xf),
+        output("F_xr", "N", "Rear longitudinal tire force")
+            .depends_on(&["F_x"])
+            .at(|p| &mut p.motion.F_xr),
         output("F_yf", "N", "Front lateral tire force").depends_on(BOTH).at(|p| &mut p.motion.F_yf),
         output("F_yr", "N", "Rear lateral tire force").depends_on(BOTH).at(|p| &mut p.motion.F_yr),
         parameter("body.m", "kg", "Mass").min(1.0).at(|p| &mut p.vehicle.body.m),

@@ -110,6 +110,15 @@ const MISTAKES: &[Mistake] = &[
     ("drives on\"", "drives on\"\ntolerance = -1.0", "that =", &["tolerance -1"]),
     ("[[check]]", "[record]\nexcept = [\"plat.*\"]\n\n[[check]]", "plat.*", &["`plat.*`"]),
     ("[[check]]", "[[fault]]\ninput = \"plant.F_x\"\nfrom = 0.0\nvalue = 1.0\n\n[[check]]", "input =", &["nothing is connected to `plant.F_x`"]),
+    // The replay.
+    ("[[check]]", "[view]\ndistance = \"plant.s\"\n\n[[check]]", "distance =", &["no signal `plant.s` is recorded"]),
+    ("[[check]]", "[[view.plot]]\ntitle = \"t\"\nsignals = [{ signal = \"plant.v_x - plant.v_z\" }]\n\n[[check]]", "signals =", &["plant.v_z", "did you mean `plant.v_x`?"]),
+    ("[[check]]", "[[view.plot]]\ntitle = \"t\"\nsignals = [{ signal = \"mean(plant.v_x)\" }]\n\n[[check]]", "signals =", &["expected a value at each moment"]),
+    ("[[check]]", "[[view.plot]]\ntitle = \"t\"\nunit = \"deg\"\nsignals = [{ signal = \"2 * plant.v_x\", unit = \"m/s\" }]\n\n[[check]]", "signals =", &["[m/s] cannot be shown in deg"]),
+    ("[[check]]", "[view.track]\ncenter = [\"plant.X\", \"plant.Y\"]\n\n[[check]]", "view.track", &["the track has more or less than it needs", "half_width"]),
+    ("[[check]]", "[view.track]\npath = \"log.csv\"\ncenter = [\"t\", \"stear\"]\nhalf_width = 3.0\n\n[[check]]", "center =", &["no column `stear`", "did you mean `steer`?"]),
+    ("[[check]]", "[[view.plane]]\ntitle = \"t\"\nx = { label = \"x\", range = [1.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "x =", &["two different ends of an axis, found 1 and 1"]),
+    ("[[check]]", "[[view.arrow]]\nlabel = \"t\"\nat = [0.0, 0.0, 0.0]\nscale = 0.0\n\n[[check]]", "scale =", &["expected a length in m, found 0"]),
 ];
 
 /// The same with values of all types.

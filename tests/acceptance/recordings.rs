@@ -1,9 +1,15 @@
 //! Compares the recordings with each other through other people's readers, also those of a killed run.
 
+#[cfg(feature = "rerun")]
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::fmus::ours;
+#[cfg(feature = "rerun")]
+use super::harness::Ended;
 use super::harness::{Lab, limit_handling, trackside};
+#[cfg(feature = "rerun")]
+use super::python::Python;
 use super::python::python;
 
 #[test]
@@ -14,13 +20,49 @@ fn the_mcap_holds_the_numbers_of_the_csv_bit_for_bit() {
     println!("{}", ended.stdout);
 }
 
+/// What the viewer's program says to these words.
+#[cfg(feature = "rerun")]
+fn rerun(python: &Python, words: &[&str], files: &[PathBuf]) -> Ended {
+    let mut rerun = python.rerun();
+    rerun.env("RERUN_PANIC_ON_WARN", "1").args(words).args(files);
+    Ended::of(rerun.output().expect("it starts"))
+}
+
 #[test]
 #[cfg(feature = "rerun")]
-fn the_replay_is_sound() {
+fn the_viewer_loads_the_replay_without_a_warning() {
     let Some(python) = python() else { return };
-    let mut rerun = python.rerun();
-    let output = rerun.args(["rrd", "verify"]).arg(limit_handling().path("run/run.rrd")).output();
-    super::harness::Ended::of(output.expect("it starts")).expect(0);
+    let replay = [limit_handling().path("run/run.rrd")];
+    rerun(python, &["rrd", "verify"], &replay).expect(0);
+    rerun(python, &["--test-receive", "--headless", "--port", "auto"], &replay).expect(0);
+}
+
+#[test]
+#[cfg(feature = "rerun")]
+fn the_replays_of_equal_runs_are_equal_and_others_are_not() {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    lab.add(&ours().join("plant.fmu"));
+    let replay = |name: &str, steering: &str| {
+        let scenario = format!(
+            "[time]\nstep = 0.01\nstop = 3.0\n[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\n\
+             start = {{ start.v_x = 20.0, F_x = 0.0, delta = {steering} }}\n\
+             [[check]]\nname = \"drives on\"\nthat = \"plant.X > 10\"\n\
+             [view.pose]\nx = \"plant.X\"\ny = \"plant.Y\"\nheading = \"plant.psi\"\n"
+        );
+        lab.write(&format!("{name}/case.toml"), scenario.replace("plant.fmu", "../plant.fmu"));
+        lab.trackside(&["run", &format!("{name}/case.toml"), "--out", name]);
+        lab.path(&format!("{name}/run.rrd"))
+    };
+    let [a, b, c] = [("a", "0.01"), ("b", "0.01"), ("c", "0.0100001")].map(|it| replay(it.0, it.1));
+    rerun(python, &["rrd", "compare", "--unordered"], &[a.clone(), b]).expect(0);
+    let told = rerun(python, &["rrd", "stats"], std::slice::from_ref(&a)).expect(0).stdout;
+    for entity in
+        ["/checks/01_drives_on", "/world/car", "/world/path/line", "/signals/plant/outputs/v_x"]
+    {
+        assert!(told.contains(entity), "no {entity}");
+    }
+    rerun(python, &["rrd", "compare", "--unordered"], &[a, c]).expect(1);
 }
 
 /// How long the killed run lives, and how far its recording must reach: chunks are closed once a second.

@@ -178,6 +178,14 @@ impl Sample<'_> {
     }
 }
 
+impl Expression {
+    /// Its value at one sample; not a number when it is one of the window.
+    #[must_use]
+    pub fn value(&self, time: f64, row: &[f64], texts: &[String]) -> f64 {
+        Sample { time, row, texts, reduced: &[] }.value(&self.root)
+    }
+}
+
 /// The running state of one reduction.
 #[derive(Debug, Clone, Default)]
 struct Accumulator {
@@ -288,8 +296,8 @@ impl Monitor {
     }
 
     /// Takes one sample of the window; `row` and `texts` have the columns that the signals were
-    /// resolved to.
-    pub fn sample(&mut self, time: f64, row: &[f64], texts: &[String]) {
+    /// resolved to. Returns whether the condition holds at this sample, unless it is one about the window.
+    pub fn sample(&mut self, time: f64, row: &[f64], texts: &[String]) -> Option<bool> {
         self.samples += 1;
         let sample = Sample { time, row, texts, reduced: &[] };
         if self.expression.is_reduction() {
@@ -297,16 +305,18 @@ impl Monitor {
             for (reduction, accumulator) in reductions.zip(&mut self.accumulators) {
                 accumulator.push(reduction.reducer, time, sample.value(&reduction.argument));
             }
-            return;
-        }
-        if matches!(&self.worst, Some((_, worst)) if worst.margin.is_nan()) {
-            return;
+            return None;
         }
         let judgement = sample.judge(&self.expression.root, true, self.tolerance);
+        let holds = judgement.passed && !judgement.margin.is_nan();
+        if matches!(&self.worst, Some((_, worst)) if worst.margin.is_nan()) {
+            return Some(holds);
+        }
         let worse = |(_, worst): (f64, Judgement)| judgement.is_worse_than(&worst);
         if judgement.margin.is_nan() || self.worst.is_none_or(worse) {
             self.worst = Some((time, judgement));
         }
+        Some(holds)
     }
 
     /// What the check comes to after the samples so far.

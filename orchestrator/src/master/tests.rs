@@ -95,6 +95,7 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         seed: 1,
         columns: Vec::new(),
         texts: Vec::new(),
+        lanes: Vec::new(),
         view: View::default(),
         folder: std::path::PathBuf::new(),
     };

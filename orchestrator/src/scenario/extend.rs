@@ -9,7 +9,7 @@ use crate::suggest::closest;
 use crate::system::matches;
 
 /// What one entry of a list is told from the others by.
-const NAMES: [&str; 4] = ["name", "to", "title", "input"];
+const NAMES: [&str; 5] = ["name", "to", "title", "input", "label"];
 
 /// What is wrong with a word, and where it stands.
 #[derive(Debug)]

@@ -10,11 +10,14 @@ use ::mcap::records::MessageHeader;
 use ::mcap::write::Metadata;
 use ::mcap::{Attachment, Compression, WriteOptions, Writer};
 use prost::Message as _;
-use prost_types::field_descriptor_proto::{Label, Type};
-use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
+use prost_types::field_descriptor_proto::Type;
 
-use super::{Column, Derived, Direction, Event, Header, Kind, Level, Row, Sink};
+use self::foxglove::{FrameTransform, Log};
+use super::{Column, Derived, Direction, Event, Header, Kind, Row, Sink};
 use crate::error::Error;
+
+mod descriptor;
+mod foxglove;
 
 /// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
 /// a killed run loses, and what a reader must hold.
@@ -28,6 +31,8 @@ pub struct McapSink {
     writer: Writer<BufWriter<File>>,
     channels: Vec<Channel>,
     log: u16,
+    /// Where the moving body is, when the scenario names one.
+    transform: Option<u16>,
     header: Header,
     next_flush: f64,
     sequence: u32,
@@ -86,12 +91,23 @@ impl McapSink {
             Ok::<_, ::mcap::McapError>(Channel { id, numbers, texts })
         });
         let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
-        let log = log_channel(&mut writer).map_err(|error| failed(&error))?;
+        let mut well_known = |topic, name, schema: Vec<u8>| {
+            let schema = writer.add_schema(name, "protobuf", &schema)?;
+            writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())
+        };
+        let log = well_known("/log", "foxglove.Log", foxglove::log_schema());
+        let log = log.map_err(|error| failed(&error))?;
+        let transform =
+            header.view.pose.as_ref().map(|_| {
+                well_known("/tf", "foxglove.FrameTransform", foxglove::transform_schema())
+            });
+        let transform = transform.transpose().map_err(|error| failed(&error))?;
         Ok(McapSink {
             path,
             writer,
             channels,
             log,
+            transform,
             header: header.clone(),
             next_flush: FLUSH_EVERY,
             sequence: 0,
@@ -150,6 +166,11 @@ impl Sink for McapSink {
             }
             self.write(self.channels[index].id, time)?;
         }
+        if let (Some(channel), Some(pose)) = (self.transform, &self.header.view.pose) {
+            let [x, y, heading] = [pose.x, pose.y, pose.heading].map(|it| row.numbers[it]);
+            self.message = FrameTransform::of_car(time, [x, y], heading).encode_to_vec();
+            self.write(channel, time)?;
+        }
         if time >= self.next_flush {
             self.next_flush = time + FLUSH_EVERY;
             self.writer.flush().map_err(|error| Error::output(&self.path, error))?;
@@ -197,7 +218,12 @@ fn channel(
 ) -> ::mcap::McapResult<u16> {
     let names = field_names(fields);
     let message = format!("{}_{}", identifier(node), identifier(word));
-    let schema = schema("trackside", &message, &names, fields);
+    let kind = |column: &Column| match column.kind {
+        Kind::String => Type::String,
+        Kind::Real | Kind::Integer | Kind::Boolean => Type::Double,
+    };
+    let typed = names.iter().zip(fields).map(|(name, column)| (name.as_str(), kind(column)));
+    let schema = descriptor::schema("trackside", &message, &typed.collect::<Vec<_>>());
     let schema = writer.add_schema(&format!("trackside.{message}"), "protobuf", &schema)?;
     let mut metadata = BTreeMap::new();
     for (field, column) in names.iter().zip(fields) {
@@ -212,45 +238,6 @@ fn tag(number: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
     prost::encoding::encode_key(number, prost::encoding::WireType::SixtyFourBit, &mut bytes);
     bytes
-}
-
-/// A schema with a `double` or a `string` for each column.
-fn schema(package: &str, message: &str, names: &[String], columns: &[&Column]) -> Vec<u8> {
-    let kind = |column: &Column| match column.kind {
-        Kind::String => Type::String,
-        Kind::Real | Kind::Integer | Kind::Boolean => Type::Double,
-    };
-    let field = |((name, column), number): ((&String, &&Column), i32)| FieldDescriptorProto {
-        name: Some(name.clone()),
-        number: Some(number),
-        label: Some(Label::Optional.into()),
-        r#type: Some(kind(column).into()),
-        ..FieldDescriptorProto::default()
-    };
-    let message_type = DescriptorProto {
-        name: Some(message.to_owned()),
-        field: names.iter().zip(columns).zip(1..).map(field).collect(),
-        ..DescriptorProto::default()
-    };
-    descriptor(package, message, vec![message_type], Vec::new())
-}
-
-fn descriptor(
-    package: &str,
-    message: &str,
-    message_type: Vec<DescriptorProto>,
-    dependencies: Vec<FileDescriptorProto>,
-) -> Vec<u8> {
-    let mut file = dependencies.clone();
-    file.push(FileDescriptorProto {
-        name: Some(format!("{package}/{message}.proto")),
-        package: Some(package.to_owned()),
-        syntax: Some("proto3".to_owned()),
-        dependency: dependencies.into_iter().filter_map(|dependency| dependency.name).collect(),
-        message_type,
-        ..FileDescriptorProto::default()
-    });
-    FileDescriptorSet { file }.encode_to_vec()
 }
 
 /// The names of the fields: identifiers of protobuf, no two of them equal.
@@ -279,99 +266,4 @@ fn identifier(name: &str) -> String {
     } else {
         format!("v_{name}")
     }
-}
-
-/// `google.protobuf.Timestamp`.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
-struct Timestamp {
-    #[prost(int64, tag = "1")]
-    seconds: i64,
-    #[prost(int32, tag = "2")]
-    nanos: i32,
-}
-
-/// `foxglove.Log`, which viewers show as a log.
-#[derive(Clone, PartialEq, prost::Message)]
-struct Log {
-    #[prost(message, optional, tag = "1")]
-    timestamp: Option<Timestamp>,
-    /// 2 information, 3 warning, 4 error.
-    #[prost(int32, tag = "2")]
-    level: i32,
-    #[prost(string, tag = "3")]
-    message: String,
-    #[prost(string, tag = "4")]
-    name: String,
-}
-
-impl From<&Event> for Log {
-    fn from(event: &Event) -> Self {
-        let time = nanoseconds(event.time);
-        Log {
-            timestamp: Some(Timestamp {
-                seconds: (time / 1_000_000_000) as i64,
-                nanos: (time % 1_000_000_000) as i32,
-            }),
-            level: match event.level {
-                Level::Info => 2,
-                Level::Warning => 3,
-                Level::Error => 4,
-            },
-            message: event.message.clone(),
-            name: event.source.clone(),
-        }
-    }
-}
-
-fn log_channel(writer: &mut Writer<BufWriter<File>>) -> ::mcap::McapResult<u16> {
-    let field = |name: &str, number, kind: Type, of: Option<&str>| FieldDescriptorProto {
-        name: Some(name.to_owned()),
-        number: Some(number),
-        label: Some(Label::Optional.into()),
-        r#type: Some(kind.into()),
-        type_name: of.map(str::to_owned),
-        ..FieldDescriptorProto::default()
-    };
-    let message = |name: &str, field| DescriptorProto {
-        name: Some(name.to_owned()),
-        field,
-        ..DescriptorProto::default()
-    };
-    let timestamp = FileDescriptorProto {
-        name: Some("google/protobuf/timestamp.proto".to_owned()),
-        package: Some("google.protobuf".to_owned()),
-        syntax: Some("proto3".to_owned()),
-        message_type: vec![message(
-            "Timestamp",
-            vec![field("seconds", 1, Type::Int64, None), field("nanos", 2, Type::Int32, None)],
-        )],
-        ..FileDescriptorProto::default()
-    };
-    let log = message(
-        "Log",
-        vec![
-            field("timestamp", 1, Type::Message, Some(".google.protobuf.Timestamp")),
-            field("level", 2, Type::Enum, Some(".foxglove.Log.Level")),
-            field("message", 3, Type::String, None),
-            field("name", 4, Type::String, None),
-        ],
-    );
-    let names = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
-    let level = prost_types::EnumDescriptorProto {
-        name: Some("Level".to_owned()),
-        value: names
-            .into_iter()
-            .zip(0..)
-            .map(|(name, number)| prost_types::EnumValueDescriptorProto {
-                name: Some(name.to_owned()),
-                number: Some(number),
-                ..Default::default()
-            })
-            .collect(),
-        ..Default::default()
-    };
-    let log = DescriptorProto { enum_type: vec![level], ..log };
-    let schema = descriptor("foxglove", "Log", vec![log], vec![timestamp]);
-    let schema = writer.add_schema("foxglove.Log", "protobuf", &schema)?;
-    writer.add_channel(schema, "/log", "protobuf", &BTreeMap::new())
 }

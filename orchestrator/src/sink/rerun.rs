@@ -5,32 +5,42 @@ use std::time::{Duration, Instant};
 
 use rerun::{
     ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
-    TextLog, TextLogLevel, TimeColumn,
 };
 
 use crate::error::Error;
-use crate::sink::{Derived, Event, Header, Level, Row, Sink};
+use crate::sink::{Change, Derived, Event, Header, Row, Sink};
 use card::Card;
+use events::Events;
 use layout::Layout;
+use moments::{Clock, Moments};
+use planes::Planes;
 use scene::Scene;
 use signals::Signals;
+use states::States;
 pub use target::Target;
 use target::{CONNECT_PATIENCE, open};
 use texts::Texts;
 
+mod arrows;
 mod card;
+mod events;
 mod layout;
+mod moments;
+mod palette;
+mod planes;
+mod properties;
+mod road;
 mod scene;
 mod signals;
+mod states;
 mod target;
 mod texts;
+mod thinned;
 mod trace;
 
-/// Timeline of the simulated time.
-const TIME: &str = "sim_time";
-/// Timeline of the communication points' numbers.
-const STEP: &str = "step";
-
+/// Rows of a second of simulated time that are replayed at most: more than any screen shows, and a fifth of the data of
+/// a controller at 1 kHz. `run.mcap` has all rows.
+const RATE: f64 = 200.0;
 /// Rows that are sent at once to a file: enough that the cost per row is that of its numbers.
 const FILE_BATCH: usize = 5_000;
 /// Simulated time that is sent at once to a viewer [ns].
@@ -61,10 +71,15 @@ pub struct RerunSink {
     layout: Layout,
     signals: Signals,
     texts: Texts,
+    states: States,
+    planes: Planes,
     scene: Option<Scene>,
-    times: Vec<i64>,
-    steps: Vec<i64>,
-    events: Vec<(i64, Event)>,
+    events: Events,
+    clock: Clock,
+    /// One row in so many is replayed, and the last one.
+    stride: u64,
+    last: u64,
+    moments: Moments,
     sent: Instant,
 }
 
@@ -88,8 +103,9 @@ impl RerunSink {
         stream.set_log_time_enabled(false);
         let (signals, charts) = Signals::new(header);
         let texts = Texts::new(header);
-        let pose = header.view.pose.clone();
-        let body = pose.as_ref().map(|it| it.length as f32);
+        let view = &header.view;
+        let (states, planes) =
+            (States::new(&header.lanes), Planes::new(&view.planes, header.columns.len()));
         let mut sink = Self {
             stream: Some(stream),
             live,
@@ -100,16 +116,22 @@ impl RerunSink {
                 application,
                 charts,
                 derived: Vec::new(),
+                planes: planes.shown(),
+                states: !states.is_empty() || !header.texts.is_empty(),
                 texts: texts.paths(),
-                body,
+                body: view.pose.as_ref().map(|it| it.length as f32),
                 live,
             },
             signals,
             texts,
-            scene: pose.map(Scene::new),
-            times: Vec::new(),
-            steps: Vec::new(),
-            events: Vec::new(),
+            states,
+            planes,
+            scene: Scene::new(view),
+            events: Events::default(),
+            clock: Clock::new(header.step, view.distance.clone()),
+            stride: ((1.0 / RATE / header.step + 1e-9) as u64).max(1),
+            last: (header.stop / header.step).round() as u64,
+            moments: Moments::default(),
             sent: Instant::now(),
             place,
         };
@@ -128,6 +150,8 @@ impl RerunSink {
             stream.log_static("run", &self.card.running())?;
             stream.log_static("scenario", &TextDocument::new(header.text.as_str()))?;
             self.signals.describe(stream)?;
+            self.states.describe(stream)?;
+            self.planes.describe(stream)?;
             self.scene.as_ref().map_or(Ok(()), |it| it.describe(stream))
         };
         let result = begin().map_err(|it| it.to_string());
@@ -141,11 +165,9 @@ impl RerunSink {
     /// Whether the rows since the last batch are worth a batch.
     fn due(&self) -> bool {
         if !self.live {
-            return self.times.len() >= FILE_BATCH;
+            return self.moments.len() >= FILE_BATCH;
         }
-        let (first, last) = (self.times.first(), self.times.last());
-        let span = first.zip(last).map_or(0, |(first, last)| last - first);
-        span >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
+        self.moments.span() >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
     }
 
     /// Sends what was collected, once the batch before has arrived: so errors are noticed, a slow
@@ -155,23 +177,24 @@ impl RerunSink {
             return Ok(());
         };
         settle(stream, PATIENCE)?;
-        let axes = axes(&self.times, &self.steps);
+        let axes = self.moments.axes();
         let mut columns = || -> RecordingStreamResult<()> {
-            if !self.times.is_empty() {
+            if !self.moments.is_empty() {
                 self.signals.send(stream, &axes)?;
+                self.planes.send(stream, &axes)?;
             }
-            if let Some(scene) = self.scene.as_mut().filter(|_| !self.times.is_empty()) {
+            if let Some(scene) = self.scene.as_mut().filter(|_| !self.moments.is_empty()) {
                 scene.send(stream, &axes)?;
                 if self.live {
                     scene.draw(stream)?;
                 }
             }
             self.texts.send(stream)?;
-            send_events(stream, &mut self.events, self.card.step)
+            self.states.send(stream)?;
+            self.events.send(stream)
         };
         columns().map_err(|it| it.to_string())?;
-        self.times.clear();
-        self.steps.clear();
+        self.moments.clear();
         self.sent = Instant::now();
         Ok(())
     }
@@ -180,16 +203,12 @@ impl RerunSink {
         let Some(stream) = &self.stream else {
             return Ok(());
         };
-        let times: Vec<_> = derived.time.iter().map(|time| nanoseconds(*time)).collect();
-        let steps: Vec<_> =
-            derived.time.iter().map(|time| (time / self.card.step).round() as i64).collect();
-        signals::add(stream, derived, &axes(&times, &steps)).map_err(|it| it.to_string())?;
+        let moments: Moments = derived.time.iter().map(|time| self.clock.at(*time)).collect();
+        signals::add(stream, derived, &moments.axes()).map_err(|it| it.to_string())?;
         settle(stream, PATIENCE)
     }
 
     fn complete(&mut self, summary: &str, completed: bool) -> Result<(), String> {
-        let end = self.times.last().copied();
-        self.card.end = end.map_or(self.card.end, |it| it as f64 * 1e-9);
         self.send()?;
         let Some(stream) = &self.stream else {
             return Ok(());
@@ -236,26 +255,34 @@ impl Sink for RerunSink {
         if self.stream.is_none() {
             return Ok(());
         }
-        let instant = (nanoseconds(time), tick as i64);
-        self.times.push(instant.0);
-        self.steps.push(instant.1);
-        self.signals.push(&row.numbers);
-        self.texts.push(instant, &row.texts);
+        self.card.end = time;
+        let moment = self.clock.row(time, row);
+        self.texts.push(moment, &row.texts);
+        if !tick.is_multiple_of(self.stride) && tick != self.last {
+            return Ok(());
+        }
+        self.moments.push(moment);
+        self.signals.push(time, row);
+        self.planes.push(moment, time, row);
         if let Some(scene) = &mut self.scene {
-            scene.push(instant, &row.numbers);
+            scene.push(moment, time, row);
         }
         if !self.due() {
             return Ok(());
         }
-        self.card.end = time;
         let result = self.send();
         self.judge(result)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
         if self.stream.is_some() {
-            self.events.push((nanoseconds(event.time), event.clone()));
+            self.events.push(self.clock.at(event.time), event);
         }
+        Ok(())
+    }
+
+    fn change(&mut self, change: &Change) -> Result<(), Error> {
+        self.states.push(self.clock.at(change.time), change);
         Ok(())
     }
 
@@ -285,38 +312,11 @@ impl Sink for RerunSink {
     }
 }
 
-fn nanoseconds(time: f64) -> i64 {
-    (time * 1e9).round() as i64
-}
-
-/// The two time axes that every column has; without either of them it would vanish from that timeline.
-fn axes(times: &[i64], steps: &[i64]) -> [TimeColumn; 2] {
-    [
-        TimeColumn::new_duration_nanos(TIME, times.iter().copied()),
-        TimeColumn::new_sequence(STEP, steps.iter().copied()),
-    ]
-}
-
-fn send_events(
-    stream: &RecordingStream,
-    events: &mut Vec<(i64, Event)>,
-    step: f64,
-) -> RecordingStreamResult<()> {
-    if events.is_empty() {
-        return Ok(());
-    }
-    let times: Vec<i64> = events.iter().map(|(time, _)| *time).collect();
-    let steps: Vec<i64> = events.iter().map(|(_, it)| (it.time / step).round() as i64).collect();
-    let texts = events.iter().map(|(_, it)| format!("{}: {}", it.source, it.message));
-    let levels = events.iter().map(|(_, it)| match it.level {
-        Level::Info => TextLogLevel::INFO,
-        Level::Warning => TextLogLevel::WARN,
-        Level::Error => TextLogLevel::ERROR,
-    });
-    let log = TextLog::update_fields().with_many_text(texts).with_many_level(levels);
-    stream.send_columns("events", axes(&times, &steps), log.columns_of_unit_batches()?)?;
-    events.clear();
-    Ok(())
+/// The smallest of 1, 2, 5, 10, 20 .. or of 0.5, 0.2, 0.1 .. that is not below `least`.
+fn round_number(least: f64) -> f64 {
+    let decade = 10.0_f64.powf(least.max(f64::MIN_POSITIVE).log10().floor());
+    let found = [1.0, 2.0, 5.0, 10.0].into_iter().find(|it| it * decade >= least);
+    found.unwrap_or(10.0) * decade
 }
 
 /// Waits until all that was sent is written or handed over.
@@ -331,4 +331,17 @@ fn application(scenario: &str) -> ApplicationId {
     let name = scenario.to_ascii_lowercase();
     let name: String = name.chars().map(|it| if allowed(it) { it } else { '_' }).collect();
     ApplicationId::new_or_unknown(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::round_number;
+
+    #[test]
+    fn round_numbers_are_those_of_a_ruler() {
+        for (least, round) in [(0.03, 0.05), (0.2, 0.2), (0.66, 1.0), (7.0, 10.0), (4_321.0, 5e3)] {
+            let found = round_number(least);
+            assert!((found / round - 1.0).abs() < 1e-12, "{least}: {found}");
+        }
+    }
 }

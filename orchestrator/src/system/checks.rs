@@ -127,7 +127,7 @@ fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], 
 
 /// The place in the file of a part of a text that is written there in plain quotes; texts with
 /// escapes are pointed at as a whole.
-fn inside(
+pub(super) fn inside(
     scenario: &Scenario,
     word: &toml::Spanned<String>,
     part: std::ops::Range<usize>,

@@ -86,25 +86,41 @@ pub(super) fn read(
     time: Option<&str>,
     wanted: &[&str],
 ) -> Result<Recorded, TableError> {
-    let file =
-        File::open(path).map_err(|source| TableError::Open { path: path.to_owned(), source })?;
-    let reader = ::csv::ReaderBuilder::new().buffer_capacity(1 << 16).from_reader(file);
-    let mut source = Source { path, reader };
+    let mut source = Source::open(path)?;
     let header = source.header()?;
     let Some(time) = time else {
         return Err(TableError::NoTime { path: path.to_owned(), present: header });
     };
-    let find = |column: &str| {
-        let found = header.iter().position(|name| name == column);
-        found.ok_or_else(|| TableError::missing(path, column, header.clone()))
-    };
-    let places = std::iter::once(time).chain(wanted.iter().copied()).map(find);
-    let places = places.collect::<Result<Vec<_>, _>>()?;
-    let mut cells = source.cells(&header, &places)?;
+    let places = places(path, &header, std::iter::once(time).chain(wanted.iter().copied()))?;
+    let mut cells = source.cells(&header, &places, true)?;
     let time = cells.remove(0);
     let series = |values| Series { clock: 0, values, unit: None };
     let columns = cells.into_iter().map(series).collect();
     Ok(Recorded { clocks: vec![time], columns, zero: 0.0, warning: None })
+}
+
+/// Reads the wanted columns of a file whose rows have no time, such as the points of a line.
+///
+/// # Errors
+/// When the file cannot be read, lacks a column or has a value that is no finite number.
+pub fn columns(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, TableError> {
+    let mut source = Source::open(path)?;
+    let header = source.header()?;
+    let places = places(path, &header, wanted.iter().copied())?;
+    Ok(source.cells(&header, &places, false)?)
+}
+
+/// Where the columns are in the header.
+fn places<'a>(
+    path: &Path,
+    header: &[String],
+    wanted: impl Iterator<Item = &'a str>,
+) -> Result<Vec<usize>, TableError> {
+    let find = |column: &str| {
+        let found = header.iter().position(|name| name == column);
+        found.ok_or_else(|| TableError::missing(path, column, header.to_owned()))
+    };
+    wanted.map(find).collect()
 }
 
 struct Source<'a> {
@@ -112,7 +128,14 @@ struct Source<'a> {
     reader: ::csv::Reader<File>,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    fn open(path: &'a Path) -> Result<Self, TableError> {
+        let file = File::open(path)
+            .map_err(|source| TableError::Open { path: path.to_owned(), source })?;
+        let reader = ::csv::ReaderBuilder::new().buffer_capacity(1 << 16).from_reader(file);
+        Ok(Source { path, reader })
+    }
+
     /// The trimmed names of the columns; numpy writes the header as a comment that begins with `#`.
     fn header(&mut self) -> Result<Vec<String>, CsvError> {
         let record = self
@@ -131,8 +154,13 @@ impl Source<'_> {
         CsvError::Empty { path: self.path.to_owned(), found }
     }
 
-    /// The wanted columns, of which the first is the time.
-    fn cells(&mut self, header: &[String], wanted: &[usize]) -> Result<Vec<Vec<f64>>, CsvError> {
+    /// The wanted columns; `timed` says that the first one is the time.
+    fn cells(
+        &mut self,
+        header: &[String],
+        wanted: &[usize],
+        timed: bool,
+    ) -> Result<Vec<Vec<f64>>, CsvError> {
         let mut cells = vec![Vec::new(); wanted.len()];
         let mut record = ::csv::StringRecord::new();
         loop {
@@ -147,6 +175,7 @@ impl Source<'_> {
                 values.push(self.number(&record[*index], line, &header[*index])?);
             }
             if let [.., before, found] = cells[0][..]
+                && timed
                 && found <= before
             {
                 return Err(CsvError::TimeNotIncreasing {

@@ -1,5 +1,6 @@
 """Compares every sample of a recording with the table of the same run, bit for bit: compare_mcap.py MCAP CSV"""
 import csv
+import math
 import struct
 import sys
 
@@ -25,8 +26,10 @@ with open(recording, "rb") as file:
         assert chunk.compression == "lz4", chunk.compression
         assert chunk.uncompressed_size <= 256 << 10, chunk.uncompressed_size
     fields, seen = {}, set()
+    well_known = {"/log": "foxglove.Log", "/tf": "foxglove.FrameTransform"}
     for channel in summary.channels.values():
-        if channel.topic == "/log":
+        if channel.topic in well_known:
+            assert summary.schemas[channel.schema_id].name == well_known[channel.topic]
             continue
         node = channel.topic.split("/")[1]
         variables = {key[4:]: name for key, name in channel.metadata.items() if key.startswith("fmi:")}
@@ -34,11 +37,21 @@ with open(recording, "rb") as file:
         assert all(f"unit:{field}" in channel.metadata for field in variables), channel.topic
     for outputs in (c for c in summary.channels.values() if c.topic == "/plant/outputs"):
         assert outputs.metadata["unit:v_x"] == "m/s" and outputs.metadata["unit:a_y"] == "m/s2"
-    samples = 0
+    samples = poses = 0
     for _, channel, message, decoded in reader.iter_decoded_messages():
         if channel.topic == "/log":
             continue
         row = row_at[message.log_time]
+        if channel.topic == "/tf":
+            place, turn = decoded.translation, decoded.rotation
+            pose = [float(row[columns[f"plant.{name}"]]) for name in ("X", "Y", "psi")]
+            assert [place.x, place.y] == pose[:2] and (decoded.parent_frame_id, decoded.child_frame_id) == ("world", "car")
+            heading = 2 * math.atan2(turn.z, turn.w)
+            assert abs(math.remainder(heading - pose[2], 2 * math.pi)) < 1e-12 and turn.x == turn.y == 0, heading
+            seconds = decoded.timestamp.seconds * 10**9 + decoded.timestamp.nanos
+            assert seconds == message.log_time, seconds
+            poses += 1
+            continue
         for field, column in fields[channel.topic]:
             found, expected = getattr(decoded, field), row[column]
             if isinstance(found, str):
@@ -50,6 +63,7 @@ with open(recording, "rb") as file:
         samples += len(fields[channel.topic])
     assert samples == len(rows) * (len(names) - 1), f"{samples} samples in {len(rows)} rows"
     assert len(seen) == len(rows) * len(fields), "a row is missing or there twice"
+    assert poses == len(rows), poses
     run = {entry.name: entry.metadata for entry in reader.iter_metadata()}["run"]
     assert run["completed"] == "true" and run["step"] == "0.01" and run["seed"] == "1", run
     attached = {attachment.name for attachment in reader.iter_attachments()}

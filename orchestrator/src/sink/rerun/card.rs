@@ -9,7 +9,7 @@ pub(super) struct Card {
     title: String,
     scenario: String,
     /// Communication step [s].
-    pub step: f64,
+    step: f64,
     stop: f64,
     seed: u64,
     /// The last time that was recorded [s].

@@ -1,14 +1,14 @@
 //! Lays out the viewer: which views there are, where they are, and how their cameras and axes are set.
 
 use rerun::blueprint::{
-    Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
-    Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel, TimeSeriesView, Vertical,
-    VisualizableArchetype,
+    Blueprint, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel, Spatial2DView,
+    Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
+    TimeSeriesView, Vertical, VisualizableArchetype,
 };
 use rerun::components::InterpolationMode;
-use rerun::external::re_log_types::{BlueprintActivationCommand, LogMsg, StoreKind};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
-    Background, EyeControls3D, LineGrid3D, PlotLegend, TextLogColumns, TimeAxis,
+    Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
+    VisibleTimeRanges, VisualBounds2D,
 };
 use rerun::external::re_sdk_types::blueprint::components::{
     BackgroundKind, Corner2D, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
@@ -16,14 +16,20 @@ use rerun::external::re_sdk_types::blueprint::components::{
 use rerun::external::re_sdk_types::blueprint::datatypes::{
     TextLogColumn, TextLogColumnKind, TimelineColumn,
 };
+use rerun::external::re_sdk_types::datatypes::{
+    Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange,
+};
 use rerun::{
-    ApplicationId, AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder,
-    RecordingStreamResult, SerializedComponentBatch, SeriesLines,
+    ApplicationId, Color, EntityPath, RecordingStream, RecordingStreamResult, SeriesLines,
 };
 
+use super::moments::{DISTANCE, TIME};
+use super::palette::{Palette, faded};
+use super::planes::Shown;
+use super::properties::Properties;
 use super::signals::{Chart, Line};
 use super::trace::Bounds;
-use super::{ESTIMATE, LIMIT, MEASUREMENT, PLANT, REFERENCE, WHITE};
+use super::{arrows, states};
 use crate::view::Role;
 
 /// Plots that are visible at once; the last place holds all that are left, as tabs.
@@ -33,16 +39,16 @@ const MAP_ASPECT: f32 = 2.2;
 /// Half the viewer's vertical field of view: tan(55 deg / 2).
 const HALF_VIEW: f32 = 0.5206;
 
-/// Colours of curves that stand for nothing in particular: Okabe and Ito's purple and yellow, and two
-/// that can be told from them and from the roles' colours without red-green vision.
-const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], WHITE];
-
 /// How a recording is shown.
 pub(super) struct Layout {
     pub application: ApplicationId,
     pub charts: Vec<Chart>,
     /// What analyses added: a name and its plots.
     pub derived: Vec<(String, Vec<Chart>)>,
+    /// Diagrams of one quantity over another.
+    pub planes: Vec<Shown>,
+    /// Whether there are lanes of states.
+    pub states: bool,
     /// The entities of texts, which are shown among the events.
     pub texts: Vec<EntityPath>,
     /// Length of the moving body [m], when there is one.
@@ -72,7 +78,7 @@ impl Layout {
             .with_time_panel(
                 TimePanel::new()
                     .with_state(PanelState::Collapsed)
-                    .with_timeline(super::TIME)
+                    .with_timeline(TIME)
                     .with_play_state(play)
                     .with_loop_mode(repeat),
             );
@@ -85,43 +91,110 @@ impl Layout {
             Some(length) => {
                 let (chase, map) = (chase(properties, length), map(properties, bounds));
                 let left = Vertical::new([chase, map, texts]);
-                left.with_row_shares(vec![1.0, 1.0, 0.75]).into()
+                left.with_row_shares(vec![1.2, 1.0, 0.75]).into()
             }
             None => texts,
         };
-        if self.charts.is_empty() && self.derived.is_empty() {
-            return left;
+        let mut columns = vec![(left, if self.body.is_some() { 1.0 } else { 0.5 })];
+        if !self.planes.is_empty() {
+            let planes: Vec<_> = self.planes.iter().map(|it| plane(properties, it)).collect();
+            columns.push((Vertical::new(planes).into(), 0.65));
         }
-        let plots_share = if self.body.is_some() { 1.3 } else { 2.5 };
-        let right = match self.derived.is_empty() {
-            true => self.plots(properties),
-            false => self.with_derived(properties),
-        };
-        Horizontal::new([left, right]).with_column_shares(vec![1.0, plots_share]).into()
+        if !self.charts.is_empty() || !self.derived.is_empty() || self.states {
+            columns.push((self.right(properties), 1.25));
+        }
+        let (columns, shares): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        Horizontal::new(columns).with_column_shares(shares).into()
     }
 
     /// The plots of the run, and beside them a tab for all that belongs together of an analysis.
-    fn with_derived(&self, properties: &mut Properties) -> ContainerLike {
+    fn right(&self, properties: &mut Properties) -> ContainerLike {
         let mut tabs = Vec::new();
-        if !self.charts.is_empty() {
-            tabs.push(Vertical::new([self.plots(properties)]).with_name("Run").into());
+        if !self.charts.is_empty() || self.states {
+            tabs.push(Vertical::new([self.run(properties)]).with_name("Run").into());
         }
         for (name, charts) in &self.derived {
             let plots: Vec<_> = charts.iter().map(|it| plot(properties, it)).collect();
             tabs.push(Vertical::new(plots).with_name(name.as_str()).into());
         }
-        Tabs::new(tabs).into()
+        match <[ContainerLike; 1]>::try_from(tabs) {
+            Ok([only]) => only,
+            Err(tabs) => Tabs::new(tabs).into(),
+        }
     }
 
-    fn plots(&self, properties: &mut Properties) -> ContainerLike {
-        let charts = self.charts.iter();
-        let mut plots: Vec<_> = charts.map(|it| plot(properties, it)).collect();
-        if plots.len() > PLOTS_VISIBLE {
-            let rest = plots.split_off(PLOTS_VISIBLE - 1);
-            plots.push(Tabs::new(rest).into());
-        }
-        Vertical::new(plots).into()
+    /// The plots of the run, a tab for each group of them, above the states.
+    fn run(&self, properties: &mut Properties) -> ContainerLike {
+        let mut groups: Vec<&Option<String>> = self.charts.iter().map(|it| &it.group).collect();
+        groups.dedup();
+        let visible = PLOTS_VISIBLE - usize::from(self.states);
+        let mut tabs: Vec<_> = groups
+            .iter()
+            .map(|group| {
+                let charts = self.charts.iter().filter(|it| it.group == **group);
+                let plots = stacked(charts.map(|it| plot(properties, it)).collect(), visible);
+                plots.with_name(group.as_deref().unwrap_or("Plots"))
+            })
+            .collect();
+        let plots = match tabs.len() {
+            0 => None,
+            1 => tabs.pop().map(ContainerLike::from),
+            _ => Some(Tabs::new(tabs.into_iter().map(ContainerLike::from)).into()),
+        };
+        let states = self.states.then(|| self.lanes(properties));
+        let shares = match (&plots, &states) {
+            (Some(_), Some(_)) => vec![visible as f32, 1.0],
+            _ => vec![1.0],
+        };
+        Vertical::new(plots.into_iter().chain(states)).with_row_shares(shares).into()
     }
+
+    /// Checks, faults and texts over time.
+    fn lanes(&self, properties: &mut Properties) -> ContainerLike {
+        let texts = self.texts.iter().map(|path| format!("+ {path}"));
+        let contents =
+            states::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);
+        let view = StateTimelineView::new("Checks and states").with_origin("/");
+        let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
+        properties.add(view.with_contents(contents), [("TimeAxis", &linked)])
+    }
+}
+
+/// Plots one below the other; the last place holds all that are too many, as tabs.
+fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
+    if plots.len() > visible {
+        let rest = plots.split_off(visible - 1);
+        plots.push(Tabs::new(rest).into());
+    }
+    Vertical::new(plots)
+}
+
+/// A diagram with some air around it for the numbers of its axes.
+fn plane(properties: &mut Properties, shown: &Shown) -> ContainerLike {
+    let view = Spatial2DView::new(shown.title.as_str())
+        .with_origin(format!("/{}", shown.root))
+        .with_contents([format!("+ /{}/**", shown.root)]);
+    let [width, height] = shown.size;
+    let bounds =
+        Range2D { x_range: [-0.2, width + 0.1].into(), y_range: [-0.14, height + 0.26].into() };
+    let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
+    let trail = past(shown.trail);
+    for entity in &shown.trails {
+        properties.of_entity(&view, entity, &trail);
+    }
+    view
+}
+
+/// What happened in the last `seconds`; on the axis of distance what was driven in them at 100 km/h.
+fn past(seconds: f64) -> VisibleTimeRanges {
+    let range = |timeline: &str, length: f64| VisibleTimeRange {
+        timeline: timeline.into(),
+        range: TimeRange {
+            start: TimeRangeBoundary::CursorRelative(TimeInt(-length as i64)),
+            end: TimeRangeBoundary::CursorRelative(TimeInt(0)),
+        },
+    };
+    VisibleTimeRanges::new([range(TIME, seconds * 1e9), range(DISTANCE, seconds * 2_780.0)])
 }
 
 fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
@@ -134,67 +207,33 @@ fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
     }
     let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
     let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
-    properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked)])
+    let axis = ScalarAxis::new();
+    let axis = chart.range.map_or(axis.clone(), |range| axis.with_range(range));
+    properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked), ("ScalarAxis", &axis)])
 }
 
-fn style(line: &Line, color: [u8; 3]) -> SeriesLines {
+fn style(line: &Line, color: Color) -> SeriesLines {
     let width = match line.role {
         Role::Plant => 2.0,
         Role::Measurement => 0.75,
         Role::Other | Role::Reference | Role::Estimate | Role::Limit => 1.5,
     };
-    let style = SeriesLines::new()
-        .with_names([line.label.as_str()])
-        .with_colors([color])
-        .with_widths([width]);
+    let (name, color, width) = match line.bound {
+        true => (format!("{} ± 2σ", line.label), faded(color, 110), 1.0),
+        false => (line.label.clone(), color, width),
+    };
+    let style = SeriesLines::new().with_names([name]).with_colors([color]).with_widths([width]);
     match line.stepped {
         true => style.with_interpolation_mode(InterpolationMode::StepAfter),
         false => style,
     }
 }
 
-/// Gives every curve of one plot its own colour.
-#[derive(Default)]
-struct Palette<'a> {
-    used: Vec<(Role, &'a str)>,
-}
-
-impl<'a> Palette<'a> {
-    /// Curves of one role and one name, such as two sides of a limit, share their colour, because they
-    /// share their place in the legend.
-    fn color(&mut self, role: Role, label: &'a str) -> [u8; 3] {
-        if !self.used.contains(&(role, label)) {
-            self.used.push((role, label));
-        }
-        let same_role = self.used.iter().filter(|it| it.0 == role);
-        let before = same_role.take_while(|it| it.1 != label).count();
-        let (color, rounds) = match role {
-            Role::Other => (OTHERS[before % OTHERS.len()], before / OTHERS.len()),
-            Role::Reference => (REFERENCE, before),
-            Role::Plant => (PLANT, before),
-            Role::Measurement => (MEASUREMENT, before),
-            Role::Estimate => (ESTIMATE, before),
-            Role::Limit => (LIMIT, before),
-        };
-        shade(color, rounds)
-    }
-}
-
-/// The second curve of a role is lighter, the third darker.
-fn shade(color: [u8; 3], round: usize) -> [u8; 3] {
-    let (toward, share) = match round % 3 {
-        0 => return color,
-        1 => (255.0, 0.5),
-        _ => (0.0, 0.4),
-    };
-    color.map(|it| (f32::from(it) * (1.0 - share) + toward * share) as u8)
-}
-
 fn texts(properties: &mut Properties, texts: &[EntityPath]) -> ContainerLike {
     let texts = texts.iter().map(|path| format!("+ {path}"));
     let contents = ["+ /events/**".to_owned()].into_iter().chain(texts);
     let events = TextLogView::new("Events").with_origin("/").with_contents(contents);
-    let time = TimelineColumn { visible: true.into(), timeline: super::TIME.into() };
+    let time = TimelineColumn { visible: true.into(), timeline: TIME.into() };
     let shown = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
         .map(|kind| TextLogColumn { visible: true.into(), kind });
     let columns = TextLogColumns::new().with_timeline_columns([time]).with_text_log_columns(shown);
@@ -226,9 +265,11 @@ fn chase(properties: &mut Properties, length: f32) -> ContainerLike {
 
 fn map(properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
     // The ground is a patch around the car; seen from high above the viewer's own grid does better.
-    let view = Spatial3DView::new("Map (top)")
-        .with_origin("/world")
-        .with_contents(["+ /world/**", "- /world/ground"]);
+    let view = Spatial3DView::new("Map (top)").with_origin("/world").with_contents([
+        "+ /world/**".to_owned(),
+        "- /world/ground".to_owned(),
+        format!("- /{}/**", arrows::ROOT),
+    ]);
     let grid = LineGrid3D::new().with_spacing(10.0).with_color([54, 54, 62, 255]);
     let eye = EyeControls3D::new().with_kind(Eye3DKind::Orbital);
     let eye = match bounds {
@@ -267,56 +308,4 @@ fn spatial(
     let background = Background::new(BackgroundKind::SolidColor).with_color([18, 18, 22, 255]);
     properties
         .add(view, [("EyeControls3D", eye), ("LineGrid3D", grid), ("Background", &background)])
-}
-
-/// Settings of views. `rerun::blueprint` has no way to set them, but they are plain archetypes at
-/// `view/<id>/<archetype>` of the blueprint's store, so they are added there.
-#[derive(Default)]
-struct Properties(Vec<(String, Vec<SerializedComponentBatch>)>);
-
-impl Properties {
-    fn add<const N: usize>(
-        &mut self,
-        view: impl Into<ContainerLike>,
-        properties: [(&str, &dyn AsComponents); N],
-    ) -> ContainerLike {
-        let view = view.into();
-        if let ContainerLike::View(view) = &view {
-            for (name, archetype) in properties {
-                let path = format!("{}/{name}", view.blueprint_path());
-                self.0.push((path, archetype.as_serialized_batches()));
-            }
-        }
-        view
-    }
-
-    fn send(
-        self,
-        stream: &RecordingStream,
-        application: &ApplicationId,
-        blueprint: &Blueprint,
-    ) -> RecordingStreamResult<()> {
-        let (scratch, storage) = RecordingStreamBuilder::new(application.clone()).memory()?;
-        blueprint.send(&scratch, BlueprintActivation::default())?;
-        let mut messages = storage.take();
-        messages.retain(|it| {
-            let activates = matches!(it, LogMsg::BlueprintActivationCommand(_));
-            it.store_id().kind() == StoreKind::Blueprint && !activates
-        });
-        let Some(id) = messages.first().map(|it| it.store_id().clone()) else {
-            return Ok(());
-        };
-        let (extra, storage) = RecordingStreamBuilder::from_store_id(&id).memory()?;
-        // Every blueprint lives on a timeline of this name.
-        extra.set_time_sequence("blueprint", 0);
-        for (path, batches) in self.0 {
-            extra.log_serialized_batches(path, false, batches)?;
-        }
-        let settings = storage.take();
-        messages.extend(settings.into_iter().filter(|it| matches!(it, LogMsg::ArrowMsg(..))));
-        let activation =
-            BlueprintActivationCommand { blueprint_id: id, make_active: true, make_default: true };
-        stream.send_blueprint(messages, activation);
-        Ok(())
-    }
 }

@@ -1,13 +1,17 @@
-//! Draws the moving body, the ground below it and the line that it drove.
+//! Draws the moving body, the ground below it, the road and the line that it drove.
 
 use rerun::{
     Arrows3D, Boxes3D, Color, EntityPath, FillMode, LineStrips3D, Points3D, Quaternion, Radius,
     RecordingStream, RecordingStreamResult, TimeColumn, Transform3D, ViewCoordinates,
 };
 
+use super::arrows::Arrows;
+use super::moments::{Moment, Moments};
+use super::road::Road;
 use super::trace::{Bounds, STRIP_SAMPLES, Trace};
-use super::{PLANT, WHITE, axes};
-use crate::view::Pose;
+use super::{PLANT, WHITE};
+use crate::sink::Row;
+use crate::view::{Pose, View};
 
 /// Line spacing of the ground [m].
 const GROUND_SPACING: f32 = 10.0;
@@ -28,44 +32,56 @@ pub(super) struct Scene {
     positions: Vec<[f32; 3]>,
     headings: Vec<Quaternion>,
     steers: Vec<Quaternion>,
+    arrows: Arrows,
     ground: Ground,
+    road: Option<Road>,
     trace: Trace,
     /// Rows in the driven line that a viewer has.
     drawn: usize,
 }
 
 impl Scene {
-    pub fn new(pose: Pose) -> Self {
-        Self {
-            pose,
+    /// The scene of a scenario that has a moving body.
+    pub fn new(view: &View) -> Option<Self> {
+        Some(Self {
+            pose: view.pose.clone()?,
+            arrows: Arrows::new(view.arrows.clone()),
+            road: view.track.clone().map(Road::new),
             positions: Vec::new(),
             headings: Vec::new(),
             steers: Vec::new(),
             ground: Ground::default(),
             trace: Trace::default(),
             drawn: 0,
-        }
+        })
     }
 
     /// Sends what does not move in its own frame.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
         describe_body(stream, self.pose.length as f32, self.pose.width as f32)?;
-        describe_wheels(stream, self.pose.length as f32, self.pose.width as f32)?;
+        describe_wheels(stream, &self.pose)?;
+        self.arrows.describe(stream)?;
+        self.road.as_ref().map_or(Ok(()), |road| road.draw(stream))?;
         describe_markers(stream)?;
         describe_heading(stream, HEADING_LEAST)?;
         describe_ground(stream)
     }
 
-    /// Takes one row; `instant` is its simulated time [ns] and its step.
-    pub fn push(&mut self, instant: (i64, i64), values: &[f64]) {
+    /// Takes one row.
+    pub fn push(&mut self, moment: Moment, time: f64, row: &Row) {
+        let values = &row.numbers;
         let position = [values[self.pose.x] as f32, values[self.pose.y] as f32, 0.0];
         self.positions.push(position);
         self.headings.push(turn(values[self.pose.heading]));
         if let Some(steer) = self.pose.steer {
             self.steers.push(turn(values[steer]));
         }
-        self.ground.push(instant, position);
+        self.arrows.push(time, row);
+        if let Some(road) = &mut self.road {
+            road.push(time, row);
+        }
+        self.ground.push(moment, position);
         let speed = self.pose.speed.map_or(0.0, |it| values[it] as f32);
         self.trace.push(position, speed);
     }
@@ -74,31 +90,32 @@ impl Scene {
     pub fn send(
         &mut self,
         stream: &RecordingStream,
-        axes: &[TimeColumn; 2],
+        axes: &[TimeColumn],
     ) -> RecordingStreamResult<()> {
         let motion = Transform3D::update_fields()
             .with_many_translation(self.positions.drain(..))
             .with_many_quaternion(self.headings.drain(..));
-        stream.send_columns("world/car", axes.clone(), motion.columns_of_unit_batches()?)?;
+        stream.send_columns("world/car", axes.to_vec(), motion.columns_of_unit_batches()?)?;
         if self.pose.steer.is_some() {
             // One rotation per row turns both boxes, each about its own centre.
             let steers = Boxes3D::update_fields().with_quaternions(self.steers.drain(..));
             stream.send_columns(
                 "world/car/front_wheels",
-                axes.clone(),
+                axes.to_vec(),
                 steers.columns_of_unit_batches()?,
             )?;
         }
+        self.arrows.send(stream, axes)?;
         self.ground.send(stream)
     }
 
     /// Sends the driven line so far, when it has grown by 3 %: so all that is sent in the course of a
     /// run is some 30 times the line, and not its square.
     pub fn draw(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        if self.trace.rows < self.drawn + self.drawn * 3 / 100 + STRIP_SAMPLES {
+        if self.trace.rows() < self.drawn + self.drawn * 3 / 100 + STRIP_SAMPLES {
             return Ok(());
         }
-        self.drawn = self.trace.rows;
+        self.drawn = self.trace.rows();
         self.draw_line(stream)
     }
 
@@ -123,7 +140,8 @@ impl Scene {
         let (strips, colors) = self.trace.strips(self.pose.speed.is_some());
         let line =
             LineStrips3D::new(strips).with_colors(colors).with_radii([Radius::new_ui_points(2.0)]);
-        stream.log_static("world/path/line", &line)
+        stream.log_static("world/path/line", &line)?;
+        self.road.as_ref().map_or(Ok(()), |road| road.draw(stream))
     }
 
     /// The rectangle that the body stayed in.
@@ -160,9 +178,10 @@ fn describe_body(stream: &RecordingStream, length: f32, width: f32) -> Recording
     stream.log_static("world/car/cabin", &cabin)
 }
 
-fn describe_wheels(stream: &RecordingStream, length: f32, width: f32) -> RecordingStreamResult<()> {
-    let (front, rear, side, radius) = (0.30 * length, -0.29 * length, 0.46 * width, 0.33);
-    for (name, x) in [("front_wheels", front), ("rear_wheels", rear)] {
+fn describe_wheels(stream: &RecordingStream, pose: &Pose) -> RecordingStreamResult<()> {
+    let (side, radius) = (0.46 * pose.width as f32, 0.33);
+    for (name, x) in ["front_wheels", "rear_wheels"].into_iter().zip(pose.axles) {
+        let x = x as f32;
         let wheels = Boxes3D::from_centers_and_half_sizes(
             [(x, side, radius), (x, -side, radius)],
             [(radius, 0.12, radius)],
@@ -212,18 +231,16 @@ fn describe_ground(stream: &RecordingStream) -> RecordingStreamResult<()> {
 /// A patch of ground that follows the car in jumps of whole squares, which looks like an endless plane.
 #[derive(Default)]
 struct Ground {
-    times: Vec<i64>,
-    steps: Vec<i64>,
+    moments: Moments,
     places: Vec<[f32; 3]>,
     last: Option<[f32; 3]>,
 }
 
 impl Ground {
-    fn push(&mut self, (time, step): (i64, i64), position: [f32; 3]) {
+    fn push(&mut self, moment: Moment, position: [f32; 3]) {
         let place = position.map(|it| (it / GROUND_JUMP).round() * GROUND_JUMP);
         if self.last != Some(place) {
-            self.times.push(time);
-            self.steps.push(step);
+            self.moments.push(moment);
             self.places.push(place);
             self.last = Some(place);
         }
@@ -233,9 +250,8 @@ impl Ground {
         if self.places.is_empty() {
             return Ok(());
         }
-        let axes = axes(&self.times, &self.steps);
-        self.times.clear();
-        self.steps.clear();
+        let axes = self.moments.axes();
+        self.moments.clear();
         let motion = Transform3D::update_fields().with_many_translation(self.places.drain(..));
         stream.send_columns("world/ground", axes, motion.columns_of_unit_batches()?)
     }

@@ -3,8 +3,8 @@
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
 
-use crate::sink::{Column, Derived, Direction, Header, Kind};
-use crate::view::{Plot, Role, Series};
+use crate::sink::{Column, Derived, Direction, Header, Kind, Row};
+use crate::view::{Plot, Quantity, Role, Series};
 
 /// One curve of a plot, as the layout needs it.
 pub(super) struct Line {
@@ -16,12 +16,18 @@ pub(super) struct Line {
     pub role: Role,
     /// Whether its values hold until the next sample.
     pub stepped: bool,
+    /// Whether it is a side of the band around the line of the same label.
+    pub bound: bool,
 }
 
 /// One plot, as the layout needs it.
 pub(super) struct Chart {
     /// Its title.
     pub title: String,
+    /// Charts of one group are shown together.
+    pub group: Option<String>,
+    /// The ends of its axis, when they are given.
+    pub range: Option<[f64; 2]>,
     /// Its curves.
     pub lines: Vec<Line>,
 }
@@ -29,7 +35,7 @@ pub(super) struct Chart {
 /// One scalar entity with the samples that were not sent yet.
 struct Curve {
     path: EntityPath,
-    column: usize,
+    quantity: Quantity,
     factor: f64,
     offset: f64,
     samples: Vec<f64>,
@@ -49,7 +55,7 @@ impl Signals {
         let mut curves: Vec<Curve> = columns
             .iter()
             .enumerate()
-            .map(|(column, it)| Curve::new(signal_path(it), column, 1.0, 0.0))
+            .map(|(column, it)| Curve::new(signal_path(it), Quantity::Column(column), 1.0, 0.0))
             .collect();
         let names = columns.iter().map(name_with_unit).collect();
         let charts = header
@@ -72,9 +78,9 @@ impl Signals {
     }
 
     /// Takes one row.
-    pub fn push(&mut self, values: &[f64]) {
+    pub fn push(&mut self, time: f64, row: &Row) {
         for curve in &mut self.curves {
-            let sample = values[curve.column] * curve.factor + curve.offset;
+            let sample = curve.quantity.value(time, row) * curve.factor + curve.offset;
             curve.samples.push(sample);
         }
     }
@@ -83,13 +89,13 @@ impl Signals {
     pub fn send(
         &mut self,
         stream: &RecordingStream,
-        axes: &[TimeColumn; 2],
+        axes: &[TimeColumn],
     ) -> RecordingStreamResult<()> {
         for curve in &mut self.curves {
             let scalars = Scalars::new(curve.samples.drain(..));
             stream.send_columns(
                 curve.path.clone(),
-                axes.clone(),
+                axes.to_vec(),
                 scalars.columns_of_unit_batches()?,
             )?;
         }
@@ -101,14 +107,14 @@ impl Signals {
 pub(super) fn add(
     stream: &RecordingStream,
     derived: &Derived,
-    axes: &[TimeColumn; 2],
+    axes: &[TimeColumn],
 ) -> RecordingStreamResult<()> {
     for (column, signal) in derived.columns().zip(derived.columns) {
         let path = entity(["signals", derived.analysis, derived.group, signal.name]);
         let name = name_with_unit(&column);
         stream.log_static(path.clone(), &SeriesLines::new().with_names([name.as_str()]))?;
         let scalars = Scalars::new(signal.values.iter().copied());
-        stream.send_columns(path, axes.clone(), scalars.columns_of_unit_batches()?)?;
+        stream.send_columns(path, axes.to_vec(), scalars.columns_of_unit_batches()?)?;
     }
     Ok(())
 }
@@ -123,18 +129,22 @@ pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
             label: signal.name.to_owned(),
             role: Role::Other,
             stepped: false,
+            bound: false,
         };
         match charts.iter_mut().find(|chart| chart.title == title) {
             Some(chart) => chart.lines.push(line),
-            None => charts.push(Chart { title: title.to_owned(), lines: vec![line] }),
+            None => {
+                let (title, lines) = (title.to_owned(), vec![line]);
+                charts.push(Chart { title, group: None, range: None, lines });
+            }
         }
     }
     charts
 }
 
 impl Curve {
-    fn new(path: EntityPath, column: usize, factor: f64, offset: f64) -> Self {
-        Self { path, column, factor, offset, samples: Vec::new() }
+    fn new(path: EntityPath, quantity: Quantity, factor: f64, offset: f64) -> Self {
+        Self { path, quantity, factor, offset, samples: Vec::new() }
     }
 }
 
@@ -161,10 +171,10 @@ fn name_with_unit(column: &Column) -> String {
 
 /// The viewer paints the curves of a plot, and lists them in the legend, in the order of their paths.
 /// A measurement is noisy and must lie below the others, so it gets a path that comes first, and if
-/// need be an entity of its own.
+/// need be an entity of its own; a band lies between them.
 fn chart(number: usize, plot: &Plot, columns: &[Column], curves: &mut Vec<Curve>) -> Chart {
     let mut series: Vec<&Series> = plot.series.iter().collect();
-    series.sort_by_key(|it| it.role != Role::Measurement);
+    series.sort_by_key(|it| (it.role != Role::Measurement, !it.bound));
     let first_of_others = series
         .iter()
         .enumerate()
@@ -178,23 +188,31 @@ fn chart(number: usize, plot: &Plot, columns: &[Column], curves: &mut Vec<Curve>
             && first_of_others.as_ref().is_some_and(|other| *other < natural);
         let path = if covered { plot_path(number, rank) } else { natural };
         if path == plot_path(number, rank) {
-            curves.push(Curve::new(path.clone(), it.column, it.factor, it.offset));
+            curves.push(Curve::new(path.clone(), it.quantity.clone(), it.factor, it.offset));
         }
         lines.push(Line {
             path,
             label: it.label.clone(),
             role: it.role,
-            stepped: columns[it.column].kind != Kind::Real,
+            stepped: column(it).is_some_and(|place| columns[place].kind != Kind::Real),
+            bound: it.bound,
         });
     }
-    Chart { title: plot.title.clone(), lines }
+    let (title, group) = (plot.title.clone(), plot.group.clone());
+    Chart { title, group, range: plot.range, lines }
 }
 
 fn natural_path(number: usize, rank: usize, series: &Series, columns: &[Column]) -> EntityPath {
-    if series.factor == 1.0 && series.offset == 0.0 {
-        signal_path(&columns[series.column])
-    } else {
-        plot_path(number, rank)
+    match column(series) {
+        Some(place) if (series.factor, series.offset) == (1.0, 0.0) => signal_path(&columns[place]),
+        _ => plot_path(number, rank),
+    }
+}
+
+fn column(series: &Series) -> Option<usize> {
+    match series.quantity {
+        Quantity::Column(place) => Some(place),
+        Quantity::Formula(_) => None,
     }
 }
 

@@ -1,8 +1,10 @@
-//! Logs recorded texts where they change.
+//! Logs recorded texts where they change, as events and as lanes of states.
 
-use rerun::{EntityPath, RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
+use rerun::{
+    EntityPath, RecordingStream, RecordingStreamResult, StateChange, TextLog, TextLogLevel,
+};
 
-use super::axes;
+use super::moments::{Moment, Moments};
 use super::signals::signal_path;
 use crate::sink::Header;
 
@@ -12,8 +14,7 @@ struct Track {
     name: String,
     /// What it is, once there was a row.
     now: Option<String>,
-    times: Vec<i64>,
-    steps: Vec<i64>,
+    moments: Moments,
     changes: Vec<String>,
 }
 
@@ -27,8 +28,7 @@ impl Texts {
             path: signal_path(column),
             name: column.name(),
             now: None,
-            times: Vec::new(),
-            steps: Vec::new(),
+            moments: Moments::default(),
             changes: Vec::new(),
         });
         Self(tracks.collect())
@@ -40,28 +40,29 @@ impl Texts {
     }
 
     /// Takes the texts of one row.
-    pub fn push(&mut self, (time, step): (i64, i64), texts: &[String]) {
+    pub fn push(&mut self, moment: Moment, texts: &[String]) {
         for (track, text) in self.0.iter_mut().zip(texts) {
             if track.now.as_ref() == Some(text) {
                 continue;
             }
-            track.changes.push(format!("{}: {text}", track.name));
+            track.changes.push(text.clone());
             track.now = Some(text.clone());
-            track.times.push(time);
-            track.steps.push(step);
+            track.moments.push(moment);
         }
     }
 
     /// Sends the changes and forgets them.
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in self.0.iter_mut().filter(|it| !it.changes.is_empty()) {
-            let levels = track.changes.iter().map(|_| TextLogLevel::INFO);
-            let log = TextLog::update_fields().with_many_level(levels);
-            let log = log.with_many_text(track.changes.drain(..));
-            let axes = axes(&track.times, &track.steps);
-            stream.send_columns(track.path.clone(), axes, log.columns_of_unit_batches()?)?;
-            track.times.clear();
-            track.steps.clear();
+            let (axes, changes) = (track.moments.axes(), std::mem::take(&mut track.changes));
+            track.moments.clear();
+            let log = TextLog::update_fields()
+                .with_many_level(changes.iter().map(|_| TextLogLevel::INFO))
+                .with_many_text(changes.iter().map(|text| format!("{}: {text}", track.name)));
+            let path = &track.path;
+            stream.send_columns(path.clone(), axes.clone(), log.columns_of_unit_batches()?)?;
+            let states = StateChange::new().with_state(changes);
+            stream.send_columns(path.clone(), axes, states.columns_of_unit_batches()?)?;
         }
         Ok(())
     }

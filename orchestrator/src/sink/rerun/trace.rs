@@ -2,11 +2,9 @@
 
 use rerun::Color;
 
-use super::WHITE;
+use super::thinned::Thinned;
+use super::{WHITE, round_number};
 
-/// Samples of the driven line that are kept; beyond that every second one is dropped, so that a run
-/// of any length fits in memory.
-const TRACE_LIMIT: usize = 20_000;
 /// Strips of the driven line at most; each has one colour.
 const STRIP_LIMIT: usize = 2_000;
 /// Samples per strip at least.
@@ -24,50 +22,45 @@ pub(super) struct Bounds {
 }
 
 /// The driven line, thinned out as it grows.
-pub(super) struct Trace {
-    points: Vec<[f32; 3]>,
-    speeds: Vec<f32>,
-    /// One row in so many is kept.
-    stride: usize,
-    /// Rows that were taken, kept or not.
-    pub rows: usize,
-}
+#[derive(Default)]
+pub(super) struct Trace(Thinned<Sample>);
 
-impl Default for Trace {
-    fn default() -> Self {
-        Self { points: Vec::new(), speeds: Vec::new(), stride: 1, rows: 0 }
-    }
+/// A place [m] and the speed there [m/s].
+struct Sample {
+    point: [f32; 3],
+    speed: f32,
 }
 
 impl Trace {
     /// Takes the place and the speed of one row; a place that is no number is left out.
     pub fn push(&mut self, point: [f32; 3], speed: f32) {
-        let kept = self.rows.is_multiple_of(self.stride);
-        self.rows += 1;
-        if !kept || !point.iter().all(|it| it.is_finite()) {
-            return;
+        if point.iter().all(|it| it.is_finite()) {
+            self.0.push(Sample { point, speed });
         }
-        self.points.push(point);
-        self.speeds.push(speed);
-        if self.points.len() == TRACE_LIMIT {
-            self.points = self.points.iter().step_by(2).copied().collect();
-            self.speeds = self.speeds.iter().step_by(2).copied().collect();
-            self.stride *= 2;
-        }
+    }
+
+    /// Rows that were taken, kept or not.
+    pub fn rows(&self) -> usize {
+        self.0.taken()
+    }
+
+    fn points(&self) -> impl Iterator<Item = [f32; 3]> {
+        self.0.kept().iter().map(|it| it.point)
     }
 
     /// The line as short strips of one colour each, from slow to fast when it is `colored`.
     pub fn strips(&self, colored: bool) -> (Vec<Vec<[f32; 3]>>, Vec<Color>) {
-        let last = self.points.len().saturating_sub(1);
+        let kept = self.0.kept();
+        let last = kept.len().saturating_sub(1);
         let samples = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
         let (slow, fast) = self.speeds().unwrap_or((0.0, 0.0));
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
         for start in (0..last).step_by(samples) {
             let end = (start + samples).min(last);
             // 2 cm above the ground, so that the ground does not shine through.
-            let strip = self.points[start..=end].iter().map(|it| [it[0], it[1], 0.02]);
+            let strip = kept[start..=end].iter().map(|it| [it.point[0], it.point[1], 0.02]);
             strips.push(strip.collect());
-            let share = (self.speeds[start] - slow) / (fast - slow).max(0.1);
+            let share = (kept[start].speed - slow) / (fast - slow).max(0.1);
             colors.push(if colored { speed_color(share) } else { Color::from(WHITE) });
         }
         (strips, colors)
@@ -76,12 +69,12 @@ impl Trace {
     /// Points at round distances along the line, and what to write there.
     pub fn marks(&self) -> (Vec<[f32; 3]>, Vec<String>) {
         let distances = self.distances();
-        let spacing = round_distance(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT);
+        let spacing = round_number(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT).max(10.0);
         let (mut marks, mut labels) = (Vec::new(), Vec::new());
         let mut next = 0.0;
-        for (point, &distance) in self.points.iter().zip(&distances) {
+        for (point, &distance) in self.points().zip(&distances) {
             if distance >= next {
-                marks.push(*point);
+                marks.push(point);
                 labels.push(format!("{next:.0} m"));
                 next += spacing;
             }
@@ -91,20 +84,18 @@ impl Trace {
 
     fn distances(&self) -> Vec<f64> {
         let mut total = 0.0;
-        let mut distances = vec![0.0; self.points.len().min(1)];
-        for pair in self.points.windows(2) {
-            let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
-            total += f64::from(dx).hypot(f64::from(dy));
-            distances.push(total);
-        }
-        distances
+        let steps = self.points().zip(self.points().skip(1)).map(|(from, to)| {
+            total += f64::from(to[0] - from[0]).hypot(f64::from(to[1] - from[1]));
+            total
+        });
+        std::iter::once(0.0).chain(steps).collect()
     }
 
     /// The rectangle that holds the line.
     pub fn bounds(&self) -> Option<Bounds> {
-        let first = self.points.first()?;
+        let first = self.points().next()?;
         let mut bounds = Bounds { low: [first[0], first[1]], high: [first[0], first[1]] };
-        for &[x, y, _] in &self.points {
+        for [x, y, _] in self.points() {
             bounds.low = [bounds.low[0].min(x), bounds.low[1].min(y)];
             bounds.high = [bounds.high[0].max(x), bounds.high[1].max(y)];
         }
@@ -113,22 +104,9 @@ impl Trace {
 
     /// The lowest and the highest speed.
     pub fn speeds(&self) -> Option<(f32, f32)> {
-        let finite = || self.speeds.iter().copied().filter(|it| it.is_finite());
+        let finite = || self.0.kept().iter().map(|it| it.speed).filter(|it| it.is_finite());
         Some((finite().reduce(f32::min)?, finite().reduce(f32::max)?))
     }
-}
-
-/// The smallest of 10, 20, 50, 100, 200 .. that is not below `least` [m].
-fn round_distance(least: f64) -> f64 {
-    let mut decade = 10.0;
-    while 5.0 * decade < least {
-        decade *= 10.0;
-    }
-    [1.0, 2.0, 5.0]
-        .into_iter()
-        .map(|it| it * decade)
-        .find(|it| *it >= least)
-        .unwrap_or(10.0 * decade)
 }
 
 /// Viridis without its darkest part, which is lost on a dark background.

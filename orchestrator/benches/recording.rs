@@ -1,0 +1,94 @@
+//! Tells what recording costs: the limit handling at 1 kHz, without recordings and with each of them.
+//!
+//! `cargo bench --workspace --bench recording`; with `--profile dev` nothing is compiled anew.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+
+/// The workspace.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+/// Repetitions, of which the fastest counts: other programs only ever slow a run down.
+const REPETITIONS: usize = 5;
+
+/// One way to record a run.
+struct Way {
+    name: &'static str,
+    /// What is put in the place of the scenario's `[view]`; its own when absent.
+    instead_of_view: Option<&'static str>,
+    replay: &'static str,
+}
+
+const WAYS: [Way; 4] = [
+    Way { name: "nothing", instead_of_view: Some("[record]\nexcept = [\"*\"]\n"), replay: "off" },
+    Way { name: "MCAP", instead_of_view: Some(""), replay: "off" },
+    Way { name: "MCAP, replay", instead_of_view: Some(""), replay: "save" },
+    Way { name: "MCAP, replay with [view]", instead_of_view: None, replay: "save" },
+];
+
+fn main() {
+    let path = Path::new(ROOT).join("scenarios/limit_handling.toml");
+    let scenario = std::fs::read_to_string(path).expect("the scenario");
+    let scenario = scenario.replace("step = 0.01 ", "step = 0.001 ");
+    let lab = tempfile::tempdir().expect("a folder");
+    trackside(&["pack", "--out"], lab.path());
+    let scenario = ["plant", "estimator", "controller"].iter().fold(scenario, |text, name| {
+        let package = if *name == "plant" { "plant-fmu" } else { name };
+        text.replace(&format!("crate = \"{package}\""), &format!("path = \"{name}.fmu\""))
+    });
+    let view = scenario.find("[view.pose]").expect("a [view] at the end");
+    let text = |way: &Way| match way.instead_of_view {
+        Some(instead) => format!("{}{instead}", &scenario[..view]),
+        None => scenario.clone(),
+    };
+    let run = |way: &Way, more: &[&str]| {
+        let path = lab.path().join("case.toml");
+        std::fs::write(&path, text(way)).expect("a scenario");
+        let path = path.to_str().expect("a name in UTF-8");
+        let words = [&["run", path, "--rerun", way.replay], more, &["--out"]].concat();
+        trackside(&words, &lab.path().join("out"))
+    };
+    run(&WAYS[1], &["--csv"]);
+    let table = std::fs::read_to_string(lab.path().join("out/run.csv")).expect("a table");
+    let rows = table.lines().count() - 1;
+    let signals = table.lines().next().expect("a header").split(',').count() - 1;
+    println!("{signals} signals, {rows} rows; the fastest of {REPETITIONS} repetitions");
+    let mut best = [[f64::INFINITY; 2]; WAYS.len()];
+    for _ in 0..REPETITIONS {
+        for (way, best) in WAYS.iter().zip(&mut best) {
+            let took = run(way, &[]);
+            *best = [best[0].min(took[0]), best[1].min(took[1])];
+        }
+    }
+    for (way, took) in WAYS.iter().zip(best) {
+        let [wall, cpu] = [0, 1].map(|of| 100.0 * (took[of] / best[0][of] - 1.0));
+        let [seconds, busy] = took;
+        println!("{:25}{seconds:7.2} s {wall:+6.1} %  CPU {busy:6.2} s {cpu:+6.1} %", way.name);
+    }
+    for (way, file) in [(&WAYS[2], "run.mcap"), (&WAYS[2], "run.rrd"), (&WAYS[3], "run.rrd")] {
+        run(way, &[]);
+        let size = std::fs::metadata(lab.path().join("out").join(file)).expect("a recording").len();
+        let per_sample = size as f64 / (signals * rows) as f64;
+        println!("{}: {file} has {per_sample:.1} bytes per sample", way.name);
+    }
+}
+
+/// Runs the program, which ends with a folder; returns the time that this took and that processors worked on it [s].
+fn trackside(words: &[&str], folder: &Path) -> [f64; 2] {
+    let (begin, before) = (Instant::now(), children());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trackside"));
+    let output = command.args(words).arg(folder).current_dir(ROOT).output().expect("it starts");
+    // 1 says that a check failed: at another step the car does not drive quite the same.
+    let code = output.status.code();
+    assert!(matches!(code, Some(0 | 1)), "{}", String::from_utf8_lossy(&output.stderr));
+    [begin.elapsed().as_secs_f64(), children() - before]
+}
+
+/// Time that processors worked on the processes that this one waited for [s].
+fn children() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // Behind the name in brackets; the 14th and 15th word from there on, in hundredths of a second.
+    let words: Vec<_> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let ticks = |place: usize| words.get(place).and_then(|it| it.parse::<f64>().ok());
+    (ticks(13).unwrap_or(f64::NAN) + ticks(14).unwrap_or(f64::NAN)) / 100.0
+}

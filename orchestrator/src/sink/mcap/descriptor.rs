@@ -1,0 +1,50 @@
+//! Describes protobuf messages at run time: descriptors without a compiler.
+
+use prost::Message as _;
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
+
+/// A field of a message; `of` names the message or the enumeration that it is of.
+pub(super) fn field(name: &str, number: i32, kind: Type, of: Option<&str>) -> FieldDescriptorProto {
+    FieldDescriptorProto {
+        name: Some(name.to_owned()),
+        number: Some(number),
+        label: Some(Label::Optional.into()),
+        r#type: Some(kind.into()),
+        type_name: of.map(str::to_owned),
+        ..FieldDescriptorProto::default()
+    }
+}
+
+/// A message with these fields.
+pub(super) fn message(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
+    DescriptorProto { name: Some(name.to_owned()), field, ..DescriptorProto::default() }
+}
+
+/// A file with one message, which needs other files.
+pub(super) fn file(
+    package: &str,
+    message: DescriptorProto,
+    needed: &[&str],
+) -> FileDescriptorProto {
+    FileDescriptorProto {
+        name: Some(format!("{package}/{}.proto", message.name())),
+        package: Some(package.to_owned()),
+        syntax: Some("proto3".to_owned()),
+        dependency: needed.iter().map(|it| (*it).to_owned()).collect(),
+        message_type: vec![message],
+        ..FileDescriptorProto::default()
+    }
+}
+
+/// What MCAP wants of a schema: its file behind all that it needs.
+pub(super) fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
+    FileDescriptorSet { file }.encode_to_vec()
+}
+
+/// The schema of a message of doubles and texts: names and types of its fields, which count from 1.
+pub(super) fn schema(package: &str, name: &str, fields: &[(&str, Type)]) -> Vec<u8> {
+    let fields =
+        fields.iter().zip(1..).map(|((name, kind), number)| field(name, number, *kind, None));
+    set(vec![file(package, message(name, fields.collect()), &[])])
+}

@@ -1,0 +1,38 @@
+//! Logs what happens between the rows.
+
+use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
+
+use super::moments::{Moment, Moments};
+use crate::sink::{Event, Level};
+
+/// The events that were not sent yet.
+#[derive(Default)]
+pub(super) struct Events {
+    moments: Moments,
+    events: Vec<Event>,
+}
+
+impl Events {
+    pub fn push(&mut self, moment: Moment, event: &Event) {
+        self.moments.push(moment);
+        self.events.push(event.clone());
+    }
+
+    /// Sends the events and forgets them.
+    pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        if self.events.is_empty() {
+            return Ok(());
+        }
+        let texts = self.events.iter().map(|it| format!("{}: {}", it.source, it.message));
+        let levels = self.events.iter().map(|it| match it.level {
+            Level::Info => TextLogLevel::INFO,
+            Level::Warning => TextLogLevel::WARN,
+            Level::Error => TextLogLevel::ERROR,
+        });
+        let log = TextLog::update_fields().with_many_text(texts).with_many_level(levels);
+        stream.send_columns("events", self.moments.axes(), log.columns_of_unit_batches()?)?;
+        self.moments.clear();
+        self.events.clear();
+        Ok(())
+    }
+}

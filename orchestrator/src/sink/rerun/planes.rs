@@ -1,0 +1,298 @@
+//! Draws diagrams of one quantity over another, which the viewer has no view for: axes, curves, and points that move.
+
+use rerun::{
+    Color, EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,
+    TimeColumn,
+};
+
+use super::moments::{Moment, Moments};
+use super::palette::{Palette, faded};
+use super::{LIMIT, round_number};
+use crate::sink::Row;
+use crate::view::{Function, Plane};
+
+/// Width by height of a diagram without a circle; with one, both axes have the same scale.
+const ASPECT: f64 = 1.1;
+/// Ticks of an axis at most.
+const TICKS: f64 = 6.0;
+/// Pieces that a curve is drawn in.
+const PIECES: usize = 160;
+/// Curves that depend on signals are drawn anew after this time [ns].
+const REDRAW: i64 = 100_000_000;
+
+const GRID: [u8; 3] = [58, 58, 64];
+const AXIS: [u8; 3] = [120, 120, 126];
+const TEXT: [u8; 3] = [190, 190, 195];
+
+/// The diagrams, with what was not sent yet.
+pub(super) struct Planes(Vec<Drawing>);
+
+struct Drawing {
+    number: usize,
+    plane: Plane,
+    /// Places of each point.
+    points: Vec<Vec<[f32; 2]>>,
+    /// Curves that depend on signals: which, when, and how they run.
+    curves: Vec<(usize, Moments, Vec<Vec<[f32; 2]>>)>,
+    drawn: Option<i64>,
+    /// The numbers of a row with room for the x of a curve behind them.
+    numbers: Vec<f64>,
+}
+
+/// What a layout needs of a diagram.
+pub(super) struct Shown {
+    pub title: String,
+    pub root: String,
+    /// Width and height.
+    pub size: [f64; 2],
+    /// Entities that leave a trail, and for how long [s].
+    pub trails: Vec<EntityPath>,
+    pub trail: f64,
+}
+
+impl Planes {
+    /// Diagrams of rows that have so many numbers.
+    pub fn new(planes: &[Plane], numbers: usize) -> Self {
+        let drawing = |(index, plane): (usize, &Plane)| {
+            let moving = plane.curves.iter().enumerate().filter(|(_, it)| it.moves);
+            Drawing {
+                number: index + 1,
+                points: vec![Vec::new(); plane.points.len()],
+                curves: moving.map(|(it, _)| (it, Moments::default(), Vec::new())).collect(),
+                plane: plane.clone(),
+                drawn: None,
+                numbers: vec![0.0; numbers + 1],
+            }
+        };
+        Self(planes.iter().enumerate().map(drawing).collect())
+    }
+
+    /// What the layout needs.
+    pub fn shown(&self) -> Vec<Shown> {
+        let shown = |it: &Drawing| Shown {
+            title: it.plane.title.clone(),
+            root: it.root(),
+            size: it.size(),
+            trails: (0..it.points.len()).map(|point| it.path("trails", point)).collect(),
+            trail: it.plane.trail,
+        };
+        self.0.iter().map(shown).collect()
+    }
+
+    /// Sends what does not move.
+    pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        self.0.iter().try_for_each(|it| it.describe(stream))
+    }
+
+    pub fn push(&mut self, moment: Moment, time: f64, row: &Row) {
+        for it in &mut self.0 {
+            for point in 0..it.points.len() {
+                let [x, y] = it.plane.points[point].place.each_ref().map(|of| of.value(time, row));
+                let place = it.place([x, y]);
+                it.points[point].push(place);
+            }
+            if !it.curves.is_empty() && it.drawn.is_none_or(|drawn| moment.time >= drawn + REDRAW) {
+                it.drawn = Some(moment.time);
+                it.redraw(moment, time, row);
+            }
+        }
+    }
+
+    /// Sends what was collected, against the given time axes, and forgets it.
+    pub fn send(
+        &mut self,
+        stream: &RecordingStream,
+        axes: &[TimeColumn],
+    ) -> RecordingStreamResult<()> {
+        for it in &mut self.0 {
+            for point in 0..it.points.len() {
+                let places = std::mem::take(&mut it.points[point]);
+                let points = Points2D::update_fields().with_positions(places);
+                // The same points twice: where they are, and the trail that they leave.
+                for path in [it.path("points", point), it.path("trails", point)] {
+                    stream.send_columns(
+                        path,
+                        axes.to_vec(),
+                        points.clone().columns_of_unit_batches()?,
+                    )?;
+                }
+            }
+            let number = it.number;
+            for (curve, moments, strips) in &mut it.curves {
+                let lines = LineStrips2D::update_fields().with_strips(strips.drain(..));
+                let axes = moments.axes();
+                moments.clear();
+                stream.send_columns(
+                    path(number, "curves", *curve),
+                    axes,
+                    lines.columns_of_unit_batches()?,
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drawing {
+    fn root(&self) -> String {
+        format!("planes/{}", self.number)
+    }
+
+    fn path(&self, what: &str, number: usize) -> EntityPath {
+        path(self.number, what, number)
+    }
+
+    fn size(&self) -> [f64; 2] {
+        let [x, y] = self.plane.ranges.map(|[from, to]| (to - from).abs());
+        [if self.plane.circle.is_some() { x / y } else { ASPECT }, 1.0]
+    }
+
+    /// Where coordinates are in the view, whose y points down.
+    fn place(&self, coordinates: [f64; 2]) -> [f32; 2] {
+        let [x, y] = [0, 1].map(|axis| {
+            let [from, to] = self.plane.ranges[axis];
+            (coordinates[axis] - from) / (to - from)
+        });
+        [(x * self.size()[0]) as f32, (1.0 - y) as f32]
+    }
+
+    fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        self.describe_axes(stream)?;
+        let Plane { points, curves, circle, .. } = &self.plane;
+        let mut palette = Palette::default();
+        let mut legend = Vec::new();
+        for (number, point) in points.iter().enumerate() {
+            let color = palette.color(point.role, &point.label);
+            legend.push((color, point.label.as_str()));
+            for (what, radius, opacity) in [("points", 5.0, 255), ("trails", 2.0, 110)] {
+                let look = Points2D::update_fields()
+                    .with_colors([faded(color, opacity)])
+                    .with_radii([Radius::new_ui_points(radius)])
+                    .with_draw_order(if what == "points" { 40.0 } else { 30.0 });
+                stream.log_static(self.path(what, number), &look)?;
+            }
+        }
+        for (number, curve) in curves.iter().enumerate() {
+            let color = palette.color(curve.role, &curve.label);
+            legend.push((color, curve.label.as_str()));
+            let path = self.path("curves", number);
+            let look = LineStrips2D::update_fields()
+                .with_colors([color])
+                .with_radii([Radius::new_ui_points(1.0)])
+                .with_draw_order(20.0);
+            stream.log_static(path.clone(), &look)?;
+            if !curve.moves {
+                let strips = self.curve(curve, 0.0, &mut self.numbers.clone(), &[]);
+                stream.log_static(path, &LineStrips2D::update_fields().with_strips([strips]))?;
+            }
+        }
+        if let Some(radius) = circle {
+            let angles = (0..=72).map(|it| f64::from(it) * std::f64::consts::TAU / 72.0);
+            let points = angles.map(|it| self.place([radius * it.cos(), radius * it.sin()]));
+            let circle = LineStrips2D::new([points.collect::<Vec<_>>()])
+                .with_colors([LIMIT])
+                .with_radii([Radius::new_ui_points(1.0)])
+                .with_draw_order(10.0);
+            stream.log_static(format!("{}/circle", self.root()), &circle)?;
+        }
+        self.describe_legend(stream, &legend)
+    }
+
+    /// The grid with its numbers, and what the axes show.
+    fn describe_axes(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        let (mut lines, mut colors, mut places, mut labels) = (vec![], vec![], vec![], vec![]);
+        let ranges = self.plane.ranges;
+        for axis in [0, 1] {
+            let [from, to] = ranges[axis];
+            let spacing = round_number((to - from).abs() / TICKS);
+            let across = ranges[1 - axis];
+            let point = |along: f64, across: f64| {
+                self.place(if axis == 0 { [along, across] } else { [across, along] })
+            };
+            let (first, last) = (from.min(to) / spacing, from.max(to) / spacing);
+            for tick in (first - 1e-9).ceil() as i64..=(last + 1e-9).floor() as i64 {
+                let value = tick as f64 * spacing;
+                lines.push(across.map(|end| point(value, end)).to_vec());
+                colors.push(if tick == 0 { AXIS } else { GRID });
+                let [x, y] = point(value, across[0]);
+                places.push(if axis == 0 { [x, y + 0.05] } else { [x - 0.08, y - 0.02] });
+                labels.push(tick_label(value, spacing));
+            }
+        }
+        let width = self.size()[0] as f32;
+        let names = self.plane.labels.clone();
+        places.extend([[0.5 * width, 1.13], [0.5 * width, -0.09]]);
+        labels.extend([format!("→ {}", names[0]), format!("↑ {}", names[1])]);
+        let grid = LineStrips2D::new(lines)
+            .with_colors(colors)
+            .with_radii([Radius::new_ui_points(0.5)])
+            .with_draw_order(0.0);
+        stream.log_static(format!("{}/grid", self.root()), &grid)?;
+        let labels = Points2D::new(places)
+            .with_labels(labels)
+            .with_show_labels(true)
+            .with_colors([TEXT])
+            .with_radii([Radius::new_ui_points(0.0)]);
+        stream.log_static(format!("{}/labels", self.root()), &labels)
+    }
+
+    fn describe_legend(
+        &self,
+        stream: &RecordingStream,
+        entries: &[(Color, &str)],
+    ) -> RecordingStreamResult<()> {
+        let place = |(row, _): (usize, _)| [0.22, 0.03 + 0.08 * row as f32];
+        let legend = Points2D::new(entries.iter().enumerate().map(place))
+            .with_labels(entries.iter().map(|(_, label)| *label))
+            .with_show_labels(true)
+            .with_colors(entries.iter().map(|(color, _)| *color))
+            .with_radii([Radius::new_ui_points(0.0)]);
+        stream.log_static(format!("{}/legend", self.root()), &legend)
+    }
+
+    fn redraw(&mut self, moment: Moment, time: f64, row: &Row) {
+        let (mut curves, mut numbers) =
+            (std::mem::take(&mut self.curves), std::mem::take(&mut self.numbers));
+        numbers[..row.numbers.len()].copy_from_slice(&row.numbers);
+        for (curve, moments, strips) in &mut curves {
+            let curve = &self.plane.curves[*curve];
+            moments.push(moment);
+            strips.push(self.curve(curve, time, &mut numbers, &row.texts));
+        }
+        (self.curves, self.numbers) = (curves, numbers);
+    }
+
+    /// The curve within the axes; the last of `numbers` becomes its x.
+    fn curve(
+        &self,
+        curve: &Function,
+        time: f64,
+        numbers: &mut [f64],
+        texts: &[String],
+    ) -> Vec<[f32; 2]> {
+        let [[x0, x1], [y0, y1]] = self.plane.ranges;
+        let within = y0.min(y1)..=y0.max(y1);
+        let mut strip = Vec::new();
+        for piece in 0..=PIECES {
+            let x = x0 + (x1 - x0) * piece as f64 / PIECES as f64;
+            if let Some(last) = numbers.last_mut() {
+                *last = x;
+            }
+            let y = curve.y.value(time, numbers, texts);
+            if within.contains(&y) {
+                strip.push(self.place([x, y]));
+            }
+        }
+        strip
+    }
+}
+
+fn path(plane: usize, what: &str, number: usize) -> EntityPath {
+    EntityPath::from(format!("planes/{plane}/{what}/{}", number + 1))
+}
+
+/// As many digits as ticks at this distance differ by.
+fn tick_label(value: f64, spacing: f64) -> String {
+    let digits = (-spacing.log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
+}
