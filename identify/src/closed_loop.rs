@@ -7,6 +7,7 @@
 
 mod car;
 mod error;
+mod evaluation;
 mod filter;
 mod identified;
 pub mod likelihood;
@@ -21,7 +22,9 @@ mod scalar;
 pub mod search;
 mod series;
 pub mod smoothing;
+mod tangent;
 pub mod validation;
+mod valley;
 mod verdict;
 
 use std::time::Instant;

@@ -120,7 +120,7 @@ pub struct ClosedLoop {
     /// Drag and downforce.
     #[serde(default)]
     pub aero: Aero,
-    /// Whether intervals come from profiles of the likelihood, which takes as long as ten fits; else from its curvature.
+    /// Whether intervals come from profiles of the likelihood, which takes as long as two fits; else from its curvature.
     #[serde(default)]
     pub profile: bool,
     /// The node whose start values `tires.toml` sets.
