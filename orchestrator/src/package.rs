@@ -1,14 +1,15 @@
 //! Builds what a scenario names by `crate`, with cargo: FMUs, which it packs, and plugins.
 
+mod wanted;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use serde::Deserialize;
 
-use crate::error::Error;
-use crate::scenario::{self, Scenario};
 use crate::suggest::closest;
+pub use wanted::build;
 
 /// Why packages could not be built or packed.
 #[derive(Debug, thiserror::Error)]
@@ -329,37 +330,4 @@ pub struct Built {
     pub archives: BTreeMap<Product, PathBuf>,
     /// Libraries of plugins.
     pub plugins: BTreeMap<Product, PathBuf>,
-}
-
-/// Builds what the scenario names by `crate`, in the workspace around the file, or else around the current
-/// folder, and packs the FMUs of it.
-///
-/// # Errors
-/// With the place in the file, when a package is unknown, does not compile, or makes no FMU.
-pub fn build(scenario: &Scenario) -> Result<Built, Error> {
-    let document = &scenario.document;
-    let fmus: Vec<_> = document.fmu.iter().filter_map(scenario::Fmu::product).collect();
-    let plugins: Vec<_> =
-        document.analysis.iter().filter_map(scenario::Analysis::product).collect();
-    if fmus.is_empty() && plugins.is_empty() {
-        return Ok(Built::default());
-    }
-    let fmu_words = document.fmu.iter().flat_map(|fmu| fmu.package.iter().chain(&fmu.example));
-    let words = document.analysis.iter().flat_map(|it| it.package.iter().chain(&it.example));
-    let words: Vec<_> = fmu_words.chain(words).collect();
-    let Some(first) = words.first() else { return Ok(Built::default()) };
-    let folder = scenario.resolve("");
-    let workspace = Workspace::around(&folder)
-        .or_else(|error| Workspace::around(Path::new(".")).map_err(|_| error))
-        .map_err(|error| scenario.error(first, error.to_string()))?;
-    workspace.make(&fmus, &plugins).map_err(|error| {
-        let word = match &error {
-            BuildError::Unknown { package: name, .. }
-            | BuildError::UnknownExample { example: name, .. } => {
-                words.iter().find(|word| word.get_ref() == name).unwrap_or(first)
-            }
-            _ => first,
-        };
-        scenario.error(word, error.to_string())
-    })
 }

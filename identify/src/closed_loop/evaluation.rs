@@ -20,6 +20,14 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
+    /// What is told instead once nobody wants to know.
+    pub const CANCELLED: Self = Self {
+        cost: f64::INFINITY,
+        gradient: [0.0; DIRECTIONS],
+        information: [[0.0; DIRECTIONS]; DIRECTIONS],
+        mean_square: [0.0; 4],
+    };
+
     /// As the model that a minimiser wants.
     pub fn model(&self, samples: usize) -> crate::fit::sqp::Model {
         crate::fit::sqp::Model {

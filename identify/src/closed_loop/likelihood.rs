@@ -12,6 +12,7 @@ use super::filter::{Belief, Filter, Innovation, Variances};
 use super::recording::Recording;
 use super::scalar::Scalar;
 use super::tangent::Tangent;
+use super::watch::Cancel;
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
 const START_STD_XI: f64 = 300.0;
@@ -66,6 +67,8 @@ pub struct Likelihood {
     car: Vehicle,
     recordings: Vec<([f64; 4], Vec<Sample>)>,
     samples: usize,
+    /// Once set, evaluations end at once, with an infinite cost.
+    pub cancel: Cancel,
 }
 
 impl Likelihood {
@@ -73,7 +76,7 @@ impl Likelihood {
     pub fn new(car: &Vehicle, recordings: &[Recording]) -> Self {
         let prepared: Vec<_> = recordings.iter().map(|recording| prepare(car, recording)).collect();
         let samples = prepared.iter().map(|(_, samples)| samples.len()).sum();
-        Self { car: *car, recordings: prepared, samples }
+        Self { car: *car, recordings: prepared, samples, cancel: Cancel::default() }
     }
 
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
@@ -90,7 +93,7 @@ impl Likelihood {
             }
         }
         let samples = parts.iter().map(|(_, samples)| samples.len()).sum();
-        Self { car: self.car, recordings: parts, samples }
+        Self { car: self.car, recordings: parts, samples, cancel: self.cancel.clone() }
     }
 
     /// Number of samples that are predicted: all but the first of each recording.
@@ -111,6 +114,9 @@ impl Likelihood {
     }
 
     fn evaluate(&self, theta: &Theta8, noise: &Noise, tires: Theta8, noises: Theta8) -> Evaluation {
+        if self.cancel.is_cancelled() {
+            return Evaluation::CANCELLED;
+        }
         match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V3(simd) => self.evaluate_in::<_, 2>(simd, theta, noise, &[tires, noises]),
