@@ -8,6 +8,7 @@
 mod car;
 mod draws;
 mod error;
+mod evaluation;
 mod filter;
 mod identified;
 pub mod likelihood;
@@ -23,7 +24,9 @@ mod scalar;
 pub mod search;
 mod series;
 pub mod smoothing;
+mod tangent;
 pub mod validation;
+mod valley;
 mod verdict;
 mod watch;
 

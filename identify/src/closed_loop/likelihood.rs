@@ -4,13 +4,14 @@
 //! likelihood but for a constant. Its second derivatives are replaced by what they are on average if the model is right, Fisher's
 //! information Σ (e_i e_j / s + ½ s_i s_j / s²), which needs first derivatives only.
 
-use nalgebra::{DMatrix, DVector};
 use vehicle::{Input, Vehicle};
 
 use super::car::{Held, Tires};
+use super::evaluation::{Evaluation, Sums, Visit};
 use super::filter::{Belief, Filter, Innovation, Variances};
 use super::recording::Recording;
-use super::scalar::{DIRECTIONS, Products, Scalar, Tangent};
+use super::scalar::Scalar;
+use super::tangent::Tangent;
 use super::watch::Cancel;
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
@@ -70,39 +71,6 @@ pub struct Likelihood {
     pub cancel: Cancel,
 }
 
-/// The likelihood at one point, with its derivatives.
-#[derive(Clone, Debug)]
-pub struct Evaluation {
-    /// ½ Σ (e²/s + ln s).
-    pub cost: f64,
-    /// Its derivatives.
-    pub gradient: [f64; DIRECTIONS],
-    /// Fisher's information.
-    pub information: [[f64; DIRECTIONS]; DIRECTIONS],
-    /// Mean of e²/s for v_x, v_y, r and a_y; 1 if model and noises are right.
-    pub mean_square: [f64; 4],
-}
-
-impl Evaluation {
-    /// What is told instead once nobody wants to know.
-    const CANCELLED: Self = Self {
-        cost: f64::INFINITY,
-        gradient: [0.0; DIRECTIONS],
-        information: [[0.0; DIRECTIONS]; DIRECTIONS],
-        mean_square: [0.0; 4],
-    };
-
-    /// As the model that a minimiser wants.
-    pub fn model(&self, samples: usize) -> crate::fit::sqp::Model {
-        crate::fit::sqp::Model {
-            cost: self.cost,
-            gradient: DVector::from_column_slice(&self.gradient),
-            hessian: DMatrix::from_fn(DIRECTIONS, DIRECTIONS, |i, j| self.information[i][j]),
-            scale: (4.0 * samples as f64).sqrt(),
-        }
-    }
-}
-
 impl Likelihood {
     /// Prepares recordings, which must have passed [`Recording::check`]. The car's own tires are not used.
     pub fn new(car: &Vehicle, recordings: &[Recording]) -> Self {
@@ -145,19 +113,41 @@ impl Likelihood {
         self.evaluate(theta, noise, [0.0; 8], std::array::from_fn(rate))
     }
 
-    /// Derivatives along directions of which each changes a parameter of the tires and a variance, of sensors before those of
-    /// the process, at the given rates.
     fn evaluate(&self, theta: &Theta8, noise: &Noise, tires: Theta8, noises: Theta8) -> Evaluation {
         if self.cancel.is_cancelled() {
             return Evaluation::CANCELLED;
         }
-        let seeds =
-            Seeds { likelihood: self, theta, noise: noise.variances(), rates: [tires, noises] };
         match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V3(simd) => seeds.evaluate::<_, 2>(simd),
-            _ => seeds.evaluate::<_, DIRECTIONS>(pulp::Scalar::new()),
+            pulp::Arch::V3(simd) => self.evaluate_in::<_, 2>(simd, theta, noise, &[tires, noises]),
+            _ => self.evaluate_in::<_, 8>(pulp::Scalar::new(), theta, noise, &[tires, noises]),
         }
+    }
+
+    /// In `N` vectors: derivatives along directions of which each changes a parameter of the tires and a variance, of sensors
+    /// before those of the process, at the given rates.
+    pub(crate) fn evaluate_in<S: pulp::Simd, const N: usize>(
+        &self,
+        simd: S,
+        theta: &Theta8,
+        noise: &Noise,
+        [of_tires, of_noises]: &[Theta8; 2],
+    ) -> Evaluation {
+        let tire = |i: usize| Tangent::<S, N>::seed(simd, theta[i], i, of_tires[i]);
+        let variance = |std: f64, i: usize| Tangent::seed(simd, std * std, i, of_noises[i]);
+        let pass = Pass {
+            likelihood: self,
+            tires: Tires {
+                front: std::array::from_fn(tire),
+                rear: std::array::from_fn(|i| tire(4 + i)),
+            },
+            noise: Variances {
+                sensor: std::array::from_fn(|i| variance(noise.sensor[i], i)),
+                process: std::array::from_fn(|i| variance(noise.process[i], 4 + i)),
+            },
+            visit: Sums::new(simd),
+        };
+        simd.vectorize(pass).evaluation(self.samples)
     }
 
     /// The cost alone.
@@ -181,109 +171,6 @@ impl Likelihood {
         visit: impl FnMut(usize, usize, &Innovation<f64>, &Belief<f64>),
     ) {
         pulp::Arch::new().dispatch(Pass { likelihood: self, tires, noise, visit });
-    }
-}
-
-/// Numbers, and the rates of those that are derived by.
-struct Seeds<'a> {
-    likelihood: &'a Likelihood,
-    theta: &'a Theta8,
-    noise: Variances<f64>,
-    rates: [Theta8; 2],
-}
-
-impl Seeds<'_> {
-    fn evaluate<S: pulp::Simd, const N: usize>(&self, simd: S) -> Evaluation {
-        let [tire, noise] = &self.rates;
-        let tires = |o: usize| {
-            std::array::from_fn(|i| {
-                Tangent::<S, N>::seed(simd, self.theta[o + i], o + i, tire[o + i])
-            })
-        };
-        let variance = |variance: f64, i: usize| Tangent::seed(simd, variance, i, noise[i]);
-        let pass = Pass {
-            likelihood: self.likelihood,
-            tires: Tires { front: tires(0), rear: tires(4) },
-            noise: Variances {
-                sensor: std::array::from_fn(|i| variance(self.noise.sensor[i], i)),
-                process: std::array::from_fn(|i| variance(self.noise.process[i], 4 + i)),
-            },
-            visit: Sums::new(simd),
-        };
-        let samples = self.likelihood.samples as f64;
-        let sums = simd.vectorize(pass);
-        Evaluation {
-            cost: sums.cost.value(),
-            gradient: sums.cost.derivatives(),
-            information: sums.products.matrix(),
-            mean_square: sums.squares.map(|square| square / samples),
-        }
-    }
-}
-
-/// Takes what a pass gives.
-trait Visit<T> {
-    fn visit(
-        &mut self,
-        recording: usize,
-        row: usize,
-        innovation: &Innovation<T>,
-        belief: &Belief<T>,
-    );
-}
-
-impl<T, F: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> Visit<T> for F {
-    #[inline(always)]
-    fn visit(
-        &mut self,
-        recording: usize,
-        row: usize,
-        innovation: &Innovation<T>,
-        belief: &Belief<T>,
-    ) {
-        self(recording, row, innovation, belief);
-    }
-}
-
-/// An [`Evaluation`] while it grows.
-struct Sums<S: pulp::Simd, const N: usize> {
-    cost: Tangent<S, N>,
-    products: Products<S, N>,
-    squares: [f64; 4],
-}
-
-impl<S: pulp::Simd, const N: usize> Sums<S, N> {
-    fn new(simd: S) -> Self {
-        Self {
-            cost: Tangent::seed(simd, 0.0, 0, 0.0),
-            products: Products::new(simd),
-            squares: [0.0; 4],
-        }
-    }
-}
-
-impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Sums<S, N> {
-    #[inline(always)]
-    fn visit(
-        &mut self,
-        _: usize,
-        _: usize,
-        innovation: &Innovation<Tangent<S, N>>,
-        _: &Belief<Tangent<S, N>>,
-    ) {
-        let mut determinant = 1.0;
-        for i in 0..4 {
-            let (e, s) = (innovation.residual[i], innovation.variance[i]);
-            let inverse = 1.0 / s.value();
-            let square = e.value() * e.value() * inverse;
-            self.squares[i] += square;
-            determinant *= s.value();
-            let by_s = 0.5 * inverse * (1.0 - square);
-            self.cost = self.cost + e.chain(0.5 * square, e.value() * inverse) + s.chain(0.0, by_s);
-            let (e, s) = (e * inverse.sqrt(), s * (0.5_f64.sqrt() * inverse));
-            self.products.add(&[*e.along(), *s.along()]);
-        }
-        self.cost = self.cost + 0.5 * determinant.ln();
     }
 }
 

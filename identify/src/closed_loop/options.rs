@@ -119,7 +119,7 @@ pub struct Options {
     pub noises: Noises,
     /// How states are smoothed for fits to points.
     pub smoothing: Smoothing,
-    /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes as long as ten fits.
+    /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes as long as two fits.
     pub profile: bool,
 }
 

@@ -1,7 +1,5 @@
 //! Maximises the likelihood of prediction errors over the parameters of both tires, and over the noises.
 
-use std::f64::consts::FRAC_PI_2;
-
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -10,6 +8,7 @@ use super::likelihood::{Likelihood, Noise, Theta8};
 use super::options::Bounds;
 use super::pull::Pull;
 use super::search::{convergence, different, theta};
+use super::valley::{features, reshaped, with_features};
 use crate::fit::sqp::{self, Limits, Minimum, Model, Objective};
 use crate::result::Convergence;
 
@@ -172,7 +171,7 @@ impl Problem<'_> {
         for k in 0..WAYPOINTS {
             let share = k as f64 / WAYPOINTS as f64;
             let between = std::array::from_fn(|i| start[i] + share * (end[i] - start[i]));
-            let x = DVector::from_column_slice(&self.with_features(&between));
+            let x = DVector::from_column_slice(&with_features(&between, &self.bounds));
             let cost = objective.cost(&x);
             if cost > before {
                 return false;
@@ -186,7 +185,7 @@ impl Problem<'_> {
     /// that were, and evaluations.
     fn candidates(&self, starts: &[Theta8]) -> (Vec<Minimum>, usize, usize) {
         let along_valley = |start: &Theta8| {
-            std::iter::once(*start).chain(self.reshaped(start)).collect::<Vec<_>>()
+            std::iter::once(*start).chain(reshaped(start, &self.bounds)).collect::<Vec<_>>()
         };
         let search = |starts: &[Theta8]| -> Vec<Minimum> {
             starts.par_iter().map(|start| self.from(start, &self.noise)).collect()
@@ -266,48 +265,4 @@ fn crossed(minima: &[Minimum]) -> Vec<Theta8> {
     }
     starts.truncate(MOST_CROSSED);
     starts
-}
-
-/// Shapes of the starts.
-const SHAPES: [f64; 4] = [1.3, 1.6, 1.9, 2.2];
-
-/// Stiffness per load B C D, shape C, peak D and peak slip of both axles: along the valley in which B, C and E make up for each
-/// other only the shape changes. `None` for a curve without a peak.
-fn features(theta: &Theta8) -> Option<Theta8> {
-    let mut features = *theta;
-    for o in [0, 4] {
-        let [B, C, D] = [theta[o], theta[o + 1], theta[o + 2]];
-        features[o] = B * C * D;
-        features[o + 3] = super::curve(theta, o).peak_slip()?;
-    }
-    Some(features)
-}
-
-impl Problem<'_> {
-    /// Parameters with these features, or the next ones in the box.
-    fn with_features(&self, features: &Theta8) -> Theta8 {
-        let mut theta = *features;
-        for o in [0, 4] {
-            let [K, C, D, peak] = [features[o], features[o + 1], features[o + 2], features[o + 3]];
-            let B = K / (C * D);
-            let u = B * peak;
-            // The peak is where (1 − E) u + E atan u = tan(π / 2C).
-            let E = ((FRAC_PI_2 / C).tan() - u) / (u.atan() - u);
-            for (i, parameter) in [B, C, D, E].into_iter().enumerate() {
-                theta[o + i] = parameter.clamp(self.bounds.lower[i], self.bounds.upper[i]);
-            }
-        }
-        theta
-    }
-
-    /// Starts along the valleys of both axles, in which there is more than one minimum: the same curves with other shapes.
-    fn reshaped(&self, theta: &Theta8) -> Vec<Theta8> {
-        let Some(features) = features(theta) else { return Vec::new() };
-        let with = |shape: f64| {
-            let mut features = features;
-            (features[1], features[5]) = (shape, shape);
-            self.with_features(&features)
-        };
-        SHAPES.into_iter().map(with).collect()
-    }
 }

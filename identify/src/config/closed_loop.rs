@@ -40,7 +40,7 @@ pub struct ClosedLoop {
     pub noise: Option<KnownNoise>,
     /// How often EM may filter a recording to find the noises of the nominal car that smooths it; 0 does without.
     pub em_passes: usize,
-    /// Whether intervals come from profiles of the likelihood, which takes as long as ten fits; else from its curvature.
+    /// Whether intervals come from profiles of the likelihood, which takes as long as two fits; else from its curvature.
     pub profile: bool,
     /// Times that are used [s], from and until; all of them unless given.
     pub windows: Vec<[f64; 2]>,

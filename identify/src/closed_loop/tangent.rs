@@ -1,0 +1,253 @@
+//! Numbers that carry their derivatives along eight directions, in vectors of the processor: of a filter step's thousand products
+//! the compiler on its own would leave half scalar.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use pulp::Simd;
+use pulp::bytemuck::{Zeroable, cast_slice, cast_slice_mut};
+
+use super::scalar::Scalar;
+use crate::kernel::{Graded, value_and_slope};
+
+/// Derivatives that a number carries.
+pub const DIRECTIONS: usize = 8;
+
+/// A number, in all places of a vector, with its derivatives in `N` vectors, which together hold [`DIRECTIONS`] of them.
+/// Aligned, since a vector that crosses a cache line is loaded twice.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Tangent<S: Simd, const N: usize> {
+    all: S::f64s,
+    along: [S::f64s; N],
+    simd: S,
+}
+
+impl<S: Simd, const N: usize> Tangent<S, N> {
+    /// The quantity that a direction changes, at the given rate.
+    pub fn seed(simd: S, value: f64, direction: usize, rate: f64) -> Self {
+        let mut along = [S::f64s::zeroed(); N];
+        cast_slice_mut::<_, f64>(&mut along)[direction] = rate;
+        Self { all: simd.splat_f64s(value), along, simd }
+    }
+
+    /// The vectors of derivatives.
+    #[inline(always)]
+    pub fn along(&self) -> &[S::f64s; N] {
+        &self.along
+    }
+
+    /// The derivatives one by one.
+    pub fn derivatives(&self) -> [f64; DIRECTIONS] {
+        std::array::from_fn(|direction| cast_slice::<_, f64>(&self.along)[direction])
+    }
+
+    #[inline(always)]
+    fn zip(self, all: S::f64s, vector: impl Fn(S, usize) -> S::f64s) -> Self {
+        let mut along = self.along;
+        for (n, along) in along.iter_mut().enumerate() {
+            *along = vector(self.simd, n);
+        }
+        Self { all, along, simd: self.simd }
+    }
+
+    /// A function of B, C, D, E and this slip.
+    #[inline(always)]
+    fn graded(self, [B, C, D, E]: &[Self; 4], (value, by): Graded) -> Self {
+        let simd = self.simd;
+        let by = [
+            simd.splat_f64s(by[0]),
+            simd.splat_f64s(by[1]),
+            simd.splat_f64s(by[2]),
+            simd.splat_f64s(by[3]),
+            simd.splat_f64s(by[4]),
+        ];
+        self.zip(
+            simd.splat_f64s(value),
+            #[inline(always)]
+            |simd, n| {
+                let mut sum = simd.mul_f64s(by[4], self.along[n]);
+                for (by, parameter) in by.into_iter().zip([B, C, D, E]) {
+                    sum = simd.mul_add_f64s(by, parameter.along[n], sum);
+                }
+                sum
+            },
+        )
+    }
+}
+
+/// Σ z zᵀ over vectors z that lie side by side as those of a [`Tangent`], on and above the diagonal.
+#[derive(Clone, Copy)]
+pub struct Products<S: Simd, const N: usize> {
+    sums: [[S::f64s; N]; DIRECTIONS],
+    simd: S,
+}
+
+impl<S: Simd, const N: usize> Products<S, N> {
+    /// Nothing yet.
+    pub fn new(simd: S) -> Self {
+        Self { sums: [[S::f64s::zeroed(); N]; DIRECTIONS], simd }
+    }
+
+    /// Adds some at once.
+    #[inline(always)]
+    pub fn add<const K: usize>(&mut self, z: &[[S::f64s; N]; K]) {
+        let simd = self.simd;
+        for (a, sums) in self.sums.iter_mut().enumerate() {
+            for (n, sum) in sums.iter_mut().enumerate().skip(a / S::F64_LANES) {
+                for z in z {
+                    let z_a = simd.splat_f64s(cast_slice::<_, f64>(z)[a]);
+                    *sum = simd.mul_add_f64s(z_a, z[n], *sum);
+                }
+            }
+        }
+    }
+
+    /// The whole of the symmetric matrix.
+    pub fn matrix(&self) -> [[f64; DIRECTIONS]; DIRECTIONS] {
+        let entry = |a: usize, b: usize| cast_slice::<_, f64>(&self.sums[a.min(b)])[a.max(b)];
+        std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
+    }
+}
+
+impl<S: Simd, const N: usize> Neg for Tangent<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.zip(
+            self.simd.neg_f64s(self.all),
+            #[inline(always)]
+            |simd, n| simd.neg_f64s(self.along[n]),
+        )
+    }
+}
+
+impl<S: Simd, const N: usize> Add for Tangent<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(
+            self.simd.add_f64s(self.all, other.all),
+            #[inline(always)]
+            |simd, n| simd.add_f64s(self.along[n], other.along[n]),
+        )
+    }
+}
+
+impl<S: Simd, const N: usize> Sub for Tangent<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(
+            self.simd.sub_f64s(self.all, other.all),
+            #[inline(always)]
+            |simd, n| simd.sub_f64s(self.along[n], other.along[n]),
+        )
+    }
+}
+
+impl<S: Simd, const N: usize> Mul for Tangent<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(
+            self.simd.mul_f64s(self.all, other.all),
+            #[inline(always)]
+            |simd, n| {
+                let (own, others) = (self.along[n], other.along[n]);
+                simd.mul_add_f64s(own, other.all, simd.mul_f64s(self.all, others))
+            },
+        )
+    }
+}
+
+impl<S: Simd, const N: usize> Add<f64> for Tangent<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: f64) -> Self {
+        Self { all: self.simd.add_f64s(self.all, self.simd.splat_f64s(other)), ..self }
+    }
+}
+
+impl<S: Simd, const N: usize> Mul<f64> for Tangent<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        let other = self.simd.splat_f64s(other);
+        self.zip(
+            self.simd.mul_f64s(self.all, other),
+            #[inline(always)]
+            |simd, n| simd.mul_f64s(self.along[n], other),
+        )
+    }
+}
+
+impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        let simd = self.simd;
+        Self { all: simd.splat_f64s(value), along: [S::f64s::zeroed(); N], simd }
+    }
+
+    #[inline(always)]
+    fn value(self) -> f64 {
+        cast_slice::<_, f64>(std::slice::from_ref(&self.all))[0]
+    }
+
+    #[inline(always)]
+    fn chain(self, value: f64, slope: f64) -> Self {
+        let slope = self.simd.splat_f64s(slope);
+        self.zip(
+            self.simd.splat_f64s(value),
+            #[inline(always)]
+            |simd, n| simd.mul_f64s(self.along[n], slope),
+        )
+    }
+
+    #[inline(always)]
+    fn plus(self, a: Self, b: Self) -> Self {
+        self.zip(
+            self.simd.mul_add_f64s(a.all, b.all, self.all),
+            #[inline(always)]
+            |simd, n| {
+                let sum = simd.mul_add_f64s(a.all, b.along[n], self.along[n]);
+                simd.mul_add_f64s(a.along[n], b.all, sum)
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn minus(self, a: Self, b: Self) -> Self {
+        self.zip(
+            self.simd.negate_mul_add_f64s(a.all, b.all, self.all),
+            #[inline(always)]
+            |simd, n| {
+                let sum = simd.negate_mul_add_f64s(a.all, b.along[n], self.along[n]);
+                simd.negate_mul_add_f64s(a.along[n], b.all, sum)
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn plus_scaled(self, a: Self, b: f64) -> Self {
+        let b = self.simd.splat_f64s(b);
+        self.zip(
+            self.simd.mul_add_f64s(a.all, b, self.all),
+            #[inline(always)]
+            |simd, n| simd.mul_add_f64s(a.along[n], b, self.along[n]),
+        )
+    }
+
+    #[inline(always)]
+    fn curve(tire: &[Self; 4], slip: Self) -> [Self; 2] {
+        let [B, C, D, E] = tire;
+        let [value, slope] =
+            value_and_slope(&[B.value(), C.value(), D.value(), E.value()], slip.value());
+        [slip.graded(tire, value), slip.graded(tire, slope)]
+    }
+}
