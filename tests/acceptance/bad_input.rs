@@ -117,7 +117,7 @@ const MISTAKES: &[Mistake] = &[
     ("[[check]]", "[[view.plot]]\ntitle = \"t\"\nunit = \"deg\"\nsignals = [{ signal = \"2 * plant.v_x\", unit = \"m/s\" }]\n\n[[check]]", "signals =", &["[m/s] cannot be shown in deg"]),
     ("[[check]]", "[view.track]\ncenter = [\"plant.X\", \"plant.Y\"]\n\n[[check]]", "view.track", &["the track has more or less than it needs", "half_width"]),
     ("[[check]]", "[view.track]\npath = \"log.csv\"\ncenter = [\"t\", \"stear\"]\nhalf_width = 3.0\n\n[[check]]", "center =", &["no column `stear`", "did you mean `steer`?"]),
-    ("[[check]]", "[[view.plane]]\ntitle = \"t\"\nx = { label = \"x\", range = [1.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "x =", &["two different ends of an axis, found 1 and 1"]),
+    ("[[check]]", "[[view.plane]]\ntitle = \"t\"\nx = { label = \"x\", range = [1.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "x = { label", &["two different ends of an axis, found 1 and 1"]),
     ("[[check]]", "[[view.arrow]]\nlabel = \"t\"\nat = [0.0, 0.0, 0.0]\nscale = 0.0\n\n[[check]]", "scale =", &["expected a length in m, found 0"]),
 ];
 

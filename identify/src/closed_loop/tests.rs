@@ -186,7 +186,7 @@ fn innovations_are_those_of_a_textbook_filter() {
 }
 
 /// One step without measurements worth the name, against short Runge-Kutta steps, in the middle of a slide: off by less than a
-/// hundredth of the noise of good sensors, 3e-3 m/s and rad/s.
+/// fiftieth of the noise of good sensors, 3e-3 m/s and rad/s.
 #[test]
 fn predictions_are_those_of_short_steps() {
     let (car, tires) = (winged(), tires(&THETA));
@@ -204,7 +204,7 @@ fn predictions_are_those_of_short_steps() {
             }
             for i in 0..3 {
                 let off = belief.x[i] - expected[i];
-                assert!(off.abs() < 3e-5, "{v_x} {slide} {i}: {off}");
+                assert!(off.abs() < 6e-5, "{v_x} {slide} {i}: {off}");
             }
         }
     }
