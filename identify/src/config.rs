@@ -1,9 +1,11 @@
 //! Reads what a scenario wants of the identification: the part `[analysis.config]` of its file.
 
+mod closed_loop;
+
 use std::collections::BTreeMap;
 
+pub use closed_loop::{ClosedLoop, HoldOut};
 use serde::Deserialize;
-use vehicle::{Aero, Body, Vehicle};
 
 use crate::direction::Direction;
 use crate::fit::{self, Constraints, Options, SlipNoise};
@@ -12,6 +14,7 @@ use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
 use crate::study::excitation::Excitation;
+use crate::svi::{Optimiser, adam::Adam};
 
 /// What is to be done.
 #[derive(Clone, Debug, Deserialize)]
@@ -38,9 +41,10 @@ impl Config {
         let config: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
         match &config {
             Self::Tires(tires) => tires.check()?,
-            Self::ClosedLoop(_) => {}
+            Self::ClosedLoop(drive) => drive.check()?,
             Self::Curve(curve) => {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
+                check_svi(&curve.svi)?;
                 curve.fit.check("fit")?;
             }
             Self::ExcitationStudy(study) => {
@@ -64,6 +68,30 @@ fn demand(holds: bool, key: &str, expected: &str) -> Result<(), String> {
     if holds { Ok(()) } else { Err(format!("`{key}`: expected {expected}")) }
 }
 
+/// Whether these are two rising numbers.
+fn rise(low: f64, high: f64) -> bool {
+    low < high && low.is_finite() && high.is_finite()
+}
+
+fn rising(bounds: &BTreeMap<Parameter, [f64; 2]>) -> Result<(), String> {
+    for (parameter, [low, high]) in bounds {
+        if !rise(*low, *high) {
+            let name = parameter.name();
+            return Err(format!(
+                "expected two rising numbers for the bounds of `{name}`, found {low} and {high}"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_svi(svi: &Optimiser) -> Result<(), String> {
+    let Optimiser::Adam(Adam { step, steps, batch, .. }) = svi else { return Ok(()) };
+    demand(*step > 0.0 && step.is_finite(), "step", "a number above 0")?;
+    demand(*steps > 0, "steps", "1 or more")?;
+    demand(*batch != Some(0), "batch", "1 or more")
+}
+
 /// `task = "tires"`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -80,6 +108,9 @@ pub struct Tires {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// λ_sim: weight of a pull of front and rear lateral curves to each other, in units of the width of the bounds.
     #[serde(default)]
     pub similarity: f64,
@@ -104,37 +135,10 @@ impl Tires {
         demand(!self.methods.is_empty(), "methods", "`least_squares` at least")?;
         let pull = self.similarity;
         demand(pull >= 0.0 && pull.is_finite(), "similarity", "0 or above")?;
+        check_svi(&self.svi)?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")
-    }
-}
-
-/// `task = "closed_loop"`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ClosedLoop {
-    /// Masses and lengths; those of the demo car unless given.
-    #[serde(default)]
-    pub body: Body,
-    /// Drag and downforce.
-    #[serde(default)]
-    pub aero: Aero,
-    /// Whether intervals come from profiles of the likelihood, which takes as long as ten fits; else from its curvature.
-    #[serde(default)]
-    pub profile: bool,
-    /// The node whose start values `tires.toml` sets.
-    #[serde(default = "plant")]
-    pub node: String,
-    /// Turns the starts.
-    #[serde(default)]
-    pub seed: u64,
-}
-
-impl ClosedLoop {
-    /// The car, whose tires are not used.
-    pub fn car(&self) -> Vehicle {
-        Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() }
     }
 }
 
@@ -153,6 +157,9 @@ pub struct OneCurve {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// Of random numbers.
     #[serde(default)]
     pub seed: u64,
@@ -202,14 +209,7 @@ pub enum Hold {
 
 impl Curve {
     fn check(&self, direction: &str) -> Result<(), String> {
-        for (parameter, [low, high]) in &self.bounds {
-            if low >= high || !(low.is_finite() && high.is_finite()) {
-                let name = parameter.name();
-                return Err(format!(
-                    "{direction}: expected two rising numbers for the bounds of `{name}`, found {low} and {high}"
-                ));
-            }
-        }
+        rising(&self.bounds).map_err(|error| format!("{direction}: {error}"))?;
         if !(self.regularisation >= 0.0 && self.regularisation.is_finite()) {
             let found = self.regularisation;
             return Err(format!("{direction}: `regularisation` is {found}, expected 0 or above"));

@@ -6,15 +6,17 @@
 
 pub(crate) mod elementary;
 mod slope;
+mod squares;
 
 use rayon::prelude::*;
 
 use crate::loss::Loss;
-use crate::parameters::{COUNT, Theta};
+use crate::parameters::{COUNT, Parameter, Theta};
 use crate::samples::Samples;
 use elementary::{atan, sin_cos};
 
 pub use slope::{Local, local};
+pub use squares::squares;
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.
 const CHUNK: usize = 4096;
@@ -109,38 +111,56 @@ pub fn value_and_gradient(theta: &Theta, slip: f64) -> (f64, Theta) {
 
 /// Σ a h², Σ b h and Σ c h over slips, where h is the curve of B, C and E with D = 1 and without shifts. The number of slips
 /// is a multiple of eight.
-pub fn shapes(of: [f64; 3], slips: &[f64], weights: [&[f64]; 3]) -> [f64; 3] {
-    pulp::Arch::new().dispatch(Shapes { of, slips, weights })
+pub fn shapes(of: [f64; 3], slips: &[f64], [a, b, c]: [&[f64]; 3]) -> [f64; 3] {
+    let [hh, yh, h, ..] =
+        pulp::Arch::new().dispatch(Shapes::<false> { of, slips, weights: [a, b, c, a] });
+    [hh, yh, h]
+}
+
+/// What [`shapes`] gives, and Σ c h h', Σ a h'², Σ d h' and Σ a h', where h' is the slope of h.
+pub fn shapes_and_slopes(of: [f64; 3], slips: &[f64], weights: [&[f64]; 4]) -> [f64; 7] {
+    pulp::Arch::new().dispatch(Shapes::<true> { of, slips, weights })
 }
 
 /// Not a closure: those are not always inlined into the code for wide vectors, which then is not made.
-struct Shapes<'a> {
+struct Shapes<'a, const SLOPES: bool> {
     of: [f64; 3],
     slips: &'a [f64],
-    weights: [&'a [f64]; 3],
+    weights: [&'a [f64]; 4],
 }
 
-impl pulp::WithSimd for Shapes<'_> {
-    type Output = [f64; 3];
+impl<const SLOPES: bool> pulp::WithSimd for Shapes<'_, SLOPES> {
+    type Output = [f64; 7];
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 3] {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 7] {
         let [B, C, E] = self.of;
-        let [squares, forces, ones] = self.weights.map(|weights| weights.as_chunks::<LANES>().0);
-        let mut sums = [[0.0; LANES]; 3];
-        let mut column = [0.0; BLOCK];
+        let [a, b, c, d] = self.weights.map(|weights| weights.as_chunks::<LANES>().0);
+        let mut sums = [[0.0; LANES]; 7];
+        let (mut values, mut slopes) = ([0.0; BLOCK], [0.0; BLOCK]);
         for (index, slips) in self.slips.chunks(BLOCK).enumerate() {
-            let h = &mut column[..slips.len()];
-            for (h, &slip) in h.iter_mut().zip(slips) {
-                *h = value(&[B, C, 1.0, E, 0.0, 0.0], slip);
+            for (i, &slip) in slips.iter().enumerate() {
+                if SLOPES {
+                    let (value, by) = value_and_gradient(&[B, C, 1.0, E, 0.0, 0.0], slip);
+                    (values[i], slopes[i]) = (value, by[Parameter::S_h as usize]);
+                } else {
+                    values[i] = value(&[B, C, 1.0, E, 0.0, 0.0], slip);
+                }
             }
             let from = index * BLOCK / LANES;
-            for (place, h) in h.as_chunks::<LANES>().0.iter().enumerate() {
+            let columns = values[..slips.len()].as_chunks::<LANES>().0.iter();
+            for (place, (h, slope)) in columns.zip(slopes.as_chunks::<LANES>().0).enumerate() {
                 let place = from + place;
                 for k in 0..LANES {
-                    sums[0][k] += squares[place][k] * h[k] * h[k];
-                    sums[1][k] += forces[place][k] * h[k];
-                    sums[2][k] += ones[place][k] * h[k];
+                    sums[0][k] += a[place][k] * h[k] * h[k];
+                    sums[1][k] += b[place][k] * h[k];
+                    sums[2][k] += c[place][k] * h[k];
+                    if SLOPES {
+                        sums[3][k] += c[place][k] * h[k] * slope[k];
+                        sums[4][k] += a[place][k] * slope[k] * slope[k];
+                        sums[5][k] += d[place][k] * slope[k];
+                        sums[6][k] += a[place][k] * slope[k];
+                    }
                 }
             }
         }

@@ -6,6 +6,10 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+// The drives of the integration tests name this crate.
+#[cfg(test)]
+extern crate self as identify;
+
 pub mod closed_loop;
 pub mod compressed;
 pub mod config;
@@ -31,5 +35,6 @@ pub mod similar;
 pub mod sobol;
 pub mod start_values;
 pub mod study;
+pub mod svi;
 pub mod text;
 pub mod verdict;

@@ -3,6 +3,7 @@
 //! Whatever method made the draws, everything that is told of uncertainty comes from here.
 
 pub mod grid;
+pub mod psis;
 pub mod report;
 pub mod tempered;
 

@@ -9,6 +9,7 @@ use crate::fit::{
 use crate::loss::Loss;
 use crate::prior::Prior;
 use crate::samples::Samples;
+use crate::svi::Optimiser;
 
 /// A way to find the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -18,6 +19,10 @@ pub enum Method {
     LeastSquares,
     /// The simplex of Nelder and Mead, in bounds only: the yardstick of the literature.
     NelderMead,
+    /// A normal distribution in place of the posterior; where it cannot be trusted, the posterior itself.
+    Svi,
+    /// The posterior itself.
+    Reference,
 }
 
 impl Method {
@@ -26,6 +31,8 @@ impl Method {
         match self {
             Self::LeastSquares => "least_squares",
             Self::NelderMead => "nelder_mead",
+            Self::Svi => "svi",
+            Self::Reference => "reference",
         }
     }
 
@@ -34,6 +41,8 @@ impl Method {
         match self {
             Self::LeastSquares => "least squares",
             Self::NelderMead => "Nelder-Mead",
+            Self::Svi => "variational inference",
+            Self::Reference => "exact posterior",
         }
     }
 }
@@ -57,6 +66,8 @@ pub struct Settings {
     pub hold: bool,
     /// How the optimum is searched.
     pub options: Options,
+    /// How variational inference raises its bound.
+    pub svi: Optimiser,
 }
 
 impl Settings {
@@ -75,6 +86,7 @@ impl Settings {
             slip_noise: None,
             hold: true,
             options: Options::default(),
+            svi: Optimiser::default(),
         }
     }
 
@@ -92,7 +104,8 @@ impl Settings {
         }
     }
 
-    /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip.
+    /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip. What is about the posterior
+    /// starts from least squares.
     ///
     /// # Errors
     /// If samples or settings leave nothing to fit, see [`FitError`].
@@ -104,7 +117,9 @@ impl Settings {
     ) -> Result<Solution, FitError> {
         let problem = self.problem(samples, prior);
         match method {
-            Method::LeastSquares => least_squares(&problem, &self.options),
+            Method::LeastSquares | Method::Svi | Method::Reference => {
+                least_squares(&problem, &self.options)
+            }
             Method::NelderMead => {
                 let constraints = Constraints::default();
                 let plain = Problem { constraints, slip_noise: None, ..problem };

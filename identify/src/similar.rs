@@ -45,7 +45,8 @@ pub fn draw_together(axles: [Axle; 2], weight: f64) -> Result<(), FitError> {
 
 /// What was fitted last: with what was held then.
 fn problem<'a>(axle: &Axle<'a>) -> Problem<'a> {
-    let fixed = axle.answer.estimates.first().map_or(&[][..], |(_, first)| &first.fixed);
+    let mut fits = axle.answer.estimates.iter().filter(|(m, _)| *m == Method::LeastSquares);
+    let fixed = fits.next().map_or(&[][..], |(_, fit)| &fit.fixed);
     let fixed = Parameter::ALL.into_iter().filter(|p| fixed.iter().any(|name| name == p.name()));
     axle.settings.problem(axle.samples, &hold(&axle.settings.prior, &fixed.collect::<Vec<_>>()))
 }

@@ -89,7 +89,7 @@ impl Checks {
         judged.flat_map(change).collect()
     }
 
-    /// The verdicts, in the order of the file, given the results of the analyses.
+    /// The verdicts, in the order of the file, given the results of analyses and validations.
     #[must_use]
     pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
         let judge = |(plan, monitor): &(CheckPlan, Monitor)| {

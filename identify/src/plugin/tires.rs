@@ -70,7 +70,8 @@ pub(super) fn tires(
             Direction::Lateral => &config.lateral,
             Direction::Longitudinal => &config.longitudinal,
         };
-        let settings = of.settings(curve.direction, curve.points.shift, config.seed);
+        let usual = of.settings(curve.direction, curve.points.shift, config.seed);
+        let settings = Settings { svi: config.svi, ..usual };
         let samples = &curve.points.samples;
         let tire = identify(samples, &settings, &config.methods)
             .map_err(|error| format!("{}: {error}", curve.name))?;

@@ -1,8 +1,7 @@
 //! Draws from the posterior in the box: a grid in C and E that is refined where the posterior is, a line of ln B through each
-//! cell, D, S_v and the noise in closed form; weights correct what grid and lines leave.
+//! cell, D, the shifts and the noise in closed form; weights correct what grid and lines leave.
 //!
-//! Several modes get their masses, also narrow ones, which random walks and populations miss. A free S_h would be one more
-//! dimension: that case is left to the other method.
+//! Several modes get their masses, also narrow ones, which random walks and populations miss.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 mod line;
@@ -23,6 +22,8 @@ use crate::prior::Prior;
 use linear::Linear;
 use plane::{Cell, Place, Plane};
 
+const S_H: usize = Parameter::S_h as usize;
+
 /// Fewer samples would make the approximations for Student's t distribution coarse.
 const SAMPLES: usize = 12;
 /// Draws that are spread over all cells evenly, in case a cell is worth more than its centre.
@@ -41,11 +42,11 @@ pub fn draw(
     optima: &[Theta],
     options: &Options,
 ) -> Option<Found> {
-    let shifted = prior.free[Parameter::S_h as usize];
-    if shifted || data.count() < SAMPLES || prior.free == [false; COUNT] || options.draws == 0 {
+    if data.count() < SAMPLES || prior.free == [false; COUNT] || options.draws == 0 {
         return None;
     }
-    let linear = Linear::new(data, prior);
+    let near = optima.first().filter(|_| prior.free[S_H]).unwrap_or(&prior.centre);
+    let linear = Linear::new(data, prior, near[S_H]);
     let least = optima.iter().map(|theta| data.squares(theta)).fold(f64::INFINITY, f64::min);
     let least = if least.is_finite() { least } else { 1e-3 * data.square() };
     let plane = Plane::new(&linear, prior, optima, linear.relative_noise(least));

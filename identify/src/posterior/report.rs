@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::parameters::Theta;
+use crate::result::Source;
 
 /// How draws were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -25,7 +26,7 @@ pub enum Status {
     Unresolved,
     /// No: few draws carry most of the weight.
     Uneven,
-    /// No grid was made: a horizontal shift is free, there are too few samples, or nothing is free.
+    /// No grid was made: there are too few samples, or nothing is free.
     #[default]
     NotApplicable,
 }
@@ -62,5 +63,13 @@ impl Report {
     /// Whether the draws are from the posterior itself, with the masses of its modes.
     pub fn is_exact(&self) -> bool {
         self.method == Method::Grid && self.status == Status::Exact
+    }
+
+    /// What numbers from the draws are told to be of.
+    pub fn source(&self) -> Source {
+        match self.method {
+            Method::Grid => Source::Grid,
+            Method::Tempered => Source::Tempered,
+        }
     }
 }

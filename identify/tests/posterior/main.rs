@@ -3,5 +3,8 @@
 mod bimodal;
 mod held;
 mod judge;
+mod judge_shifts;
 mod moments;
+mod shifts;
 mod support;
+mod svi;

@@ -123,11 +123,10 @@ fn read<const N: usize>(
     wanted: [&Spanned<String>; N],
 ) -> Result<[Vec<f64>; N], Error> {
     let names = wanted.map(|word| word.get_ref().as_str());
-    let read =
-        columns(&scenario.resolve(path.get_ref()), &names).map_err(|error: TableError| {
-            let at = wanted.into_iter().find(|word| Some(word.get_ref().as_str()) == error.word());
-            scenario.error(at.unwrap_or(path), error.to_string())
-        })?;
+    let read = columns(&scenario.source.resolve(path), &names).map_err(|error: TableError| {
+        let at = wanted.into_iter().find(|word| Some(word.get_ref().as_str()) == error.word());
+        scenario.error(at.unwrap_or(path), error.to_string())
+    })?;
     let mut read = read.into_iter();
     Ok(std::array::from_fn(|_| read.next().unwrap_or_default()))
 }
