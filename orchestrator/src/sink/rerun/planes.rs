@@ -27,13 +27,16 @@ const TEXT: [u8; 3] = [190, 190, 195];
 /// The diagrams, with what was not sent yet.
 pub(super) struct Planes(Vec<Drawing>);
 
+/// The places that a line goes through.
+type Strip = Vec<[f32; 2]>;
+
 struct Drawing {
     number: usize,
     plane: Plane,
     /// Places of each point.
     points: Vec<Vec<[f32; 2]>>,
     /// Curves that depend on signals: which, when, and how they run.
-    curves: Vec<(usize, Moments, Vec<Vec<[f32; 2]>>)>,
+    curves: Vec<(usize, Moments, Vec<Strip>)>,
     drawn: Option<i64>,
     /// The numbers of a row with room for the x of a curve behind them.
     numbers: Vec<f64>,
