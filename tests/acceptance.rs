@@ -25,6 +25,9 @@ mod conform;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
+// Scenarios that change others, and what may be wrong with them.
+#[path = "acceptance/extending.rs"]
+mod extending;
 // What an FMU may do wrong, and what is left of the run then.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
@@ -52,3 +55,6 @@ mod recordings;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
+// Scenarios that validate what another one found, and what may be wrong with them.
+#[path = "acceptance/validating.rs"]
+mod validating;

@@ -1,6 +1,6 @@
 //! Prints how well both axles are identified from closed-loop drives, for noises, tires, cars and seeds.
 //!
-//! `closed_loop [--known-noise] [--profile] [--compare] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
+//! `closed_loop [--known-noise] [--profile] [--compare] [--em PASSES] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
 //! peak; `closed_loop run.csv` identifies from a recording of
 //! `scenarios/limit_handling.toml`, of the default tires unless `--tires B,C,D,E,B,C,D,E` says otherwise.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
@@ -10,7 +10,8 @@ mod drive;
 
 use identify::closed_loop::validation::{Manoeuvre, compare};
 use identify::closed_loop::{
-    Formulation, Identified, Noise, Noises, Options, Recording, Target, Theta8, curve, identify,
+    Formulation, Identified, Noise, Noises, Options, Recording, Smoothing, Target, Theta8, curve,
+    identify,
 };
 use identify::result::{ByName, Verdict};
 use vehicle::{Body, Vehicle};
@@ -87,6 +88,23 @@ fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds
             convergence.starts
         );
     }
+    for explained in &found.explained {
+        let told = &explained.report;
+        println!(
+            "    smoothing: log-likelihood {:.0}, a_y {:.4} m/s2",
+            told.log_likelihood, told.a_y_rmse
+        );
+        let exponents =
+            |values: &[f64]| -> Vec<String> { values.iter().map(|v| format!("{v:.2e}")).collect() };
+        println!("      Q {:?}, R {:?}", exponents(&told.Q), exponents(&told.R));
+        if let Some(em) = &told.em {
+            println!(
+                "      EM: {} passes, converged {}, {:?}",
+                em.passes, em.converged, em.violations
+            );
+            println!("      {:.1?}", em.log_likelihood);
+        }
+    }
     let innovations = &found.innovations;
     println!(
         "    innovations {:.3} of expected, squares {:.3?}, autocorrelation {:.3?}; {seconds:.2} s of processor in all",
@@ -136,6 +154,7 @@ struct Wishes {
     known_noise: bool,
     profile: bool,
     compare: bool,
+    em_passes: usize,
 }
 
 fn run(
@@ -154,10 +173,17 @@ fn run(
     let others = [Target::SmoothedAcceleration, Target::Acceleration, Target::AxleForces];
     let compare =
         if wishes.compare { others.map(Formulation::Points).to_vec() } else { Vec::new() };
-    let options =
-        Options { car: *car, noises, profile: wishes.profile, compare, ..Options::default() };
+    let smoothing = Smoothing { em_passes: wishes.em_passes };
+    let options = Options {
+        car: *car,
+        noises,
+        profile: wishes.profile,
+        compare,
+        smoothing,
+        ..Options::default()
+    };
     let begin = processor();
-    match identify(std::slice::from_ref(recording), &options, &mut |_, _| ()) {
+    match identify(std::slice::from_ref(recording), &options, &mut |_, _| true) {
         Ok(found) => {
             report(name, &found, truth, car, processor() - begin);
             if wishes.profile {
@@ -177,6 +203,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         known_noise: has("--known-noise"),
         profile: has("--profile"),
         compare: has("--compare"),
+        em_passes: after("--em").map_or(Ok(Smoothing::default().em_passes), |n| n.parse())?,
     };
     println!(
         "{:28} {:>9} {:>9} {:>9} {:>9}   {:>8} {:>8} {:>8} {:>8}",

@@ -6,7 +6,9 @@ use std::error::Error;
 use std::time::Instant;
 
 use identify::fit::{FitError, Options, Problem, least_squares, nelder_mead};
-use identify::samples::Samples;
+
+#[path = "support/points.rs"]
+mod points;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -14,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     arguments.drain(..usize::from(simplex));
     let file = arguments.first().ok_or("which file? usage: fit_csv FILE [B C D E]")?;
     let start = arguments[1..].iter().map(|a| a.parse()).collect::<Result<Vec<f64>, _>>()?;
-    let samples = read(file)?;
+    let samples = points::read(file)?;
     let problem = Problem::new(&samples);
     let options = match start[..] {
         [] => Options::default(),
@@ -45,24 +47,4 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     println!("{report}");
     Ok(())
-}
-
-fn read(file: &str) -> Result<Samples, Box<dyn Error>> {
-    let text = std::fs::read_to_string(file).map_err(|e| format!("{file}: {e}"))?;
-    let mut samples = Samples::default();
-    for (number, line) in text.lines().enumerate().skip(1) {
-        let row = line.split(',').map(|cell| cell.trim().parse()).collect::<Result<Vec<f64>, _>>();
-        match row.map_err(|e| format!("{file}:{}: {e}", number + 1))?[..] {
-            [slip, force] => samples.push(slip, force, 1.0),
-            [slip, force, weight] => samples.push(slip, force, weight),
-            _ => {
-                return Err(format!(
-                    "{file}:{}: expected slip,force or slip,force,weight",
-                    number + 1
-                )
-                .into());
-            }
-        }
-    }
-    Ok(samples)
 }

@@ -6,6 +6,7 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
 mod car;
+mod draws;
 mod error;
 mod filter;
 mod identified;
@@ -17,16 +18,19 @@ pub mod profile;
 mod pull;
 mod recording;
 pub mod regression;
+pub mod replay;
 mod scalar;
 pub mod search;
 mod series;
 pub mod smoothing;
 pub mod validation;
 mod verdict;
+mod watch;
 
 use std::time::Instant;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use vehicle::MagicFormula;
 
 pub use error::Error;
@@ -34,16 +38,21 @@ pub use identified::{Fitted, Identified, Innovations};
 pub use likelihood::{Likelihood, Noise, Theta8};
 pub use options::{Bounds, Formulation, Noises, Options};
 pub use pull::Pull;
-pub use recording::Recording;
+pub use recording::{Recording, SHORTEST};
 pub use regression::{Target, Weights};
+pub use replay::{Replay, replay};
 pub use series::Series;
-pub use smoothing::Smoothing;
+pub use smoothing::{Explained, Smoothing};
 
 use crate::fit::sqp::Minimum;
 use crate::parameters::Theta;
 use crate::result::Convergence;
 use points::Point;
 use profile::Explored;
+use watch::{Board, watched};
+
+/// What prediction errors start from.
+const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
 
 /// The curve of the axle whose parameters begin at a place.
 pub fn curve(theta: &Theta8, from: usize) -> MagicFormula {
@@ -51,15 +60,16 @@ pub fn curve(theta: &Theta8, from: usize) -> MagicFormula {
     MagicFormula { B, C, D, E, S_h: 0.0, S_v: 0.0 }
 }
 
-/// Identifies both axles from recordings of one car. `progress` is told the share that is done, and what comes next.
+/// Identifies both axles from recordings of one car. `progress` is told the share that is done and what comes next, again and
+/// again; `false` calls the work off.
 ///
 /// # Errors
 ///
-/// [`Error`] if recordings are unusable or no start leads anywhere.
+/// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was called off.
 pub fn identify(
     recordings: &[Recording],
     options: &Options,
-    progress: &mut dyn FnMut(f64, &str),
+    progress: &mut dyn FnMut(f64, &str) -> bool,
 ) -> Result<Identified, Error> {
     let begin = Instant::now();
     for (i, recording) in recordings.iter().enumerate() {
@@ -70,17 +80,41 @@ pub fn identify(
         Noises::Known(noise) => noise,
         Noises::Estimated => Noise::of_sensors(first.rough_noise()),
     };
-    let mut run = Run { recordings, options, noise, points: Vec::new(), fitted: Vec::new() };
-    progress(0.0, "smoothing");
-    run.points = run.points()?;
-    let mut last = None;
-    for formulation in run.formulations() {
-        progress(0.1, "fitting");
-        last = Some(run.fit(formulation)?);
-    }
-    let Some(last) = last else { return Err(Error::NoStart { starts: 0 }) };
-    progress(if options.profile { 0.3 } else { 0.9 }, "judging");
-    Ok(run.identified(last, begin))
+    watched(progress, |board| {
+        board.tell(0.0, "smoothing")?;
+        let explained = explain(recordings, options, &noise, board)?;
+        let points = |(recording, explained)| points::points(&options.car, recording, explained);
+        let states = explained.iter().map(|explained| &explained.smoothed);
+        let points = recordings.iter().zip(states).map(points).collect();
+        let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), board };
+        let mut decisive = None;
+        for formulation in run.formulations() {
+            board.tell(0.2, formulation.title())?;
+            let best = run.fit(formulation)?;
+            if formulation == options.method {
+                decisive = Some(best);
+            }
+        }
+        run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
+        let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
+        board.tell(if options.profile { 0.3 } else { 0.9 }, "judging")?;
+        Ok(run.identified(decisive, explained, begin))
+    })
+}
+
+/// The nominal car along each recording.
+fn explain(
+    recordings: &[Recording],
+    options: &Options,
+    noise: &Noise,
+    board: &Board,
+) -> Result<Vec<Explained>, Error> {
+    let of = |(recording, drive)| {
+        let go_on = || !board.cancel.is_cancelled();
+        smoothing::explain(&options.car, drive, noise, &options.smoothing, go_on)
+            .map_err(|source| Error::Smoothing { recording, source })
+    };
+    recordings.par_iter().enumerate().map(of).collect()
 }
 
 struct Run<'a> {
@@ -89,6 +123,7 @@ struct Run<'a> {
     noise: Noise,
     points: Vec<Vec<Point>>,
     fitted: Vec<Fitted>,
+    board: &'a Board,
 }
 
 /// A minimum with the covariance that it means.
@@ -102,37 +137,26 @@ struct Best {
 }
 
 impl Run<'_> {
-    fn points(&self) -> Result<Vec<Vec<Point>>, Error> {
-        let car = &self.options.car;
-        let of = |(i, recording): (usize, &Recording)| {
-            let states =
-                smoothing::smoothed(car, recording, i, &self.noise, &self.options.smoothing)?;
-            Ok(points::points(car, recording, &states))
-        };
-        self.recordings.iter().enumerate().map(of).collect()
-    }
-
-    /// All formulations to fit, the start of prediction errors before them, the deciding one last.
+    /// All formulations to fit, each once: that which prediction errors start from, those to compare, the deciding one.
     fn formulations(&self) -> Vec<Formulation> {
-        let mut all = self.options.compare.clone();
-        let start = Formulation::Points(Target::AccelerationAndYaw);
-        if self.options.method == Formulation::PredictionError {
-            all.push(start);
+        let wanted = self.options.compare.iter().copied().chain([self.options.method]);
+        let mut all: Vec<Formulation> = wanted.collect();
+        if all.contains(&Formulation::PredictionError) {
+            all.insert(0, START);
         }
-        all.push(self.options.method);
         let mut once = Vec::new();
-        for formulation in all.into_iter().rev() {
+        for formulation in all {
             if !once.contains(&formulation) {
                 once.push(formulation);
             }
         }
-        once.reverse();
         once
     }
 
     fn fit(&mut self, formulation: Formulation) -> Result<Best, Error> {
         let begin = Instant::now();
-        let likelihood = Likelihood::new(&self.options.car, self.recordings);
+        let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
+        likelihood.cancel = self.board.cancel.clone();
         let (theta, minimum, convergence, found) = match formulation {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
@@ -147,12 +171,14 @@ impl Run<'_> {
         };
         let (information, covariance) = curvature(&minimum);
         let cost = minimum.model.cost;
+        let at_bound = std::array::from_fn(|i| minimum.at_bound[i]);
         let best = Best { theta, information, covariance, cost, convergence, likelihood };
         let (odd, residual_std) = found;
         self.fitted.push(Fitted {
             formulation,
             theta: best.theta,
             std: std::array::from_fn(|i| best.covariance[(i, i)].max(0.0).sqrt()),
+            at_bound,
             odd,
             residual_std,
             convergence: best.convergence.clone(),
@@ -188,12 +214,11 @@ impl Run<'_> {
 
     /// What fits to points ended with.
     fn starts(&self) -> Vec<Theta8> {
-        let start = Formulation::Points(Target::AccelerationAndYaw);
-        let is_start = |fitted: &&Fitted| fitted.formulation == start;
+        let is_start = |fitted: &&Fitted| fitted.formulation == START;
         self.fitted.iter().filter(is_start).map(|fitted| fitted.theta).collect()
     }
 
-    fn identified(self, best: Best, begin: Instant) -> Identified {
+    fn identified(self, best: Best, explained: Vec<Explained>, begin: Instant) -> Identified {
         let Best { theta, information, covariance, cost, convergence, likelihood } = best;
         let options = self.options;
         let series =
@@ -220,6 +245,7 @@ impl Run<'_> {
             seconds: begin.elapsed().as_secs_f64(),
         };
         let [front, rear] = judge.estimates();
+        let posterior = draws::draws(&theta, &explored.in_box(), &explored.corners, options.seed);
         let row = |i: usize| (0..8).map(|j| covariance[(i, j)]).collect();
         Identified {
             front,
@@ -228,9 +254,12 @@ impl Run<'_> {
             covariance: (0..8).map(row).collect(),
             noise: self.noise,
             convergence,
-            innovations: innovations(&series),
+            innovations: Innovations::of(&series),
             formulations: self.fitted,
+            posterior,
+            samples: points::samples(&self.points),
             series,
+            explained,
             seconds: begin.elapsed().as_secs_f64(),
         }
     }
@@ -241,26 +270,6 @@ fn curvature(minimum: &Minimum) -> (DMatrix<f64>, DMatrix<f64>) {
     let H = &minimum.model.hessian;
     let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (8, 8)).into_owned();
     (of_tires(H), of_tires(&profile::inverse(H)))
-}
-
-fn innovations(series: &[Series]) -> Innovations {
-    let mut count = 0.0;
-    let mut squares = [0.0; 4];
-    let mut products = [0.0; 4];
-    for series in series {
-        // The first row starts the filter.
-        count += series.a_y.len() as f64 - 1.0;
-        for (i, column) in series.whitened.iter().enumerate() {
-            squares[i] += column[1..].iter().map(|w| w * w).sum::<f64>();
-            products[i] += column[1..].windows(2).map(|w| w[0] * w[1]).sum::<f64>();
-        }
-    }
-    Innovations {
-        mean_square: squares.map(|square| square / count),
-        cost: 0.5 * squares.iter().sum::<f64>(),
-        expected_cost: 2.0 * count,
-        autocorrelation: std::array::from_fn(|i| products[i] / squares[i]),
-    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! Reads what a scenario wants of the identification: the part `[analysis.config]` of its file.
 
+mod closed_loop;
+
 use std::collections::BTreeMap;
 
+pub use closed_loop::{ClosedLoop, HoldOut};
 use serde::Deserialize;
-use vehicle::{Aero, Body, Vehicle};
 
 use crate::direction::Direction;
 use crate::fit::{self, Constraints, Options, SlipNoise};
@@ -38,7 +40,7 @@ impl Config {
         let config: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
         match &config {
             Self::Tires(tires) => tires.check()?,
-            Self::ClosedLoop(_) => {}
+            Self::ClosedLoop(drive) => drive.check()?,
             Self::Curve(curve) => {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
                 curve.fit.check("fit")?;
@@ -62,6 +64,23 @@ impl Config {
 
 fn demand(holds: bool, key: &str, expected: &str) -> Result<(), String> {
     if holds { Ok(()) } else { Err(format!("`{key}`: expected {expected}")) }
+}
+
+/// Whether these are two rising numbers.
+fn rise(low: f64, high: f64) -> bool {
+    low < high && low.is_finite() && high.is_finite()
+}
+
+fn rising(bounds: &BTreeMap<Parameter, [f64; 2]>) -> Result<(), String> {
+    for (parameter, [low, high]) in bounds {
+        if !rise(*low, *high) {
+            let name = parameter.name();
+            return Err(format!(
+                "expected two rising numbers for the bounds of `{name}`, found {low} and {high}"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// `task = "tires"`.
@@ -107,34 +126,6 @@ impl Tires {
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")
-    }
-}
-
-/// `task = "closed_loop"`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ClosedLoop {
-    /// Masses and lengths; those of the demo car unless given.
-    #[serde(default)]
-    pub body: Body,
-    /// Drag and downforce.
-    #[serde(default)]
-    pub aero: Aero,
-    /// Whether intervals come from profiles of the likelihood, which takes as long as ten fits; else from its curvature.
-    #[serde(default)]
-    pub profile: bool,
-    /// The node whose start values `tires.toml` sets.
-    #[serde(default = "plant")]
-    pub node: String,
-    /// Turns the starts.
-    #[serde(default)]
-    pub seed: u64,
-}
-
-impl ClosedLoop {
-    /// The car, whose tires are not used.
-    pub fn car(&self) -> Vehicle {
-        Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() }
     }
 }
 
@@ -202,14 +193,7 @@ pub enum Hold {
 
 impl Curve {
     fn check(&self, direction: &str) -> Result<(), String> {
-        for (parameter, [low, high]) in &self.bounds {
-            if low >= high || !(low.is_finite() && high.is_finite()) {
-                let name = parameter.name();
-                return Err(format!(
-                    "{direction}: expected two rising numbers for the bounds of `{name}`, found {low} and {high}"
-                ));
-            }
-        }
+        rising(&self.bounds).map_err(|error| format!("{direction}: {error}"))?;
         if !(self.regularisation >= 0.0 && self.regularisation.is_finite()) {
             let found = self.regularisation;
             return Err(format!("{direction}: `regularisation` is {found}, expected 0 or above"));

@@ -6,6 +6,10 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+// The drives of the integration tests name this crate.
+#[cfg(test)]
+extern crate self as identify;
+
 pub mod closed_loop;
 pub mod compressed;
 pub mod config;

@@ -2,10 +2,13 @@
 
 mod axis;
 mod curves;
+mod drives;
 mod plot;
 mod studies;
 
 use std::fmt::Write;
+
+pub use drives::Drives;
 
 use crate::direction::Direction;
 use crate::posterior::Posterior;
@@ -24,6 +27,8 @@ pub struct Page<'a> {
     pub facts: &'a [(String, String)],
     /// One section for each axle and direction.
     pub sections: Vec<Section<'a>>,
+    /// Drives under closed-loop control.
+    pub drives: Option<Drives<'a>>,
     /// Estimates over excitation.
     pub excitation: Option<&'a excitation::Study>,
     /// Sensitivities over slip.
@@ -65,8 +70,17 @@ pub fn render(page: &Page) -> String {
          <style>\n{}</style></head>\n<body>\n<h1>{title}</h1>\n",
         include_str!("page/style.css")
     );
+    if page.drives.is_some() {
+        html.push_str(
+            "<p class=\"faint\">Dots are forces of smoothed states over loads: to be seen, the deciding method does not use \
+             them. Bands and densities are those of a normal distribution in the box, as the curvature of the cost says.</p>\n",
+        );
+    }
     for section in &page.sections {
         write_section(&mut html, section);
+    }
+    if let Some(drives) = &page.drives {
+        html.push_str(&drives::drives(drives));
     }
     if let Some(study) = page.excitation {
         html.push_str("<h2>What excitation tells</h2>\n");

@@ -60,7 +60,7 @@ impl Checks {
         Checks { checks: plans.into_iter().map(monitor).collect(), reached: 0.0, slack: 0.5 * step }
     }
 
-    /// The verdicts, in the order of the file, given the results of the analyses.
+    /// The verdicts, in the order of the file, given the results of analyses and validations.
     #[must_use]
     pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
         let judge = |(plan, monitor): &(CheckPlan, Monitor)| {

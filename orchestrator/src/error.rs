@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 
+use crate::source::TextFile;
+
 /// Why a run could not be done, or not to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -21,6 +23,14 @@ pub enum Error {
         name: String,
         /// What it says, or what it did.
         what: String,
+    },
+    /// A validation did not come to its end.
+    #[error("validation `{name}`: {error}")]
+    Validation {
+        /// Its name in the scenario.
+        name: String,
+        /// Why.
+        error: Box<Error>,
     },
     /// A result could not be written.
     #[error("{}: could not write: {what}", path.display())]
@@ -73,6 +83,24 @@ impl Error {
         }))
     }
 
+    /// Something wrong at `span` (bytes of the file), with `label` under the place.
+    #[must_use]
+    pub(crate) fn at(
+        file: &TextFile,
+        span: Range<usize>,
+        message: impl Into<String>,
+        label: &str,
+    ) -> Self {
+        let named = NamedSource::new(file.path.display().to_string(), file.text.clone());
+        let label = (!label.is_empty()).then(|| label.to_owned());
+        Error::Input(Box::new(Input {
+            message: message.into(),
+            file: Some(named.with_language("toml")),
+            labels: vec![LabeledSpan::new_with_span(label, span)],
+            help: None,
+        }))
+    }
+
     /// A failure of a node.
     #[must_use]
     pub fn component(node: &str, call: &str, time: Option<f64>, what: impl Into<String>) -> Self {
@@ -111,33 +139,8 @@ impl Error {
         match self {
             Error::Input(_) | Error::Output { .. } => 2,
             Error::Component(_) | Error::Analysis { .. } => 3,
+            Error::Validation { error, .. } => error.exit_code(),
         }
-    }
-}
-
-/// A text file that errors can point into.
-#[derive(Debug, Clone)]
-pub struct Source {
-    /// Where it is, as the user named it.
-    pub path: PathBuf,
-    /// What it says.
-    pub text: String,
-}
-
-impl Source {
-    /// An error at `span` (bytes of the text), with `label` under the place.
-    #[must_use]
-    pub fn error(&self, span: Range<usize>, message: impl Into<String>, label: &str) -> Error {
-        let named = NamedSource::new(self.path.display().to_string(), self.text.clone());
-        Error::Input(Box::new(Input {
-            message: message.into(),
-            file: Some(named.with_language("toml")),
-            labels: vec![LabeledSpan::new_with_span(
-                (!label.is_empty()).then(|| label.to_owned()),
-                span,
-            )],
-            help: None,
-        }))
     }
 }
 
@@ -159,6 +162,7 @@ impl Diagnostic for Error {
     fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
         match self {
             Error::Input(input) => input.help(),
+            Error::Validation { error, .. } => Diagnostic::help(&**error),
             _ => None,
         }
     }
@@ -166,6 +170,7 @@ impl Diagnostic for Error {
     fn source_code(&self) -> Option<&dyn SourceCode> {
         match self {
             Error::Input(input) => input.source_code(),
+            Error::Validation { error, .. } => error.source_code(),
             _ => None,
         }
     }
@@ -173,6 +178,7 @@ impl Diagnostic for Error {
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         match self {
             Error::Input(input) => input.labels(),
+            Error::Validation { error, .. } => error.labels(),
             _ => None,
         }
     }

@@ -116,6 +116,11 @@ pub struct Fmu {
     folder: TempDir,
 }
 
+/// SHA-256 in hexadecimal digits.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 impl Fmu {
     /// Opens the archive at `path` and reads its description.
     ///
@@ -134,8 +139,7 @@ impl Fmu {
         }
         let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
         let description = Description::parse(&xml).map_err(wrong)?;
-        let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Fmu { path: path.to_owned(), sha256, description, folder })
+        Ok(Fmu { path: path.to_owned(), sha256: sha256(&bytes), description, folder })
     }
 
     /// Loads the library.

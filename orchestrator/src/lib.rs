@@ -20,10 +20,12 @@ pub mod report;
 pub mod scenario;
 pub mod signal;
 pub mod sink;
+pub mod source;
 pub mod suggest;
 pub mod suite;
 pub mod system;
 pub mod table;
+pub mod validation;
 pub mod view;
 pub mod viewer;
 
@@ -34,7 +36,8 @@ use analysis::{AnalysisPlan, Collected};
 use check::Checks;
 use error::Error;
 use master::Progress;
-use report::Report;
+use package::Built;
+use report::{Ending, Report, Validated};
 use scenario::Scenario;
 use sink::csv::CsvSink;
 use sink::mcap::McapSink;
@@ -79,6 +82,8 @@ pub enum News<'a> {
     Steps(u64, u64),
     /// An analysis has done this share of its work and says what comes next.
     Analysis(&'a str, f64, &'a str),
+    /// A validation begins.
+    Validation(&'a str),
 }
 
 /// A run that came to its end. Viewers can be connected to it as long as it is kept.
@@ -101,14 +106,25 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
     }
     let scenario = Scenario::read(path)?;
     let built = package::build(&scenario)?;
-    let mut system = System::resolve(&scenario, &built, &options.overrides, folder)?;
+    drive(&scenario, &built, (folder, options), watch)
+}
+
+/// Runs a scenario, and then those that validate what it found.
+fn drive(
+    scenario: &Scenario,
+    built: &Built,
+    (folder, options): (PathBuf, &Options),
+    watch: &mut dyn FnMut(News),
+) -> Result<Run, Error> {
+    let mut system = System::resolve(scenario, built, &options.overrides, folder)?;
+    validation::rehearse(scenario, built, &system)?;
     let mut nodes = system.instantiate()?;
     let begin = Instant::now();
     let mut recorder = Recorder::new(&mut system, options)?;
     if let Some(url) = recorder.files.iter().find_map(|file| file.url()) {
         watch(News::Serving(url));
     }
-    let mut report = Report::new(&system);
+    let mut report = Report::new(scenario, &system);
     let (mut progress, steps, clock) = (Progress::default(), system.clock.steps, system.clock);
     let mut tick = |k| {
         watch(News::Steps(k, steps));
@@ -121,14 +137,21 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
         false => master::run(&mut system, &mut nodes, &mut recorder, &mut progress, &mut tick),
         true => Ok(()),
     };
+    // Of some FMUs a process can hold one instance only, which a validation may need.
+    drop(nodes);
     for plan in &system.analyses {
         outcome = outcome.and_then(|()| recorder.analyse(plan, &mut report, watch));
+    }
+    for validation in scenario.document.validation.iter().zip(&scenario.validations) {
+        let run =
+            |()| validate((scenario, &system), validation, built, options, &mut report, watch);
+        outcome = outcome.and_then(run);
     }
     if let Err(error @ Error::Output { .. }) = outcome {
         return Err(error);
     }
     let failure = outcome.err();
-    let verdicts = recorder.checks.verdicts(&report.analyses);
+    let verdicts = recorder.checks.verdicts(&report.results());
     report.conclude(&progress, clock.step, verdicts, failure.as_ref());
     recorder.conclude(&report)?;
     let warnings = recorder.files.iter().filter_map(|file| file.warning()).map(str::to_owned);
@@ -138,6 +161,35 @@ pub fn run(path: &Path, options: &Options, watch: &mut dyn FnMut(News)) -> Resul
     match failure {
         Some(error) => Err(error),
         None => Ok(Run { report, _recorder: recorder }),
+    }
+}
+
+/// Runs a scenario that validates what the run of `scenario` found, and adds to the report how that went.
+fn validate(
+    (scenario, system): (&Scenario, &System),
+    (validation, child): (&scenario::Validation, &Scenario),
+    built: &Built,
+    options: &Options,
+    report: &mut Report,
+    watch: &mut dyn FnMut(News),
+) -> Result<(), Error> {
+    let name = validation.name.get_ref();
+    watch(News::Validation(name));
+    let overrides = validation::overrides(scenario, validation, system, Some(report))?;
+    let options = Options {
+        overrides: Overrides { seed: options.overrides.seed, ..overrides },
+        // A viewer that is connected goes on showing the run.
+        replay: if options.replay == Replay::Off { Replay::Off } else { Replay::Save },
+        realtime: None,
+        ..options.clone()
+    };
+    let folder = report.folder.join(name);
+    let outcome = drive(child, built, (folder.clone(), &options), watch);
+    let outcome = outcome.map(|run| run.report);
+    report.validations.push(Validated::new(name, child.source.path(), folder, &outcome));
+    match outcome {
+        Ok(_) => Ok(()),
+        Err(error) => Err(Error::Validation { name: name.clone(), error: Box::new(error) }),
     }
 }
 
@@ -159,8 +211,8 @@ const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.
 /// Removes what an earlier run left: it would pass for this one's if this one did not come to its end.
 fn clear(folder: &Path) -> Result<(), Error> {
     use std::io::ErrorKind::{NotADirectory, NotFound};
-    let left = report::files(folder);
-    for name in left.iter().map(String::as_str).chain(FILES) {
+    let left = report::Earlier::read(folder);
+    for name in left.files.iter().map(String::as_str).chain(FILES) {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(error) if !matches!(error.kind(), NotFound | NotADirectory) => {
@@ -168,6 +220,11 @@ fn clear(folder: &Path) -> Result<(), Error> {
             }
             _ => {}
         }
+    }
+    for validation in left.validations.iter().map(|validation| folder.join(&validation.name)) {
+        clear(&validation)?;
+        // If the user put something there, it stays.
+        let _ = std::fs::remove_dir(&validation);
     }
     Ok(())
 }
@@ -219,8 +276,10 @@ impl Recorder {
             let reason = check.reason.as_deref().unwrap_or_default();
             ("check", format!("FAILED {}: {} ({reason})", check.name, check.that))
         });
+        let validations = report.validations.iter().filter(|it| it.verdict != Ending::Pass);
+        let validations = validations.map(|it| ("validation", format!("FAILED {}", it.name)));
         let error = report.error.iter().map(|error| ("run", error.clone()));
-        let messages: Vec<_> = failed.chain(error).collect();
+        let messages: Vec<_> = failed.chain(validations).chain(error).collect();
         for (source, message) in messages {
             let (time, source) = (self.time, source.to_owned());
             self.event(&Event { time, level: Level::Error, source, message })?;

@@ -13,7 +13,7 @@ use orchestrator::error::Error;
 use orchestrator::fmu::Fmu;
 use orchestrator::package::{Product, Workspace};
 use orchestrator::suite::{self, Outcome, TestResult};
-use orchestrator::system::Overrides;
+use orchestrator::system::{Given, Overrides};
 use orchestrator::{News, Options, Replay};
 
 /// The packages whose FMUs make the closed loop.
@@ -173,7 +173,8 @@ fn print(text: &str) {
 }
 
 fn run(args: &RunArgs) -> Result<u8, Error> {
-    let overrides = Overrides { starts: starts(&args.set)?, seed: args.seed };
+    let starts = starts(&args.set)?;
+    let overrides = Overrides { starts, seed: args.seed, ..Overrides::default() };
     if let Some(factor) = args.realtime.filter(|factor| !(*factor > 0.0 && factor.is_finite())) {
         return Err(Error::input(format!("--realtime: expected a factor above 0, found {factor}")));
     }
@@ -222,6 +223,7 @@ fn run_one(path: &Path, options: &Options) -> u8 {
             bar.set_position((share * 1e3) as u64);
             bar.set_message(format!("{name}: {what}"));
         }
+        News::Validation(name) => bar.set_message(name.to_owned()),
     });
     bar.finish_and_clear();
     let run = match outcome {
@@ -254,22 +256,12 @@ fn progress_bar(path: &Path) -> ProgressBar {
     bar
 }
 
-/// Start values of `--set`: `node.variable=value`, or the tables of a TOML file by node.
-fn starts(set: &[String]) -> Result<Vec<(String, String, String)>, Error> {
+/// Start values of `--set`.
+fn starts(set: &[String]) -> Result<Vec<Given>, Error> {
     let mut starts = Vec::new();
     for entry in set {
-        if let Some(path) = entry.strip_prefix('@') {
-            starts.extend(orchestrator::system::read_starts(Path::new(path))?);
-            continue;
-        }
-        let parts =
-            entry.split_once('=').and_then(|(name, value)| Some((name.split_once('.')?, value)));
-        let Some(((node, variable), value)) = parts else {
-            return Err(Error::input(format!(
-                "--set: expected node.variable=value, found `{entry}`"
-            )));
-        };
-        starts.push((node.to_owned(), variable.to_owned(), value.to_owned()));
+        let given = Given::parse(entry, |file| file.into());
+        starts.extend(given.map_err(|message| Error::input(format!("--set: {message}")))?);
     }
     Ok(starts)
 }

@@ -8,7 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::check::Verdict;
 use crate::error::Error;
+use crate::fmu::sha256;
 use crate::master::Progress;
+use crate::scenario::Scenario;
 use crate::system::{Body, System};
 
 /// How a run ended.
@@ -39,6 +41,8 @@ pub struct Report {
     pub checks: Vec<Verdict>,
     /// The results of analyses by name.
     pub analyses: BTreeMap<String, serde_json::Value>,
+    /// The validations that were run, in the order of the file.
+    pub validations: Vec<Validated>,
     /// Communication steps that were done.
     pub steps: u64,
     /// Simulated time [s].
@@ -53,6 +57,8 @@ pub struct Report {
     pub seed: u64,
     /// The generator of the random streams.
     pub generator: &'static str,
+    /// The files that the scenario was read from, first the one that was to be run.
+    pub sources: Vec<SourceReport>,
     /// The FMUs that took part.
     pub fmus: Vec<FmuReport>,
     /// The files that analyses left beside the report.
@@ -64,18 +70,72 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
-/// The files that the analyses of an earlier run left in the folder.
-pub(crate) fn files(folder: &Path) -> Vec<String> {
-    #[derive(Default, Deserialize)]
-    struct Earlier {
-        #[serde(default)]
-        files: Vec<String>,
+/// What an earlier run left in its folder besides the usual files.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Earlier {
+    /// The files of analyses.
+    pub files: Vec<String>,
+    /// The validations, each of which has a folder.
+    pub validations: Vec<EarlierValidation>,
+}
+
+/// A validation of an earlier run.
+#[derive(Deserialize)]
+pub(crate) struct EarlierValidation {
+    /// Its name, which is that of its folder.
+    pub name: String,
+}
+
+impl Earlier {
+    /// What the report in the folder says, if there is one.
+    pub fn read(folder: &Path) -> Self {
+        let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
+        let mut earlier: Earlier = serde_json::from_str(&text).unwrap_or_default();
+        let plain =
+            |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+        earlier.files.retain(plain);
+        earlier.validations.retain(|validation| plain(&validation.name));
+        earlier
     }
-    let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
-    let earlier: Earlier = serde_json::from_str(&text).unwrap_or_default();
-    let plain =
-        |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
-    earlier.files.into_iter().filter(plain).collect()
+}
+
+/// How a validation ended.
+#[derive(Debug, Clone, Serialize)]
+pub struct Validated {
+    /// Its name.
+    pub name: String,
+    /// The scenario file.
+    pub scenario: PathBuf,
+    /// Where its files are.
+    pub folder: PathBuf,
+    /// How it ended.
+    pub verdict: Ending,
+    /// Why it did not come to its end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Its checks.
+    pub checks: Vec<Verdict>,
+    /// Its whole report.
+    #[serde(skip)]
+    report: serde_json::Value,
+}
+
+impl Validated {
+    /// How the scenario at `path` ended.
+    #[must_use]
+    pub fn new(name: &str, path: &Path, folder: PathBuf, outcome: &Result<Report, Error>) -> Self {
+        let report = outcome.as_ref().ok();
+        Validated {
+            name: name.to_owned(),
+            scenario: path.to_owned(),
+            folder,
+            verdict: report.map_or(Ending::Error, |report| report.verdict),
+            error: outcome.as_ref().err().map(ToString::to_string),
+            checks: report.map(|report| report.checks.clone()).unwrap_or_default(),
+            report: serde_json::json!(report),
+        }
+    }
 }
 
 /// The effort of a node.
@@ -87,6 +147,15 @@ pub struct NodeReport {
     pub calls: u64,
     /// Time in them [s].
     pub seconds: f64,
+}
+
+/// A file that the scenario was read from.
+#[derive(Debug, Clone, Serialize)]
+pub struct SourceReport {
+    /// Where it is, as it was named.
+    pub path: PathBuf,
+    /// SHA-256 of its text.
+    pub sha256: String,
 }
 
 /// An FMU that took part.
@@ -103,7 +172,11 @@ pub struct FmuReport {
 impl Report {
     /// What is known before the run: everything but how it went.
     #[must_use]
-    pub fn new(system: &System) -> Self {
+    pub fn new(scenario: &Scenario, system: &System) -> Self {
+        let sources = scenario.source.files().map(|file| SourceReport {
+            path: file.path.clone(),
+            sha256: sha256(file.text.as_bytes()),
+        });
         let fmus = system.nodes.iter().filter_map(|node| match &node.body {
             Body::Fmu { fmu, .. } => Some(FmuReport {
                 name: node.name.clone(),
@@ -120,6 +193,7 @@ impl Report {
             error: None,
             checks: Vec::new(),
             analyses: BTreeMap::new(),
+            validations: Vec::new(),
             steps: 0,
             sim_seconds: 0.0,
             wall_seconds: 0.0,
@@ -127,11 +201,20 @@ impl Report {
             nodes: system.nodes.iter().map(|plan| node(&plan.name)).collect(),
             seed: system.header.seed,
             generator: "Pcg64",
+            sources: sources.collect(),
             fmus: fmus.collect(),
             files: Vec::new(),
             folder: system.header.folder.clone(),
             warnings: system.warnings.clone(),
         }
+    }
+
+    /// What checks may be about besides signals: results of analyses and reports of validations.
+    #[must_use]
+    pub fn results(&self) -> BTreeMap<String, serde_json::Value> {
+        let validations = self.validations.iter();
+        let validations = validations.map(|it| (it.name.clone(), it.report.clone()));
+        self.analyses.clone().into_iter().chain(validations).collect()
     }
 
     /// Adds how the run went.
@@ -142,7 +225,8 @@ impl Report {
         checks: Vec<Verdict>,
         error: Option<&Error>,
     ) {
-        let passed = checks.iter().all(|check| check.passed);
+        let passed = checks.iter().all(|check| check.passed)
+            && self.validations.iter().all(|validation| validation.verdict == Ending::Pass);
         self.verdict = match (error, passed) {
             (Some(_), _) => Ending::Error,
             (None, true) => Ending::Pass,
@@ -191,28 +275,47 @@ impl Report {
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = format!("**{}**\n\n", self.headline());
-        if !self.checks.is_empty() {
+        let of_validations = |it: &Validated| {
+            let named = |check| (format!("{}: ", it.name), check);
+            it.checks.clone().into_iter().map(named).collect::<Vec<_>>()
+        };
+        let own = self.checks.iter().cloned().map(|check| (String::new(), check));
+        let checks: Vec<_> = own.chain(self.validations.iter().flat_map(of_validations)).collect();
+        if !checks.is_empty() {
             text += "| check | | worst | limit | at [s] |\n|---|---|---|---|---|\n";
         }
-        for check in &self.checks {
+        for (of, check) in &checks {
             let number =
                 |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
             let sign = if check.passed { "passed" } else { "**FAILED**" };
             let (name, worst, limit, at) =
                 (&check.name, number(check.value), number(check.limit), number(check.at));
             // Writing into a string cannot fail.
-            let _ = writeln!(text, "| {name} | {sign} | {worst} | {limit} | {at} |");
+            let _ = writeln!(text, "| {of}{name} | {sign} | {worst} | {limit} | {at} |");
         }
         text
     }
 
     fn headline(&self) -> String {
+        let count = |failed: usize, all: usize, what: &str| match (failed, all) {
+            (0, 1) => format!("the {what} passed"),
+            (0, _) => format!("all {all} {what}s passed"),
+            _ => format!("{failed} of {all} {what}s failed"),
+        };
         let failed = self.checks.iter().filter(|check| !check.passed).count();
+        let checks = (!self.checks.is_empty()).then(|| count(failed, self.checks.len(), "check"));
+        let failed = self.validations.iter().filter(|it| it.verdict != Ending::Pass).count();
+        let validations = (!self.validations.is_empty())
+            .then(|| count(failed, self.validations.len(), "validation"));
         match (self.verdict, &self.error) {
-            (Ending::Pass, _) if self.checks.is_empty() => "done, nothing was checked".to_owned(),
-            (Ending::Pass, _) if self.checks.len() == 1 => "the check passed".to_owned(),
-            (Ending::Pass, _) => format!("all {} checks passed", self.checks.len()),
-            (Ending::Fail, _) => format!("{failed} of {} checks failed", self.checks.len()),
+            (Ending::Pass | Ending::Fail, _) => {
+                let told: Vec<_> = checks.into_iter().chain(validations).collect();
+                if told.is_empty() {
+                    "done, nothing was checked".to_owned()
+                } else {
+                    told.join(", ")
+                }
+            }
             (Ending::Error, Some(error)) => {
                 format!("stopped after {} s: {error}", self.sim_seconds)
             }
@@ -223,17 +326,11 @@ impl Report {
     /// The lines that a person reads after a run.
     #[must_use]
     pub fn lines(&self) -> String {
-        let mut text = format!("{}: {}\n", self.scenario, self.title);
-        let width = self.checks.iter().map(|check| check.name.chars().count()).max().unwrap_or(0);
-        for check in &self.checks {
-            let sign = if check.passed { "ok    " } else { "FAILED" };
+        let mut text = format!("{}: {}\n{}", self.scenario, self.title, lines(&self.checks, "  "));
+        for validation in &self.validations {
+            let Validated { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.
-            let _ = write!(text, "  {sign}  {:width$}  {}", check.name, check.that);
-            let _ = match (&check.reason, check.value) {
-                (Some(reason), _) => writeln!(text, "  ({reason})"),
-                (None, Some(value)) => writeln!(text, "  ({value:.4})"),
-                (None, None) => writeln!(text),
-            };
+            let _ = write!(text, "  {name}  {}\n{}", folder.display(), lines(checks, "    "));
         }
         let wall = seconds(self.wall_seconds);
         let _ = match self.steps {
@@ -252,6 +349,27 @@ impl Report {
         let _ = writeln!(text, "{}", self.headline());
         text
     }
+}
+
+/// A line for each check.
+fn lines(checks: &[Verdict], indent: &str) -> String {
+    let mut text = String::new();
+    let width = checks.iter().map(|check| check.name.chars().count()).max().unwrap_or(0);
+    for check in checks {
+        let sign = if check.passed { "ok    " } else { "FAILED" };
+        // Writing into a string cannot fail.
+        let _ = write!(text, "{indent}{sign}  {:width$}  {}", check.name, check.that);
+        let _ = match (&check.reason, check.value) {
+            (Some(reason), _) => writeln!(text, "  ({reason})"),
+            // A small part of something is worth as many digits as a large one.
+            (None, Some(value)) if value != 0.0 && value.abs() < 1e-2 => {
+                writeln!(text, "  ({value:.2e})")
+            }
+            (None, Some(value)) => writeln!(text, "  ({value:.4})"),
+            (None, None) => writeln!(text),
+        };
+    }
+    text
 }
 
 fn seconds(value: f64) -> String {

@@ -1,16 +1,19 @@
-//! Reads a scenario file into the words that the user typed, each with its place in the file.
+//! The words of a scenario that the user typed, each with its place in the file.
+
+mod extend;
+mod read;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::effects::{Effects, Noise};
-use crate::error::{Error, Source};
+use crate::error::Error;
 use crate::package::Product;
 use crate::signal::Part;
+use crate::source::Source;
 use crate::table::Interpolation;
 use crate::view::Role;
 
@@ -19,16 +22,23 @@ use crate::view::Role;
 pub struct Scenario {
     /// The file's stem, which names the run.
     pub name: String,
-    /// The file, for messages that point into it.
+    /// The file and those that it extends, for messages that point into them.
     pub source: Source,
-    /// What it says.
+    /// What they say together.
     pub document: Document,
+    /// The scenarios of `[[validation]]`.
+    pub validations: Vec<Scenario>,
 }
 
 /// The top level of a scenario file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Document {
+    /// The scenario that this one changes or adds to, relative to the scenario file. When a document is read, that has been done.
+    pub extends: Option<Spanned<String>>,
+    /// What is not taken over from it: names of entries, in which `*` stands for any letters, by list.
+    #[serde(default)]
+    pub without: BTreeMap<String, Vec<Spanned<String>>>,
     /// What the run is about.
     pub title: Option<String>,
     /// Seed of every random stream; 1 unless it is given.
@@ -57,6 +67,9 @@ pub struct Document {
     /// What is made of what was recorded.
     #[serde(default)]
     pub analysis: Vec<Analysis>,
+    /// What is run with what the analyses found.
+    #[serde(default)]
+    pub validation: Vec<Validation>,
     /// What must hold.
     #[serde(default)]
     pub check: Vec<Check>,
@@ -190,6 +203,9 @@ pub struct Analysis {
     pub table: Option<Log>,
     /// What the plugin is to do, in its own words.
     pub config: Option<Spanned<toml::Table>>,
+    /// Where its keys and values stand.
+    #[serde(skip)]
+    pub places: Vec<Range<usize>>,
 }
 
 impl Analysis {
@@ -212,6 +228,23 @@ pub struct Log {
     pub origin: Option<f64>,
     /// Its signals, by the name that the plugin knows each by.
     pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
+}
+
+/// `[[validation]]`: another scenario, which runs after the analyses.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Validation {
+    /// Its name, under which checks and reports know how it went; so is the folder of its files.
+    pub name: Spanned<String>,
+    /// The scenario, relative to the scenario file.
+    pub scenario: Spanned<String>,
+    /// FMUs of it that start as an FMU of this run does, but for what the scenario itself says.
+    #[serde(default)]
+    pub like: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Start values as on the command line: `node.variable=value`, or `@FILE` that an analysis leaves or that is beside the
+    /// scenario file.
+    #[serde(default)]
+    pub set: Vec<Spanned<String>>,
 }
 
 /// At which end of the receiver's step a value is taken.
@@ -415,62 +448,8 @@ pub struct Curve {
 }
 
 impl Scenario {
-    /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// When it cannot be read or does not have the form of a scenario.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            Error::input(format!("cannot read the scenario {}: {error}", path.display()))
-        })?;
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Self::parse(name, Source { path: path.to_owned(), text })
-    }
-
-    /// Reads the text of a scenario called `name`.
-    ///
-    /// # Errors
-    /// When it does not have the form of a scenario.
-    pub fn parse(name: String, source: Source) -> Result<Self, Error> {
-        match toml::from_str(&source.text) {
-            Ok(document) => Ok(Scenario { name, source, document }),
-            Err(error) => {
-                let end = source.text.len();
-                let span = error.span().unwrap_or(end..end);
-                let (message, known) = expected_names(error.message());
-                let wrong = source.text.get(span.clone()).unwrap_or_default().trim();
-                let closest = crate::suggest::closest(wrong, known.iter().map(String::as_str));
-                let help = match closest {
-                    Some(closest) => format!("did you mean `{closest}`?"),
-                    None if known.is_empty() => String::new(),
-                    None => format!("known here: {}", known.join(", ")),
-                };
-                let error = source.error(span, message, "here");
-                Err(if help.is_empty() { error } else { error.help(help) })
-            }
-        }
-    }
-
-    /// A path that the scenario names, which is relative to the scenario file.
-    #[must_use]
-    pub fn resolve(&self, path: &str) -> PathBuf {
-        self.source.path.parent().unwrap_or(Path::new("")).join(path)
-    }
-
-    /// An error at a word of the file.
+    /// An error at a word of the scenario.
     pub fn error<T>(&self, at: &Spanned<T>, message: impl Into<String>) -> Error {
         self.source.error(at.span(), message, "")
     }
-}
-
-/// Splits serde's "unknown field `x`, expected one of `a`, `b`" into the message and the names.
-fn expected_names(message: &str) -> (String, Vec<String>) {
-    let Some((found, expected)) = message.split_once(", expected ") else {
-        return (message.to_owned(), Vec::new());
-    };
-    if !found.starts_with("unknown ") {
-        return (message.to_owned(), Vec::new());
-    }
-    let names = expected.split('`').skip(1).step_by(2).map(str::to_owned).collect();
-    (found.replacen("unknown field", "unknown key", 1), names)
 }

@@ -84,8 +84,9 @@ pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
     let played = scenario.document.table.iter().map(|table| &table.path);
     let logs = scenario.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
     let mut paths =
-        played.chain(logs.map(|log| &log.path)).map(|path| scenario.resolve(path.get_ref()));
-    paths.find(|path| !path.exists())
+        played.chain(logs.map(|log| &log.path)).map(|path| scenario.source.resolve(path));
+    let absent = paths.find(|path| !path.exists());
+    absent.or_else(|| scenario.validations.iter().find_map(absent_data))
 }
 
 /// Runs all scenarios, `jobs` at a time, each by the program `trackside` into a folder of its own below

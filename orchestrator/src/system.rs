@@ -2,6 +2,7 @@
 
 mod analyses;
 mod checks;
+mod given;
 mod layout;
 mod links;
 mod logs;
@@ -12,7 +13,7 @@ mod starts;
 mod types;
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::AnalysisPlan;
@@ -25,7 +26,10 @@ use crate::scenario::{At, Scenario};
 use crate::signal::Signal;
 use crate::sink::{Column, Header};
 use crate::table::Table;
+use crate::validation;
 use crate::view::View;
+pub use given::Given;
+pub(crate) use layout::matches;
 pub use types::Accepts;
 
 /// The communication points of a run: `t = k h`, computed and never accumulated.
@@ -201,16 +205,16 @@ pub enum FaultKind {
 pub enum Subject {
     /// Signals, at each sample; the expression's columns are those of the row.
     Run,
-    /// Results of analyses; the expression's columns are these names.
+    /// Results of analyses and validations; the expression's columns are these names.
     Results(Vec<ResultName>),
 }
 
 /// The name of a result: `tires.least_squares.front.mean.D`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ResultName {
-    /// The analysis.
-    pub analysis: String,
-    /// Where it stands in the analysis' result.
+    /// The analysis or validation.
+    pub of: String,
+    /// Where it stands in the result, which of a validation is its report.
     pub path: String,
     /// Whether it is compared with a text.
     pub is_text: bool,
@@ -262,11 +266,13 @@ pub struct System {
     pub warnings: Vec<String>,
 }
 
-/// What the command line adds to a scenario.
+/// What is added to a scenario from outside.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
-    /// Start values: node, variable, value as typed.
-    pub starts: Vec<(String, String, String)>,
+    /// Start values that give way to those of the scenario.
+    pub defaults: Vec<Given>,
+    /// Start values that those of the scenario give way to.
+    pub starts: Vec<Given>,
     /// The seed.
     pub seed: Option<u64>,
 }
@@ -293,6 +299,7 @@ impl System {
         let order = order::order(scenario, &drafts, &links)?;
         let (nodes, columns, texts) = place::place(drafts, links);
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
+        validation::check_names(scenario, &nodes)?;
         let checks = checks::resolve(scenario, &columns, &texts, clock)?;
         let (recorded, recorded_texts) = layout::recorded(scenario, &columns, &texts)?;
         let picked = |columns: &[Column], places: &[usize]| -> Vec<Column> {
@@ -301,7 +308,7 @@ impl System {
         let header = Header {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
-            text: scenario.source.text.clone(),
+            text: scenario.source.whole(),
             step: clock.step,
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,
@@ -342,31 +349,6 @@ impl System {
     }
 }
 
-/// Start values from a TOML file with a table for each node, or with keys `"node.variable"`, such as an identification writes.
-///
-/// # Errors
-/// When the file cannot be read or is no TOML.
-pub fn read_starts(path: &Path) -> Result<Vec<(String, String, String)>, Error> {
-    let wrong = |what: String| Error::input(format!("--set @{}: {what}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-    let tables: toml::Table = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-    let mut starts = Vec::new();
-    for (name, value) in &tables {
-        starts::flatten(name, value, &mut |name, value| {
-            let Some((node, variable)) = name.split_once('.') else {
-                let found = value.type_str();
-                return Err(wrong(format!(
-                    "expected a table [{name}] or a key `{name}.variable`, found {found}"
-                )));
-            };
-            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-            starts.push((node.to_owned(), variable.to_owned(), value));
-            Ok(())
-        })?;
-    }
-    Ok(starts)
-}
-
 fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, CallError> {
     Ok(match &mut plan.body {
         Body::Fmu { fmu, starts, inputs, outputs, log } => {
@@ -386,7 +368,7 @@ fn clock(scenario: &Scenario) -> Result<Clock, Error> {
         if idle {
             return Ok(Clock { step: 1.0, steps: 0 });
         }
-        let path = scenario.source.path.display();
+        let path = scenario.source.path().display();
         let error = Error::input(format!("{path}: the scenario does not say how long it runs"));
         return Err(error.help("add [time] with a communication `step` [s] and a `stop` time [s]"));
     };

@@ -16,7 +16,7 @@ fn scenario(more: &str) -> String {
 const SPEED: &str = "signals = { speed = \"car.v\" }\n";
 
 /// Compiles the plugin of `plugin/odd.c` for this version of the interface.
-fn compile(lab: &Lab, version: u32) {
+pub fn compile(lab: &Lab, version: u32) {
     let mut cc = Command::new("cc");
     cc.args(["-shared", "-fPIC", "-D_GNU_SOURCE"]).arg(format!("-DVERSION={version}"));
     cc.arg(Path::new(ROOT).join("tests/acceptance/plugin/odd.c"));

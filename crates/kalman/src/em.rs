@@ -88,6 +88,20 @@ impl<const N: usize, const M: usize> Em<N, M> {
         steps: &[Step<N, M>],
         guess: &Parameters<N, M>,
     ) -> Result<Estimate<N, M>, EmError> {
+        self.fit_while(steps, guess, || true)
+    }
+
+    /// The same, but gives up when `go_on`, which is asked before each step of EM, says so.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::fit`].
+    pub fn fit_while(
+        &self,
+        steps: &[Step<N, M>],
+        guess: &Parameters<N, M>,
+        mut go_on: impl FnMut() -> bool,
+    ) -> Result<Estimate<N, M>, EmError> {
         self.check(steps, guess)?;
         let joint_R = self.R == Freedom::Full;
         let mut run = Run { steps, joint_R, filtered: Filtered::default(), evaluations: 0 };
@@ -95,6 +109,9 @@ impl<const N: usize, const M: usize> Em<N, M> {
         let (mut log_likelihood, mut violations) = (vec![at.log_likelihood], Vec::new());
         let (mut rejected, mut longest) = (0, 1.0);
         let status = loop {
+            if !go_on() {
+                break Status::Stopped;
+            }
             if run.evaluations >= self.max_evaluations {
                 break Status::EvaluationLimit;
             }

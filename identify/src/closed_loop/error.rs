@@ -1,6 +1,6 @@
 //! Says why tires could not be identified from drives.
 
-use kalman::PassError;
+use kalman::EmError;
 use thiserror::Error;
 
 /// Why tires could not be identified from recordings.
@@ -70,8 +70,11 @@ pub enum Error {
         /// Number of the recording, from 0.
         recording: usize,
         /// What went wrong.
-        source: PassError,
+        source: EmError,
     },
+    /// Whoever was told of the progress called it off.
+    #[error("cancelled")]
+    Cancelled,
     /// No start led to numbers.
     #[error(
         "no start gave a finite cost, of {starts}; check that the car's masses and lengths fit the recording, that inputs are \

@@ -1,12 +1,17 @@
 //! What an identification from closed-loop drives found.
 
-use serde::Serialize;
+use std::collections::BTreeMap;
+
+use serde::{Serialize, Serializer};
 
 use super::likelihood::{Noise, Theta8};
 use super::options::Formulation;
 use super::series::Series;
-use crate::parameters::Theta;
+use super::smoothing::Explained;
+use crate::parameters::{Parameter, Theta};
+use crate::posterior::Posterior;
 use crate::result::{Convergence, Estimate};
+use crate::samples::Samples;
 
 /// What one formulation found.
 #[derive(Clone, Debug, Serialize)]
@@ -14,9 +19,14 @@ pub struct Fitted {
     /// Which one.
     pub formulation: Formulation,
     /// Parameters.
+    #[serde(serialize_with = "by_axle")]
     pub theta: Theta8,
     /// Standard deviations of the parameters, from the curvature of the cost.
+    #[serde(serialize_with = "by_axle")]
     pub std: Theta8,
+    /// Which parameters stand on a bound.
+    #[serde(serialize_with = "by_axle")]
+    pub at_bound: [bool; 8],
     /// Factors of the odd terms v_y/v_x, r/v_x and v_x v_y of the lateral acceleration; 0 unless they were free.
     pub odd: [f64; 3],
     /// Root mean squares of the residuals of fits to points: accelerations [m/s²], yaw-rate changes [rad/s], front and rear
@@ -26,6 +36,13 @@ pub struct Fitted {
     pub convergence: Convergence,
     /// Wall time without smoothing [s].
     pub seconds: f64,
+}
+
+fn by_axle<S: Serializer, T: Serialize + Copy>(values: &[T; 8], to: S) -> Result<S::Ok, S::Error> {
+    let axle = |from: usize| -> BTreeMap<&str, T> {
+        (0..4).map(|i| (Parameter::ALL[i].name(), values[from + i])).collect()
+    };
+    to.collect_map([("front", axle(0)), ("rear", axle(4))])
 }
 
 /// How well measurements were predicted.
@@ -39,6 +56,29 @@ pub struct Innovations {
     pub expected_cost: f64,
     /// Correlation of each with the one before, 0 if the model is right; ±2/√N is within chance.
     pub autocorrelation: [f64; 4],
+}
+
+impl Innovations {
+    /// Those of all recordings.
+    pub fn of(series: &[Series]) -> Self {
+        let mut count = 0.0;
+        let mut squares = [0.0; 4];
+        let mut products = [0.0; 4];
+        for series in series {
+            // The first row starts the filter.
+            count += series.a_y.len() as f64 - 1.0;
+            for (i, column) in series.whitened.iter().enumerate() {
+                squares[i] += column[1..].iter().map(|w| w * w).sum::<f64>();
+                products[i] += column[1..].windows(2).map(|w| w[0] * w[1]).sum::<f64>();
+            }
+        }
+        Self {
+            mean_square: squares.map(|square| square / count),
+            cost: 0.5 * squares.iter().sum::<f64>(),
+            expected_cost: 2.0 * count,
+            autocorrelation: std::array::from_fn(|i| products[i] / squares[i]),
+        }
+    }
 }
 
 /// What was found.
@@ -60,9 +100,18 @@ pub struct Identified {
     pub innovations: Innovations,
     /// All formulations that were fitted, the deciding one last.
     pub formulations: Vec<Fitted>,
+    /// Draws of both axles, for bands and densities: normal, as the curvature says, within the box.
+    #[serde(skip)]
+    pub posterior: [Posterior; 2],
+    /// Points of both axles along the smoothed states.
+    #[serde(skip)]
+    pub samples: [Samples; 2],
     /// Columns of each recording.
     #[serde(skip)]
     pub series: Vec<Series>,
+    /// What the nominal car makes of each recording.
+    #[serde(skip)]
+    pub explained: Vec<Explained>,
     /// Wall time of everything [s].
     pub seconds: f64,
 }

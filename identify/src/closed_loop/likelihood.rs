@@ -11,6 +11,7 @@ use super::car::{Held, Tires};
 use super::filter::{Belief, Filter, Innovation, Variances};
 use super::recording::Recording;
 use super::scalar::{Scalar, Tangent};
+use super::watch::Cancel;
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
 const START_STD_XI: f64 = 300.0;
@@ -67,6 +68,8 @@ pub struct Likelihood {
     car: Vehicle,
     recordings: Vec<([f64; 4], Vec<Sample>)>,
     samples: usize,
+    /// Once set, evaluations end at once, with an infinite cost.
+    pub cancel: Cancel,
 }
 
 /// The likelihood at one point, with its derivatives along `L` directions.
@@ -126,7 +129,7 @@ impl Likelihood {
     pub fn new(car: &Vehicle, recordings: &[Recording]) -> Self {
         let prepared: Vec<_> = recordings.iter().map(|recording| prepare(car, recording)).collect();
         let samples = prepared.iter().map(|(_, samples)| samples.len()).sum();
-        Self { car: *car, recordings: prepared, samples }
+        Self { car: *car, recordings: prepared, samples, cancel: Cancel::default() }
     }
 
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
@@ -143,7 +146,7 @@ impl Likelihood {
             }
         }
         let samples = parts.iter().map(|(_, samples)| samples.len()).sum();
-        Self { car: self.car, recordings: parts, samples }
+        Self { car: self.car, recordings: parts, samples, cancel: self.cancel.clone() }
     }
 
     /// Number of samples that are predicted: all but the first of each recording.
@@ -179,6 +182,9 @@ impl Likelihood {
         noise: Variances<Tangent<L>>,
     ) -> Evaluation<L> {
         let mut sum = Evaluation::zero();
+        if self.cancel.is_cancelled() {
+            return Evaluation { cost: f64::INFINITY, ..sum };
+        }
         self.run(tires, noise, |_, _, innovation, _| sum.add(innovation));
         sum.mean_square = sum.mean_square.map(|square| square / self.samples as f64);
         sum

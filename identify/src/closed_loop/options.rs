@@ -1,6 +1,7 @@
 //! What can be chosen in an identification from closed-loop drives.
 
-use serde::Serialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vehicle::Vehicle;
 
 use super::likelihood::Noise;
@@ -24,14 +25,63 @@ impl Default for Bounds {
 }
 
 /// How tires are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Formulation {
     /// Least squares over points along smoothed states.
     Points(Target),
     /// Most probable prediction errors of a filter with the tires inside, started where
     /// [`Target::AccelerationAndYaw`] ends.
     PredictionError,
+}
+
+impl Formulation {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::PredictionError,
+        Self::Points(Target::AccelerationAndYaw),
+        Self::Points(Target::AxleForces),
+        Self::Points(Target::Acceleration),
+        Self::Points(Target::SmoothedAcceleration),
+    ];
+
+    /// As in scenarios and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PredictionError => "pem",
+            Self::Points(Target::AccelerationAndYaw) => "acceleration_and_yaw",
+            Self::Points(Target::AxleForces) => "axle_forces",
+            Self::Points(Target::Acceleration) => "acceleration",
+            Self::Points(Target::SmoothedAcceleration) => "smoothed_acceleration",
+        }
+    }
+
+    /// For people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::PredictionError => "prediction errors",
+            Self::Points(Target::AccelerationAndYaw) => "acceleration and yaw",
+            Self::Points(Target::AxleForces) => "axle forces",
+            Self::Points(Target::Acceleration) => "acceleration",
+            Self::Points(Target::SmoothedAcceleration) => "smoothed acceleration",
+        }
+    }
+}
+
+impl Serialize for Formulation {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Formulation {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(from)?;
+        let found = Self::ALL.into_iter().find(|formulation| formulation.name() == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(|formulation| format!("`{}`", formulation.name())).join(", ");
+            D::Error::custom(format!("unknown variant `{name}`, expected one of {known}"))
+        })
+    }
 }
 
 /// What is known of the noises.

@@ -7,6 +7,7 @@ use vehicle::{Input, NominalCar, SLIP_SPEED_FLOOR, Vehicle};
 
 use super::recording::Recording;
 use super::smoothing::nominal;
+use crate::samples::Samples;
 
 /// What is known at one instant under one input.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +66,24 @@ pub fn points(car: &Vehicle, recording: &Recording, smoothed: &Smoothed<6>) -> V
         }
     };
     (0..recording.len()).map(point).collect()
+}
+
+/// Slip angles and friction coefficients of both axles as the smoothed states have them, to be seen: the coefficients lag where
+/// forces change fast.
+pub fn samples(points: &[Vec<Point>]) -> [Samples; 2] {
+    let mut axles = [Samples::default(), Samples::default()];
+    for point in points.iter().flatten() {
+        let Side { alpha_f, F_z, cos, braking } = point.before;
+        let [front, rear] = point.forces.map(|[force, _]| force);
+        let forces = [(front - braking) / cos, rear];
+        for (axle, slip) in [alpha_f, point.alpha_r].into_iter().enumerate() {
+            // An axle in the air has no coefficient.
+            if F_z[axle] > 0.0 {
+                axles[axle].push(slip, forces[axle] / F_z[axle], 1.0);
+            }
+        }
+    }
+    axles
 }
 
 fn side(car: &Vehicle, [v_x, xi_x]: [f64; 2], turned: f64, F_x: f64, delta: f64) -> Side {

@@ -162,7 +162,7 @@ impl Explored<'_> {
     }
 
     /// Covariance with the variance of a uniform distribution over the box as prior: finite where the data tell nothing.
-    fn in_box(&self) -> DMatrix<f64> {
+    pub fn in_box(&self) -> DMatrix<f64> {
         let mut information = self.information.clone();
         for i in 0..information.nrows() {
             information[(i, i)] += 12.0 / (self.corners[1][i] - self.corners[0][i]).powi(2);

@@ -25,7 +25,7 @@ pub struct Recording {
 }
 
 /// Fewest rows from which tires can be identified.
-const SHORTEST: usize = 50;
+pub const SHORTEST: usize = 50;
 
 impl Recording {
     /// Number of rows.
@@ -68,6 +68,25 @@ impl Recording {
             F_x: cut(&self.F_x),
             delta: cut(&self.delta),
         }
+    }
+
+    /// Whether a time is within a window, ends included, for each row.
+    pub fn during(&self, [from, until]: [f64; 2]) -> Vec<bool> {
+        self.t.iter().map(|t| (from..=until).contains(t)).collect()
+    }
+
+    /// The stretches of marked rows that are long enough to be used, each as a recording of its own.
+    pub fn stretches(&self, marked: &[bool]) -> Vec<Self> {
+        let mut stretches = Vec::new();
+        let mut from = 0;
+        for stretch in marked.chunk_by(|a, b| a == b) {
+            let until = from + stretch.len();
+            if stretch[0] && stretch.len() >= SHORTEST {
+                stretches.push(self.slice(from..until));
+            }
+            from = until;
+        }
+        stretches
     }
 
     /// Checks that the columns fit each other and hold numbers.

@@ -15,8 +15,7 @@ pub const COLUMNS: usize = 11;
 type Row = [f64; COLUMNS];
 
 /// What the tires have to explain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Target {
     /// The lateral acceleration of smoothed states: lumped disturbances as a virtual force sensor.
     SmoothedAcceleration,
@@ -30,7 +29,8 @@ pub enum Target {
 }
 
 /// How residuals are weighed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Weights {
     /// All of a kind alike.
     Plain,

@@ -21,6 +21,14 @@ pub struct Series {
 }
 
 impl Series {
+    /// Measured lateral acceleration as it was expected from all before it, and from the other sensors at the same time [m/s²].
+    pub fn a_y_expected<'a>(&'a self, recording: &'a Recording) -> impl Iterator<Item = f64> + 'a {
+        let measured = recording.a_y.iter();
+        measured.zip(&self.innovations[3]).map(|(measured, innovation)| measured - innovation)
+    }
+}
+
+impl Series {
     fn push(
         &mut self,
         car: &Vehicle,

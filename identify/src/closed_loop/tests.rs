@@ -195,7 +195,7 @@ fn rate(car: &Vehicle, tires: &Tires<f64>, x: &SVector<f64, 4>, held: &Held) -> 
 fn unusable_recordings_say_where() {
     let good = recording(&Vehicle::default(), 1.0);
     let identify = |recording: &Recording| {
-        identify(std::slice::from_ref(recording), &Options::default(), &mut |_, _| ())
+        identify(std::slice::from_ref(recording), &Options::default(), &mut |_, _| true)
             .expect_err("nothing to identify from")
             .to_string()
     };
@@ -210,7 +210,7 @@ fn unusable_recordings_say_where() {
     let mut still = good.clone();
     still.t[5] = still.t[4];
     assert!(identify(&still).contains("in row 5"));
-    let nothing = super::identify(&[], &Options::default(), &mut |_, _| ());
+    let nothing = super::identify(&[], &Options::default(), &mut |_, _| true);
     assert_eq!(nothing.err(), Some(Error::NoRecording));
 }
 

@@ -93,7 +93,8 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
         section.methods.iter().zip(&smooth).zip(COLOURS.into_iter().cycle())
     {
         // Methods may share one posterior.
-        if !before.is_some_and(|before| std::ptr::eq(before, method.posterior)) {
+        let shown = before.is_some_and(|before| std::ptr::eq(before, method.posterior));
+        if !shown && !method.posterior.draws.is_empty() {
             let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
             plot.line(&points, class, "posterior");
         }

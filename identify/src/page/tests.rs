@@ -78,6 +78,7 @@ fn page(found: &Found, title: &str) -> String {
         title,
         facts: &[("seed".to_owned(), "42 & <b>".to_owned())],
         sections: vec![section],
+        drives: None,
         excitation: Some(&found.study),
         sensitivity: Some(&sensitivity),
     })

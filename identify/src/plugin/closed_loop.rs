@@ -1,13 +1,24 @@
 //! Identifies the tires of both axles from a drive under closed-loop control, and tells what was found.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use plugin::{Host, Request, Signal};
+mod columns;
+
+use std::collections::BTreeMap;
+
+use plugin::{Host, Request};
 use serde_json::{Map, Value, json};
+use vehicle::State;
 
 use super::go_on;
-use crate::closed_loop::{Identified, Options, Recording, Series, identify};
-use crate::config::ClosedLoop;
+use crate::closed_loop::{
+    Fitted, Identified, Options, Recording, Replay, SHORTEST, curve, identify, replay, smoothing,
+};
+use crate::config::{ClosedLoop, HoldOut};
 use crate::direction::Direction;
+use crate::page::{self, Drives, Page, Section};
+use crate::posterior::Posterior;
+use crate::prior::Prior;
+use crate::result::{ByName, Estimate};
 use crate::start_values::{self, Tire};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
@@ -38,6 +49,13 @@ pub(super) fn recording(request: &Request) -> Result<Recording, String> {
     Ok(Recording { t: time.to_vec(), v_x, v_y, r, a_y, F_x, delta })
 }
 
+/// A drive that was not used, and how the identified car went along it.
+pub(super) struct Validation {
+    name: String,
+    recording: Recording,
+    replay: Replay,
+}
+
 /// Does `task = "closed_loop"`.
 ///
 /// # Errors
@@ -48,58 +66,179 @@ pub(super) fn closed_loop(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     let recording = recording(request)?;
-    go_on(host, 0.0, "smoothing")?;
-    let options = Options { seed: config.seed, profile: config.profile, ..Options::default() };
-    let options = Options { car: config.car(), ..options };
-    let drive = std::slice::from_ref(&recording);
-    let mut progress = |share, what: &str| {
-        host.progress(share, what);
-    };
-    let found = identify(drive, &options, &mut progress).map_err(|error| error.to_string())?;
-    if let Some(series) = found.series.first() {
-        record(&recording, series, host);
-    }
+    let used = used(config, &recording)?;
+    let kept =
+        config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
+    let kept = kept.collect::<Result<Vec<_>, String>>()?;
+    let options = config.options();
+    let mut progress = |share, what: &str| host.progress(share, what);
+    let found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
+    go_on(host, 0.95, "validating")?;
+    let validate = |(name, recording)| validation(name, recording, &options, &found);
+    let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
+    columns::record(&options.car, &used, &found, host);
+    validations.iter().for_each(|validation| columns::record_validation(validation, host));
     let tire = |tire, estimate| {
         let (node, direction) = (config.node.as_str(), Direction::Lateral);
         Tire { node, tire, estimate, direction }
     };
     let tires = [tire("tire_f", &found.front), tire("tire_r", &found.rear)];
     host.file("tires.toml", &start_values::write(&tires));
-    Ok(report(&found))
+    host.file("tires.html", &draw(&options, &used, &found, &validations));
+    Ok(report(&options, &used, &found, &validations))
 }
 
-fn report(found: &Identified) -> Value {
+/// The stretches that tires are identified from.
+fn used(config: &ClosedLoop, recording: &Recording) -> Result<Vec<Recording>, String> {
+    let mut marked = vec![config.windows.is_empty(); recording.len()];
+    let mut mark = |window, value| {
+        let rows = marked.iter_mut().zip(recording.during(window));
+        rows.filter(|(_, inside)| *inside).for_each(|(marked, _)| *marked = value);
+    };
+    config.windows.iter().for_each(|&window| mark(window, true));
+    config.validate.iter().for_each(|HoldOut { from, until, .. }| mark([*from, *until], false));
+    let stretches = recording.stretches(&marked);
+    if stretches.is_empty() {
+        let extent = extent(recording);
+        return Err(format!(
+            "expected {SHORTEST} successive rows or more to identify from, found fewer in the windows; the recording {extent}"
+        ));
+    }
+    Ok(stretches)
+}
+
+/// The rows of a window that is kept for validation.
+fn kept(window: &HoldOut, recording: &Recording) -> Result<Recording, String> {
+    let HoldOut { name, from, until } = window;
+    let rows = recording.stretches(&recording.during([*from, *until]));
+    rows.into_iter().next().ok_or_else(|| {
+        format!(
+            "`{name}`: expected {SHORTEST} rows or more from {from} to {until} s, found fewer; the recording {}",
+            extent(recording)
+        )
+    })
+}
+
+fn extent(recording: &Recording) -> String {
+    match (recording.t.first(), recording.t.last()) {
+        (Some(first), Some(last)) => format!("goes from {first} to {last} s"),
+        _ => "is empty".to_owned(),
+    }
+}
+
+/// Lets the identified car drive what was kept.
+fn validation(
+    name: String,
+    recording: Recording,
+    options: &Options,
+    found: &Identified,
+) -> Result<Validation, String> {
+    let failed = |error: String| format!("validation '{name}': {error}");
+    recording.check(0).map_err(|error| failed(error.to_string()))?;
+    let explained =
+        smoothing::explain(&options.car, &recording, &found.noise, &options.smoothing, || true)
+            .map_err(|error| failed(error.to_string()))?;
+    let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
+    let start = State { v_x, v_y, r, ..State::default() };
+    let [front, rear] = found.curves.map(|theta| crate::parameters::curve(&theta));
+    let replay = replay(&options.car.with_tires(front, rear), &recording, start, &found.noise);
+    Ok(Validation { name, recording, replay })
+}
+
+fn report(
+    options: &Options,
+    used: &[Recording],
+    found: &Identified,
+    validations: &[Validation],
+) -> Value {
     let axles = json!({ "front": found.front, "rear": found.rear });
-    let mut result = Map::from_iter([("pem".to_owned(), axles)]);
+    let mut result = Map::from_iter([(options.method.name().to_owned(), axles)]);
+    let formulations = found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted));
+    let recordings = used.iter().zip(&found.explained).map(|(recording, explained)| {
+        let window = [recording.t.first(), recording.t.last()];
+        json!({ "window": window, "rows": recording.len(), "smoothing": explained.report })
+    });
+    let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
-    result.insert("formulations".to_owned(), json!(found.formulations));
+    result.insert("formulations".to_owned(), json!(formulations.collect::<BTreeMap<_, _>>()));
+    result.insert("recordings".to_owned(), recordings.collect());
+    result.insert("validate".to_owned(), json!(validations.collect::<BTreeMap<_, _>>()));
     result.insert("seconds".to_owned(), json!(found.seconds));
     result.into()
 }
 
-/// Shows states, slips, innovations and the lateral acceleration of the identified tires against the measured one.
-fn record(recording: &Recording, series: &Series, host: &mut dyn Host) {
-    let time = &recording.t;
-    let mut group = |name, columns: &[(&str, &str, &[f64])]| {
-        let signal = |&(name, unit, values): &_| Signal { name, unit, time, values };
-        host.record(name, &columns.iter().map(signal).collect::<Vec<_>>());
+/// The page, with the deciding formulation first.
+fn draw(
+    options: &Options,
+    used: &[Recording],
+    found: &Identified,
+    validations: &[Validation],
+) -> String {
+    let bounds = options.bounds;
+    let mut prior = Prior::lateral();
+    for i in 0..4 {
+        (prior.bounds.lower[i], prior.bounds.upper[i]) = (bounds.lower[i], bounds.upper[i]);
+    }
+    let (decisive, others) = match found.formulations.split_last() {
+        Some((decisive, others)) => (decisive.formulation.title(), others),
+        None => ("", &[][..]),
     };
-    let [v_x, v_y, r, xi_x] = &series.states;
-    group(
-        "states",
-        &[("v_x", "m/s", v_x), ("v_y", "m/s", v_y), ("r", "rad/s", r), ("xi_x", "N", xi_x)],
-    );
-    let [front, rear] = &series.slip;
-    group("slip angles", &[("alpha_f", "rad", front), ("alpha_r", "rad", rear)]);
-    let [e_v_x, e_v_y, e_r, e_a_y] = &series.whitened;
-    group(
-        "whitened innovations",
-        &[("v_x", "", e_v_x), ("v_y", "", e_v_y), ("r", "", e_r), ("a_y", "", e_a_y)],
-    );
-    group(
-        "lateral acceleration",
-        &[("a_y", "m/s2", &series.a_y), ("a_y_measured", "m/s2", &recording.a_y)],
-    );
+    let axles = [("Front axle", &found.front), ("Rear axle", &found.rear)];
+    let compared: Vec<Vec<Estimate>> = [0, 1]
+        .map(|axle| {
+            others.iter().rev().map(|fitted| estimate(fitted, axle, axles[axle].1)).collect()
+        })
+        .to_vec();
+    let none = Posterior::default();
+    let sections = axles.iter().enumerate().map(|(axle, (name, estimate))| {
+        let posterior = &found.posterior[axle];
+        let first = page::Method { name: decisive, estimate, posterior };
+        let rest = others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| {
+            page::Method { name: fitted.formulation.title(), estimate, posterior: &none }
+        });
+        Section {
+            name,
+            direction: Direction::Lateral,
+            samples: &found.samples[axle],
+            prior: &prior,
+            methods: std::iter::once(first).chain(rest).collect(),
+        }
+    });
+    let replays: Vec<_> = validations
+        .iter()
+        .map(|validation| (validation.name.as_str(), &validation.recording, &validation.replay))
+        .collect();
+    page::render(&Page {
+        title: "Tires from closed-loop driving",
+        sections: sections.collect(),
+        drives: Some(Drives { found, recordings: used, replays: &replays }),
+        ..Page::default()
+    })
 }
+
+/// What a formulation says of one axle, which nobody judged.
+fn estimate(fitted: &Fitted, axle: usize, decisive: &Estimate) -> Estimate {
+    let o = 4 * axle;
+    let names = ["B", "C", "D", "E"];
+    let by_name = |values: &[f64; 8]| -> ByName {
+        names.iter().enumerate().map(|(i, name)| ((*name).to_owned(), values[o + i])).collect()
+    };
+    let mut mean = by_name(&fitted.theta);
+    let tire = curve(&fitted.theta, o);
+    mean.insert("K".to_owned(), tire.B * tire.C * tire.D);
+    let at_bound = names.iter().enumerate().filter(|(i, _)| fitted.at_bound[o + i]);
+    Estimate {
+        mean,
+        std: by_name(&fitted.std),
+        at_bound: at_bound.map(|(_, name)| (*name).to_owned()).collect(),
+        noise_std: f64::NAN,
+        convergence: fitted.convergence.clone(),
+        seconds: fitted.seconds,
+        ..decisive.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests;

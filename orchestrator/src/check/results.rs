@@ -1,4 +1,4 @@
-//! Looks up numbers and texts in the results of analyses.
+//! Looks up numbers and texts in the results of analyses and validations.
 
 use std::collections::BTreeMap;
 
@@ -37,9 +37,9 @@ fn find<'a>(
     results: &'a BTreeMap<String, Value>,
     name: &ResultName,
 ) -> Result<(String, &'a Value), String> {
-    let ResultName { analysis, path, .. } = name;
-    let mut value = results.get(analysis).ok_or_else(|| format!("`{analysis}` has no result"))?;
-    let mut place = analysis.clone();
+    let ResultName { of, path, .. } = name;
+    let mut value = results.get(of).ok_or_else(|| format!("`{of}` has no result"))?;
+    let mut place = of.clone();
     for part in parts(path) {
         value = inner(value, part).map_err(|what| format!("`{place}` has no `{part}`{what}"))?;
         place = match part.parse::<usize>() {
@@ -103,8 +103,8 @@ mod tests {
         });
         let results = BTreeMap::from([("tires".to_owned(), result)]);
         let find = |path: &str| {
-            let (analysis, path) = ("tires".to_owned(), path.to_owned());
-            let name = ResultName { analysis, path, is_text: false };
+            let (of, path) = ("tires".to_owned(), path.to_owned());
+            let name = ResultName { of, path, is_text: false };
             look_up(&results, &[name]).map(|(numbers, _)| numbers[0])
         };
         for (path, expected) in [
@@ -117,8 +117,8 @@ mod tests {
             assert_eq!(find(path), Ok(expected), "{path}");
         }
         let text = |path: &str| {
-            let (analysis, path) = ("tires".to_owned(), path.to_owned());
-            let name = ResultName { analysis, path, is_text: true };
+            let (of, path) = ("tires".to_owned(), path.to_owned());
+            let name = ResultName { of, path, is_text: true };
             look_up(&results, &[name]).map(|(_, texts)| texts[0].clone())
         };
         assert_eq!(text("front.note"), Ok("weak".to_owned()));

@@ -98,7 +98,7 @@ fn load(
 ) -> Result<Plugin, Error> {
     let (word, path) = match (&analysis.path, &analysis.package, analysis.product()) {
         (Some(path), None, _) if analysis.example.is_none() => {
-            (path, scenario.resolve(path.get_ref()))
+            (path, scenario.source.resolve(path))
         }
         (None, Some(package), Some(product)) => match plugins.get(&product) {
             Some(path) => (package, path.clone()),
@@ -216,21 +216,20 @@ fn config(
     Ok(text)
 }
 
-/// The place in the analysis' part of the file of the first word in backticks that stands there.
+/// The place of the first word in backticks that stands in the analysis' part of the scenario.
 fn mentioned(scenario: &Scenario, analysis: &Analysis, message: &str) -> Option<Range<usize>> {
-    let text = &scenario.source.text;
-    let start = analysis.name.span().end;
-    let end = text[start..].find("\n[[").map_or(text.len(), |length| start + length);
-    let part = &text[start..end];
     let letter = |c: char| c.is_alphanumeric() || c == '_';
     // Of `smooth.yaw_rate` the last part, too: tables are nested in more ways than one.
     let words = message.split('`').skip(1).step_by(2);
     let words = words.flat_map(|word| [Some(word), word.rsplit_once('.').map(|(_, last)| last)]);
     words.flatten().filter(|word| !word.is_empty()).find_map(|word| {
-        let mut places = part.match_indices(word).map(|(at, _)| at);
-        let alone = |at: &usize| {
-            !part[..*at].ends_with(letter) && !part[at + word.len()..].starts_with(letter)
-        };
-        places.find(alone).map(|at| start + at..start + at + word.len())
+        analysis.places.iter().find_map(|place| {
+            let part = scenario.source.letters(place.clone());
+            let alone = |at: &usize| {
+                !part[..*at].ends_with(letter) && !part[at + word.len()..].starts_with(letter)
+            };
+            let at = place.start + part.match_indices(word).map(|(at, _)| at).find(alone)?;
+            Some(at..at + word.len())
+        })
     })
 }

@@ -98,12 +98,15 @@ fn compared_with_text(that: &str, name: &str) -> bool {
     })
 }
 
-/// What a name means that begins with an analysis.
+/// What a name means that begins with an analysis or a validation.
 fn result_name(scenario: &Scenario, that: &str, name: &str) -> Option<ResultName> {
-    scenario.document.analysis.iter().find_map(|analysis| {
-        let path = name.strip_prefix(analysis.name.get_ref())?.strip_prefix('.')?;
-        let (analysis, path) = (analysis.name.get_ref().clone(), path.to_owned());
-        Some(ResultName { analysis, path, is_text: compared_with_text(that, name) })
+    let document = &scenario.document;
+    let analyses = document.analysis.iter().map(|analysis| &analysis.name);
+    let validations = document.validation.iter().map(|validation| &validation.name);
+    analyses.chain(validations).find_map(|of| {
+        let path = name.strip_prefix(of.get_ref())?.strip_prefix('.')?;
+        let (of, path) = (of.get_ref().clone(), path.to_owned());
+        Some(ResultName { of, path, is_text: compared_with_text(that, name) })
     })
 }
 
@@ -130,7 +133,7 @@ fn inside(
     part: std::ops::Range<usize>,
 ) -> std::ops::Range<usize> {
     let whole = word.span();
-    let written = scenario.source.text.get(whole.clone()).unwrap_or_default();
+    let written = scenario.source.letters(whole.clone());
     match written.find(word.get_ref().as_str()) {
         Some(quotes) => whole.start + quotes + part.start..whole.start + quotes + part.end,
         None => whole,

@@ -31,7 +31,7 @@ pub(super) fn read(
     wanted: &Wanted,
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
-    let path = scenario.resolve(wanted.path.get_ref());
+    let path = scenario.source.resolve(wanted.path);
     let pair = |(name, column): (&Spanned<String>, &Spanned<Column>)| {
         (name.get_ref().clone(), column.get_ref().column.get_ref().clone())
     };

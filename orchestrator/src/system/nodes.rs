@@ -71,15 +71,15 @@ pub(super) fn drafts(
         }
         only_once(scenario, draft, &drafts[..i])?;
     }
-    for (node, variable, _) in &overrides.starts {
+    for given in overrides.defaults.iter().chain(&overrides.starts) {
         let names = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
-        if !names.clone().any(|name| name == node) {
-            let error = Error::input(format!("--set {node}.{variable}: no FMU is called `{node}`"));
+        if !names.clone().any(|name| name == given.node) {
+            let error = given.error(&format!("no FMU is called `{}`", given.node));
             return Err(error.help(format!("there are: {}", names.collect::<Vec<_>>().join(", "))));
         }
     }
     if drafts.is_empty() && scenario.document.analysis.is_empty() {
-        let path = scenario.source.path.display();
+        let path = scenario.source.path().display();
         let error =
             Error::input(format!("{path}: the scenario has no node, so there is nothing to run"));
         return Err(error.help(
@@ -208,7 +208,7 @@ fn fmu(
     overrides: &Overrides,
 ) -> Result<Draft, Error> {
     let (word, path) = match (&node.path, &node.package, node.product()) {
-        (Some(path), None, _) if node.example.is_none() => (path, scenario.resolve(path.get_ref())),
+        (Some(path), None, _) if node.example.is_none() => (path, scenario.source.resolve(path)),
         (None, Some(package), Some(product)) => match archives.get(&product) {
             Some(path) => (package, path.clone()),
             None => {

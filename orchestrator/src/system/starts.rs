@@ -1,8 +1,10 @@
 //! Reads start values from the scenario and the command line, and checks that they fit their variables.
 
+use std::collections::BTreeMap;
+
 use fmi_rs::model_description::fmi2::{Causality, Variability};
 
-use super::{Overrides, Start, StartValue};
+use super::{Given, Overrides, Start, StartValue};
 use crate::error::Error;
 use crate::fmu::description::{Type, Variable, list};
 use crate::scenario::{self, Scenario};
@@ -15,23 +17,34 @@ pub(super) fn starts(
     variables: &[Variable],
     overrides: &Overrides,
 ) -> Result<(Vec<Start>, Vec<String>), Error> {
-    let mut written = Vec::new();
+    // The last one counts, whichever way it is written.
+    let mut written = BTreeMap::new();
+    let of_this = |given: &&Given| given.node == *node.name.get_ref();
+    let outer = |given: &Given, written: &mut BTreeMap<_, _>| {
+        let Given { variable, value, .. } = given;
+        let value = typed(variables, variable, value);
+        let (place, start) =
+            start(variable, &value, variables).map_err(|message| given.error(&message))?;
+        written.insert(place, start);
+        Ok(())
+    };
+    for given in overrides.defaults.iter().filter(of_this) {
+        outer(given, &mut written)?;
+    }
     for (name, value) in &node.start {
         let at = |message: String| scenario.error(name, message);
         flatten(name.get_ref(), value.get_ref(), &mut |name, value| {
-            written.push(start(name, value, variables).map_err(at)?);
+            let (place, start) = start(name, value, variables).map_err(at)?;
+            written.insert(place, start);
             Ok(())
         })?;
     }
-    for (_, name, value) in overrides.starts.iter().filter(|(of, ..)| of == node.name.get_ref()) {
-        let value = typed(variables, name, value);
-        let at = |message| Error::input(format!("--set {}.{name}: {message}", node.name.get_ref()));
-        written.push(start(name, &value, variables).map_err(at)?);
+    for given in overrides.starts.iter().filter(of_this) {
+        outer(given, &mut written)?;
     }
-    let inputs =
-        written.iter().filter(|(place, _)| variables[*place].causality == Causality::Input);
-    let started = inputs.map(|(place, _)| variables[*place].name.clone()).collect();
-    Ok((written.into_iter().map(|(_, start)| start).collect(), started))
+    let inputs = written.keys().filter(|place| variables[**place].causality == Causality::Input);
+    let started = inputs.map(|place| variables[*place].name.clone()).collect();
+    Ok((written.into_values().collect(), started))
 }
 
 /// What a value on the command line is: TOML, or the letters as they are. A text needs no quotes, so

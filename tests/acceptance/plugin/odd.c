@@ -35,6 +35,8 @@ static void run(Text config, const Column *columns, size_t count, const Callback
     if (says(config, "overwrites")) host->file(host->context, text("report.json"), text("{}"));
     if (says(config, "backwards")) host->record(host->context, text("group"), &column, 1);
     if (says(config, "writes")) host->file(host->context, text("note.txt"), text("a note"));
+    if (says(config, "finds")) host->file(host->context, text("found.toml"), text("\"twin.body.m\" = 900.0"));
+    if (says(config, "errs")) host->file(host->context, text("found.toml"), text("[twin]\nbody.mm = 900.0"));
     host->done(host->context, true, text(says(config, "babbles") ? "not JSON" : "{\"list\": [1, 2.5], \"fine\": true}"));
 }
 

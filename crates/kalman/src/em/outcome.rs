@@ -15,6 +15,8 @@ pub enum Status {
     Converged,
     /// The limit of evaluations was reached before: the estimate may still move.
     EvaluationLimit,
+    /// It was asked to stop.
+    Stopped,
 }
 
 /// A step of EM after which the recording was less probable, which contradicts theory: numbers

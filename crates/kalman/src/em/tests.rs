@@ -269,13 +269,20 @@ fn a_start_is_found_when_it_is_free() {
 }
 
 #[test]
-fn the_limit_of_evaluations_is_told() {
+fn limits_and_stops_are_told() {
     let steps = record(300, &noises(TRUTH.0, TRUTH.1), 6);
     for max_evaluations in 1..6 {
         let em = Em { max_evaluations, ..Em::default() };
         let found = em.fit(&steps, &noises(GUESS.0, GUESS.1)).expect("covariances");
         assert_eq!((found.status, found.evaluations), (Status::EvaluationLimit, max_evaluations));
     }
+    let mut left = 2;
+    let go_on = || {
+        left -= 1;
+        left >= 0
+    };
+    let found = Em::default().fit_while(&steps, &noises(GUESS.0, GUESS.1), go_on);
+    assert_eq!(found.expect("covariances").status, Status::Stopped);
 }
 
 #[test]

@@ -1,0 +1,188 @@
+//! Measures how far the published posterior can be believed, on synthetic data: `calibration WAY COUNT [SAMPLES [NODES]]`.
+//!
+//! - `coverage COUNT`: how often the 95 % interval of `identify` holds the truth of the paper's Table II, over seeds.
+//! - `ranks COUNT`: simulation-based calibration (Talts et al., 2018). Truths are drawn from the box; their ranks among the
+//!   draws must be uniform. The statistic of Kolmogorov and Smirnov is below 1.358/√COUNT in 95 % of sets of seeds.
+//! - `brute COUNT SAMPLES [NODES]`: moments against brute-force quadrature, for truths drawn from the box. Ranks hardly see a
+//!   missed mode that is narrow, this does.
+//!
+//! Each line is a level of excitation. Slips have no noise, forces one of 0.05.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use identify::compressed::Compressed;
+use identify::direction::Direction;
+use identify::estimate::identify;
+use identify::fit::{Options, Problem, least_squares};
+use identify::parameters::Theta;
+use identify::posterior::{Found, Options as Draws, draw, mean, std};
+use identify::prior::Prior;
+use identify::samples::Samples;
+use identify::settings::{Method, Settings};
+use identify::study::excitation::{Excitation, samples};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+#[path = "../tests/posterior/judge.rs"]
+mod judge;
+
+use judge::{COUNT, quantities};
+
+const NAMES: [&str; COUNT] = ["B", "C", "D", "E", "K"];
+/// Draws of one posterior whose order among the truth is told: one in four, as neighbours may be equal.
+const THIN: usize = 4;
+/// E of narrow second modes.
+const NEEDLE: f64 = 0.95;
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+fn main() -> Result<(), Failure> {
+    const USAGE: &str = "expected coverage|ranks|brute COUNT [SAMPLES [NODES]]";
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |place: usize, absent: usize| {
+        arguments.get(place).map_or(Ok(absent), |text| text.parse::<usize>())
+    };
+    let count = number(1, 200)?;
+    match arguments.first().map(String::as_str) {
+        Some("coverage") => coverage(count, number(2, 1000)?),
+        Some("ranks") => ranks(count, number(2, 400)?),
+        Some("brute") => brute(count, number(2, 400)?, number(3, 64)?),
+        _ => Err(USAGE.into()),
+    }
+}
+
+/// What the whole pipeline states, against the truth of Table II.
+fn coverage(count: usize, size: usize) -> Result<(), Failure> {
+    for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
+        let mut hits = BTreeMap::<&str, u32>::new();
+        for seed in 0..count as u64 {
+            let excitation =
+                Excitation { seed, samples: size, slip_std: 0.0, ..Excitation::default() };
+            let usual = Settings::new(Direction::Longitudinal);
+            let settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            let samples = samples(&excitation, level);
+            for judgement in identify(&samples, &settings, &[Method::LeastSquares])?.judgements {
+                let truth = judgement.quantity.value(&excitation.truth);
+                let hit = (judgement.interval[0]..=judgement.interval[1]).contains(&truth);
+                *hits.entry(judgement.quantity.name()).or_default() += u32::from(hit);
+            }
+        }
+        let shares: Vec<String> = hits
+            .iter()
+            .map(|(name, hits)| format!("{name} {:.1}", 100.0 * f64::from(*hits) / count as f64))
+            .collect();
+        println!(
+            "{:>5} %: % of {count} intervals hold the truth: {}",
+            100.0 * level,
+            shares.join(", ")
+        );
+    }
+    Ok(())
+}
+
+/// Data of a tire that is drawn from the box, its posterior, and that tire.
+fn of_prior(seed: usize, size: usize, level: f64) -> Result<(Theta, Samples, Found), Failure> {
+    let prior = Prior::longitudinal();
+    let mut random = Pcg64::seed_from_u64(seed as u64 ^ 0x5bc);
+    let truth = prior.at(&std::array::from_fn(|_| random.random()));
+    let excitation = Excitation {
+        truth,
+        samples: size,
+        slip_std: 0.0,
+        seed: seed as u64,
+        ..Excitation::default()
+    };
+    let samples = samples(&excitation, level);
+    let fit = least_squares(&Problem::new(&samples), &Options::default())?;
+    let optima: Vec<Theta> = fit.optima.iter().map(|(theta, _)| *theta).collect();
+    let options = Draws { seed: seed as u64, ..Draws::default() };
+    let found = draw(&Compressed::new(&samples), &prior, &optima, &options);
+    Ok((truth, samples, found))
+}
+
+fn ranks(count: usize, size: usize) -> Result<(), Failure> {
+    let critical = 1.358 / (count as f64).sqrt();
+    for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
+        let one = |seed: usize| -> Result<[f64; COUNT], Failure> {
+            let (truth, _, found) = of_prior(seed, size, level)?;
+            let truth = quantities(&truth);
+            let draws = found.posterior.draws.iter().step_by(THIN).map(quantities);
+            let draws: Vec<[f64; COUNT]> = draws.collect();
+            Ok(std::array::from_fn(|i| {
+                let below = draws.iter().filter(|draw| draw[i] < truth[i]).count() as f64;
+                (below + 0.5) / (draws.len() + 1) as f64
+            }))
+        };
+        let shares: Vec<[f64; COUNT]> =
+            (0..count).into_par_iter().map(one).collect::<Result<_, _>>()?;
+        let tell = |i: usize| {
+            let mut column: Vec<f64> = shares.iter().map(|shares| shares[i]).collect();
+            column.sort_by(f64::total_cmp);
+            let held = column.iter().filter(|share| (0.025..=0.975).contains(*share)).count();
+            let held = 100.0 * held as f64 / count as f64;
+            format!("{} {:.3} ({held:.0} %)", NAMES[i], largest_gap(&column))
+        };
+        let told: Vec<String> = (0..COUNT).map(tell).collect();
+        println!(
+            "{:>5} %: KS below {critical:.3} wanted (coverage): {}",
+            100.0 * level,
+            told.join(", ")
+        );
+    }
+    Ok(())
+}
+
+/// Largest distance of the distribution of ascending shares from the uniform one (Kolmogorov, Smirnov).
+fn largest_gap(ascending: &[f64]) -> f64 {
+    let count = ascending.len() as f64;
+    let gap =
+        |(k, share): (usize, &f64)| (share - k as f64 / count).max((k + 1) as f64 / count - share);
+    ascending.iter().enumerate().map(gap).fold(0.0, f64::max)
+}
+
+fn brute(count: usize, size: usize, nodes: usize) -> Result<(), Failure> {
+    let prior = Prior::longitudinal();
+    for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
+        let (mut errors, mut ratios, mut seconds) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut outside, mut inexact, mut misplaced) = (0, 0, 0.0_f64);
+        for seed in 0..count {
+            let begin = Instant::now();
+            let (_, samples, found) = of_prior(seed, size, level)?;
+            seconds.push(begin.elapsed().as_secs_f64());
+            inexact += usize::from(!found.report.is_exact());
+            let truth = judge::judge(&Compressed::new(&samples), &prior, nodes, NEEDLE);
+            let draws = &found.posterior.draws;
+            let above = draws.iter().filter(|theta| theta[3] > NEEDLE).count() as f64;
+            misplaced = misplaced.max((above / draws.len() as f64 - truth.mass_above).abs());
+            let mut worst = [0.0_f64, 0.0_f64];
+            for i in 0..COUNT {
+                let values: Vec<f64> = draws.iter().map(|theta| quantities(theta)[i]).collect();
+                worst[0] = worst[0].max(((mean(&values) - truth.mean[i]) / truth.std[i]).abs());
+                worst[1] = worst[1].max((std(&values) / truth.std[i] - 1.0).abs());
+            }
+            if worst.iter().any(|off| *off > 0.05) {
+                outside += 1;
+                println!(
+                    "        seed {seed}: mean {:.3} std off, std {:.3} off",
+                    worst[0], worst[1]
+                );
+            }
+            errors.push(worst[0]);
+            ratios.push(worst[1]);
+        }
+        let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+        seconds.sort_by(f64::total_cmp);
+        println!(
+            "{:>5} %: {count} tires, {size} samples: worst mean {:.3} std off, worst std {:.3} off, {outside} beyond 0.05, \
+             mass with E above {NEEDLE} {misplaced:.3} off, {inexact} not exact; fit and draws {:.0} ms median, {:.0} ms at most",
+            100.0 * level,
+            largest(&errors),
+            largest(&ratios),
+            1e3 * seconds[count / 2],
+            1e3 * largest(&seconds),
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,26 @@
+//! Reads points of a tire curve from a CSV file.
+
+use std::error::Error;
+
+use identify::samples::Samples;
+
+/// The columns slip and force (over load), and weight, if there is one.
+pub fn read(file: &str) -> Result<Samples, Box<dyn Error>> {
+    let text = std::fs::read_to_string(file).map_err(|e| format!("{file}: {e}"))?;
+    let mut samples = Samples::default();
+    for (number, line) in text.lines().enumerate().skip(1) {
+        let row = line.split(',').map(|cell| cell.trim().parse()).collect::<Result<Vec<f64>, _>>();
+        match row.map_err(|e| format!("{file}:{}: {e}", number + 1))?[..] {
+            [slip, force] => samples.push(slip, force, 1.0),
+            [slip, force, weight] => samples.push(slip, force, weight),
+            _ => {
+                return Err(format!(
+                    "{file}:{}: expected slip,force or slip,force,weight",
+                    number + 1
+                )
+                .into());
+            }
+        }
+    }
+    Ok(samples)
+}

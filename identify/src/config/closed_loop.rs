@@ -1,0 +1,259 @@
+//! Reads what a scenario wants of an identification from drives under closed-loop control.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Deserialize;
+use vehicle::{Aero, Body, Vehicle};
+
+use super::{demand, plant, rise, rising};
+use crate::closed_loop::{Bounds, Formulation, Noise, Noises, Options, Pull, Smoothing, Weights};
+use crate::parameters::Parameter;
+
+/// `task = "closed_loop"`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClosedLoop {
+    /// Masses and lengths; those of the demo car unless given.
+    pub body: Body,
+    /// Drag and downforce.
+    pub aero: Aero,
+    /// What the tires are found by.
+    pub method: Formulation,
+    /// What else is fitted, to compare.
+    pub compare: Vec<Formulation>,
+    /// Lowest and highest values of B, C, D, E of both axles.
+    pub bounds: BTreeMap<Parameter, [f64; 2]>,
+    /// θ_0: values of a usual tire, which pulls are relative to.
+    pub typical: BTreeMap<Parameter, f64>,
+    /// λ_reg: weight of a pull towards the typical values, in units of these.
+    pub regularisation: f64,
+    /// λ_sim: weight of a pull of both axles to each other, in units of the typical values.
+    pub similarity: f64,
+    /// How residuals of fits to smoothed states count.
+    pub weights: Weights,
+    /// Whether fits to accelerations have three odd terms besides the tires.
+    pub odd: bool,
+    /// Starts of fits to smoothed states.
+    pub starts: usize,
+    /// Noises, if they are known; they are estimated otherwise.
+    pub noise: Option<KnownNoise>,
+    /// How often EM may filter a recording to find the noises of the nominal car that smooths it; 0 does without.
+    pub em_passes: usize,
+    /// Whether intervals come from profiles of the likelihood, which takes as long as ten fits; else from its curvature.
+    pub profile: bool,
+    /// Times that are used [s], from and until; all of them unless given.
+    pub windows: Vec<[f64; 2]>,
+    /// Times that are not used, and on which the identified car has to predict what was measured.
+    pub validate: Vec<HoldOut>,
+    /// The node whose start values `tires.toml` sets.
+    pub node: String,
+    /// Turns the starts.
+    pub seed: u64,
+}
+
+/// Times that are kept for validation.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HoldOut {
+    /// Its name in the report.
+    pub name: String,
+    /// First time [s].
+    pub from: f64,
+    /// Last time [s].
+    pub until: f64,
+}
+
+/// Standard deviations of noises that are known.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KnownNoise {
+    /// Of the measured forward speed [m/s].
+    v_x: f64,
+    /// Of the measured speed to the left [m/s].
+    v_y: f64,
+    /// Of the measured yaw rate [rad/s].
+    r: f64,
+    /// Of the measured lateral acceleration [m/s²].
+    a_y: f64,
+    /// Of what the motion does besides the model; hardly anything unless given.
+    process: Option<KnownProcess>,
+}
+
+/// Standard deviations of the random walks that states do besides the model, after one second.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KnownProcess {
+    /// Of the forward speed [m/s].
+    v_x: f64,
+    /// Of the speed to the left [m/s].
+    v_y: f64,
+    /// Of the yaw rate [rad/s].
+    r: f64,
+    /// Of the longitudinal force that the inputs do not know [N].
+    xi_x: f64,
+}
+
+impl Default for ClosedLoop {
+    fn default() -> Self {
+        let usual = Options::default();
+        Self {
+            body: Body::default(),
+            aero: Aero::default(),
+            method: usual.method,
+            compare: usual.compare,
+            bounds: BTreeMap::new(),
+            typical: BTreeMap::new(),
+            regularisation: usual.pull.towards_expected,
+            similarity: usual.pull.towards_each_other,
+            weights: usual.weights,
+            odd: usual.odd,
+            starts: usual.starts,
+            noise: None,
+            em_passes: usual.smoothing.em_passes,
+            profile: false,
+            windows: Vec::new(),
+            validate: Vec::new(),
+            node: plant(),
+            seed: usual.seed,
+        }
+    }
+}
+
+impl ClosedLoop {
+    /// Whether it makes sense.
+    ///
+    /// # Errors
+    /// In words, with the key in backticks.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let Body { m, I_zz, l_f, l_r, h } = self.body;
+        for (name, value) in [("m", m), ("I_zz", I_zz), ("l_f", l_f), ("l_r", l_r)] {
+            demand(value > 0.0 && value.is_finite(), name, "a positive number")?;
+        }
+        demand(h >= 0.0 && h.is_finite(), "h", "0 or above")?;
+        let weight = |weight: f64| weight >= 0.0 && weight.is_finite();
+        demand(weight(self.regularisation), "regularisation", "0 or above")?;
+        demand(weight(self.similarity), "similarity", "0 or above")?;
+        if let Weights::Variance { clamp } = self.weights {
+            demand(
+                clamp > 0.0 && clamp.is_finite(),
+                "clamp",
+                "a positive share of the mean variance",
+            )?;
+        }
+        demand(self.starts >= 1, "starts", "1 or more")?;
+        let pem = self.method == Formulation::PredictionError;
+        demand(
+            pem || !self.profile,
+            "profile",
+            "false, as only method = \"pem\" has a likelihood",
+        )?;
+        self.check_tires()?;
+        self.check_noise()?;
+        self.check_times()
+    }
+
+    fn check_tires(&self) -> Result<(), String> {
+        let shift = [Parameter::S_h, Parameter::S_v];
+        for parameter in self.bounds.keys().chain(self.typical.keys()) {
+            let name = parameter.name();
+            if shift.contains(parameter) {
+                return Err(format!("`{name}` is not fitted to drives; expected B, C, D or E"));
+            }
+        }
+        rising(&self.bounds)?;
+        for (parameter, [low, _]) in &self.bounds {
+            let positive = *parameter == Parameter::E || *low > 0.0;
+            demand(positive, parameter.name(), "bounds above 0")?;
+        }
+        for (parameter, value) in &self.typical {
+            let usable = *value != 0.0 && value.is_finite();
+            demand(
+                usable,
+                parameter.name(),
+                "a typical value other than 0, as pulls are relative to it",
+            )?;
+        }
+        Ok(())
+    }
+
+    fn check_noise(&self) -> Result<(), String> {
+        let Some(KnownNoise { v_x, v_y, r, a_y, process }) = self.noise else { return Ok(()) };
+        for (name, std) in [("v_x", v_x), ("v_y", v_y), ("r", r), ("a_y", a_y)] {
+            let expected = "a positive standard deviation of its noise";
+            demand(std > 0.0 && std.is_finite(), name, expected)?;
+        }
+        let Some(KnownProcess { v_x, v_y, r, xi_x }) = process else { return Ok(()) };
+        for (name, std) in [("v_x", v_x), ("v_y", v_y), ("r", r), ("xi_x", xi_x)] {
+            demand(std >= 0.0 && std.is_finite(), name, "a standard deviation of 0 or more")?;
+        }
+        Ok(())
+    }
+
+    fn check_times(&self) -> Result<(), String> {
+        for [from, until] in &self.windows {
+            if !rise(*from, *until) {
+                return Err(format!(
+                    "`windows`: expected two rising times, found {from} and {until}"
+                ));
+            }
+        }
+        let mut names = BTreeSet::new();
+        for HoldOut { name, from, until } in &self.validate {
+            if !rise(*from, *until) {
+                return Err(format!("`{name}`: expected until after from = {from}, found {until}"));
+            }
+            if !names.insert(name) {
+                return Err(format!(
+                    "`{name}`: expected a name of its own for each time of validation, found it twice"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the library is asked for.
+    pub fn options(&self) -> Options {
+        let mut bounds = Bounds::default();
+        let mut pull = Pull {
+            towards_expected: self.regularisation,
+            towards_each_other: self.similarity,
+            ..Pull::default()
+        };
+        // B, C, D and E alone: that has been checked.
+        for (&parameter, &[low, high]) in &self.bounds {
+            bounds.lower[parameter as usize] = low;
+            bounds.upper[parameter as usize] = high;
+        }
+        for (&parameter, &value) in &self.typical {
+            pull.expected[parameter as usize] = value;
+        }
+        Options {
+            car: Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() },
+            method: self.method,
+            compare: self.compare.clone(),
+            bounds,
+            pull,
+            weights: self.weights,
+            odd: self.odd,
+            starts: self.starts,
+            seed: self.seed,
+            noises: self.noise.map_or(Noises::Estimated, |noise| Noises::Known(noise.all())),
+            smoothing: Smoothing { em_passes: self.em_passes },
+            profile: self.profile,
+        }
+    }
+}
+
+impl KnownNoise {
+    fn all(self) -> Noise {
+        let Self { v_x, v_y, r, a_y, process } = self;
+        let noise = Noise::of_sensors([v_x, v_y, r, a_y]);
+        match process {
+            Some(KnownProcess { v_x, v_y, r, xi_x }) => {
+                Noise { process: [v_x, v_y, r, xi_x], ..noise }
+            }
+            None => noise,
+        }
+    }
+}

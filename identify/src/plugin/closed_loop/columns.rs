@@ -1,0 +1,108 @@
+//! Shows in the recording what was found along each drive: states, slip angles, innovations, accelerations.
+
+use plugin::{Host, Signal};
+use vehicle::Vehicle;
+
+use super::Validation;
+use crate::closed_loop::{Identified, Recording};
+
+/// Names and units of the states of the nominal car.
+const NOMINAL: [[&str; 3]; 6] = [
+    ["v_x", "std_v_x", "m/s"],
+    ["v_y", "std_v_y", "m/s"],
+    ["r", "std_r", "rad/s"],
+    ["xi_x", "std_xi_x", "N"],
+    ["xi_y", "std_xi_y", "N"],
+    ["xi_psi", "std_xi_psi", "N.m"],
+];
+
+/// Name, unit and values.
+type Column = (&'static str, &'static str, Vec<f64>);
+
+fn signal<'a>(time: &'a [f64], (name, unit, values): &'a Column) -> Signal<'a> {
+    Signal { name, unit, time, values }
+}
+
+fn group(name: &str, time: &[f64], columns: impl IntoIterator<Item = Column>, host: &mut dyn Host) {
+    let columns: Vec<Column> = columns.into_iter().collect();
+    host.record(name, &columns.iter().map(|column| signal(time, column)).collect::<Vec<_>>());
+}
+
+/// Records everything, one drive after the other in the same columns.
+pub(super) fn record(
+    car: &Vehicle,
+    recordings: &[Recording],
+    found: &Identified,
+    host: &mut dyn Host,
+) {
+    let time: Vec<f64> = recordings.iter().flat_map(|recording| &recording.t).copied().collect();
+    let all =
+        |of: &dyn Fn(usize) -> Vec<f64>| (0..recordings.len()).flat_map(of).collect::<Vec<f64>>();
+    let series = &found.series;
+    let state = |i: usize| all(&|k| series[k].states[i].clone());
+    let states = [("v_x", "m/s"), ("v_y", "m/s"), ("r", "rad/s"), ("xi_x", "N")];
+    let states = states.into_iter().enumerate().map(|(i, (name, unit))| (name, unit, state(i)));
+    group("states", &time, states, host);
+    let slip = |i: usize| all(&|k| series[k].slip[i].clone());
+    group("slip angles", &time, [("alpha_f", "rad", slip(0)), ("alpha_r", "rad", slip(1))], host);
+    let white = |i: usize| all(&|k| series[k].whitened[i].clone());
+    let names = ["v_x", "v_y", "r", "a_y"].into_iter().enumerate();
+    group("whitened innovations", &time, names.map(|(i, name)| (name, "", white(i))), host);
+    let accelerations = [
+        ("a_y", "m/s2", all(&|k| series[k].a_y.clone())),
+        ("a_y_expected", "m/s2", all(&|k| series[k].a_y_expected(&recordings[k]).collect())),
+        ("a_y_reconstructed", "m/s2", all(&|k| found.explained[k].a_y.clone())),
+        ("a_y_measured", "m/s2", all(&|k| recordings[k].a_y.clone())),
+    ];
+    group("lateral acceleration", &time, accelerations, host);
+    smoothed(car, &time, recordings, found, host);
+}
+
+/// States of the nominal car, given all of each drive.
+fn smoothed(
+    car: &Vehicle,
+    time: &[f64],
+    recordings: &[Recording],
+    found: &Identified,
+    host: &mut dyn Host,
+) {
+    let states = || found.explained.iter().flat_map(|explained| &explained.smoothed.states);
+    let columns = NOMINAL.into_iter().enumerate().flat_map(|(i, [name, std, unit])| {
+        [
+            (name, unit, states().map(|state| state.mean[i]).collect()),
+            (std, unit, states().map(|state| state.cov[(i, i)].max(0.0).sqrt()).collect()),
+        ]
+    });
+    group("smoothed states", time, columns, host);
+    let steering = recordings.iter().flat_map(|recording| &recording.delta);
+    let slips: Vec<[f64; 2]> = states()
+        .zip(steering)
+        .map(|(state, delta)| {
+            car.body.slip_angles(state.mean[0], state.mean[1], state.mean[2], *delta)
+        })
+        .collect();
+    let slip = |axle: usize| slips.iter().map(|slip| slip[axle]).collect();
+    group(
+        "smoothed slip angles",
+        time,
+        [("alpha_f", "rad", slip(0)), ("alpha_r", "rad", slip(1))],
+        host,
+    );
+}
+
+/// Records a drive that was not used, as the identified car went and as it was measured.
+pub(super) fn record_validation(validation: &Validation, host: &mut dyn Host) {
+    let Validation { name, recording, replay } = validation;
+    let [v_x, v_y, r, a_y] = replay.columns.clone();
+    let columns = [
+        ("v_x", "m/s", v_x),
+        ("v_x_measured", "m/s", recording.v_x.clone()),
+        ("v_y", "m/s", v_y),
+        ("v_y_measured", "m/s", recording.v_y.clone()),
+        ("r", "rad/s", r),
+        ("r_measured", "rad/s", recording.r.clone()),
+        ("a_y", "m/s2", a_y),
+        ("a_y_measured", "m/s2", recording.a_y.clone()),
+    ];
+    group(&format!("validation {name}"), &recording.t, columns, host);
+}

@@ -1,0 +1,245 @@
+//! Asks the plugin for tires from closed-loop drives as the program does, and looks at all that it leaves.
+
+#[path = "../../../tests/support/drive.rs"]
+mod drive;
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use plugin::{Analysis, Host, Request, Signal};
+use serde_json::Value;
+use vehicle::Vehicle;
+
+use crate::closed_loop::{Formulation, Recording, Theta8};
+use crate::plugin::{CANCELLED, Identify};
+
+const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+
+/// 30 s at one speed, past the peaks of both axles.
+static LIMIT: LazyLock<Recording> = LazyLock::new(|| {
+    let car = drive::on_tires(&Vehicle::default(), &UNEQUAL);
+    drive::drive(&car, &drive::limit(&[25.0], 9.0), &drive::USUAL, 1)
+});
+
+/// Keeps what an analysis leaves, and calls it off after a number of questions.
+#[derive(Default)]
+struct Log {
+    groups: BTreeMap<String, Vec<String>>,
+    rows: BTreeMap<String, usize>,
+    files: BTreeMap<String, String>,
+    questions: Option<usize>,
+}
+
+impl Host for Log {
+    fn progress(&mut self, share: f64, _what: &str) -> bool {
+        assert!((0.0..=1.0).contains(&share));
+        match &mut self.questions {
+            Some(0) => false,
+            Some(left) => {
+                *left -= 1;
+                true
+            }
+            None => true,
+        }
+    }
+
+    fn record(&mut self, group: &str, signals: &[Signal]) {
+        for signal in signals {
+            assert_eq!(signal.time.len(), signal.values.len(), "{group} {}", signal.name);
+            assert!(signal.values.iter().all(|value| value.is_finite()), "{group} {}", signal.name);
+        }
+        let names = signals.iter().map(|signal| signal.name.to_owned()).collect();
+        assert!(self.groups.insert(group.to_owned(), names).is_none(), "{group} twice");
+        self.rows.insert(group.to_owned(), signals[0].time.len());
+    }
+
+    fn file(&mut self, name: &str, text: &str) {
+        self.files.insert(name.to_owned(), text.to_owned());
+    }
+}
+
+fn request<'a>(recording: &'a Recording, config: &'a str) -> Request<'a> {
+    let columns = recording.columns().into_iter().filter(|(name, _)| *name != "t");
+    let signal = |(name, values)| Signal { name, unit: "", time: &recording.t, values };
+    Request { config, signals: columns.map(signal).collect() }
+}
+
+fn run(recording: &Recording, config: &str, log: &mut Log) -> Result<Value, String> {
+    let config = format!("task = \"closed_loop\"\n{config}");
+    let request = request(recording, &config);
+    Identify::check(&request)?;
+    let text = Identify::run(&request, log)?;
+    Ok(serde_json::from_str(&text).expect("JSON"))
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("expected a number, found {value}"))
+}
+
+#[test]
+fn slip_far_below_the_peak_is_told_to_be_too_little() {
+    let car = Vehicle::default();
+    let recording = drive::drive(&car, &drive::chirp(15.0), &drive::CLEAN, 2);
+    let [v_x, v_y, r, a_y] = drive::CLEAN;
+    let config =
+        format!("em_passes = 0\nnoise = {{ v_x = {v_x}, v_y = {v_y}, r = {r}, a_y = {a_y} }}");
+    let found = run(&recording, &config, &mut Log::default()).expect("tires");
+    for axle in ["front", "rear"] {
+        let axle = &found["pem"][axle];
+        for name in ["B", "C", "D", "E"] {
+            assert_eq!(axle["identified"][name], "not_identifiable", "{name} {axle}");
+            let reason = axle["reason"][name].as_str().expect("words");
+            assert!(reason.contains("slip reached 0.00"), "{reason}");
+            assert!(reason.contains("% of the peak slip"), "{reason}");
+        }
+    }
+}
+
+#[test]
+fn every_formulation_can_be_asked_for() {
+    // 6 s around the limit.
+    let part = LIMIT.slice(1300..1900);
+    for formulation in Formulation::ALL.into_iter().skip(1) {
+        let name = formulation.name();
+        let mut log = Log::default();
+        let config = format!("method = {name:?}\nem_passes = 0");
+        let found = run(&part, &config, &mut log).expect(name);
+        assert!(number(&found[name]["front"]["mean"]["B"]) > 0.0);
+        let last = &found["formulations"][name]["theta"]["rear"]["D"];
+        assert_eq!(last, &found[name]["rear"]["mean"]["D"]);
+        assert!(log.files["tires.html"].contains(formulation.title()));
+    }
+    let all = Formulation::ALL.map(|formulation| format!("{:?}", formulation.name())).join(", ");
+    let config = format!("method = \"axle_forces\"\ncompare = [{all}]\nem_passes = 0\nodd = true");
+    let found = run(&part, &config, &mut Log::default()).expect("tires");
+    assert_eq!(found["formulations"].as_object().expect("a table").len(), 5);
+    assert!(found["axle_forces"]["front"]["mean"]["B"].is_number());
+    assert_ne!(number(&found["formulations"]["acceleration"]["odd"][0]), 0.0);
+}
+
+#[test]
+fn what_was_kept_is_predicted_and_everything_is_told() {
+    let mut log = Log::default();
+    let config = "compare = [\"smoothed_acceleration\"]\nwindows = [[0.0, 12.0], [14.0, 30.0]]\nem_passes = 30\n\
+                  [[validate]]\nname = \"weave\"\nfrom = 8.0\nuntil = 11.0";
+    let found = run(&LIMIT, config, &mut log).expect("tires");
+    let windows: Vec<_> = found["recordings"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|used| &used["window"])
+        .collect();
+    for (window, expected) in windows.iter().zip([[0.0, 7.99], [11.01, 12.0], [14.0, 29.99]]) {
+        for i in 0..2 {
+            assert!((number(&window[i]) - expected[i]).abs() < 1e-9, "{window} {expected:?}");
+        }
+    }
+    assert_eq!(windows.len(), 3);
+    for used in found["recordings"].as_array().expect("a list") {
+        let smoothing = &used["smoothing"];
+        let trace = smoothing["em"]["log_likelihood"].as_array().expect("a trace");
+        let rises = trace.windows(2).all(|pair| number(&pair[1]) >= number(&pair[0]) - 1e-5);
+        assert!(rises && trace.len() > 3, "{trace:?}");
+        assert_eq!(smoothing["em"]["violations"].as_array().map(Vec::len), Some(0));
+        let variances =
+            ["Q", "R"].iter().flat_map(|name| smoothing[name].as_array().expect("a list"));
+        assert!(variances.map(number).all(|variance| variance > 0.0), "{smoothing}");
+        assert!(number(&smoothing["a_y_rmse"]) < 0.1);
+    }
+    let weave = &found["validate"]["weave"];
+    for (name, sensor) in [("a_y", 0.1), ("r", 0.01)] {
+        let in_noise = number(&weave["in_noise"][name]);
+        assert!((0.8..1.5).contains(&in_noise), "{weave}");
+        assert!(
+            number(&weave["normalised"][name]) < 2.0 * number(&weave["floor"][name]),
+            "{weave}"
+        );
+        assert!((number(&weave["rmse"][name]) / sensor - in_noise).abs() < 0.1 * in_noise);
+    }
+    let used = 800 + 100 + 1600;
+    for group in
+        ["states", "slip angles", "smoothed states", "smoothed slip angles", "lateral acceleration"]
+    {
+        assert_eq!(log.rows[group], used, "{group}");
+    }
+    assert_eq!(log.groups["smoothed states"][8..], ["xi_y", "std_xi_y", "xi_psi", "std_xi_psi"]);
+    assert!(log.groups["lateral acceleration"].contains(&"a_y_reconstructed".to_owned()));
+    assert_eq!(log.rows["validation weave"], 301);
+    let page = &log.files["tires.html"];
+    for said in [
+        "smoothed acceleration",
+        "How the drives are explained",
+        "Autocorrelation",
+        "weave",
+        "EM finds",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    assert!(log.files["tires.toml"].contains("\"plant.tire_f.B\""));
+}
+
+#[test]
+fn noises_bounds_and_pulls_are_those_that_were_asked_for() {
+    let part = LIMIT.slice(0..1000);
+    let config = "em_passes = 0\nbounds = { C = [1.7, 1.75] }\nsimilarity = 1e7\n\
+                  noise = { v_x = 0.05, v_y = 0.01, r = 0.01, a_y = 0.1, process = { v_x = 1e-3, v_y = 2e-3, r = 3e-3, xi_x = 4.0 } }";
+    let found = run(&part, config, &mut Log::default()).expect("tires");
+    assert_eq!(found["noise"]["sensor"].to_string(), "[0.05,0.01,0.01,0.1]");
+    assert_eq!(found["noise"]["process"].to_string(), "[0.001,0.002,0.003,4.0]");
+    let of = |axle: &str, name: &str| number(&found["pem"][axle]["mean"][name]);
+    assert!((1.7..=1.75).contains(&of("front", "C")) && (1.7..=1.75).contains(&of("rear", "C")));
+    for name in ["B", "C", "D", "E"] {
+        assert!((of("front", name) / of("rear", name) - 1.0).abs() < 0.02, "{name}");
+    }
+}
+
+#[test]
+fn it_can_be_called_off() {
+    for questions in [0, 2] {
+        let mut log = Log { questions: Some(questions), ..Log::default() };
+        let ended = run(&LIMIT, "profile = true", &mut log);
+        assert_eq!(ended.err().as_deref(), Some(CANCELLED));
+        assert!(log.files.is_empty());
+    }
+}
+
+#[test]
+fn mistakes_are_told() {
+    #[rustfmt::skip]
+    let cases = [
+        ("methd = \"pem\"", "unknown field `methd`"),
+        ("method = \"svi\"", "unknown variant `svi`, expected one of `pem`, `acceleration_and_yaw`, `axle_forces`"),
+        ("compare = [\"a_y\"]", "unknown variant `a_y`"),
+        ("starts = 0", "`starts`: expected 1 or more"),
+        ("regularisation = -1.0", "`regularisation`: expected 0 or above"),
+        ("similarity = inf", "`similarity`: expected 0 or above"),
+        ("weights = { kind = \"variance\", clamp = 0.0 }", "`clamp`: expected a positive share"),
+        ("weights = { kind = \"huber\" }", "unknown variant `huber`"),
+        ("bounds = { B = [9.0, 2.0] }", "expected two rising numbers for the bounds of `B`, found 9 and 2"),
+        ("bounds = { D = [-1.0, 2.0] }", "`D`: expected bounds above 0"),
+        ("bounds = { S_h = [-0.1, 0.1] }", "`S_h` is not fitted to drives"),
+        ("typical = { E = 0.0 }", "`E`: expected a typical value other than 0"),
+        ("noise = { v_x = 0.1, v_y = 0.1, r = 0.1 }", "missing field `a_y`"),
+        ("noise = { v_x = 0.1, v_y = 0.1, r = 0.1, a_y = 0.0 }", "`a_y`: expected a positive standard deviation"),
+        ("windows = [[5.0, 2.0]]", "`windows`: expected two rising times, found 5 and 2"),
+        ("[[validate]]\nname = \"lap\"\nfrom = 3.0\nuntil = 3.0", "`lap`: expected until after from = 3, found 3"),
+        ("method = \"axle_forces\"\nprofile = true", "`profile`: expected false"),
+        ("body = { m = 0.0, I_zz = 1.0, l_f = 1.0, l_r = 1.0, h = 0.3 }", "`m`: expected a positive number"),
+    ];
+    let part = LIMIT.slice(0..200);
+    for (config, says) in cases {
+        let text = format!("task = \"closed_loop\"\n{config}");
+        let told = Identify::check(&request(&part, &text)).expect_err(config);
+        assert!(told.contains(says), "{config}: {told}");
+    }
+    for (config, says) in [
+        ("windows = [[100.0, 200.0]]", "the recording goes from 0 to 1.99 s"),
+        (
+            "[[validate]]\nname = \"lap\"\nfrom = 1.9\nuntil = 9.0",
+            "`lap`: expected 50 rows or more from 1.9 to 9 s",
+        ),
+    ] {
+        let told = run(&part, config, &mut Log::default()).expect_err(config);
+        assert!(told.contains(says), "{config}: {told}");
+    }
+}

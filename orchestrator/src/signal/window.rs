@@ -1,0 +1,34 @@
+//! Says when a part of a signal acts, and how it fades.
+
+use super::EDGE;
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Window {
+    pub(super) from: f64,
+    pub(super) until: f64,
+    pub(super) fade_in: f64,
+    pub(super) fade_out: f64,
+    /// Where the fade-out ends [s]: `until`, or the end of the run.
+    pub(super) end: f64,
+}
+
+impl Window {
+    /// 0 outside, 1 inside, and between them while it fades.
+    pub(super) fn weight(&self, time: f64) -> f64 {
+        if time + EDGE < self.from || time + EDGE >= self.until {
+            return 0.0;
+        }
+        self.fade(time)
+    }
+
+    pub(super) fn fade(&self, time: f64) -> f64 {
+        let mut weight = 1.0_f64;
+        if self.fade_in > 0.0 {
+            weight = weight.min((time - self.from) / self.fade_in);
+        }
+        if self.fade_out > 0.0 {
+            weight = weight.min((self.end - time) / self.fade_out);
+        }
+        weight.max(0.0)
+    }
+}

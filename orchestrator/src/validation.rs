@@ -1,0 +1,138 @@
+//! Says with which values the scenarios run that validate what a run found.
+
+use std::path::{Path, PathBuf};
+
+use fmi_rs::model_description::fmi2::Causality;
+
+use crate::error::Error;
+use crate::fmu::description::Variable;
+use crate::package::Built;
+use crate::report::Report;
+use crate::scenario::{Scenario, Validation};
+use crate::suggest::closest;
+use crate::system::{Body, Given, NodePlan, Overrides, Start, StartValue, System};
+
+/// Makes sure that each validation has a name of its own, which a folder can have.
+///
+/// # Errors
+/// At the name.
+pub fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(), Error> {
+    let document = &scenario.document;
+    for (place, validation) in document.validation.iter().enumerate() {
+        let name = validation.name.get_ref();
+        let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+        if !plain || crate::FILES.contains(&name.as_str()) {
+            let message = format!("expected a name that a folder can have, found `{name}`");
+            return Err(scenario.error(&validation.name, message));
+        }
+        let before = document.validation[..place].iter().map(|other| &other.name);
+        let analyses = document.analysis.iter().map(|analysis| &analysis.name);
+        let mut others = before.chain(analyses).map(toml::Spanned::get_ref);
+        if others.any(|other| other == name) || nodes.iter().any(|node| node.name == *name) {
+            let message = format!("something else is called `{name}` already");
+            return Err(scenario.error(&validation.name, message));
+        }
+    }
+    Ok(())
+}
+
+/// Finds what is wrong with the validations of a scenario, and with theirs, as far as that can be known before anything runs.
+///
+/// # Errors
+/// With the place in the file.
+pub fn rehearse(scenario: &Scenario, built: &Built, system: &System) -> Result<(), Error> {
+    for (validation, child) in scenario.document.validation.iter().zip(&scenario.validations) {
+        let overrides = overrides(scenario, validation, system, None)?;
+        let system = System::resolve(child, built, &overrides, PathBuf::new())?;
+        rehearse(child, built, &system)?;
+    }
+    Ok(())
+}
+
+/// The start values of a validation of the run of `system`. Files that analyses have left are in the report; before there is
+/// one, those that may be left are passed over.
+///
+/// # Errors
+/// At the word of the scenario that is wrong.
+pub fn overrides(
+    scenario: &Scenario,
+    validation: &Validation,
+    system: &System,
+    report: Option<&Report>,
+) -> Result<Overrides, Error> {
+    let mut overrides = Overrides::default();
+    for (node, model) in &validation.like {
+        let fmus = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
+        let Some(plan) = fmus().find(|plan| plan.name == *model.get_ref()) else {
+            let error = scenario.error(model, format!("no FMU is called `{}`", model.get_ref()));
+            return Err(match closest(model.get_ref(), fmus().map(|plan| plan.name.as_str())) {
+                Some(hint) => error.help(format!("did you mean `{hint}`?")),
+                None => error.help("the right side names an FMU of this run"),
+            });
+        };
+        let given = parameters(plan).map(|(variable, value)| Given {
+            node: node.get_ref().clone(),
+            variable,
+            value,
+            place: Some((scenario.source.clone(), node.span())),
+        });
+        overrides.defaults.extend(given);
+    }
+    for entry in &validation.set {
+        let left = |file: &str| {
+            let report = report?;
+            let known = report.files.iter().any(|name| name == file);
+            known.then(|| report.folder.join(file))
+        };
+        let beside = |file: &str| scenario.source.folder(entry.span()).join(file);
+        if let Some(file) = entry.get_ref().strip_prefix('@') {
+            let to_come = report.is_none() && !scenario.document.analysis.is_empty();
+            if to_come && !beside(file).exists() {
+                continue;
+            }
+            if report.is_some_and(|_| left(file).is_none()) && !beside(file).exists() {
+                let message =
+                    format!("no analysis left `{file}`, and it is not beside the scenario");
+                return Err(scenario.error(entry, message));
+            }
+        }
+        let given =
+            Given::parse(entry.get_ref(), |file| left(file).unwrap_or_else(|| beside(file)))
+                .map_err(|message| scenario.error(entry, message))?;
+        let place = Some((scenario.source.clone(), entry.span()));
+        overrides.starts.extend(given.into_iter().map(|it| Given { place: place.clone(), ..it }));
+    }
+    Ok(overrides)
+}
+
+/// The start values of an FMU that are no inputs, as they would be typed.
+fn parameters(node: &NodePlan) -> impl Iterator<Item = (String, String)> {
+    let (fmu, starts) = match &node.body {
+        Body::Fmu { fmu, starts, .. } => (Some(fmu), starts.as_slice()),
+        _ => (None, &[][..]),
+    };
+    starts.iter().filter_map(move |start| {
+        let variable = fmu?.description.variables.iter().find(|it| is_of(start, it))?;
+        let value = match &start.value {
+            StartValue::Real(value) => toml::Value::Float(*value),
+            StartValue::Integer(value) => toml::Value::Integer(i64::from(*value)),
+            StartValue::Boolean(value) => toml::Value::Boolean(*value),
+            StartValue::String(value) => toml::Value::String(value.clone()),
+        };
+        let wanted = variable.causality != Causality::Input;
+        wanted.then(|| (variable.name.clone(), value.to_string()))
+    })
+}
+
+/// Whether a start value is that of a variable. References are unique within a type, Enumeration being Integer.
+fn is_of(start: &Start, variable: &Variable) -> bool {
+    use crate::fmu::description::Type;
+    let fits = matches!(
+        (&start.value, variable.kind),
+        (StartValue::Real(_), Type::Real)
+            | (StartValue::Integer(_), Type::Integer | Type::Enumeration)
+            | (StartValue::Boolean(_), Type::Boolean)
+            | (StartValue::String(_), Type::String)
+    );
+    fits && variable.reference == start.reference
+}

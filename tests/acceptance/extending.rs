@@ -1,0 +1,261 @@
+//! Checks that a scenario takes over what it does not change of another one, and that mistakes are pointed at in the right file.
+
+use super::fmus::ours;
+use super::harness::{Ended, Lab};
+
+/// A scenario in a folder of its own, whose paths are relative to it.
+const BASE: &str = r#"title = "Base"
+seed = 3
+
+[time]
+step = 0.01
+stop = 0.1
+
+[[fmu]]
+name = "plant"
+path = "plant.fmu"
+start = { start.v_x = 20.0, body.m = 800.0, "tire_f.D" = 1.5, F_x = 0.0 }
+
+[[signal]]
+name = "driver.delta"
+unit = "rad"
+constant = 0.0
+
+[[signal]]
+name = "driver.v"
+unit = "m/s"
+constant = 20.0
+
+[[table]]
+name = "log"
+path = "log.csv"
+time = "t"
+columns = { v = { column = "v", unit = "m/s" } }
+
+[[connect]]
+from = "driver.delta"
+to = "plant.delta"
+bias = 0.001
+
+[[check]]
+name = "slow"
+that = "abs(plant.v_x - driver.v) < 1"
+during = [0.0, 0.05]
+
+[[check]]
+name = "never"
+that = "plant.v_x > 100"
+
+[[check]]
+name = "never ever"
+that = "plant.v_x > 200"
+
+[record]
+except = ["log.*"]
+
+[view.pose]
+x = "plant.X"
+y = "plant.Y"
+heading = "plant.psi"
+
+[[view.plot]]
+title = "Speed"
+signals = [{ signal = "plant.v_x" }, { signal = "driver.v" }]
+"#;
+
+/// What changes it.
+const CHANGED: &str = r#"extends = "base/base.toml"
+title = "Changed"
+
+[without]
+check = ["never*"]
+
+[time]
+stop = 0.2
+
+[[fmu]]
+name = "plant"
+start = { "start.v_x" = 30.0, tire_f.D = 1.2 }
+
+[[signal]]
+name = "driver.v"
+unit = "km/h"
+ramp = { start = 0.0, end = 1.0, before = 108.0, after = 108.0 }
+
+[[connect]]
+to = "plant.delta"
+noise = { std = 0.001 }
+
+[[check]]
+name = "slow"
+that = "abs(plant.v_x - driver.v / 3.6) < 1"
+
+[[check]]
+name = "log"
+that = "abs(log.v - 20) < 1e-9"
+
+[[view.plot]]
+title = "Speed"
+unit = "km/h"
+"#;
+
+/// What changes a check of which there are two.
+const TWICE: &str = "extends = \"twice.toml\"\n[[check]]\nname = \"ever\"\nthat = \"1 < 2\"\n";
+
+fn lab() -> Lab {
+    let lab = Lab::new();
+    let plant = std::fs::read(ours().join("plant.fmu")).expect("an FMU");
+    lab.write("base/plant.fmu", plant);
+    lab.write("base/log.csv", "t,v\n0,20\n1,20\n");
+    lab.write("base/base.toml", BASE);
+    lab
+}
+
+fn run(lab: &Lab, text: &str) -> Ended {
+    lab.write("case.toml", text);
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"])
+}
+
+/// The last value of a column.
+fn last(lab: &Lab, column: &str) -> Option<f64> {
+    let csv = lab.read("out/run.csv");
+    let place = csv.lines().next()?.split(',').position(|name| name == column)?;
+    csv.lines().next_back()?.split(',').nth(place)?.parse().ok()
+}
+
+#[test]
+fn what_is_not_changed_is_taken_over() {
+    let lab = lab();
+    run(&lab, CHANGED).expect(0);
+    let report = lab.report("out");
+    assert_eq!((&report["title"], &report["seed"]), (&"Changed".into(), &3.into()));
+    assert_eq!(report["steps"], 20);
+    let of_checks = |key: &str| {
+        let checks = report["checks"].as_array().expect("a list").iter();
+        checks.map(|check| check[key].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(of_checks("name"), ["slow", "log"]);
+    assert_eq!(
+        of_checks("during"),
+        [serde_json::json!([0.0, 0.05]), serde_json::json!([0.0, 0.2])]
+    );
+    let files: Vec<_> = report["sources"].as_array().expect("a list").iter().collect();
+    assert_eq!(
+        files.iter().map(|file| &file["path"]).collect::<Vec<_>>(),
+        ["case.toml", "base/base.toml"]
+    );
+    assert!(files.iter().all(|file| file["sha256"].as_str().is_some_and(|sum| sum.len() == 64)));
+    // The bias of the steering was taken over, the noise added, the table left out of the recordings.
+    let delta = last(&lab, "plant.delta").expect("recorded");
+    assert!((delta - 0.001).abs() < 0.005 && delta != 0.001, "{delta}");
+    assert_eq!(last(&lab, "log.v"), None);
+    // A scenario that says it all itself gives the same numbers.
+    let csv = lab.read("out/run.csv");
+    let whole = BASE
+        .replace("stop = 0.1", "stop = 0.2")
+        .replace("start.v_x = 20.0", "start.v_x = 30.0")
+        .replace("\"tire_f.D\" = 1.5", "tire_f.D = 1.2")
+        .replace("\"m/s\"\nconstant = 20.0", "\"km/h\"\nconstant = 108.0")
+        .replace("bias = 0.001", "bias = 0.001\nnoise = { std = 0.001 }")
+        .replace("base/", "")
+        .replace(".fmu\"", ".fmu\"\n");
+    lab.write("base/whole.toml", whole);
+    lab.trackside(&["run", "base/whole.toml", "--out", "out", "--csv"]).expect(1);
+    assert!(lab.read("out/run.csv") == csv, "the numbers differ");
+}
+
+#[test]
+fn a_chain_is_followed_and_set_and_test_work_with_it() {
+    let lab = lab();
+    lab.write("middle.toml", CHANGED);
+    let text = "extends = \"middle.toml\"\n[[fmu]]\nname = \"plant\"\nstart.body.m = 900.0\n";
+    run(&lab, text).expect(0);
+    let speed = last(&lab, "plant.v_x");
+    let arguments = ["run", "middle.toml", "--out", "out", "--csv", "--set", "plant.body.m=900"];
+    lab.trackside(&arguments).expect(0);
+    assert_eq!(last(&lab, "plant.v_x"), speed);
+    std::fs::remove_file(lab.path("base/log.csv")).expect("it was there");
+    let ended = lab.trackside(&["test", "case.toml"]).expect(0);
+    assert!(ended.stdout.contains("the data file base/log.csv is not there"), "{}", ended.stdout);
+}
+
+#[test]
+fn another_fmu_takes_the_place_of_the_inherited_one() {
+    let lab = lab();
+    std::fs::copy(lab.path("base/plant.fmu"), lab.path("other.fmu")).expect("a copy");
+    let base = BASE.replace("path = \"plant.fmu\"", "crate = \"nowhere\"\nexample = \"none\"");
+    lab.write("base/base.toml", base);
+    run(&lab, &format!("{CHANGED}\n[[fmu]]\nname = \"twin\"\npath = \"base/plant.fmu\"\nstart = {{ F_x = 0.0, delta = 0.0 }}\n"))
+        .expect(2)
+        .says(&["no cargo workspace", "base/base.toml:10:"]);
+    run(&lab, &CHANGED.replace("name = \"plant\"", "name = \"plant\"\npath = \"other.fmu\""))
+        .expect(0);
+}
+
+#[test]
+fn a_mistake_is_pointed_at_in_the_file_that_it_stands_in() {
+    let lab = lab();
+    lab.write("self.toml", "extends = \"case.toml\"\n");
+    lab.write("broken.toml", "title = \"Broken");
+    lab.write(
+        "twice.toml",
+        BASE.replace("path = \"", "path = \"base/").replace("never ever", "never"),
+    );
+    let file = "\"base/base.toml\"";
+    #[rustfmt::skip]
+    let cases = [
+        // What is extended, and how.
+        (CHANGED, file, "\"none.toml\"", "case.toml:1:", "cannot read the scenario none.toml"),
+        (CHANGED, file, "3", "case.toml:1:", "expected a string"),
+        (CHANGED, file, "\"case.toml\"", "case.toml:1:", "extends itself: case.toml -> case.toml"),
+        (CHANGED, file, "\"self.toml\"", "self.toml:1:", "extends itself: case.toml -> self.toml -> case.toml"),
+        (CHANGED, file, "\"broken.toml\"", "broken.toml:1:", "invalid"),
+(BASE, "title =", "extend =", "case.toml:1:", "did you mean `extends`?"),
+        (CHANGED, "\"never*\"", "\"newer\"", "case.toml:5:", "no inherited [[check]] is called `newer`; did you mean `never`?"),
+        (CHANGED, "check = [\"n", "chek = [\"n", "case.toml:5:", "what is extended has no [[chek]]"),
+        (CHANGED, "[\"never*\"]", "\"never\"", "case.toml:5:", "expected a sequence"),
+        (BASE, "\n[time]", "\n[without]\ncheck = [\"never\"]\n[time]", "case.toml:5:", "extends no other"),
+        (TWICE, "ever", "never", "case.toml:3:", "2 [[check]] of this name"),
+        // Words of the extending file.
+        (CHANGED, "stop =", "stpo =", "case.toml:8:", "did you mean `stop`?"),
+        (CHANGED, "tire_f.D", "tire_f.G", "case.toml:12:", "no variable `tire_f.G`"),
+        (CHANGED, "\"plant.delta\"", "\"plant.delt\"", "case.toml:19:", "missing field `from`"),
+        (CHANGED, "name = \"log\"", "nam = \"log\"", "case.toml:28:", "unknown key `nam`"),
+        (CHANGED, "abs(plant.v_x - driver.v / 3.6)", "abs(plant.v_z)", "case.toml:25:", "did you mean `plant.v_x`?"),
+        (CHANGED, "unit = \"km/h\"\nramp", "unit = \"fortnight\"\nramp", "case.toml:16:", "fortnight"),
+    ];
+    let mut wrong = Vec::new();
+    let mut look_at = |text: &str, line: &str, says: &str| {
+        let ended = run(&lab, text);
+        let message = ended.message();
+        let told = message.contains(line) && message.contains(says);
+        if ended.code() != 2 || !told || lab.has("out") {
+            wrong.push(format!("{line} {says}: {}\n{}", ended.code(), ended.stderr));
+        }
+    };
+    for (good, old, new, line, says) in cases {
+        let text = good.replacen(old, new, 1);
+        assert_ne!(text, good, "{old}");
+        look_at(&text, line, says);
+    }
+    // Words of the extended file.
+    #[rustfmt::skip]
+    let cases = [
+        ("step = 0.01", "stepp = 0.01", "base/base.toml:5:", "did you mean `step`?"),
+        ("step = 0.01", "step = 0.0", "base/base.toml:5:", "must be positive"),
+        ("step = 0.01\n", "", "case.toml:7:", "missing field `step`"),
+        ("plant.fmu", "plan.fmu", "base/base.toml:10:", "cannot read base/plan.fmu"),
+        ("body.m", "body.mm", "base/base.toml:11:", "did you mean `body.m`?"),
+        ("log.csv", "lag.csv", "base/base.toml:25:", "base/lag.csv"),
+        ("driver.delta\"\nto", "driver.dleta\"\nto", "base/base.toml:30:", "no output `dleta`"),
+        ("\"log.*\"", "\"lag.*\"", "base/base.toml:48:", "`lag.*`"),
+        ("plant.psi", "plant.pis", "base/base.toml:53:", "did you mean `plant.psi`?"),
+    ];
+    for (old, new, line, says) in cases {
+        let text = BASE.replacen(old, new, 1);
+        assert_ne!(text, BASE, "{old}");
+        lab.write("base/base.toml", text);
+        look_at(CHANGED, line, says);
+    }
+    assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
+}

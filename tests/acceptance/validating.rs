@@ -1,0 +1,190 @@
+//! Checks that scenarios run with what an analysis found, that their verdicts count, and that mistakes are told before anything runs.
+
+use super::fmus::ours;
+use super::harness::{Ended, Lab};
+use super::plugins::compile;
+
+/// A car whose mass is "found" by a plugin.
+const CASE: &str = r#"[time]
+step = 0.01
+stop = 0.1
+
+[[fmu]]
+name = "car"
+path = "plant.fmu"
+start = { start.v_x = 20.0, body.m = 900.0, F_x = 0.0, delta = 0.0 }
+
+[[analysis]]
+name = "odd"
+path = "odd.so"
+config = { mode = "finds" }
+signals = { speed = "car.v_x" }
+
+[[validation]]
+name = "pushed"
+scenario = "manoeuvres/pushed.toml"
+like = { plant = "car" }
+set = ["@found.toml"]
+
+[[check]]
+name = "told"
+that = "pushed.checks[0].value < 1e-9 and pushed.verdict == 'pass' and odd.fine == 1"
+"#;
+
+/// Two cars that are pushed with the same force.
+const PUSHED: &str = r#"title = "Twins"
+
+[time]
+step = 0.01
+stop = 0.1
+
+[[fmu]]
+name = "plant"
+path = "../plant.fmu"
+start = { start.v_x = 30.0, F_x = 3000.0, delta = 0.0 }
+
+[[fmu]]
+name = "twin"
+path = "../plant.fmu"
+start = { start.v_x = 30.0, F_x = 3000.0, delta = 0.0 }
+
+[[check]]
+name = "as fast"
+that = "rms(plant.v_x - twin.v_x) < 1e-6 * rms(plant.v_x)"
+
+[[check]]
+name = "its own speed"
+that = "plant.v_x > 29"
+"#;
+
+fn lab() -> Lab {
+    let lab = Lab::new();
+    compile(&lab, plugin::abi::VERSION);
+    lab.add(&ours().join("plant.fmu"));
+    lab.write("manoeuvres/pushed.toml", PUSHED);
+    lab
+}
+
+fn run(lab: &Lab, text: &str, more: &[&str]) -> Ended {
+    lab.write("case.toml", text);
+    lab.trackside(&[&["run", "case.toml", "--out", "out"], more].concat())
+}
+
+#[test]
+fn what_was_found_is_validated_and_reported() {
+    let lab = lab();
+    let ended = run(&lab, CASE, &[]).expect(0);
+    for line in ["pushed  out/pushed", "ok      as fast", "the check passed, the validation passed"]
+    {
+        assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
+    }
+    let validation = lab.report("out")["validations"][0].clone();
+    assert_eq!((&validation["name"], &validation["verdict"]), (&"pushed".into(), &"pass".into()));
+    assert_eq!(validation["scenario"], "manoeuvres/pushed.toml");
+    assert_eq!(validation["folder"], "out/pushed");
+    assert!(validation["checks"][0]["value"].is_number(), "{validation}");
+    assert_eq!(lab.report("out/pushed")["checks"], validation["checks"]);
+    assert!(lab.has("out/pushed/run.mcap") && lab.has("out/pushed/run.rrd"));
+    // Alone the twins are the same as well.
+    lab.trackside(&["run", "manoeuvres/pushed.toml", "--out", "alone", "--rerun", "off"]).expect(0);
+    // What is set in the run reaches its validation: its car is another one than was found.
+    let ended = run(&lab, CASE, &["--rerun", "off", "--set", "car.body.m=500"]).expect(1);
+    assert!(ended.stdout.contains("FAILED  as fast") && !lab.has("out/pushed/run.rrd"));
+    // The next run leaves nothing behind of a validation that it does not have.
+    let alone = CASE.split("[[validation]]").next().unwrap_or_default();
+    run(&lab, alone, &[]).expect(0);
+    assert!(!lab.has("out/pushed"));
+}
+
+#[test]
+fn a_validation_that_fails_or_breaks_counts() {
+    let lab = lab();
+    let ended = run(&lab, &CASE.replace("like = { plant = \"car\" }\n", ""), &[]).expect(1);
+    for line in
+        ["FAILED  as fast", "FAILED  told", "1 of 1 checks failed, 1 of 1 validations failed"]
+    {
+        assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
+    }
+    let report = lab.report("out");
+    assert_eq!(
+        (&report["verdict"], &report["validations"][0]["verdict"]),
+        (&"fail".into(), &"fail".into())
+    );
+
+    run(&lab, &CASE.replace("finds", "errs"), &[])
+        .expect(2)
+        .says(&["twin.body.mm: the FMU has no variable `body.mm`", "case.toml:20:"]);
+    assert_eq!(lab.report("out")["validations"][0]["verdict"], "error");
+
+    run(&lab, &CASE.replace("finds", "rests"), &[])
+        .expect(2)
+        .says(&["no analysis left `found.toml`", "case.toml:20:"]);
+
+    run(&lab, &CASE.replace("\"@found.toml\"", "\"@found.toml\", \"twin.body.m=-1\""), &[])
+        .expect(3)
+        .says(&["validation `pushed`: node `twin`", "body.m = -1"]);
+    assert_eq!(lab.report("out")["verdict"], "error");
+}
+
+#[test]
+fn mistakes_are_told_before_anything_runs() {
+    let lab = lab();
+    lab.write("car.toml", "[twin]\nbody.m = 900.0\n");
+    lab.write("wrong.toml", "[twin]\nbody.m = \"heavy\"\n");
+    let extending = "extends = \"case.toml\"\n";
+    lab.write("manoeuvres/back.toml", extending.replace("case", "../case"));
+    #[rustfmt::skip]
+    let cases = [
+        ("manoeuvres/pushed.toml", "manoeuvres/pulled.toml", "case.toml:18:", "cannot read the scenario manoeuvres/pulled.toml"),
+        ("manoeuvres/pushed.toml", "case.toml", "case.toml:18:", "validated by itself: case.toml -> case.toml"),
+        ("manoeuvres/pushed.toml", "manoeuvres/back.toml", "case.toml:18:", "validated by itself"),
+        ("\"pushed\"", "\"../pushed\"", "case.toml:17:", "expected a name that a folder can have"),
+        ("\"pushed\"", "\"run.mcap\"", "case.toml:17:", "expected a name that a folder can have"),
+        ("\"pushed\"", "\"car\"", "case.toml:17:", "something else is called `car`"),
+        ("\"pushed\"", "\"odd\"", "case.toml:17:", "something else is called `odd`"),
+        ("plant = \"car\"", "plant = \"cat\"", "case.toml:19:", "did you mean `car`?"),
+        ("plant = \"car\"", "plnt = \"car\"", "case.toml:19:", "no FMU is called `plnt`"),
+        ("like =", "likes =", "case.toml:19:", "did you mean `like`?"),
+        ("\"@found.toml\"", "\"@wrong.toml\"", "case.toml:20:", "twin.body.m: `body.m` is Real, found string"),
+        ("\"@found.toml\"", "\"@case.toml\"", "case.toml:20:", "expected a table"),
+        ("\"@found.toml\"", "\"twin.body.m\"", "case.toml:20:", "expected node.variable=value"),
+        ("\"@found.toml\"", "\"twin.body.mm=3\"", "case.toml:20:", "did you mean `body.m`?"),
+        ("\"@found.toml\"", "\"tvin.body.m=3\"", "case.toml:20:", "no FMU is called `tvin`"),
+    ];
+    let mut wrong = Vec::new();
+    for (old, new, line, says) in cases {
+        let text = CASE.replacen(old, new, 1);
+        assert_ne!(text, CASE, "{old}");
+        let ended = run(&lab, &text, &[]);
+        let message = ended.message();
+        let told = message.contains(line) && message.contains(says);
+        if ended.code() != 2 || !told || lab.has("out") {
+            wrong.push(format!("{line} {says}: {}\n{}", ended.code(), ended.stderr));
+        }
+    }
+    assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
+    // In the scenario that validates.
+    lab.write("manoeuvres/pushed.toml", PUSHED.replace("twin.v_x)", "twin.v_z)"));
+    run(&lab, CASE, &[])
+        .expect(2)
+        .says(&["manoeuvres/pushed.toml:19:", "did you mean `twin.v_x`?"]);
+    // Without an analysis nothing will leave the file.
+    lab.write("manoeuvres/pushed.toml", PUSHED);
+    let (head, tail) = CASE.split_once("[[analysis]]").expect("it has one");
+    let tail = tail.split_once("[[validation]]").expect("it has one").1;
+    let tail = tail.replace(" and odd.fine == 1", "");
+    let text = format!("{head}[[validation]]{tail}");
+    run(&lab, &text, &[]).expect(2).says(&["found.toml", "case.toml:14:"]);
+    assert!(!lab.has("out"));
+    run(&lab, &text.replace("found.toml", "car.toml"), &[]).expect(0);
+}
+
+#[test]
+fn the_data_of_a_validation_may_be_absent() {
+    let lab = lab();
+    let table = "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = {}\n";
+    lab.write("manoeuvres/pushed.toml", format!("{PUSHED}{table}"));
+    lab.write("case.toml", CASE);
+    let ended = lab.trackside(&["test", "case.toml"]).expect(0);
+    assert!(ended.stdout.contains("data file manoeuvres/log.csv is not there"), "{}", ended.stdout);
+}
