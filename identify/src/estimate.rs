@@ -10,7 +10,8 @@ use crate::compressed::Compressed;
 use crate::effective::effective;
 use crate::fit::{FitError, Solution};
 use crate::parameters::{Parameter, Theta};
-use crate::posterior::report::Report;
+use crate::posterior::predictive::predictive;
+use crate::posterior::report::{Band, Report};
 use crate::posterior::{self, Found, Posterior, draw, std};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
@@ -18,6 +19,9 @@ use crate::result::{ByName, Estimate, Verdict};
 use crate::samples::Samples;
 use crate::settings::{Method, Settings};
 use crate::verdict::{Evidence, Judgement, NARROWED, judge};
+
+/// Slips at which the report has the band of the curves.
+const BAND: usize = 41;
 
 /// What was identified.
 #[derive(Clone, Debug)]
@@ -56,6 +60,12 @@ pub fn identify(
     let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
     let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };
     let Found { posterior, report } = draw(&data, prior, &optima, &draws);
+    let report = Report {
+        mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
+        band: Some(Band::new(&posterior, slip_range, BAND)),
+        predictive: predictive(&noisy, &posterior, options.seed),
+        ..report
+    };
     let (noise_std, direction) = (best.noise_std, *direction);
     let exact = report.is_exact();
     let evidence = Evidence { data: &data, slip_range, noise_std, direction, exact };

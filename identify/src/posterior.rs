@@ -3,6 +3,7 @@
 //! Whatever method made the draws, everything that is told of uncertainty comes from here.
 
 pub mod grid;
+pub mod predictive;
 pub mod report;
 pub mod tempered;
 
@@ -64,6 +65,11 @@ impl Posterior {
     /// A quantity in each draw.
     pub fn values(&self, quantity: Quantity) -> Vec<f64> {
         self.draws.iter().map(|theta| quantity.value(theta)).collect()
+    }
+
+    /// Mean of a parameter.
+    pub fn mean(&self, parameter: Parameter) -> f64 {
+        mean(&self.values(Quantity::Parameter(parameter)))
     }
 
     /// Covariance of parameters.

@@ -72,6 +72,7 @@ pub fn draw(
         modes: tell_modes(&plane, &drawn, &weights),
         cells: plane.visited,
         levels: plane.level,
+        ..Report::default()
     };
     let chosen = systematic(&weights, options.draws, options.seed);
     let draws = chosen.into_iter().map(|index| drawn[index].theta).collect();
