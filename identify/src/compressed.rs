@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 use nalgebra::{SMatrix, SVector};
 
 use crate::kernel::{shapes, value_and_gradient};
+use crate::normal::Normal;
 use crate::parameters::{COUNT, Theta};
 use crate::samples::Samples;
 
@@ -32,6 +33,8 @@ pub struct Compressed {
     force: f64,
     square: f64,
     count: usize,
+    /// What counts as further observations, and the variance of their noise.
+    earlier: Option<(Normal, f64)>,
 }
 
 /// The sum of squares near a point: value, half its gradient, and half its Hessian without second derivatives of the
@@ -65,11 +68,23 @@ impl Compressed {
             force: points.iter().map(|point| point[2]).sum(),
             square: 0.0,
             count: 0,
+            earlier: None,
         };
         for group in points.chunk_by(|a, b| interval(a[0]) == interval(b[0])) {
             this.add(group);
         }
         this
+    }
+
+    /// The same data and what was found earlier, as observations of parameters that add `variance` times their distance to the
+    /// sum of squares: with noise of that variance, a normal prior.
+    pub fn with(self, earlier: Option<Normal>, variance: f64) -> Self {
+        Self { earlier: earlier.map(|normal| (normal, variance)), ..self }
+    }
+
+    /// What counts as further observations, and the variance of their noise.
+    pub fn earlier(&self) -> Option<&(Normal, f64)> {
+        self.earlier.as_ref()
     }
 
     /// How many samples were compressed.
@@ -86,7 +101,7 @@ impl Compressed {
             .map(|((slip, weight), force)| [*slip, *weight, *force])
     }
 
-    /// The same data at slips that are larger by `shift`.
+    /// The same samples at slips that are larger by `shift`, without what was found earlier.
     pub fn moved(&self, shift: f64) -> Self {
         if shift == 0.0 {
             return self.clone();
@@ -116,7 +131,8 @@ impl Compressed {
         let change =
             D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
         // Rounding may leave a perfect fit below zero.
-        (self.square + change).max(1e-15 * self.square)
+        let squares = (self.square + change).max(1e-15 * self.square);
+        squares + self.earlier.map_or(0.0, |(normal, variance)| variance * normal.distance(theta).0)
     }
 
     /// The same with derivatives by the parameters.
@@ -134,6 +150,12 @@ impl Compressed {
             sum.hessian.ger(*weight, &by, &by, 1.0);
         }
         sum.squares = sum.squares.max(1e-15 * self.square);
+        if let Some((normal, variance)) = &self.earlier {
+            let (distance, gradient) = normal.distance(theta);
+            sum.squares += variance * distance;
+            sum.gradient += SVector::from(gradient) * *variance;
+            sum.hessian += SMatrix::from(normal.precision) * *variance;
+        }
         sum
     }
 
@@ -224,7 +246,9 @@ mod tests {
 
     #[test]
     fn the_derivatives_are_those_of_the_sum() {
-        let compressed = Compressed::new(&samples(0.3));
+        let earlier =
+            Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [2.0, 0.2, 0.1, 0.3, 0.01, 0.1]);
+        let compressed = Compressed::new(&samples(0.3)).with(Some(earlier), 0.02);
         let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
         let near = compressed.quadratic(&theta);
         assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);

@@ -8,8 +8,10 @@ pub use closed_loop::{ClosedLoop, HoldOut};
 use serde::Deserialize;
 
 use crate::direction::Direction;
-use crate::fit::{self, Constraints, Options, SlipNoise};
+use crate::earlier::Files;
+use crate::fit::{Constraints, Options, Pull, SlipNoise};
 use crate::loss::Loss;
+use crate::normal::Normal;
 use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
@@ -44,6 +46,7 @@ impl Config {
             Self::Curve(curve) => {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
                 curve.fit.check("fit")?;
+                curve.files.check(&["curve"])?;
             }
             Self::ExcitationStudy(study) => {
                 let slips = study.levels.iter().all(|&level| level > 0.0 && level.is_finite());
@@ -105,6 +108,9 @@ pub struct Tires {
     /// The node whose start values `tires.toml` sets.
     #[serde(default = "plant")]
     pub node: String,
+    /// Texts that the scenario hands over.
+    #[serde(default)]
+    pub files: Files,
     /// Of random numbers.
     #[serde(default)]
     pub seed: u64,
@@ -125,7 +131,8 @@ impl Tires {
         demand(pull >= 0.0 && pull.is_finite(), "similarity", "0 or above")?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
-        self.longitudinal.check("longitudinal")
+        self.longitudinal.check("longitudinal")?;
+        self.files.check(&["front", "rear", "front_x", "rear_x"])
     }
 }
 
@@ -144,6 +151,9 @@ pub struct OneCurve {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// Texts that the scenario hands over.
+    #[serde(default)]
+    pub files: Files,
     /// Of random numbers.
     #[serde(default)]
     pub seed: u64,
@@ -224,11 +234,10 @@ impl Curve {
             }
             None => prior.free = [true; COUNT],
         }
-        let ridge = (self.regularisation > 0.0).then(|| fit::Prior {
-            mean: prior.centre,
-            std: Parameter::ALL.map(|parameter| prior.std(parameter)),
-            weight: self.regularisation,
-        });
+        let width = Parameter::ALL.map(|parameter| prior.std(parameter));
+        let towards = Normal::diagonal(prior.centre, width);
+        let ridge =
+            (self.regularisation > 0.0).then_some(Pull { towards, weight: self.regularisation });
         Settings {
             prior,
             constraints: Constraints { stiffness: self.stiffness, peak_slip: self.peak_slip },

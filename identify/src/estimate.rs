@@ -56,7 +56,7 @@ pub fn identify(
 
     let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
     let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
-    let data = Compressed::new(&noisy);
+    let data = Compressed::new(&noisy).with(settings.earlier, best.noise_std.powi(2));
     let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
     let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };
     let Found { posterior, report } = draw(&data, prior, &optima, &draws);

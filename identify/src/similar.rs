@@ -47,7 +47,9 @@ pub fn draw_together(axles: [Axle; 2], weight: f64) -> Result<(), FitError> {
 fn problem<'a>(axle: &Axle<'a>) -> Problem<'a> {
     let fixed = axle.answer.estimates.first().map_or(&[][..], |(_, first)| &first.fixed);
     let fixed = Parameter::ALL.into_iter().filter(|p| fixed.iter().any(|name| name == p.name()));
-    axle.settings.problem(axle.samples, &hold(&axle.settings.prior, &fixed.collect::<Vec<_>>()))
+    let noise = axle.answer.estimates.first().map(|(_, first)| first.noise_std.powi(2));
+    let prior = hold(&axle.settings.prior, &fixed.collect::<Vec<_>>());
+    axle.settings.problem(axle.samples, &prior, noise)
 }
 
 #[cfg(test)]

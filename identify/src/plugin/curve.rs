@@ -8,6 +8,7 @@ use crate::config::OneCurve;
 use crate::estimate::identify;
 use crate::page::{self, Page, Section};
 use crate::samples::Samples;
+use crate::settings::Settings;
 
 /// The columns of slip and force, which belong together row by row.
 ///
@@ -37,7 +38,9 @@ pub(super) fn curve(
 ) -> Result<Value, String> {
     let samples = columns(request)?;
     go_on(host, 0.0, "fitting the curve")?;
-    let settings = config.fit.settings(config.direction, config.shift(), config.seed);
+    let usual = config.fit.settings(config.direction, config.shift(), config.seed);
+    let earlier = config.files.earlier("curve", &usual.prior.free)?;
+    let settings = Settings { earlier, ..usual };
     let found =
         identify(&samples, &settings, &config.methods).map_err(|error| error.to_string())?;
     let section = Section {

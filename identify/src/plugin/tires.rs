@@ -70,7 +70,9 @@ pub(super) fn tires(
             Direction::Lateral => &config.lateral,
             Direction::Longitudinal => &config.longitudinal,
         };
-        let settings = of.settings(curve.direction, curve.points.shift, config.seed);
+        let usual = of.settings(curve.direction, curve.points.shift, config.seed);
+        let earlier = config.files.earlier(curve.key, &usual.prior.free)?;
+        let settings = Settings { earlier, ..usual };
         let samples = &curve.points.samples;
         let tire = identify(samples, &settings, &config.methods)
             .map_err(|error| format!("{}: {error}", curve.name))?;
