@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Compares the published posterior with dense NUTS on the same points, at five levels of excitation.
 
-usage: nuts_peers.py PATH_TO_posterior_csv [SAMPLES]
+usage: nuts_peers.py PATH_TO_svi_csv [SAMPLES]
 
-`posterior_csv` is the example of this crate, built with --release. Needs numpyro and jax. NUTS has no way between modes far
+`svi_csv` is the example of this crate, built with --release. Needs numpyro and jax. NUTS has no way between modes far
 apart: two chains that differ by more than a tenth of a standard deviation are told, and then the comparison says nothing.
 """
 import json
@@ -64,14 +64,14 @@ def main():
             file = os.path.join(folder, "points.csv")
             np.savetxt(file, np.column_stack([slip, force]), delimiter=",", header="slip,force", comments="", fmt="%.17g")
             output = subprocess.run([program, file], capture_output=True, check=True, text=True).stdout
-            ours = json.loads(output)
+            ours = json.loads(output)["exact"]
             draws, seconds = nuts(slip, force)
             whole = draws.reshape(-1, len(NAMES))
             mean, std = whole.mean(axis=0), whole.std(axis=0, ddof=1)
             apart = np.max(np.abs(draws[0].mean(axis=0) - draws[1].mean(axis=0)) / std)
             told = ", ".join(f"{name} {(ours['mean'][name] - mean[i]) / std[i]:+.3f} x{ours['std'][name] / std[i]:.3f}"
                              for i, name in enumerate(NAMES))
-            print(f"{100 * level:5.0f} %: {told}; chains {apart:.2f} std apart; {ours['method']} {ours['seconds']:.3f} s, "
+            print(f"{100 * level:5.0f} %: {told}; chains {apart:.2f} std apart; ours {ours['seconds']:.3f} s, "
                   f"NUTS {seconds:.0f} s", flush=True)
 
 

@@ -10,8 +10,8 @@ mod drive;
 
 use identify::closed_loop::validation::{Manoeuvre, compare};
 use identify::closed_loop::{
-    Formulation, Identified, Noise, Noises, Options, Recording, Smoothing, Target, Theta8, curve,
-    identify,
+    Formulation, Identified, Likelihood, Noise, Noises, Options, Recording, Smoothing, Target,
+    Theta8, curve, identify,
 };
 use identify::result::{ByName, Verdict};
 use vehicle::{Body, Vehicle};
@@ -114,6 +114,27 @@ fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds
     );
 }
 
+/// Errors in standard deviations, and what the data themselves say of the truth: twice the rise of the cost from the optimum to
+/// it is a sample of χ² with 8 degrees of freedom, if all is well.
+fn limits(found: &Identified, truth: &Theta8, car: &Vehicle, recording: &Recording) {
+    let likelihood = Likelihood::new(car, std::slice::from_ref(recording));
+    let Some(best) = found.formulations.last() else { return };
+    let std: [f64; 8] = std::array::from_fn(|i| found.covariance[i][i].sqrt());
+    let rise = likelihood.cost(truth, &found.noise) - likelihood.cost(&best.theta, &found.noise);
+    println!(
+        "    standard deviations [%] {:.2?}, errors over them {:.2?}, twice the rise of the cost to the truth {:.2}",
+        std::array::from_fn::<f64, 8, _>(|i| 100.0 * std[i] / truth[i]),
+        std::array::from_fn::<f64, 8, _>(|i| (best.theta[i] - truth[i]) / std[i]),
+        2.0 * rise
+    );
+    let short = |stds: [f64; 4]| stds.map(|std| format!("{std:.3e}")).join(" ");
+    println!(
+        "    noises {}, of the process {}",
+        short(found.noise.sensor),
+        short(found.noise.process)
+    );
+}
+
 fn verdicts(found: &Identified) {
     for (axle, estimate) in [("front", &found.front), ("rear", &found.rear)] {
         let identified: &ByName<Verdict> = &estimate.identified;
@@ -186,6 +207,7 @@ fn run(
     match identify(std::slice::from_ref(recording), &options, &mut |_, _| true) {
         Ok(found) => {
             report(name, &found, truth, car, processor() - begin);
+            limits(&found, truth, car, recording);
             if wishes.profile {
                 verdicts(&found);
             }

@@ -7,8 +7,7 @@ use std::time::Instant;
 
 use identify::fit::{FitError, Options, Problem, least_squares, nelder_mead};
 
-#[path = "support/points.rs"]
-mod points;
+mod csv;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -16,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     arguments.drain(..usize::from(simplex));
     let file = arguments.first().ok_or("which file? usage: fit_csv FILE [B C D E]")?;
     let start = arguments[1..].iter().map(|a| a.parse()).collect::<Result<Vec<f64>, _>>()?;
-    let samples = points::read(file)?;
+    let samples = csv::read(file)?;
     let problem = Problem::new(&samples);
     let options = match start[..] {
         [] => Options::default(),

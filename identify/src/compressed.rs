@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::kernel::{shapes, value_and_gradient};
+use crate::kernel::{self, shapes, value_and_gradient};
 use crate::normal::Normal;
 use crate::parameters::{COUNT, Theta};
 use crate::samples::Samples;
@@ -82,6 +82,12 @@ impl Compressed {
         Self { earlier: earlier.map(|normal| (normal, variance)), ..self }
     }
 
+    /// With a constant sum of squares added, so that noise of this variance is the likeliest one near a curve.
+    pub fn of_variance(mut self, variance: f64, theta: &Theta) -> Self {
+        self.square += ((self.count as f64 - 1.0) * variance - self.squares(theta)).max(0.0);
+        self
+    }
+
     /// What counts as further observations, and the variance of their noise.
     pub fn earlier(&self) -> Option<&(Normal, f64)> {
         self.earlier.as_ref()
@@ -132,10 +138,25 @@ impl Compressed {
             D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
         // Rounding may leave a perfect fit below zero.
         let squares = (self.square + change).max(1e-15 * self.square);
-        squares + self.earlier.map_or(0.0, |(normal, variance)| variance * normal.distance(theta).0)
+        squares + self.distance(theta).0
     }
 
-    /// The same with derivatives by the parameters.
+    /// The same, and half its derivatives by the parameters.
+    pub fn squares_and_gradient(&self, theta: &Theta) -> (f64, Theta) {
+        let (change, gradient) = kernel::squares(theta, &self.slips, &self.weights, &self.forces);
+        let (distance, by_distance) = self.distance(theta);
+        let squares = (self.square + change).max(1e-15 * self.square) + distance;
+        (squares, std::array::from_fn(|i| gradient[i] + by_distance[i]))
+    }
+
+    /// What was found earlier adds this, with half its derivatives.
+    fn distance(&self, theta: &Theta) -> (f64, Theta) {
+        let Some((normal, variance)) = &self.earlier else { return (0.0, [0.0; COUNT]) };
+        let (distance, gradient) = normal.distance(theta);
+        (variance * distance, gradient.map(|slope| variance * slope))
+    }
+
+    /// The same with the Hessian of Gauss and Newton.
     pub fn quadratic(&self, theta: &Theta) -> Quadratic {
         let mut sum = Quadratic {
             squares: self.square,
@@ -150,10 +171,10 @@ impl Compressed {
             sum.hessian.ger(*weight, &by, &by, 1.0);
         }
         sum.squares = sum.squares.max(1e-15 * self.square);
+        let (distance, gradient) = self.distance(theta);
+        sum.squares += distance;
+        sum.gradient += SVector::from(gradient);
         if let Some((normal, variance)) = &self.earlier {
-            let (distance, gradient) = normal.distance(theta);
-            sum.squares += variance * distance;
-            sum.gradient += SVector::from(gradient) * *variance;
             sum.hessian += SMatrix::from(normal.precision) * *variance;
         }
         sum
@@ -252,6 +273,9 @@ mod tests {
         let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
         let near = compressed.quadratic(&theta);
         assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);
+        let (squares, gradient) = compressed.squares_and_gradient(&theta);
+        assert_relative_eq!(near.squares, squares, max_relative = 1e-12);
+        assert_relative_eq!(near.gradient, SVector::from(gradient), max_relative = 1e-11);
         for i in 0..COUNT {
             let step = 1e-5 * theta[i];
             let moved = |step: f64| {

@@ -10,12 +10,13 @@ use serde::Deserialize;
 use crate::direction::Direction;
 use crate::earlier::Files;
 use crate::fit::{Constraints, Options, Pull, SlipNoise};
-use crate::loss::Loss;
+use crate::noise::Noise;
 use crate::normal::Normal;
 use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
 use crate::study::excitation::Excitation;
+use crate::svi::{Optimiser, adam::Adam};
 
 /// What is to be done.
 #[derive(Clone, Debug, Deserialize)]
@@ -45,6 +46,7 @@ impl Config {
             Self::ClosedLoop(drive) => drive.check()?,
             Self::Curve(curve) => {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
+                check_svi(&curve.svi)?;
                 curve.fit.check("fit")?;
                 curve.files.check(&["curve"])?;
             }
@@ -86,6 +88,13 @@ fn rising(bounds: &BTreeMap<Parameter, [f64; 2]>) -> Result<(), String> {
     Ok(())
 }
 
+fn check_svi(svi: &Optimiser) -> Result<(), String> {
+    let Optimiser::Adam(Adam { step, steps, batch, .. }) = svi else { return Ok(()) };
+    demand(*step > 0.0 && step.is_finite(), "step", "a number above 0")?;
+    demand(*steps > 0, "steps", "1 or more")?;
+    demand(*batch != Some(0), "batch", "1 or more")
+}
+
 /// `task = "tires"`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -102,6 +111,9 @@ pub struct Tires {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// λ_sim: weight of a pull of front and rear lateral curves to each other, in units of the width of the bounds.
     #[serde(default)]
     pub similarity: f64,
@@ -129,6 +141,7 @@ impl Tires {
         demand(!self.methods.is_empty(), "methods", "`least_squares` at least")?;
         let pull = self.similarity;
         demand(pull >= 0.0 && pull.is_finite(), "similarity", "0 or above")?;
+        check_svi(&self.svi)?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
         self.longitudinal.check("longitudinal")?;
@@ -154,6 +167,9 @@ pub struct OneCurve {
     /// Texts that the scenario hands over.
     #[serde(default)]
     pub files: Files,
+    /// How the method `svi` raises its bound.
+    #[serde(default)]
+    pub svi: Optimiser,
     /// Of random numbers.
     #[serde(default)]
     pub seed: u64,
@@ -180,8 +196,8 @@ pub struct Curve {
     pub stiffness: Option<[f64; 2]>,
     /// Limits of the slip at the peak.
     pub peak_slip: Option<[f64; 2]>,
-    /// How residuals count.
-    pub loss: Loss,
+    /// How residuals count: what the noise is taken to be.
+    pub loss: Noise,
     /// Standard deviation of the noise of the slip.
     pub slip_std: Option<f64>,
     /// λ_reg: weight of a pull of the fit towards the typical values, in units of the width of the bounds.
@@ -208,13 +224,21 @@ impl Curve {
             let found = self.regularisation;
             return Err(format!("{direction}: `regularisation` is {found}, expected 0 or above"));
         }
+        if !self.loss.is_valid() {
+            return Err(format!("{direction}: `loss`: expected finite numbers above 0"));
+        }
+        if self.loss != Noise::Square && self.slip_std.is_some() {
+            return Err(format!(
+                "{direction}: `slip_std` goes with normal noise only, not with this `loss`"
+            ));
+        }
         if self.starts == Some(0) {
             return Err(format!("{direction}: `starts` is 0, expected 1 or more"));
         }
         Ok(())
     }
 
-    /// The settings for points whose shift was found beforehand, or is to be found with the rest.
+    /// The settings for points whose shift was found beforehand, or is to be found with the rest; the noise is yet to be settled.
     pub fn settings(&self, direction: Direction, shift: Option<Shift>, seed: u64) -> Settings {
         let usual = Settings::new(direction);
         let mut prior = usual.prior;
@@ -242,7 +266,6 @@ impl Curve {
             prior,
             constraints: Constraints { stiffness: self.stiffness, peak_slip: self.peak_slip },
             ridge,
-            loss: self.loss,
             slip_noise: self.slip_std.map(SlipNoise::new),
             hold: self.hold == Hold::NotIdentifiable,
             options: Options {

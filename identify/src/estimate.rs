@@ -4,6 +4,8 @@
 //! values are those of this second fit: the curve to use where data are. Standard deviations, intervals and covariance are
 //! those of the posterior with everything free: holding a parameter teaches nothing about it.
 
+mod bayes;
+
 use std::time::{Duration, Instant};
 
 use crate::compressed::Compressed;
@@ -12,12 +14,14 @@ use crate::fit::{FitError, Solution};
 use crate::parameters::{Parameter, Theta};
 use crate::posterior::predictive::predictive;
 use crate::posterior::report::{Band, Report};
+use crate::posterior::robust::Robust;
 use crate::posterior::{self, Found, Posterior, draw, std};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
-use crate::result::{ByName, Estimate, Verdict};
+use crate::result::{ByName, Estimate, Source, Verdict};
 use crate::samples::Samples;
 use crate::settings::{Method, Settings};
+use crate::svi::Variational;
 use crate::verdict::{Evidence, Judgement, NARROWED, judge};
 
 /// Slips at which the report has the band of the curves.
@@ -28,7 +32,7 @@ const BAND: usize = 41;
 pub struct Answer {
     /// What is told, by method, in the order that was asked for.
     pub estimates: Vec<(Method, Estimate)>,
-    /// With all parameters free, by method.
+    /// The fit with all parameters free that each method is or starts from.
     pub unrestricted: Vec<(Method, Solution)>,
     /// What the data can tell.
     pub judgements: Vec<Judgement>,
@@ -36,10 +40,13 @@ pub struct Answer {
     pub posterior: Posterior,
     /// How that was found.
     pub report: Report,
+    /// The normal distribution in its place, where the method `svi` was asked for.
+    pub variational: Option<Variational>,
 }
 
-/// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again. The uncertainty is the same for all
-/// methods: it is that of the data and of what was known before, not one of a method.
+/// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again. The uncertainty of all fits is the
+/// same: it is that of the data and of what was known before, not one of a method. `svi` and `reference` hold nothing: they
+/// tell means of the posterior.
 ///
 /// # Errors
 /// If the samples or the settings leave nothing to fit, see [`FitError`].
@@ -56,14 +63,24 @@ pub fn identify(
 
     let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
     let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
-    let data = Compressed::new(&noisy).with(settings.earlier, best.noise_std.powi(2));
+    let robust = Robust::new(&noisy, settings.loss, best.noise_std);
+    let data = match &robust {
+        Some(robust) => robust.near(&best.theta, settings.earlier),
+        None => Compressed::new(&noisy).with(settings.earlier, best.noise_std.powi(2)),
+    };
     let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
     let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };
-    let Found { posterior, report } = draw(&data, prior, &optima, &draws);
+    let begin = Instant::now();
+    let Found { posterior, report } = match &robust {
+        Some(robust) => robust.draw(&data, prior, &optima, &draws),
+        None => draw(&data, prior, &optima, &draws),
+    };
+    let drawing = begin.elapsed();
     let report = Report {
         mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
         band: Some(Band::new(&posterior, slip_range, BAND)),
-        predictive: predictive(&noisy, &posterior, options.seed),
+        predictive: predictive(&noisy, settings.loss, &posterior, options.seed),
+        noise: settings.loss,
         ..report
     };
     let (noise_std, direction) = (best.noise_std, *direction);
@@ -77,11 +94,31 @@ pub fn identify(
     };
     let rest = hold(prior, &fixed);
     let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
+    let mut variational = None;
+    let bayes = bayes::Bayes {
+        samples: &noisy,
+        data: &data,
+        settings,
+        best: &best,
+        judgements: &judgements,
+        report: &report,
+        plain: assemble(&best, &[], &judgements, &posterior, slip_range, samples.len()),
+        seconds: [fitting, drawing].map(|time| time.as_secs_f64()),
+    };
     for &method in methods {
         let begin = Instant::now();
         let (free, before) = match method {
             Method::LeastSquares => (best.clone(), fitting),
             Method::NelderMead => (settings.fit(samples, prior, method)?, Duration::ZERO),
+            Method::Svi | Method::Reference => {
+                let estimate = match method {
+                    Method::Svi => bayes.svi(variational.insert(bayes.variational())),
+                    _ => bayes.reference(),
+                };
+                estimates.push((method, estimate));
+                unrestricted.push((method, best.clone()));
+                continue;
+            }
         };
         let again =
             if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
@@ -89,10 +126,11 @@ pub fn identify(
         let solution = again.as_ref().unwrap_or(&free);
         let estimate =
             assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
-        estimates.push((method, Estimate { seconds, posterior: Some(report.clone()), ..estimate }));
+        let (source, told) = (report.source(), Some(report.clone()));
+        estimates.push((method, Estimate { seconds, source, posterior: told, ..estimate }));
         unrestricted.push((method, free));
     }
-    Ok(Answer { estimates, unrestricted, judgements, posterior, report })
+    Ok(Answer { estimates, unrestricted, judgements, posterior, report, variational })
 }
 
 /// Parameters to hold at the prior, so that the data narrow what remains free.
@@ -133,8 +171,8 @@ pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
     held
 }
 
-/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time and the report on
-/// the posterior are left to the caller.
+/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time and what is told of the
+/// posterior are left to the caller.
 pub fn assemble(
     solution: &Solution,
     fixed: &[Parameter],
@@ -143,12 +181,6 @@ pub fn assemble(
     slip_range: [f64; 2],
     samples: usize,
 ) -> Estimate {
-    fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
-        judgements
-            .iter()
-            .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
-            .collect()
-    }
     let names = |parameters: &[Parameter]| parameters.iter().map(|p| p.name().to_owned()).collect();
     let free: Vec<Parameter> =
         judgements.iter().filter_map(|judgement| judgement.quantity.parameter()).collect();
@@ -167,8 +199,17 @@ pub fn assemble(
         noise_std: solution.noise_std,
         convergence: solution.convergence.clone(),
         seconds: 0.0,
+        source: Source::Likelihood,
         posterior: None,
+        svi: None,
     }
+}
+
+fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
+    judgements
+        .iter()
+        .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
+        .collect()
 }
 
 #[cfg(test)]
@@ -223,5 +264,44 @@ mod tests {
             );
         }
         assert!((estimate.noise_std / 0.05 - 1.0).abs() < 0.1);
+    }
+
+    fn bayes(level: f64) -> Answer {
+        let told = Excitation { samples: 1500, slip_std: 0.0, ..Excitation::default() };
+        let settings = Settings::new(Direction::Longitudinal);
+        let methods = [Method::Svi, Method::Reference, Method::LeastSquares];
+        identify(&samples(&told, level), &settings, &methods).expect("fits")
+    }
+
+    #[test]
+    fn a_normal_distribution_that_can_be_trusted_is_told() {
+        let answer = bayes(1.0);
+        let [(_, svi), (_, exact), (_, fit)] = &answer.estimates[..] else { panic!("three") };
+        let own = svi.svi.as_ref().expect("a report");
+        assert!(own.trusted && own.warning.is_none(), "{:?}", own.warning);
+        assert_eq!(
+            (svi.source, exact.source, fit.source),
+            (Source::Svi, Source::Grid, Source::Grid)
+        );
+        for name in ["B", "C", "D", "E", "K"] {
+            let error = (svi.mean[name] - exact.mean[name]) / exact.std[name];
+            assert!(error.abs() < 0.1, "{name}: off by {error} standard deviations");
+            let ratio = svi.std[name] / exact.std[name];
+            assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
+            assert_eq!(exact.std[name], fit.std[name]);
+        }
+        assert!(own.std["C"] < 0.9 * svi.std["C"], "weights widen what is too narrow");
+        assert!(exact.svi.is_none() && fit.svi.is_none() && svi.fixed.is_empty());
+    }
+
+    #[test]
+    fn a_normal_distribution_that_cannot_be_trusted_gives_way_to_the_posterior() {
+        let answer = bayes(0.02);
+        let [(_, svi), (_, exact), _] = &answer.estimates[..] else { panic!("three") };
+        let own = svi.svi.as_ref().expect("a report");
+        assert!(!own.trusted && own.warning.is_some());
+        assert_eq!(svi.source, Source::Grid);
+        assert_eq!((&svi.mean, &svi.interval), (&exact.mean, &exact.interval));
+        assert!(own.std["C"] < 0.5 * svi.std["C"], "what it said itself is kept");
     }
 }

@@ -6,6 +6,7 @@
 
 pub(crate) mod elementary;
 mod slope;
+mod squares;
 
 use rayon::prelude::*;
 
@@ -14,7 +15,9 @@ use crate::parameters::{COUNT, Parameter, Theta};
 use crate::samples::Samples;
 use elementary::{atan, sin_cos};
 
+pub(crate) use slope::{Graded, value_and_slope};
 pub use slope::{Local, local};
+pub use squares::squares;
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.
 const CHUNK: usize = 4096;

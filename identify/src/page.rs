@@ -14,7 +14,7 @@ use crate::direction::Direction;
 use crate::posterior::Posterior;
 use crate::posterior::predictive::Predictive;
 use crate::prior::Prior;
-use crate::result::{Estimate, Status, Verdict};
+use crate::result::{ByName, Estimate, Source, Status, Verdict};
 use crate::samples::Samples;
 use crate::study::{excitation, sensitivity};
 use crate::text::{escape, significant, with_std};
@@ -60,6 +60,8 @@ pub struct Method<'a> {
     pub estimate: &'a Estimate,
     /// Draws, for band and densities.
     pub posterior: &'a Posterior,
+    /// Draws from the normal distribution of variational inference, to be compared.
+    pub gaussian: Option<&'a Posterior>,
 }
 
 /// The page.
@@ -191,36 +193,74 @@ fn write_methods(html: &mut String, section: &Section) {
     html.push_str("<table>\n<tr><th>Method</th>");
     let names = ["B", "C", "D", "E", "K"];
     names.iter().for_each(|name| html.push_str(&format!("<th>{name}</th>")));
-    html.push_str("<th>Noise</th><th>At a bound</th><th>End</th><th>Iterations</th><th>Optima</th><th>Time</th></tr>\n");
+    html.push_str(
+        "<th>Noise</th><th>At a bound</th><th>End</th><th>Iterations</th><th>Optima</th><th>Time</th><th>Uncertainty of</th></tr>\n",
+    );
+    let values = |html: &mut String, mean: &ByName, std: &ByName| {
+        for name in names {
+            let number = |map: &ByName| map.get(name).copied().unwrap_or(f64::NAN);
+            let value = with_std(number(mean), number(std));
+            let _ = write!(html, "<td class=\"number\">{value}</td>");
+        }
+    };
     for method in &section.methods {
         let estimate = method.estimate;
         let _ = write!(html, "<tr><td>{}</td>", escape(method.name));
-        for name in names {
-            let number = |map: &crate::result::ByName| map.get(name).copied().unwrap_or(f64::NAN);
-            let value = with_std(number(&estimate.mean), number(&estimate.std));
-            let _ = write!(html, "<td class=\"number\">{value}</td>");
-        }
+        values(html, &estimate.mean, &estimate.std);
         let convergence = &estimate.convergence;
         let _ = writeln!(
             html,
-            "<td class=\"number\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"number\">{} s</td></tr>",
+            "<td class=\"number\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"number\">{} s</td>\
+             <td>{}</td></tr>",
             significant(estimate.noise_std, 3),
             escape(&if estimate.at_bound.is_empty() {
                 "none".into()
             } else {
                 estimate.at_bound.join(", ")
             }),
-            match convergence.status {
-                Status::Converged => "converged",
-                Status::Stalled => "stalled",
-                Status::IterationLimit => "limit of iterations",
-            },
+            end(convergence.status),
             convergence.iterations,
             convergence.optima,
-            significant(estimate.seconds, 2)
+            significant(estimate.seconds, 2),
+            match estimate.source {
+                Source::Likelihood => "likelihood",
+                Source::Svi => "posterior (weighted draws)",
+                Source::Grid => "posterior (grid)",
+                Source::Tempered => "posterior (tempered)",
+            }
         );
+        if let Some(told) = &estimate.svi {
+            let _ = write!(html, "<tr class=\"faint\"><td>its normal distribution</td>");
+            values(html, &told.mean, &told.std);
+            let _ = writeln!(
+                html,
+                "<td class=\"number\">{}</td><td></td><td>{}</td><td>{}</td><td></td><td></td><td>k-hat {}</td></tr>",
+                significant(told.noise_std, 3),
+                end(told.status),
+                told.steps,
+                significant(told.diagnosis.k_hat, 2),
+            );
+        }
     }
     html.push_str("</table>\n");
+    for told in section.methods.iter().filter_map(|method| method.estimate.svi.as_ref()) {
+        let warning = told.warning.as_deref().map_or_else(
+            || {
+                "The normal distribution is close to the posterior; weights make up for the rest."
+                    .to_owned()
+            },
+            |warning| format!("{warning} What is told is the posterior."),
+        );
+        let _ = writeln!(html, "<p>{}</p>", escape(&warning));
+    }
+}
+
+fn end(status: Status) -> &'static str {
+    match status {
+        Status::Converged => "converged",
+        Status::Stalled => "stalled",
+        Status::IterationLimit => "limit of iterations",
+    }
 }
 
 /// The order of rows.

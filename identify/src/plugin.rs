@@ -11,6 +11,8 @@ use crate::config::{Config, Sensitivity};
 use crate::estimate::Answer;
 use crate::page::{self, Page};
 use crate::prepare::Recording;
+use crate::result::{Estimate, Source};
+use crate::settings::Method;
 use crate::study::{excitation, sensitivity};
 
 /// The plugin.
@@ -73,12 +75,17 @@ fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
 }
 
 /// What the page shows of each method.
-fn methods(found: &Answer) -> Vec<page::Method<'_>> {
-    let posterior = &found.posterior;
-    let estimates = found.estimates.iter();
-    estimates
-        .map(|(method, estimate)| page::Method { name: method.title(), estimate, posterior })
-        .collect()
+fn methods<'a>(found: &'a Answer) -> Vec<page::Method<'a>> {
+    let shown = |(method, estimate): &'a (Method, Estimate)| {
+        let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
+        let posterior = match (estimate.source, variational) {
+            (Source::Svi, Some(variational)) => &variational.corrected,
+            _ => &found.posterior,
+        };
+        let gaussian = variational.map(|variational| &variational.gaussian);
+        page::Method { name: method.title(), estimate, posterior, gaussian }
+    };
+    found.estimates.iter().map(shown).collect()
 }
 
 fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {

@@ -4,7 +4,9 @@
 
 pub mod grid;
 pub mod predictive;
+pub mod psis;
 pub mod report;
+pub mod robust;
 pub mod tempered;
 
 use crate::compressed::Compressed;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::posterior::report::Report;
+use crate::svi;
 
 /// A number for each quantity, by name: the parameters that were fitted, and `K` (stiffness B C D), `peak` (highest
 /// friction coefficient) and `peak_slip`.
@@ -53,6 +54,20 @@ pub struct Convergence {
     pub cost: f64,
 }
 
+/// What standard deviations, intervals and covariance are those of, and of posteriors also the values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The likelihood near its maximum.
+    Likelihood,
+    /// A normal distribution, by variational inference, its draws weighted by the posterior.
+    Svi,
+    /// The exact posterior, from a grid.
+    Grid,
+    /// The posterior, from a tempered population.
+    Tempered,
+}
+
 /// What one method found for one axle in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
@@ -84,8 +99,13 @@ pub struct Estimate {
     pub convergence: Convergence,
     /// Wall time [s].
     pub seconds: f64,
-    /// How the posterior was found that standard deviations, intervals and verdicts rest on; absent where they come from the
-    /// likelihood alone.
+    /// What the uncertainty is that of.
+    pub source: Source,
+    /// How the posterior was found that verdicts rest on, and standard deviations and intervals unless `source` says
+    /// otherwise; absent where they come from the likelihood alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posterior: Option<Report>,
+    /// What variational inference said, also where it is not to be trusted and the numbers above are the posterior's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub svi: Option<svi::report::Report>,
 }

@@ -10,6 +10,7 @@ use crate::loss::Loss;
 use crate::normal::Normal;
 use crate::prior::Prior;
 use crate::samples::Samples;
+use crate::svi::Optimiser;
 
 /// A way to find the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -19,6 +20,10 @@ pub enum Method {
     LeastSquares,
     /// The simplex of Nelder and Mead, in bounds only: the yardstick of the literature.
     NelderMead,
+    /// A normal distribution in place of the posterior; where it cannot be trusted, the posterior itself.
+    Svi,
+    /// The posterior itself.
+    Reference,
 }
 
 impl Method {
@@ -27,6 +32,8 @@ impl Method {
         match self {
             Self::LeastSquares => "least_squares",
             Self::NelderMead => "nelder_mead",
+            Self::Svi => "svi",
+            Self::Reference => "reference",
         }
     }
 
@@ -35,6 +42,8 @@ impl Method {
         match self {
             Self::LeastSquares => "least squares",
             Self::NelderMead => "Nelder-Mead",
+            Self::Svi => "variational inference",
+            Self::Reference => "exact posterior",
         }
     }
 }
@@ -60,6 +69,8 @@ pub struct Settings {
     pub hold: bool,
     /// How the optimum is searched.
     pub options: Options,
+    /// How variational inference raises its bound.
+    pub svi: Optimiser,
 }
 
 impl Settings {
@@ -79,6 +90,7 @@ impl Settings {
             slip_noise: None,
             hold: true,
             options: Options::default(),
+            svi: Optimiser::default(),
         }
     }
 
@@ -103,7 +115,8 @@ impl Settings {
         }
     }
 
-    /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip.
+    /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip. What is about the posterior
+    /// starts from least squares.
     ///
     /// # Errors
     /// If samples or settings leave nothing to fit, see [`FitError`].
@@ -117,7 +130,7 @@ impl Settings {
         if self.earlier.is_some() {
             // The noise of the free fit, then that of the one that knows of earlier: its estimate hardly moves again.
             for _ in 0..2 {
-                let variance = Some(solution.noise_std.powi(2));
+                let variance = Some(self.loss.variance(solution.noise_std));
                 solution = self.fit_once(samples, prior, method, variance)?;
             }
         }
@@ -137,7 +150,9 @@ impl Settings {
         };
         let problem = self.problem(samples, prior, weight);
         match method {
-            Method::LeastSquares => least_squares(&problem, &self.options),
+            Method::LeastSquares | Method::Svi | Method::Reference => {
+                least_squares(&problem, &self.options)
+            }
             Method::NelderMead => {
                 let constraints = Constraints::default();
                 let plain = Problem { constraints, slip_noise: None, ..problem };

@@ -45,9 +45,14 @@ pub fn draw_together(axles: [Axle; 2], weight: f64) -> Result<(), FitError> {
 
 /// What was fitted last: with what was held then.
 fn problem<'a>(axle: &Axle<'a>) -> Problem<'a> {
-    let fixed = axle.answer.estimates.first().map_or(&[][..], |(_, first)| &first.fixed);
+    let mut fits = axle.answer.estimates.iter().filter(|(m, _)| *m == Method::LeastSquares);
+    let fixed = fits.next().map_or(&[][..], |(_, fit)| &fit.fixed);
     let fixed = Parameter::ALL.into_iter().filter(|p| fixed.iter().any(|name| name == p.name()));
-    let noise = axle.answer.estimates.first().map(|(_, first)| first.noise_std.powi(2));
+    let noise = axle
+        .answer
+        .estimates
+        .first()
+        .map(|(_, first)| axle.settings.loss.variance(first.noise_std));
     let prior = hold(&axle.settings.prior, &fixed.collect::<Vec<_>>());
     axle.settings.problem(axle.samples, &prior, noise)
 }

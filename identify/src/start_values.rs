@@ -87,7 +87,7 @@ fn quote(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::result::{Convergence, Status};
+    use crate::result::{Convergence, Source, Status};
 
     fn estimate() -> Estimate {
         let values = [("B", 15.1), ("C", 2.0), ("D", f64::NAN), ("E", 1e-7), ("K", 45.0)];
@@ -119,7 +119,9 @@ mod tests {
                 cost: 0.0,
             },
             seconds: 0.0,
-            posterior: Default::default(),
+            source: Source::Likelihood,
+            posterior: None,
+            svi: None,
         }
     }
 

@@ -1,10 +1,12 @@
-//! Sums up a run: as `report.json` for programs, as lines on a terminal and as Markdown for people.
+//! Sums up a run: as `report.json` for programs, and as words for people.
+
+mod earlier;
+mod text;
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::check::Verdict;
 use crate::error::Error;
@@ -12,6 +14,7 @@ use crate::fmu::sha256;
 use crate::master::Progress;
 use crate::scenario::Scenario;
 use crate::system::{Body, System};
+pub(crate) use earlier::Earlier;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -68,36 +71,6 @@ pub struct Report {
     pub folder: PathBuf,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
-}
-
-/// What an earlier run left in its folder besides the usual files.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct Earlier {
-    /// The files of analyses.
-    pub files: Vec<String>,
-    /// The validations, each of which has a folder.
-    pub validations: Vec<EarlierValidation>,
-}
-
-/// A validation of an earlier run.
-#[derive(Deserialize)]
-pub(crate) struct EarlierValidation {
-    /// Its name, which is that of its folder.
-    pub name: String,
-}
-
-impl Earlier {
-    /// What the report in the folder says, if there is one.
-    pub fn read(folder: &Path) -> Self {
-        let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
-        let mut earlier: Earlier = serde_json::from_str(&text).unwrap_or_default();
-        let plain =
-            |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
-        earlier.files.retain(plain);
-        earlier.validations.retain(|validation| plain(&validation.name));
-        earlier
-    }
 }
 
 /// How a validation ended.
@@ -270,108 +243,4 @@ impl Report {
             Ending::Error => 3,
         }
     }
-
-    /// The verdict as Markdown, for the recordings.
-    #[must_use]
-    pub fn markdown(&self) -> String {
-        let mut text = format!("**{}**\n\n", self.headline());
-        let of_validations = |it: &Validated| {
-            let named = |check| (format!("{}: ", it.name), check);
-            it.checks.clone().into_iter().map(named).collect::<Vec<_>>()
-        };
-        let own = self.checks.iter().cloned().map(|check| (String::new(), check));
-        let checks: Vec<_> = own.chain(self.validations.iter().flat_map(of_validations)).collect();
-        if !checks.is_empty() {
-            text += "| check | | worst | limit | at [s] |\n|---|---|---|---|---|\n";
-        }
-        for (of, check) in &checks {
-            let number =
-                |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
-            let sign = if check.passed { "passed" } else { "**FAILED**" };
-            let (name, worst, limit, at) =
-                (&check.name, number(check.value), number(check.limit), number(check.at));
-            // Writing into a string cannot fail.
-            let _ = writeln!(text, "| {of}{name} | {sign} | {worst} | {limit} | {at} |");
-        }
-        text
-    }
-
-    fn headline(&self) -> String {
-        let count = |failed: usize, all: usize, what: &str| match (failed, all) {
-            (0, 1) => format!("the {what} passed"),
-            (0, _) => format!("all {all} {what}s passed"),
-            _ => format!("{failed} of {all} {what}s failed"),
-        };
-        let failed = self.checks.iter().filter(|check| !check.passed).count();
-        let checks = (!self.checks.is_empty()).then(|| count(failed, self.checks.len(), "check"));
-        let failed = self.validations.iter().filter(|it| it.verdict != Ending::Pass).count();
-        let validations = (!self.validations.is_empty())
-            .then(|| count(failed, self.validations.len(), "validation"));
-        match (self.verdict, &self.error) {
-            (Ending::Pass | Ending::Fail, _) => {
-                let told: Vec<_> = checks.into_iter().chain(validations).collect();
-                if told.is_empty() {
-                    "done, nothing was checked".to_owned()
-                } else {
-                    told.join(", ")
-                }
-            }
-            (Ending::Error, Some(error)) => {
-                format!("stopped after {} s: {error}", self.sim_seconds)
-            }
-            (Ending::Error, None) => "not finished".to_owned(),
-        }
-    }
-
-    /// The lines that a person reads after a run.
-    #[must_use]
-    pub fn lines(&self) -> String {
-        let mut text = format!("{}: {}\n{}", self.scenario, self.title, lines(&self.checks, "  "));
-        for validation in &self.validations {
-            let Validated { name, folder, checks, .. } = validation;
-            // Writing into a string cannot fail.
-            let _ = write!(text, "  {name}  {}\n{}", folder.display(), lines(checks, "    "));
-        }
-        let wall = seconds(self.wall_seconds);
-        let _ = match self.steps {
-            0 => writeln!(text, "  done in {wall}"),
-            _ => writeln!(
-                text,
-                "  {} simulated in {wall}: {:.0} times real time",
-                seconds(self.sim_seconds),
-                self.realtime_factor
-            ),
-        };
-        let _ = writeln!(text, "  {}", self.folder.display());
-        for file in &self.files {
-            let _ = writeln!(text, "  {}", self.folder.join(file).display());
-        }
-        let _ = writeln!(text, "{}", self.headline());
-        text
-    }
-}
-
-/// A line for each check.
-fn lines(checks: &[Verdict], indent: &str) -> String {
-    let mut text = String::new();
-    let width = checks.iter().map(|check| check.name.chars().count()).max().unwrap_or(0);
-    for check in checks {
-        let sign = if check.passed { "ok    " } else { "FAILED" };
-        // Writing into a string cannot fail.
-        let _ = write!(text, "{indent}{sign}  {:width$}  {}", check.name, check.that);
-        let _ = match (&check.reason, check.value) {
-            (Some(reason), _) => writeln!(text, "  ({reason})"),
-            // A small part of something is worth as many digits as a large one.
-            (None, Some(value)) if value != 0.0 && value.abs() < 1e-2 => {
-                writeln!(text, "  ({value:.2e})")
-            }
-            (None, Some(value)) => writeln!(text, "  ({value:.4})"),
-            (None, None) => writeln!(text),
-        };
-    }
-    text
-}
-
-fn seconds(value: f64) -> String {
-    if value < 1.0 { format!("{:.0} ms", value * 1e3) } else { format!("{value:.1} s") }
 }

@@ -1,13 +1,15 @@
 //! One step of the extended Kalman filter that has the Magic Formula inside, for numbers that carry derivatives.
 //!
-//! The mean is integrated by Runge-Kutta steps. Its covariance moves with the Jacobian A at the middle of the step, through the
-//! second diagonal Padé approximant of e^(Ah), which is stable for any A h and off by (A h)⁵/720. Measurements have
-//! independent noises and are taken one after the other, which whitens them in that order: residual over standard deviation is
-//! the innovation multiplied by the inverse Cholesky factor of its covariance.
+//! The mean moves by the trapezoidal rule of fourth order, x₁ = x₀ + h/2 (f₀ + f₁) + h²/12 (A₀ f₀ − A₁ f₁), with one step of
+//! Newton's method from a Taylor series of third order. Its covariance moves with the derivative of that,
+//! F = (I − A₁ h/2 + A₁² h²/12)⁻¹ (I + A₀ h/2 + A₀² h²/12), for constant A the second diagonal Padé approximant of e^(Ah), which is
+//! stable for any A h and off by (A h)⁵/720. Two linearisations are all that a step needs. Measurements have independent noises
+//! and are taken one after the other, which whitens them in that order: residual over standard deviation is the innovation
+//! multiplied by the inverse Cholesky factor of its covariance.
 
 use vehicle::Vehicle;
 
-use super::car::{Held, Linear, Tires, linearise, rates};
+use super::car::{Held, Linear, Tires, linearise};
 use super::scalar::Scalar;
 
 /// Variances of the noises.
@@ -48,48 +50,63 @@ pub struct Filter<'a, T> {
 }
 
 impl<T: Scalar> Filter<'_, T> {
-    /// The state at the middle and at the end of a step of `h` [s] in 2 `half` Runge-Kutta steps.
+    /// Moves state and covariance over `h` [s] under a held input. The measured acceleration is linearised at the state that is
+    /// returned, which is near the one that was moved to.
     #[inline(always)]
-    fn integrate(&self, x: &[T; 4], u: &Held, h: f64, half: usize) -> [[T; 4]; 2] {
-        let step = h / (2 * half) as f64;
-        let mut x = *x;
-        let mut middle = x;
-        for i in 0..2 * half {
-            if i == half {
-                middle = x;
-            }
-            let ahead =
-                |h: f64, k: &[T; 3]| [x[0] + k[0] * h, x[1] + k[1] * h, x[2] + k[2] * h, x[3]];
-            let k1 = rates(self.car, &self.tires, &x, u);
-            let k2 = rates(self.car, &self.tires, &ahead(0.5 * step, &k1), u);
-            let k3 = rates(self.car, &self.tires, &ahead(0.5 * step, &k2), u);
-            let k4 = rates(self.car, &self.tires, &ahead(step, &k3), u);
-            for i in 0..3 {
-                x[i] = x[i] + (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) * (step / 6.0);
-            }
+    fn predict(&self, belief: &mut Belief<T>, u: &Held, h: f64) -> ([T; 4], Linear<T>) {
+        let x = belief.x;
+        let start = linearise(self.car, &self.tires, &x, u);
+        let [first, second] = [start.rates, times(&start.A, &start.rates)];
+        let third = times(&start.A, &second);
+        let mut near = x;
+        for i in 0..3 {
+            let tail = (second[i] * (h * h / 2.0)).plus_scaled(third[i], h * h * h / 6.0);
+            near[i] = (x[i] + tail).plus_scaled(first[i], h);
         }
-        [middle, x]
+        let end = linearise(self.car, &self.tires, &near, u);
+        let bent = times(&end.A, &end.rates);
+        let [M, N] = [side(&start.A, 0.5 * h), side(&end.A, -0.5 * h)];
+        let inverse = inverse(&N);
+        let zero = x[0].constant(0.0);
+        let mut off = [zero; 3];
+        for i in 0..3 {
+            off[i] = ((first[i] - end.rates[i]) * (0.5 * h))
+                .plus_scaled(bent[i].plus_scaled(second[i], 5.0), h * h / 12.0)
+                .plus_scaled(third[i], h * h * h / 6.0);
+        }
+        belief.x = near;
+        let mut F = [[zero; 4]; 3];
+        for i in 0..3 {
+            let row = &inverse[i];
+            belief.x[i] = near[i] - dot(row, &off);
+            for j in 0..3 {
+                F[i][j] = dot(row, &[M[0][j], M[1][j], M[2][j]]);
+            }
+            F[i][3] = dot(row, &[M[0][3] - N[0][3], M[1][3] - N[1][3], M[2][3] - N[2][3]]);
+        }
+        move_along(&F, &mut belief.P);
+        for i in 0..4 {
+            belief.P[i][i] = belief.P[i][i].plus_scaled(self.noise.process[i], h);
+        }
+        (near, end)
     }
 
-    /// Predicts over `h` [s] under a held input, and corrects by what is measured at the end.
+    /// Predicts over `h` [s] under a held input in `steps`, and corrects by what is measured at the end.
     #[inline(always)]
     pub fn step(
         &self,
         belief: &mut Belief<T>,
         u: &Held,
         h: f64,
-        half: usize,
+        steps: usize,
         measured: &[f64; 4],
     ) -> Innovation<T> {
-        let [middle, end] = self.integrate(&belief.x, u, h, half);
-        let F = transition(&linearise(self.car, &self.tires, &middle, u).A, h);
-        belief.P = predicted(&F, &belief.P);
-        for i in 0..4 {
-            belief.P[i][i] = belief.P[i][i] + self.noise.process[i] * h;
+        let part = h / steps as f64;
+        for _ in 1..steps {
+            self.predict(belief, u, part);
         }
-        belief.x = end;
-        let Linear { a_y, C, .. } = linearise(self.car, &self.tires, &end, u);
-        self.correct(belief, &end, a_y, &C, measured)
+        let (near, end) = self.predict(belief, u, part);
+        self.correct(belief, &near, end.a_y, &end.C, measured)
     }
 
     #[inline(always)]
@@ -101,7 +118,7 @@ impl<T: Scalar> Filter<'_, T> {
         C: &[T; 4],
         measured: &[f64; 4],
     ) -> Innovation<T> {
-        let zero = T::constant(0.0);
+        let zero = a_y.constant(0.0);
         let mut innovation = Innovation { residual: [zero; 4], variance: [zero; 4] };
         for i in 0..4 {
             let P = &belief.P;
@@ -112,24 +129,25 @@ impl<T: Scalar> Filter<'_, T> {
                 let mut with = [zero; 4];
                 let mut expected = a_y;
                 for j in 0..4 {
-                    expected = expected + C[j] * (belief.x[j] - prior[j]);
-                    with[j] = C[0] * P[0][j] + C[1] * P[1][j] + C[2] * P[2][j] + C[3] * P[3][j];
+                    expected = expected.plus(C[j], belief.x[j] - prior[j]);
+                    with[j] =
+                        dot(&[C[0], C[1], C[2]], &[P[0][j], P[1][j], P[2][j]]).plus(C[3], P[3][j]);
                 }
                 (with, expected)
             };
             let own = if i < 3 {
                 with[i]
             } else {
-                C[0] * with[0] + C[1] * with[1] + C[2] * with[2] + C[3] * with[3]
+                dot(&[C[0], C[1], C[2]], &[with[0], with[1], with[2]]).plus(C[3], with[3])
             };
             let variance = own + self.noise.sensor[i];
             let inverse = variance.recip();
             let residual = -expected + measured[i];
             for j in 0..4 {
                 let gain = with[j] * inverse;
-                belief.x[j] = belief.x[j] + gain * residual;
+                belief.x[j] = belief.x[j].plus(gain, residual);
                 for (l, with) in with.iter().enumerate().skip(j) {
-                    let less = belief.P[j][l] - gain * *with;
+                    let less = belief.P[j][l].minus(gain, *with);
                     belief.P[j][l] = less;
                     belief.P[l][j] = less;
                 }
@@ -141,61 +159,76 @@ impl<T: Scalar> Filter<'_, T> {
     }
 }
 
-/// The first three rows of F = I + h N⁻¹ A with N = I − A h/2 + A² h²/12; the fourth is that of the identity.
 #[inline(always)]
-fn transition<T: Scalar>(A: &[[T; 4]; 3], h: f64) -> [[T; 4]; 3] {
-    let zero = T::constant(0.0);
-    let mut N = [[zero; 3]; 3];
+fn dot<T: Scalar>(a: &[T; 3], b: &[T; 3]) -> T {
+    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
+}
+
+/// Change of the rates of v_x, v_y and r as these move on.
+#[inline(always)]
+fn times<T: Scalar>(A: &[[T; 4]; 3], rates: &[T; 3]) -> [T; 3] {
+    let mut change = *rates;
+    for i in 0..3 {
+        change[i] = dot(&[A[i][0], A[i][1], A[i][2]], rates);
+    }
+    change
+}
+
+/// The first three rows of I + A s + A² s²/3.
+#[inline(always)]
+fn side<T: Scalar>(A: &[[T; 4]; 3], s: f64) -> [[T; 4]; 3] {
+    let mut sum = [[A[0][0]; 4]; 3];
+    for i in 0..3 {
+        for j in 0..4 {
+            let square = dot(&[A[i][0], A[i][1], A[i][2]], &[A[0][j], A[1][j], A[2][j]]);
+            sum[i][j] = (A[i][j] * s).plus_scaled(square, s * s / 3.0);
+        }
+        sum[i][i] = sum[i][i] + 1.0;
+    }
+    sum
+}
+
+#[inline(always)]
+fn cross<T: Scalar>(a: &[T; 4], b: &[T; 4]) -> [T; 3] {
+    [
+        (a[1] * b[2]).minus(a[2], b[1]),
+        (a[2] * b[0]).minus(a[0], b[2]),
+        (a[0] * b[1]).minus(a[1], b[0]),
+    ]
+}
+
+/// Inverse of the first three columns, by Cramer's rule: columns of the adjugate are cross products of rows.
+#[inline(always)]
+fn inverse<T: Scalar>(N: &[[T; 4]; 3]) -> [[T; 3]; 3] {
+    let adjugate = [cross(&N[1], &N[2]), cross(&N[2], &N[0]), cross(&N[0], &N[1])];
+    let scale = dot(&[N[0][0], N[0][1], N[0][2]], &adjugate[0]).recip();
+    let mut inverse = [[scale; 3]; 3];
     for i in 0..3 {
         for j in 0..3 {
-            let square = A[i][0] * A[0][j] + A[i][1] * A[1][j] + A[i][2] * A[2][j];
-            N[i][j] = square * (h * h / 12.0) - A[i][j] * (0.5 * h);
-        }
-        N[i][i] = N[i][i] + 1.0;
-    }
-    // Cramer's rule: columns of the adjugate are cross products of rows.
-    let cross = |a: [T; 3], b: [T; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
-    let adjugate = [cross(N[1], N[2]), cross(N[2], N[0]), cross(N[0], N[1])];
-    let determinant =
-        N[0][0] * adjugate[0][0] + N[0][1] * adjugate[0][1] + N[0][2] * adjugate[0][2];
-    let scale = determinant.recip() * h;
-    let mut F = [[zero; 4]; 3];
-    for j in 0..4 {
-        let column = [A[0][j] * scale, A[1][j] * scale, A[2][j] * scale];
-        for i in 0..3 {
-            F[i][j] = adjugate[0][i] * column[0]
-                + adjugate[1][i] * column[1]
-                + adjugate[2][i] * column[2];
+            inverse[i][j] = adjugate[j][i] * scale;
         }
     }
-    for (i, row) in F.iter_mut().enumerate() {
-        row[i] = row[i] + 1.0;
-    }
-    F
+    inverse
 }
 
 /// F P Fᵀ, with the fourth row of F being that of the identity.
 #[inline(always)]
-fn predicted<T: Scalar>(F: &[[T; 4]; 3], P: &[[T; 4]; 4]) -> [[T; 4]; 4] {
-    let mut FP = [[T::constant(0.0); 4]; 3];
+fn move_along<T: Scalar>(F: &[[T; 4]; 3], P: &mut [[T; 4]; 4]) {
+    let mut FP = [[P[0][0]; 4]; 3];
     for i in 0..3 {
         for j in 0..4 {
-            FP[i][j] =
-                F[i][0] * P[0][j] + F[i][1] * P[1][j] + F[i][2] * P[2][j] + F[i][3] * P[3][j];
+            FP[i][j] = dot(&[F[i][0], F[i][1], F[i][2]], &[P[0][j], P[1][j], P[2][j]])
+                .plus(F[i][3], P[3][j]);
         }
     }
-    let mut after = *P;
     for i in 0..3 {
         for j in i..3 {
-            let entry =
-                FP[i][0] * F[j][0] + FP[i][1] * F[j][1] + FP[i][2] * F[j][2] + FP[i][3] * F[j][3];
-            after[i][j] = entry;
-            after[j][i] = entry;
+            let entry = dot(&[FP[i][0], FP[i][1], FP[i][2]], &[F[j][0], F[j][1], F[j][2]])
+                .plus(FP[i][3], F[j][3]);
+            P[i][j] = entry;
+            P[j][i] = entry;
         }
-        after[i][3] = FP[i][3];
-        after[3][i] = FP[i][3];
+        P[i][3] = FP[i][3];
+        P[3][i] = FP[i][3];
     }
-    after
 }

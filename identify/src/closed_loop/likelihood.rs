@@ -10,17 +10,15 @@ use vehicle::{Input, Vehicle};
 use super::car::{Held, Tires};
 use super::filter::{Belief, Filter, Innovation, Variances};
 use super::recording::Recording;
-use super::scalar::{Scalar, Tangent};
+use super::scalar::{DIRECTIONS, Products, Scalar, Tangent};
 use super::watch::Cancel;
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
 const START_STD_XI: f64 = 300.0;
-/// Stiffness per load [1/rad] that no tire exceeds by much: with it, Runge-Kutta steps are short enough.
+/// Stiffness per load [1/rad] that no tire exceeds by much: with it, steps are short enough.
 const STIFFEST: f64 = 90.0;
-/// Longest Runge-Kutta step in units of the fastest pole; the method is stable up to 2.78.
-const POLE_REACH: f64 = 1.0;
-/// Longest Runge-Kutta step [s].
-const LONGEST_STEP: f64 = 0.005;
+/// Longest step in units of the fastest pole.
+const POLE_REACH: f64 = 1.7;
 
 /// Samples of a stretch that starts are compared on, and length of recordings from which on that is done.
 const STRETCH: usize = 200;
@@ -46,8 +44,8 @@ impl Noise {
         Self { sensor: self.sensor, process: self.process.map(|std| std * factor) }
     }
 
-    pub(crate) fn variances<T: Scalar>(&self) -> Variances<T> {
-        let square = |std: f64| T::constant(std * std);
+    pub(crate) fn variances(&self) -> Variances<f64> {
+        let square = |std: f64| std * std;
         Variances { process: self.process.map(square), sensor: self.sensor.map(square) }
     }
 }
@@ -59,7 +57,7 @@ pub type Theta8 = [f64; 8];
 struct Sample {
     u: Held,
     h: f64,
-    half: usize,
+    steps: usize,
     measured: [f64; 4],
 }
 
@@ -72,53 +70,34 @@ pub struct Likelihood {
     pub cancel: Cancel,
 }
 
-/// The likelihood at one point, with its derivatives along `L` directions.
+/// The likelihood at one point, with its derivatives.
 #[derive(Clone, Debug)]
-pub struct Evaluation<const L: usize> {
+pub struct Evaluation {
     /// ½ Σ (e²/s + ln s).
     pub cost: f64,
     /// Its derivatives.
-    pub gradient: [f64; L],
+    pub gradient: [f64; DIRECTIONS],
     /// Fisher's information.
-    pub information: [[f64; L]; L],
+    pub information: [[f64; DIRECTIONS]; DIRECTIONS],
     /// Mean of e²/s for v_x, v_y, r and a_y; 1 if model and noises are right.
     pub mean_square: [f64; 4],
 }
 
-impl<const L: usize> Evaluation<L> {
-    fn zero() -> Self {
-        Self { cost: 0.0, gradient: [0.0; L], information: [[0.0; L]; L], mean_square: [0.0; 4] }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, innovation: &Innovation<Tangent<L>>) {
-        let mut determinant = 1.0;
-        for i in 0..4 {
-            let (e, s) = (&innovation.residual[i], &innovation.variance[i]);
-            let inverse = 1.0 / s.value;
-            let square = e.value * e.value * inverse;
-            let (by_e, by_s) = (e.value * inverse, 0.5 * inverse * (1.0 - square));
-            self.cost += 0.5 * square;
-            self.mean_square[i] += square;
-            determinant *= s.value;
-            let half = 0.5 * inverse * inverse;
-            for a in 0..L {
-                self.gradient[a] += by_e * e.along[a] + by_s * s.along[a];
-                let (e_a, s_a) = (e.along[a] * inverse, s.along[a] * half);
-                for b in 0..L {
-                    self.information[a][b] += e_a * e.along[b] + s_a * s.along[b];
-                }
-            }
-        }
-        self.cost += 0.5 * determinant.ln();
-    }
+impl Evaluation {
+    /// What is told instead once nobody wants to know.
+    const CANCELLED: Self = Self {
+        cost: f64::INFINITY,
+        gradient: [0.0; DIRECTIONS],
+        information: [[0.0; DIRECTIONS]; DIRECTIONS],
+        mean_square: [0.0; 4],
+    };
 
     /// As the model that a minimiser wants.
     pub fn model(&self, samples: usize) -> crate::fit::sqp::Model {
         crate::fit::sqp::Model {
             cost: self.cost,
             gradient: DVector::from_column_slice(&self.gradient),
-            hessian: DMatrix::from_fn(L, L, |i, j| self.information[i][j]),
+            hessian: DMatrix::from_fn(DIRECTIONS, DIRECTIONS, |i, j| self.information[i][j]),
             scale: (4.0 * samples as f64).sqrt(),
         }
     }
@@ -155,46 +134,36 @@ impl Likelihood {
     }
 
     /// Cost, gradient and information with respect to the parameters of the tires.
-    pub fn of_tires(&self, theta: &Theta8, noise: &Noise) -> Evaluation<8> {
-        let seed = |offset: usize| {
-            std::array::from_fn(|i| Tangent::seed(theta[offset + i], offset + i, 1.0))
-        };
-        self.evaluate(Tires { front: seed(0), rear: seed(4) }, noise.variances())
+    pub fn of_tires(&self, theta: &Theta8, noise: &Noise) -> Evaluation {
+        self.evaluate(theta, noise, [1.0; 8], [0.0; 8])
     }
 
     /// Cost, gradient and information with respect to the logarithms of the standard deviations of the sensors' noises, and to
     /// the variances of the process noises: those may be 0, where the logarithm would have no slope.
-    pub fn of_noise(&self, theta: &Theta8, noise: &Noise) -> Evaluation<8> {
-        let constant =
-            |offset: usize| std::array::from_fn(|i| Tangent::constant(theta[offset + i]));
-        let squares = |stds: &[f64; 4]| stds.map(|std| std * std);
-        let (sensor, process) = (squares(&noise.sensor), squares(&noise.process));
-        let variances = Variances {
-            sensor: std::array::from_fn(|i| Tangent::seed(sensor[i], i, 2.0 * sensor[i])),
-            process: std::array::from_fn(|i| Tangent::seed(process[i], 4 + i, 1.0)),
-        };
-        self.evaluate(Tires { front: constant(0), rear: constant(4) }, variances)
+    pub fn of_noise(&self, theta: &Theta8, noise: &Noise) -> Evaluation {
+        let rate = |i: usize| if i < 4 { 2.0 * noise.sensor[i].powi(2) } else { 1.0 };
+        self.evaluate(theta, noise, [0.0; 8], std::array::from_fn(rate))
     }
 
-    fn evaluate<const L: usize>(
-        &self,
-        tires: Tires<Tangent<L>>,
-        noise: Variances<Tangent<L>>,
-    ) -> Evaluation<L> {
-        let mut sum = Evaluation::zero();
+    /// Derivatives along directions of which each changes a parameter of the tires and a variance, of sensors before those of
+    /// the process, at the given rates.
+    fn evaluate(&self, theta: &Theta8, noise: &Noise, tires: Theta8, noises: Theta8) -> Evaluation {
         if self.cancel.is_cancelled() {
-            return Evaluation { cost: f64::INFINITY, ..sum };
+            return Evaluation::CANCELLED;
         }
-        self.run(tires, noise, |_, _, innovation, _| sum.add(innovation));
-        sum.mean_square = sum.mean_square.map(|square| square / self.samples as f64);
-        sum
+        let seeds =
+            Seeds { likelihood: self, theta, noise: noise.variances(), rates: [tires, noises] };
+        match pulp::Arch::new() {
+            #[cfg(target_arch = "x86_64")]
+            pulp::Arch::V3(simd) => seeds.evaluate::<_, 2>(simd),
+            _ => seeds.evaluate::<_, DIRECTIONS>(pulp::Scalar::new()),
+        }
     }
 
     /// The cost alone.
     pub fn cost(&self, theta: &Theta8, noise: &Noise) -> f64 {
-        let tires = tires(theta);
         let mut cost = 0.0;
-        self.run(tires, noise.variances(), |_, _, innovation, _| {
+        self.run(tires(theta), noise.variances(), |_, _, innovation, _| {
             let s = &innovation.variance;
             for (e, s) in innovation.residual.iter().zip(s) {
                 cost += 0.5 * e * e / s;
@@ -205,13 +174,116 @@ impl Likelihood {
     }
 
     /// Shows all innovations, and the state after each: (recording, row, innovation, belief).
-    pub(crate) fn run<T: Scalar>(
+    pub(crate) fn run(
         &self,
-        tires: Tires<T>,
-        noise: Variances<T>,
-        visit: impl FnMut(usize, usize, &Innovation<T>, &Belief<T>),
+        tires: Tires<f64>,
+        noise: Variances<f64>,
+        visit: impl FnMut(usize, usize, &Innovation<f64>, &Belief<f64>),
     ) {
         pulp::Arch::new().dispatch(Pass { likelihood: self, tires, noise, visit });
+    }
+}
+
+/// Numbers, and the rates of those that are derived by.
+struct Seeds<'a> {
+    likelihood: &'a Likelihood,
+    theta: &'a Theta8,
+    noise: Variances<f64>,
+    rates: [Theta8; 2],
+}
+
+impl Seeds<'_> {
+    fn evaluate<S: pulp::Simd, const N: usize>(&self, simd: S) -> Evaluation {
+        let [tire, noise] = &self.rates;
+        let tires = |o: usize| {
+            std::array::from_fn(|i| {
+                Tangent::<S, N>::seed(simd, self.theta[o + i], o + i, tire[o + i])
+            })
+        };
+        let variance = |variance: f64, i: usize| Tangent::seed(simd, variance, i, noise[i]);
+        let pass = Pass {
+            likelihood: self.likelihood,
+            tires: Tires { front: tires(0), rear: tires(4) },
+            noise: Variances {
+                sensor: std::array::from_fn(|i| variance(self.noise.sensor[i], i)),
+                process: std::array::from_fn(|i| variance(self.noise.process[i], 4 + i)),
+            },
+            visit: Sums::new(simd),
+        };
+        let samples = self.likelihood.samples as f64;
+        let sums = simd.vectorize(pass);
+        Evaluation {
+            cost: sums.cost.value(),
+            gradient: sums.cost.derivatives(),
+            information: sums.products.matrix(),
+            mean_square: sums.squares.map(|square| square / samples),
+        }
+    }
+}
+
+/// Takes what a pass gives.
+trait Visit<T> {
+    fn visit(
+        &mut self,
+        recording: usize,
+        row: usize,
+        innovation: &Innovation<T>,
+        belief: &Belief<T>,
+    );
+}
+
+impl<T, F: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> Visit<T> for F {
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        recording: usize,
+        row: usize,
+        innovation: &Innovation<T>,
+        belief: &Belief<T>,
+    ) {
+        self(recording, row, innovation, belief);
+    }
+}
+
+/// An [`Evaluation`] while it grows.
+struct Sums<S: pulp::Simd, const N: usize> {
+    cost: Tangent<S, N>,
+    products: Products<S, N>,
+    squares: [f64; 4],
+}
+
+impl<S: pulp::Simd, const N: usize> Sums<S, N> {
+    fn new(simd: S) -> Self {
+        Self {
+            cost: Tangent::seed(simd, 0.0, 0, 0.0),
+            products: Products::new(simd),
+            squares: [0.0; 4],
+        }
+    }
+}
+
+impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Sums<S, N> {
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        _: usize,
+        _: usize,
+        innovation: &Innovation<Tangent<S, N>>,
+        _: &Belief<Tangent<S, N>>,
+    ) {
+        let mut determinant = 1.0;
+        for i in 0..4 {
+            let (e, s) = (innovation.residual[i], innovation.variance[i]);
+            let inverse = 1.0 / s.value();
+            let square = e.value() * e.value() * inverse;
+            self.squares[i] += square;
+            determinant *= s.value();
+            let by_s = 0.5 * inverse * (1.0 - square);
+            self.cost = self.cost + e.chain(0.5 * square, e.value() * inverse) + s.chain(0.0, by_s);
+            let (e, s) = (e * inverse.sqrt(), s * (0.5_f64.sqrt() * inverse));
+            self.products.add(&[*e.along(), *s.along()]);
+        }
+        self.cost = self.cost + 0.5 * determinant.ln();
     }
 }
 
@@ -224,22 +296,21 @@ struct Pass<'a, T, V> {
     visit: V,
 }
 
-impl<T: Scalar, V: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> pulp::WithSimd
-    for Pass<'_, T, V>
-{
-    type Output = ();
+impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Pass<'_, T, V> {
+    type Output = V;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+    fn with_simd<S: pulp::Simd>(mut self, _: S) -> V {
         let filter = Filter { car: &self.likelihood.car, tires: self.tires, noise: self.noise };
         for (recording, (first, samples)) in self.likelihood.recordings.iter().enumerate() {
             let mut belief = start(first, &self.noise);
             for (k, sample) in samples.iter().enumerate() {
                 let innovation =
-                    filter.step(&mut belief, &sample.u, sample.h, sample.half, &sample.measured);
-                (self.visit)(recording, k + 1, &innovation, &belief);
+                    filter.step(&mut belief, &sample.u, sample.h, sample.steps, &sample.measured);
+                self.visit.visit(recording, k + 1, &innovation, &belief);
             }
         }
+        self.visit
     }
 }
 
@@ -251,13 +322,13 @@ pub(crate) fn tires(theta: &Theta8) -> Tires<f64> {
 
 /// The first row as the state before the second.
 fn start<T: Scalar>(first: &[f64; 4], noise: &Variances<T>) -> Belief<T> {
-    let zero = T::constant(0.0);
-    let mut P = [[zero; 4]; 4];
+    let constant = |value: f64| noise.sensor[0].constant(value);
+    let mut P = [[constant(0.0); 4]; 4];
     for (i, row) in P.iter_mut().enumerate().take(3) {
         row[i] = noise.sensor[i];
     }
-    P[3][3] = T::constant(START_STD_XI * START_STD_XI);
-    Belief { x: [first[0], first[1], first[2], 0.0].map(T::constant), P }
+    P[3][3] = constant(START_STD_XI * START_STD_XI);
+    Belief { x: [first[0], first[1], first[2], 0.0].map(constant), P }
 }
 
 fn prepare(car: &Vehicle, recording: &Recording) -> ([f64; 4], Vec<Sample>) {
@@ -268,10 +339,9 @@ fn prepare(car: &Vehicle, recording: &Recording) -> ([f64; 4], Vec<Sample>) {
     let sample = |k: usize| {
         let h = recording.t[k] - recording.t[k - 1];
         let speed = recording.v_x[k - 1].max(vehicle::SLIP_SPEED_FLOOR);
-        let longest = (POLE_REACH * speed / pole).min(LONGEST_STEP);
-        let half = (0.5 * h / longest - 1e-9).ceil().max(1.0) as usize;
+        let steps = (h * pole / (POLE_REACH * speed)).ceil().max(1.0) as usize;
         let u = Held::new(car, &Input { F_x: recording.F_x[k], delta: recording.delta[k] });
-        Sample { u, h, half, measured: recording.measured(k) }
+        Sample { u, h, steps, measured: recording.measured(k) }
     };
     let samples = (1..recording.len()).map(sample).collect();
     (recording.measured(0), samples)

@@ -19,9 +19,11 @@ const EXPLODED: f64 = 3.0;
 const HOMOTOPY: [f64; 2] = [1000.0, 30.0];
 /// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. B, C and E
 /// are so correlated that a residual of 1e-5 would still be tenths of a standard deviation along the valley.
-const ROUGH: Limits = Limits { iterations: 6, target: 1e-3, tolerance: 1e-2 };
-const COARSE: Limits = Limits { iterations: 15, target: 1e-3, tolerance: 1e-2 };
-const FINE: Limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5 };
+const ROUGH: Limits = Limits { iterations: 6, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
+const COARSE: Limits = Limits { iterations: 15, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
+const FINE: Limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5, damping: 1e-5 };
+/// Points on a way to a minimum at which the cost must fall.
+const WAYPOINTS: usize = 4;
 /// Most starts that are put together from the axles of others.
 const MOST_CROSSED: usize = 4;
 /// Largest change of the logarithm of a sensor's noise from its first guess.
@@ -29,11 +31,11 @@ const SENSOR_REACH: f64 = 4.0;
 /// Bounds of the process noise, after one second.
 const PROCESS_LOWEST: [f64; 4] = [1e-6, 1e-6, 1e-6, 1.0];
 const PROCESS_HIGHEST: [f64; 4] = [1.0, 1.0, 1.0, 1e5];
-/// Rounds of noises after tires.
-const ROUNDS: usize = 2;
+/// Most rounds of noises after tires.
+const ROUNDS: usize = 3;
 /// Difference of the costs on a part of the recordings up to which optima are carried on to all of them [nat].
 const CLOSE: f64 = 30.0;
-/// Change of the cost in a round that ends them [nat].
+/// Fall of the cost by other noises that is not worth a round [nat].
 const SETTLED: f64 = 0.5;
 
 /// The maximum.
@@ -67,6 +69,10 @@ impl Objective for OfTires<'_> {
         let mut model = evaluation.model(self.likelihood.samples());
         self.pull.add(x, &mut model);
         model
+    }
+
+    fn cost(&self, x: &DVector<f64>) -> f64 {
+        self.likelihood.cost(&theta(x), &self.noise) + self.pull.cost(x)
     }
 }
 
@@ -124,19 +130,25 @@ impl Problem<'_> {
         if self.estimate_noise {
             noise = thin.noises(&theta(&first.x), &noise, &mut evaluations);
         }
-        let minima: Vec<Minimum> =
-            candidates.par_iter().map(|from| self.minimise(&from.x, &noise, FINE)).collect();
+        let mut minima: Vec<Minimum> = Vec::new();
+        for candidate in &candidates {
+            if !minima.iter().any(|known| self.downhill(&candidate.x, known, &noise)) {
+                minima.push(self.minimise(&candidate.x, &noise, FINE));
+            }
+        }
         evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
         let minima = different(minima, f64::INFINITY);
         let mut minimum = minima.first().cloned().ok_or_else(none)?;
         for _ in 0..if self.estimate_noise { ROUNDS } else { 0 } {
-            let before = minimum.model.cost;
-            noise = self.noises(&theta(&minimum.x), &noise, &mut evaluations);
-            minimum = self.minimise(&minimum.x, &noise, FINE);
-            evaluations += minimum.evaluations;
-            if (before - minimum.model.cost).abs() < SETTLED {
+            let at = theta(&minimum.x);
+            let better = self.noises(&at, &noise, &mut evaluations);
+            let fall = self.likelihood.cost(&at, &noise) - self.likelihood.cost(&at, &better);
+            if fall < SETTLED {
                 break;
             }
+            noise = better;
+            minimum = self.minimise(&minimum.x, &noise, FINE);
+            evaluations += minimum.evaluations;
         }
         let mut optima = vec![(theta(&minimum.x), minimum.model.cost)];
         optima.extend(minima.iter().skip(1).map(|m| (theta(&m.x), m.model.cost)));
@@ -149,12 +161,32 @@ impl Problem<'_> {
         })
     }
 
+    /// Whether a minimum can be reached from a point along its valley without going uphill: then they are one optimum, and
+    /// a minimisation from there, which takes many small steps along the valley, would tell nothing.
+    fn downhill(&self, from: &DVector<f64>, to: &Minimum, noise: &Noise) -> bool {
+        let (Some(start), Some(end)) = (features(&theta(from)), features(&theta(&to.x))) else {
+            return false;
+        };
+        let objective = OfTires { likelihood: self.likelihood, noise: *noise, pull: self.pull };
+        let mut before = f64::INFINITY;
+        for k in 0..WAYPOINTS {
+            let share = k as f64 / WAYPOINTS as f64;
+            let between = std::array::from_fn(|i| start[i] + share * (end[i] - start[i]));
+            let x = DVector::from_column_slice(&self.with_features(&between));
+            let cost = objective.cost(&x);
+            if cost > before {
+                return false;
+            }
+            before = cost;
+        }
+        to.model.cost <= before
+    }
+
     /// The best minima from all starts, from others along their valleys, and from those with their axles crossed; how many starts
     /// that were, and evaluations.
     fn candidates(&self, starts: &[Theta8]) -> (Vec<Minimum>, usize, usize) {
         let along_valley = |start: &Theta8| {
-            let shaped = SHAPES.map(|shape| reshaped(start, shape, &self.bounds));
-            std::iter::once(*start).chain(shaped).collect::<Vec<_>>()
+            std::iter::once(*start).chain(self.reshaped(start)).collect::<Vec<_>>()
         };
         let search = |starts: &[Theta8]| -> Vec<Minimum> {
             starts.par_iter().map(|start| self.from(start, &self.noise)).collect()
@@ -205,7 +237,7 @@ impl Problem<'_> {
         let lower = DVector::from_fn(8, |i, _| bound(i, -1.0, &PROCESS_LOWEST));
         let upper = DVector::from_fn(8, |i, _| bound(i, 1.0, &PROCESS_HIGHEST));
         let objective = OfNoise { likelihood: self.likelihood, theta: *theta };
-        let limits = Limits { iterations: 8, target: 1e-3, tolerance: 1e-2 };
+        let limits = Limits { iterations: 8, target: 1e-3, tolerance: 1e-2, damping: 1e-5 };
         let start = DVector::from_vec(first);
         let minimum = sqp::minimise(&objective, &lower, &upper, &start, limits);
         *evaluations += minimum.evaluations;
@@ -239,20 +271,43 @@ fn crossed(minima: &[Minimum]) -> Vec<Theta8> {
 /// Shapes of the starts.
 const SHAPES: [f64; 4] = [1.3, 1.6, 1.9, 2.2];
 
-/// The same stiffness, peak and peak slip with another shape C: starts along the valley in which B, C and E make up for each
-/// other, and in which there is more than one minimum.
-fn reshaped(theta: &Theta8, shape: f64, bounds: &Bounds) -> Theta8 {
-    let mut other = *theta;
+/// Stiffness per load B C D, shape C, peak D and peak slip of both axles: along the valley in which B, C and E make up for each
+/// other only the shape changes. `None` for a curve without a peak.
+fn features(theta: &Theta8) -> Option<Theta8> {
+    let mut features = *theta;
     for o in [0, 4] {
-        let Some(peak) = super::curve(theta, o).peak_slip() else { continue };
-        let B = theta[o] * theta[o + 1] / shape;
-        let u = B * peak;
-        // The peak is where (1 − E) u + E atan u = tan(π / 2C).
-        let E = ((FRAC_PI_2 / shape).tan() - u) / (u.atan() - u);
-        let axle = [B, shape, theta[o + 2], E];
-        for i in 0..4 {
-            other[o + i] = axle[i].clamp(bounds.lower[i], bounds.upper[i]);
-        }
+        let [B, C, D] = [theta[o], theta[o + 1], theta[o + 2]];
+        features[o] = B * C * D;
+        features[o + 3] = super::curve(theta, o).peak_slip()?;
     }
-    other
+    Some(features)
+}
+
+impl Problem<'_> {
+    /// Parameters with these features, or the next ones in the box.
+    fn with_features(&self, features: &Theta8) -> Theta8 {
+        let mut theta = *features;
+        for o in [0, 4] {
+            let [K, C, D, peak] = [features[o], features[o + 1], features[o + 2], features[o + 3]];
+            let B = K / (C * D);
+            let u = B * peak;
+            // The peak is where (1 − E) u + E atan u = tan(π / 2C).
+            let E = ((FRAC_PI_2 / C).tan() - u) / (u.atan() - u);
+            for (i, parameter) in [B, C, D, E].into_iter().enumerate() {
+                theta[o + i] = parameter.clamp(self.bounds.lower[i], self.bounds.upper[i]);
+            }
+        }
+        theta
+    }
+
+    /// Starts along the valleys of both axles, in which there is more than one minimum: the same curves with other shapes.
+    fn reshaped(&self, theta: &Theta8) -> Vec<Theta8> {
+        let Some(features) = features(theta) else { return Vec::new() };
+        let with = |shape: f64| {
+            let mut features = features;
+            (features[1], features[5]) = (shape, shape);
+            self.with_features(&features)
+        };
+        SHAPES.into_iter().map(with).collect()
+    }
 }

@@ -74,6 +74,10 @@ impl Objective for WithStiffness<'_> {
         model.hessian = J.tr_mul(&model.hessian) * &J;
         model
     }
+
+    fn cost(&self, x: &DVector<f64>) -> f64 {
+        self.objective.cost(&self.original(x))
+    }
 }
 
 fn std(covariance: &DMatrix<f64>, i: usize) -> f64 {
@@ -230,9 +234,9 @@ impl Explored<'_> {
         };
         // In a flat valley the straight way along it may lead out of it, and staying is the better start.
         let (moved, stayed) = (within(from + ahead), within(from.clone()));
-        let cost = |x: &DVector<f64>| self.objective.model(x).cost;
-        let start = if cost(&moved) <= cost(&stayed) { moved } else { stayed };
-        let limits = Limits { iterations: 20, target: 1e-4, tolerance: 1e-3 };
+        let better = self.objective.cost(&moved) <= self.objective.cost(&stayed);
+        let start = if better { moved } else { stayed };
+        let limits = Limits { iterations: 20, target: 1e-4, tolerance: 1e-3, damping: 1e-5 };
         let minimum = sqp::minimise(self.objective, &lower, &upper, &start, limits);
         Neighbour {
             cost: minimum.model.cost,

@@ -22,21 +22,30 @@ impl Default for Pull {
 }
 
 impl Pull {
+    /// What the pulls cost at B, C, D, E of the front and the rear axle and whatever follows.
+    pub fn cost(&self, x: &DVector<f64>) -> f64 {
+        let square = |i: usize| {
+            let off = |from: f64, to: f64| ((from - to) / self.expected[i]).powi(2);
+            let expected = off(x[i], self.expected[i]) + off(x[i + 4], self.expected[i]);
+            self.towards_expected * expected + self.towards_each_other * off(x[i], x[i + 4])
+        };
+        0.5 * (0..4).map(square).sum::<f64>()
+    }
+
     /// Adds the pulls to a model in B, C, D, E of the front and the rear axle and whatever follows.
     pub fn add(&self, x: &DVector<f64>, model: &mut sqp::Model) {
+        model.cost += self.cost(x);
         for i in 0..4 {
             let weight = self.expected[i].powi(-2);
             let (f, r) = (i, i + 4);
             for place in [f, r] {
                 let rise = self.towards_expected * weight;
                 let off = x[place] - self.expected[i];
-                model.cost += 0.5 * rise * off * off;
                 model.gradient[place] += rise * off;
                 model.hessian[(place, place)] += rise;
             }
             let rise = self.towards_each_other * weight;
             let off = x[f] - x[r];
-            model.cost += 0.5 * rise * off * off;
             for (a, b, sign) in [(f, r, 1.0), (r, f, -1.0)] {
                 model.gradient[a] += sign * rise * off;
                 model.hessian[(a, a)] += rise;

@@ -1,12 +1,19 @@
-//! Numbers that the prediction-error filter calculates with: plain ones, or ones that carry a fixed number of derivatives.
+//! Numbers that the prediction-error filter calculates with: plain ones, or ones that carry their derivatives along eight
+//! directions.
 //!
-//! A filter step is some five hundred products; with derivatives in an array of fixed length the compiler calculates several at
-//! once, which number types that serve any length do not reach.
+//! A filter step is some thousand products. The derivatives lie in vectors of the processor, as the compiler on its own leaves
+//! half of such code scalar; no product is fused with a sum, so that all vectors give the same bits.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
+use pulp::Simd;
+use pulp::bytemuck::{Zeroable, cast_slice, cast_slice_mut};
+
 use crate::kernel::elementary;
-use crate::kernel::value_and_gradient;
+use crate::kernel::{Graded, value_and_slope};
+
+/// Derivatives that a number carries.
+pub const DIRECTIONS: usize = 8;
 
 /// A number of the filter.
 pub trait Scalar:
@@ -18,8 +25,8 @@ pub trait Scalar:
     + Add<f64, Output = Self>
     + Mul<f64, Output = Self>
 {
-    /// A number without derivatives.
-    fn constant(value: f64) -> Self;
+    /// A number of the same kind without derivatives.
+    fn constant(self, value: f64) -> Self;
 
     /// The number itself.
     fn value(self) -> f64;
@@ -27,8 +34,17 @@ pub trait Scalar:
     /// A function of this number, given its value and slope there.
     fn chain(self, value: f64, slope: f64) -> Self;
 
-    /// Friction coefficient at a slip angle, for the parameters B, C, D and E.
-    fn coefficient(tire: &[Self; 4], slip: Self) -> Self;
+    /// self + a b, where each of the sums is rounded together with its product.
+    fn plus(self, a: Self, b: Self) -> Self;
+
+    /// self − a b, in the same way.
+    fn minus(self, a: Self, b: Self) -> Self;
+
+    /// self + a b with a factor b that has no derivatives.
+    fn plus_scaled(self, a: Self, b: f64) -> Self;
+
+    /// Friction coefficient and its slope at a slip angle, for the parameters B, C, D and E.
+    fn curve(tire: &[Self; 4], slip: Self) -> [Self; 2];
 
     /// 1 / x.
     #[inline(always)]
@@ -43,18 +59,11 @@ pub trait Scalar:
         let x = self.value();
         self.chain(elementary::atan(x), 1.0 / (1.0 + x * x))
     }
-
-    /// Sine and cosine.
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = elementary::sin_cos(self.value());
-        (self.chain(sin, cos), self.chain(cos, -sin))
-    }
 }
 
 impl Scalar for f64 {
     #[inline(always)]
-    fn constant(value: f64) -> Self {
+    fn constant(self, value: f64) -> Self {
         value
     }
 
@@ -69,122 +78,261 @@ impl Scalar for f64 {
     }
 
     #[inline(always)]
-    fn coefficient(&[B, C, D, E]: &[Self; 4], slip: Self) -> Self {
-        crate::kernel::value(&[B, C, D, E, 0.0, 0.0], slip)
-    }
-}
-
-/// A number with its derivatives along `L` directions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tangent<const L: usize> {
-    /// The number.
-    pub value: f64,
-    /// Its derivatives.
-    pub along: [f64; L],
-}
-
-impl<const L: usize> Tangent<L> {
-    /// The quantity that a direction changes, at the given rate.
-    pub fn seed(value: f64, direction: usize, rate: f64) -> Self {
-        let mut along = [0.0; L];
-        along[direction] = rate;
-        Self { value, along }
+    fn plus(self, a: Self, b: Self) -> Self {
+        a.mul_add(b, self)
     }
 
     #[inline(always)]
-    fn zip(value: f64, lane: impl Fn(usize) -> f64) -> Self {
-        let mut along = [0.0; L];
-        for (l, along) in along.iter_mut().enumerate() {
-            *along = lane(l);
-        }
-        Self { value, along }
+    fn minus(self, a: Self, b: Self) -> Self {
+        (-a).mul_add(b, self)
+    }
+
+    #[inline(always)]
+    fn plus_scaled(self, a: Self, b: f64) -> Self {
+        a.mul_add(b, self)
+    }
+
+    #[inline(always)]
+    fn curve(tire: &[Self; 4], slip: Self) -> [Self; 2] {
+        value_and_slope(tire, slip).map(|(value, _)| value)
     }
 }
 
-impl<const L: usize> Neg for Tangent<L> {
+/// A number, in all places of a vector, with its derivatives in `N` vectors, which together hold [`DIRECTIONS`] of them.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Tangent<S: Simd, const N: usize> {
+    all: S::f64s,
+    along: [S::f64s; N],
+    simd: S,
+}
+
+impl<S: Simd, const N: usize> Tangent<S, N> {
+    /// The quantity that a direction changes, at the given rate.
+    pub fn seed(simd: S, value: f64, direction: usize, rate: f64) -> Self {
+        let mut along = [S::f64s::zeroed(); N];
+        cast_slice_mut::<_, f64>(&mut along)[direction] = rate;
+        Self { all: simd.splat_f64s(value), along, simd }
+    }
+
+    /// The vectors of derivatives.
+    #[inline(always)]
+    pub fn along(&self) -> &[S::f64s; N] {
+        &self.along
+    }
+
+    /// The derivatives one by one.
+    pub fn derivatives(&self) -> [f64; DIRECTIONS] {
+        std::array::from_fn(|direction| cast_slice::<_, f64>(&self.along)[direction])
+    }
+
+    #[inline(always)]
+    fn zip(self, all: S::f64s, vector: impl Fn(S, usize) -> S::f64s) -> Self {
+        let mut along = self.along;
+        for (n, along) in along.iter_mut().enumerate() {
+            *along = vector(self.simd, n);
+        }
+        Self { all, along, simd: self.simd }
+    }
+
+    /// A function of B, C, D, E and this slip.
+    #[inline(always)]
+    fn graded(self, [B, C, D, E]: &[Self; 4], (value, by): Graded) -> Self {
+        let simd = self.simd;
+        let by = [
+            simd.splat_f64s(by[0]),
+            simd.splat_f64s(by[1]),
+            simd.splat_f64s(by[2]),
+            simd.splat_f64s(by[3]),
+            simd.splat_f64s(by[4]),
+        ];
+        self.zip(
+            simd.splat_f64s(value),
+            #[inline(always)]
+            |simd, n| {
+                let mut sum = simd.mul_f64s(by[4], self.along[n]);
+                for (by, parameter) in by.into_iter().zip([B, C, D, E]) {
+                    sum = simd.mul_add_f64s(by, parameter.along[n], sum);
+                }
+                sum
+            },
+        )
+    }
+}
+
+/// Σ z zᵀ over vectors z that lie side by side as those of a [`Tangent`], on and above the diagonal.
+#[derive(Clone, Copy)]
+pub struct Products<S: Simd, const N: usize> {
+    sums: [[S::f64s; N]; DIRECTIONS],
+    simd: S,
+}
+
+impl<S: Simd, const N: usize> Products<S, N> {
+    /// Nothing yet.
+    pub fn new(simd: S) -> Self {
+        Self { sums: [[S::f64s::zeroed(); N]; DIRECTIONS], simd }
+    }
+
+    /// Adds some at once.
+    #[inline(always)]
+    pub fn add<const K: usize>(&mut self, z: &[[S::f64s; N]; K]) {
+        let simd = self.simd;
+        for (a, sums) in self.sums.iter_mut().enumerate() {
+            for (n, sum) in sums.iter_mut().enumerate().skip(a / S::F64_LANES) {
+                for z in z {
+                    let z_a = simd.splat_f64s(cast_slice::<_, f64>(z)[a]);
+                    *sum = simd.mul_add_f64s(z_a, z[n], *sum);
+                }
+            }
+        }
+    }
+
+    /// The whole of the symmetric matrix.
+    pub fn matrix(&self) -> [[f64; DIRECTIONS]; DIRECTIONS] {
+        let entry = |a: usize, b: usize| cast_slice::<_, f64>(&self.sums[a.min(b)])[a.max(b)];
+        std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
+    }
+}
+
+impl<S: Simd, const N: usize> Neg for Tangent<S, N> {
     type Output = Self;
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self::zip(-self.value, |l| -self.along[l])
+        self.zip(
+            self.simd.neg_f64s(self.all),
+            #[inline(always)]
+            |simd, n| simd.neg_f64s(self.along[n]),
+        )
     }
 }
 
-impl<const L: usize> Add for Tangent<L> {
+impl<S: Simd, const N: usize> Add for Tangent<S, N> {
     type Output = Self;
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self::zip(self.value + other.value, |l| self.along[l] + other.along[l])
+        self.zip(
+            self.simd.add_f64s(self.all, other.all),
+            #[inline(always)]
+            |simd, n| simd.add_f64s(self.along[n], other.along[n]),
+        )
     }
 }
 
-impl<const L: usize> Sub for Tangent<L> {
+impl<S: Simd, const N: usize> Sub for Tangent<S, N> {
     type Output = Self;
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self::zip(self.value - other.value, |l| self.along[l] - other.along[l])
+        self.zip(
+            self.simd.sub_f64s(self.all, other.all),
+            #[inline(always)]
+            |simd, n| simd.sub_f64s(self.along[n], other.along[n]),
+        )
     }
 }
 
-impl<const L: usize> Mul for Tangent<L> {
+impl<S: Simd, const N: usize> Mul for Tangent<S, N> {
     type Output = Self;
 
-    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        Self::zip(self.value * other.value, |l| {
-            self.along[l] * other.value + self.value * other.along[l]
-        })
+        self.zip(
+            self.simd.mul_f64s(self.all, other.all),
+            #[inline(always)]
+            |simd, n| {
+                let (own, others) = (self.along[n], other.along[n]);
+                simd.mul_add_f64s(own, other.all, simd.mul_f64s(self.all, others))
+            },
+        )
     }
 }
 
-impl<const L: usize> Add<f64> for Tangent<L> {
+impl<S: Simd, const N: usize> Add<f64> for Tangent<S, N> {
     type Output = Self;
 
     #[inline(always)]
     fn add(self, other: f64) -> Self {
-        Self { value: self.value + other, along: self.along }
+        Self { all: self.simd.add_f64s(self.all, self.simd.splat_f64s(other)), ..self }
     }
 }
 
-impl<const L: usize> Mul<f64> for Tangent<L> {
+impl<S: Simd, const N: usize> Mul<f64> for Tangent<S, N> {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        Self::zip(self.value * other, |l| self.along[l] * other)
+        let other = self.simd.splat_f64s(other);
+        self.zip(
+            self.simd.mul_f64s(self.all, other),
+            #[inline(always)]
+            |simd, n| simd.mul_f64s(self.along[n], other),
+        )
     }
 }
 
-impl<const L: usize> Scalar for Tangent<L> {
+impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
     #[inline(always)]
-    fn constant(value: f64) -> Self {
-        Self { value, along: [0.0; L] }
+    fn constant(self, value: f64) -> Self {
+        let simd = self.simd;
+        Self { all: simd.splat_f64s(value), along: [S::f64s::zeroed(); N], simd }
     }
 
     #[inline(always)]
     fn value(self) -> f64 {
-        self.value
+        cast_slice::<_, f64>(std::slice::from_ref(&self.all))[0]
     }
 
     #[inline(always)]
     fn chain(self, value: f64, slope: f64) -> Self {
-        Self::zip(value, |l| self.along[l] * slope)
+        let slope = self.simd.splat_f64s(slope);
+        self.zip(
+            self.simd.splat_f64s(value),
+            #[inline(always)]
+            |simd, n| simd.mul_f64s(self.along[n], slope),
+        )
     }
 
     #[inline(always)]
-    fn coefficient(tire: &[Self; 4], slip: Self) -> Self {
-        let [B, C, D, E] = *tire;
-        let theta = [B.value, C.value, D.value, E.value, 0.0, 0.0];
-        let (value, by) = value_and_gradient(&theta, slip.value);
-        Self::zip(value, |l| {
-            by[0] * B.along[l]
-                + by[1] * C.along[l]
-                + by[2] * D.along[l]
-                + by[3] * E.along[l]
-                + by[4] * slip.along[l]
-        })
+    fn plus(self, a: Self, b: Self) -> Self {
+        self.zip(
+            self.simd.mul_add_f64s(a.all, b.all, self.all),
+            #[inline(always)]
+            |simd, n| {
+                let sum = simd.mul_add_f64s(a.all, b.along[n], self.along[n]);
+                simd.mul_add_f64s(a.along[n], b.all, sum)
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn minus(self, a: Self, b: Self) -> Self {
+        self.zip(
+            self.simd.negate_mul_add_f64s(a.all, b.all, self.all),
+            #[inline(always)]
+            |simd, n| {
+                let sum = simd.negate_mul_add_f64s(a.all, b.along[n], self.along[n]);
+                simd.negate_mul_add_f64s(a.along[n], b.all, sum)
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn plus_scaled(self, a: Self, b: f64) -> Self {
+        let b = self.simd.splat_f64s(b);
+        self.zip(
+            self.simd.mul_add_f64s(a.all, b, self.all),
+            #[inline(always)]
+            |simd, n| simd.mul_add_f64s(a.along[n], b, self.along[n]),
+        )
+    }
+
+    #[inline(always)]
+    fn curve(tire: &[Self; 4], slip: Self) -> [Self; 2] {
+        let [B, C, D, E] = tire;
+        let [value, slope] =
+            value_and_slope(&[B.value(), C.value(), D.value(), E.value()], slip.value());
+        [slip.graded(tire, value), slip.graded(tire, slope)]
     }
 }

@@ -83,7 +83,7 @@ impl Search {
     pub fn run(&self, body: &vehicle::Body, points: &[Vec<Point>]) -> Result<Found, Error> {
         let (mut regression, whole) = self.regression(body, points);
         let [lower, upper] = self.corners();
-        let coarse = Limits { iterations: 60, target: 1e-4, tolerance: 1e-3 };
+        let coarse = Limits { iterations: 60, target: 1e-4, tolerance: 1e-3, ..Limits::default() };
         let minima: Vec<Minimum> = starts(&self.bounds, self.starts.max(1), self.seed)
             .par_iter()
             .map(|start| sqp::minimise(&regression, &lower, &upper, &self.vector(start), coarse))
@@ -97,7 +97,7 @@ impl Search {
 
         regression.std = regression.residual_std(&first.x);
         regression.blocks = whole;
-        let fine = Limits { iterations: 40, target: 1e-7, tolerance: 1e-5 };
+        let fine = Limits { iterations: 40, target: 1e-7, tolerance: 1e-5, ..Limits::default() };
         let minima: Vec<Minimum> = candidates
             .par_iter()
             .map(|from| sqp::minimise(&regression, &lower, &upper, &from.x, fine))

@@ -6,7 +6,7 @@ use num_dual::Dual64;
 use proptest::prelude::*;
 use vehicle::{Aero, Body, Input, State, Vehicle};
 
-use super::car::{Held, Tires, linearise, rates};
+use super::car::{Held, Tires, linearise};
 use super::filter::{Belief, Filter};
 use super::likelihood::{Likelihood, Noise, Theta8, tires};
 use super::*;
@@ -37,9 +37,8 @@ proptest! {
         let (held, tires) = (Held::new(&car, &input), tires(&THETA));
         let x = [v_x, v_y, r, 0.0];
         let expected = plant(&car, [v_x, v_y, r], &input);
-        let found = rates(&car, &tires, &x, &held);
         let linear = linearise(&car, &tires, &x, &held);
-        for (found, expected) in found.into_iter().chain([linear.a_y]).zip(expected) {
+        for (found, expected) in linear.rates.into_iter().chain([linear.a_y]).zip(expected) {
             prop_assert!((found - expected).abs() <= 1e-11 * (1.0 + expected.abs()));
         }
         for j in 0..3 {
@@ -51,7 +50,7 @@ proptest! {
             }
         }
         // A force that the inputs do not know acts like drag: differences, as the plant has no such force.
-        let moved = |xi: f64| rates(&car, &tires, &[v_x, v_y, r, xi], &held);
+        let moved = |xi: f64| linearise(&car, &tires, &[v_x, v_y, r, xi], &held).rates;
         let (more, less) = (moved(1.0), moved(-1.0));
         for i in 0..3 {
             let by = 0.5 * (more[i] - less[i]);
@@ -187,7 +186,7 @@ fn innovations_are_those_of_a_textbook_filter() {
 }
 
 fn rate(car: &Vehicle, tires: &Tires<f64>, x: &SVector<f64, 4>, held: &Held) -> SVector<f64, 4> {
-    let [v_x, v_y, r] = rates(car, tires, &(*x).into(), held);
+    let [v_x, v_y, r] = linearise(car, tires, &(*x).into(), held).rates;
     SVector::from([v_x, v_y, r, 0.0])
 }
 

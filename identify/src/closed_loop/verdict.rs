@@ -8,7 +8,7 @@ use vehicle::MagicFormula;
 use super::likelihood::Theta8;
 use super::profile::{Explored, Profile, Quantity};
 use super::pull::Pull;
-use crate::result::{ByName, Convergence, Estimate, Verdict};
+use crate::result::{ByName, Convergence, Estimate, Source, Verdict};
 
 /// Standard deviation over that of the box, above which data say little.
 const LITTLE: f64 = 0.3;
@@ -136,7 +136,9 @@ impl Judge<'_> {
             noise_std: self.noise_std,
             convergence: self.convergence.clone(),
             seconds: self.seconds,
+            source: Source::Likelihood,
             posterior: None,
+            svi: None,
         }
     }
 

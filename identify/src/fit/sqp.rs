@@ -41,6 +41,11 @@ pub trait Objective: Sync {
     /// The cost at a point inside the box. A cost that is not finite makes the step shorter.
     fn model(&self, x: &DVector<f64>) -> Model;
 
+    /// The cost alone.
+    fn cost(&self, x: &DVector<f64>) -> f64 {
+        self.model(x).cost
+    }
+
     /// The inequalities, always the same number of them.
     fn inequalities(&self, _x: &DVector<f64>) -> Vec<Inequality> {
         Vec::new()
@@ -56,11 +61,14 @@ pub struct Limits {
     pub target: f64,
     /// KKT residual that counts as converged where rounding forbids the target.
     pub tolerance: f64,
+    /// First damping, relative to the diagonal of the Hessian. A small one lets a search move along a valley at once, if its
+    /// start is so near that the quadratic model holds.
+    pub damping: f64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { iterations: 500, target: 1e-12, tolerance: 1e-8 }
+        Self { iterations: 500, target: 1e-12, tolerance: 1e-8, damping: 1e-2 }
     }
 }
 
@@ -88,7 +96,6 @@ pub struct Minimum {
     pub evaluations: usize,
 }
 
-const FIRST_DAMPING: f64 = 1e-2;
 const LEAST_DAMPING: f64 = 1e-13;
 const MOST_DAMPING: f64 = 1e12;
 /// Predicted decreases below this share of scale² drown in the rounding of the cost.
@@ -107,7 +114,7 @@ pub fn minimise(
     let mut point = search.at(start);
     let mut multipliers = DVector::zeros(point.values.len());
     let mut residual = search.kkt_residual(&point, &mut multipliers);
-    let mut damping = FIRST_DAMPING;
+    let mut damping = limits.damping;
     let mut iterations = 0;
     let mut status = Status::IterationLimit;
     while iterations < limits.iterations {

@@ -3,6 +3,8 @@
 
 use vehicle::{MagicFormula, Number};
 
+use super::elementary::{atan, sin_cos};
+
 /// A curve around one slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Local<T = f64> {
@@ -31,4 +33,39 @@ pub fn local<T: Number>(curve: &MagicFormula<T>, slip: T) -> Local<T> {
     let S = D * C * cos * flat;
     let S_by_v = -(D * C * flat * flat * (C * sin + v * cos * 2.0));
     Local { value: D * sin + S_v, slope: B * p * S, curvature: B * B * (p_u * S + p * p * S_by_v) }
+}
+
+/// A number and its derivatives with respect to B, C, D, E and the slip.
+pub(crate) type Graded = (f64, [f64; 5]);
+
+/// Friction coefficient and slope at a slip, without shifts.
+///
+/// With G = pS, the slope is BG; G_u = p_u S + p² S_v, S_C = D (cos φ − φ sin φ)/(1 + v²), p_E = −u²/(1 + u²).
+#[inline(always)]
+pub(crate) fn value_and_slope(tire: &[f64; 4], slip: f64) -> [Graded; 2] {
+    let [B, C, D, E] = *tire;
+    let u = B * slip;
+    let bend = u - atan(u);
+    let v = u - E * bend;
+    let w = atan(v);
+    let phi = C * w;
+    let (sin, cos) = sin_cos(phi);
+    let (uu, vv) = (1.0 + u * u, 1.0 + v * v);
+    let both = 1.0 / (uu * vv);
+    let (narrow, flat) = (vv * both, uu * both);
+    let p = 1.0 - E + E * narrow;
+    let p_u = -2.0 * E * u * narrow * narrow;
+    let S_by_D = C * cos * flat;
+    let S = D * S_by_D;
+    let S_by_v = -D * C * flat * flat * (C * sin + 2.0 * v * cos);
+    let G_u = p_u * S + p * p * S_by_v;
+    let slope = B * p * S;
+    let slope_by = [
+        p * S + u * G_u,
+        B * p * D * flat * (cos - phi * sin),
+        B * p * S_by_D,
+        -B * (S_by_v * bend * p + S * u * u * narrow),
+        B * B * G_u,
+    ];
+    [(D * sin, [S * p * slip, D * w * cos, sin, -S * bend, slope]), (slope, slope_by)]
 }

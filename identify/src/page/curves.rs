@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::plot::{Class, Plot};
 use super::{Section, unit};
 use crate::parameters::{Parameter, Theta, curve, theta};
-use crate::posterior::{quantile, std};
+use crate::posterior::{Posterior, quantile, std};
 use crate::quantity::Quantity;
 use crate::result::Estimate;
 use crate::samples::Samples;
@@ -53,7 +53,8 @@ pub fn curves(section: &Section) -> String {
     plot.figure("Tire curve (dashed: no data there)")
 }
 
-/// Densities of B, C, D, E, of stiffness, peak and the slip at the peak, one small plot each.
+/// Densities of B, C, D, E, of stiffness, peak and the slip at the peak, one small plot each; dashed those of normal
+/// distributions.
 pub fn densities(section: &Section) -> String {
     use Parameter::{B, C, D, E};
     let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain(Quantity::DERIVED);
@@ -66,11 +67,20 @@ pub fn densities(section: &Section) -> String {
 
 fn density(section: &Section, quantity: Quantity) -> Plot {
     let range = quantity.range(section.prior);
-    let draws: Vec<Vec<f64>> = section
-        .methods
+    // Methods may share one posterior, and a method's posterior may be its normal distribution.
+    let mut curves: Vec<(&Posterior, Class, bool)> = Vec::new();
+    for (method, class) in section.methods.iter().zip(COLOURS.into_iter().cycle()) {
+        let own = method.gaussian.map(|gaussian| (gaussian, class, true));
+        for curve in own.into_iter().chain([(method.posterior, class, false)]) {
+            if !curves.iter().any(|(known, ..)| std::ptr::eq(*known, curve.0)) {
+                curves.push(curve);
+            }
+        }
+    }
+    let draws: Vec<Vec<f64>> = curves
         .iter()
-        .map(|method| {
-            let mut values = method.posterior.values(quantity);
+        .map(|(posterior, ..)| {
+            let mut values = posterior.values(quantity);
             values.sort_by(f64::total_cmp);
             values
         })
@@ -88,17 +98,18 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
     let top =
         smooth.iter().flatten().copied().filter(|height| height.is_finite()).fold(0.0, f64::max);
     let mut plot = Plot::new(SMALL, x, Axis::linear("density", 0.0, 1.08 * top));
-    let mut before: Option<&crate::posterior::Posterior> = None;
-    for ((method, heights), class) in
-        section.methods.iter().zip(&smooth).zip(COLOURS.into_iter().cycle())
-    {
-        // Methods may share one posterior.
-        let shown = before.is_some_and(|before| std::ptr::eq(before, method.posterior));
-        if !shown && !method.posterior.draws.is_empty() {
-            let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
+    for ((posterior, class, gaussian), heights) in curves.iter().zip(&smooth) {
+        if posterior.draws.is_empty() {
+            continue;
+        }
+        let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
+        if *gaussian {
+            plot.dashes(&points, class, "normal distribution");
+        } else {
             plot.line(&points, class, "posterior");
         }
-        before = Some(method.posterior);
+    }
+    for (method, class) in section.methods.iter().zip(COLOURS.into_iter().cycle()) {
         if let Some(&value) = method.estimate.mean.get(name) {
             plot.mark(value, class, method.name);
         }

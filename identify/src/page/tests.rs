@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::compressed::Compressed;
-use crate::estimate::assemble;
+use crate::estimate::{assemble, identify};
 use crate::fit::Solution;
 use crate::posterior::{Options, draw};
 use crate::result::Convergence;
+use crate::settings::{Method as Asked, Settings};
 use crate::study::excitation::{Excitation, Level, Study, samples};
 use crate::verdict::{Evidence, judge};
 
@@ -63,8 +64,8 @@ fn found() -> Found {
 }
 
 fn page(found: &Found, title: &str) -> String {
-    let method =
-        Method { name: "least <squares>", estimate: &found.estimate, posterior: &found.posterior };
+    let (estimate, posterior) = (&found.estimate, &found.posterior);
+    let method = Method { name: "least <squares>", estimate, posterior, gaussian: None };
     let section = Section {
         name: "front axle & more",
         direction: Direction::Longitudinal,
@@ -159,4 +160,29 @@ fn a_page_without_data_is_a_page() {
     parse(&html);
     assert!(html.contains("No samples."));
     parse(&render(&Page::default()));
+}
+
+#[test]
+fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
+    let excitation = Excitation { samples: 400, slip_std: 0.0, ..Excitation::default() };
+    let samples = samples(&excitation, 0.08);
+    let settings = Settings::new(Direction::Longitudinal);
+    let answer = identify(&samples, &settings, &[Asked::Svi]).expect("fits");
+    let (_, estimate) = &answer.estimates[0];
+    let gaussian = answer.variational.as_ref().map(|variational| &variational.gaussian);
+    let method = Method { name: "SVI", estimate, posterior: &answer.posterior, gaussian };
+    let section = Section {
+        name: "",
+        direction: Direction::Longitudinal,
+        samples: &samples,
+        prior: &settings.prior,
+        methods: vec![method],
+    };
+    let html = render(&Page { sections: vec![section], ..Page::default() });
+    let text = text_of(&parse(&html));
+    let said = estimate.svi.as_ref().expect("a report");
+    assert!(text.contains(said.warning.as_deref().expect("a valley is no normal distribution")));
+    assert!(text.contains(&with_std(said.mean["C"], said.std["C"])));
+    assert!(text.contains(&with_std(estimate.mean["C"], estimate.std["C"])));
+    assert!(text.contains("posterior (grid)") && text.contains("k-hat"));
 }

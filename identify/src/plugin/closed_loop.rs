@@ -194,10 +194,14 @@ fn draw(
     let none = Posterior::default();
     let sections = axles.iter().enumerate().map(|(axle, (name, estimate))| {
         let posterior = &found.posterior[axle];
-        let first = page::Method { name: decisive, estimate, posterior };
-        let rest = others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| {
-            page::Method { name: fitted.formulation.title(), estimate, posterior: &none }
-        });
+        let first = page::Method { name: decisive, estimate, posterior, gaussian: None };
+        let rest =
+            others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| page::Method {
+                name: fitted.formulation.title(),
+                estimate,
+                posterior: &none,
+                gaussian: None,
+            });
         Section {
             name,
             direction: Direction::Lateral,

@@ -7,7 +7,7 @@
 mod line;
 mod linear;
 mod modes;
-mod normal;
+pub mod normal;
 mod plane;
 
 use rand::{RngExt, SeedableRng};
@@ -28,9 +28,10 @@ const S_H: usize = Parameter::S_h as usize;
 const SAMPLES: usize = 12;
 /// Draws that are spread over all cells evenly, in case a cell is worth more than its centre.
 const EVEN: f64 = 1e-4;
-/// Effective number of draws over their number, and largest weight, from which on the draws can be relied on.
-const EFFECTIVE: f64 = 0.5;
-const LARGEST: f64 = 0.01;
+/// Effective number of draws over their number from which on they can be relied on.
+pub const EFFECTIVE: f64 = 0.5;
+/// Largest weight of a draw, their sum being 1, up to which they can.
+pub const LARGEST: f64 = 0.01;
 /// Modes of less mass are not told.
 const TOLD: f64 = 1e-3;
 
@@ -120,7 +121,7 @@ fn weighted(plane: &Plane, linear: &Linear, prior: &Prior, options: &Options) ->
 }
 
 /// Systematic resampling: each index as often as its weight wants, to less than one.
-fn systematic(weights: &[f64], count: usize, seed: u64) -> Vec<usize> {
+pub(crate) fn systematic(weights: &[f64], count: usize, seed: u64) -> Vec<usize> {
     let step = weights.iter().sum::<f64>() / count as f64;
     let mut threshold = step * Pcg64::seed_from_u64(seed).random::<f64>();
     let mut reached = 0.0;

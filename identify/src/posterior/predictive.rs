@@ -1,14 +1,16 @@
 //! Compares the samples with what the posterior says that they should be: does the model fit?
 //!
 //! All that is compared are residuals over their standard deviation, each draw with a noise of its own: given the curve, S/σ² is
-//! χ² distributed.
+//! χ² distributed. Of Student's noise, whose scale is known, residuals first become the normal deviates that are as far out.
 
 use rand_distr::{ChiSquared, Distribution};
 use rand_pcg::Pcg64;
 use serde::Serialize;
 
+use super::grid::normal::student_deviate;
 use super::{Posterior, mean};
 use crate::kernel::value;
+use crate::loss::Loss;
 use crate::samples::Samples;
 use crate::text::significant;
 
@@ -43,7 +45,12 @@ pub struct Predictive {
 
 /// Compares `samples`, whose weights are their relative precisions, in the order in which they were measured. `None` where there
 /// are too few samples or no draws. The same seed gives the same numbers.
-pub fn predictive(samples: &Samples, posterior: &Posterior, seed: u64) -> Option<Predictive> {
+pub fn predictive(
+    samples: &Samples,
+    loss: Loss,
+    posterior: &Posterior,
+    seed: u64,
+) -> Option<Predictive> {
     let used: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
     let every = posterior.draws.len().div_ceil(DRAWS).max(1);
     let freedom = ChiSquared::new(used.len().checked_sub(1)? as f64).ok()?;
@@ -64,9 +71,14 @@ pub fn predictive(samples: &Samples, posterior: &Posterior, seed: u64) -> Option
         let residual = |&i: &usize| {
             samples.weight[i].sqrt() * (samples.force[i] - value(theta, samples.slip[i]))
         };
-        let residuals: Vec<f64> = used.iter().map(residual).collect();
-        let squares: f64 = residuals.iter().map(|r| r * r).sum();
-        let variance = squares / freedom.sample(&mut random);
+        let mut residuals: Vec<f64> = used.iter().map(residual).collect();
+        let variance = if let Loss::StudentT { freedom, scale } = loss {
+            residuals.iter_mut().for_each(|r| *r = student_deviate(*r / scale, freedom));
+            1.0
+        } else {
+            let squares: f64 = residuals.iter().map(|r| r * r).sum();
+            squares / freedom.sample(&mut random)
+        };
         let group = |members: &[usize]| {
             members.iter().map(|&i| residuals[i]).sum::<f64>().powi(2) / members.len() as f64
         };
@@ -170,7 +182,7 @@ mod tests {
         let data = Compressed::new(&samples);
         let options = Options { draws: 512, seed: 0 };
         let posterior = draw(&data, &Prior::longitudinal(), &[], &options).posterior;
-        predictive(&samples, &posterior, 0).expect("enough samples")
+        predictive(&samples, Loss::Square, &posterior, 0).expect("enough samples")
     }
 
     #[test]

@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::Posterior;
 use super::predictive::Predictive;
+use crate::loss::Loss;
 use crate::parameters::Theta;
-use crate::result::ByName;
+use crate::result::{ByName, Source};
 
 /// How draws were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -80,6 +81,8 @@ pub struct Report {
     pub cells: usize,
     /// How often they were split.
     pub levels: usize,
+    /// What the noise was taken to be.
+    pub noise: Loss,
     /// Means of the draws, all parameters free. With the covariance beside it that is what a later run can start from.
     pub mean: ByName,
     /// The curves; absent where nobody asked for them.
@@ -94,5 +97,13 @@ impl Report {
     /// Whether the draws are from the posterior itself, with the masses of its modes.
     pub fn is_exact(&self) -> bool {
         self.method == Method::Grid && self.status == Status::Exact
+    }
+
+    /// What numbers from the draws are told to be of.
+    pub fn source(&self) -> Source {
+        match self.method {
+            Method::Grid => Source::Grid,
+            Method::Tempered => Source::Tempered,
+        }
     }
 }

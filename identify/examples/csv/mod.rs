@@ -1,10 +1,9 @@
-//! Reads points of a tire curve from a CSV file.
-
+//! Reads a CSV file with the columns slip and force, and weight, if there is one.
 use std::error::Error;
 
 use identify::samples::Samples;
 
-/// The columns slip and force (over load), and weight, if there is one.
+/// The samples of a file, whose first line is its header.
 pub fn read(file: &str) -> Result<Samples, Box<dyn Error>> {
     let text = std::fs::read_to_string(file).map_err(|e| format!("{file}: {e}"))?;
     let mut samples = Samples::default();
