@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 use nalgebra::{SMatrix, SVector};
 
 use crate::kernel::{self, shapes, value_and_gradient};
+use crate::normal::Normal;
 use crate::parameters::{COUNT, Theta};
 use crate::samples::Samples;
 
@@ -32,6 +33,8 @@ pub struct Compressed {
     force: f64,
     square: f64,
     count: usize,
+    /// What counts as further observations, and the variance of their noise.
+    earlier: Option<(Normal, f64)>,
 }
 
 /// The sum of squares near a point: value, half its gradient, and half its Hessian without second derivatives of the
@@ -65,11 +68,29 @@ impl Compressed {
             force: points.iter().map(|point| point[2]).sum(),
             square: 0.0,
             count: 0,
+            earlier: None,
         };
         for group in points.chunk_by(|a, b| interval(a[0]) == interval(b[0])) {
             this.add(group);
         }
         this
+    }
+
+    /// The same data and what was found earlier, as observations of parameters that add `variance` times their distance to the
+    /// sum of squares: with noise of that variance, a normal prior.
+    pub fn with(self, earlier: Option<Normal>, variance: f64) -> Self {
+        Self { earlier: earlier.map(|normal| (normal, variance)), ..self }
+    }
+
+    /// With a constant sum of squares added, so that noise of this variance is the likeliest one near a curve.
+    pub fn of_variance(mut self, variance: f64, theta: &Theta) -> Self {
+        self.square += ((self.count as f64 - 1.0) * variance - self.squares(theta)).max(0.0);
+        self
+    }
+
+    /// What counts as further observations, and the variance of their noise.
+    pub fn earlier(&self) -> Option<&(Normal, f64)> {
+        self.earlier.as_ref()
     }
 
     /// How many samples were compressed.
@@ -86,7 +107,7 @@ impl Compressed {
             .map(|((slip, weight), force)| [*slip, *weight, *force])
     }
 
-    /// The same data at slips that are larger by `shift`.
+    /// The same samples at slips that are larger by `shift`, without what was found earlier.
     pub fn moved(&self, shift: f64) -> Self {
         if shift == 0.0 {
             return self.clone();
@@ -116,13 +137,23 @@ impl Compressed {
         let change =
             D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
         // Rounding may leave a perfect fit below zero.
-        (self.square + change).max(1e-15 * self.square)
+        let squares = (self.square + change).max(1e-15 * self.square);
+        squares + self.distance(theta).0
     }
 
     /// The same, and half its derivatives by the parameters.
     pub fn squares_and_gradient(&self, theta: &Theta) -> (f64, Theta) {
         let (change, gradient) = kernel::squares(theta, &self.slips, &self.weights, &self.forces);
-        ((self.square + change).max(1e-15 * self.square), gradient)
+        let (distance, by_distance) = self.distance(theta);
+        let squares = (self.square + change).max(1e-15 * self.square) + distance;
+        (squares, std::array::from_fn(|i| gradient[i] + by_distance[i]))
+    }
+
+    /// What was found earlier adds this, with half its derivatives.
+    fn distance(&self, theta: &Theta) -> (f64, Theta) {
+        let Some((normal, variance)) = &self.earlier else { return (0.0, [0.0; COUNT]) };
+        let (distance, gradient) = normal.distance(theta);
+        (variance * distance, gradient.map(|slope| variance * slope))
     }
 
     /// The same with the Hessian of Gauss and Newton.
@@ -140,6 +171,12 @@ impl Compressed {
             sum.hessian.ger(*weight, &by, &by, 1.0);
         }
         sum.squares = sum.squares.max(1e-15 * self.square);
+        let (distance, gradient) = self.distance(theta);
+        sum.squares += distance;
+        sum.gradient += SVector::from(gradient);
+        if let Some((normal, variance)) = &self.earlier {
+            sum.hessian += SMatrix::from(normal.precision) * *variance;
+        }
         sum
     }
 
@@ -230,7 +267,9 @@ mod tests {
 
     #[test]
     fn the_derivatives_are_those_of_the_sum() {
-        let compressed = Compressed::new(&samples(0.3));
+        let earlier =
+            Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [2.0, 0.2, 0.1, 0.3, 0.01, 0.1]);
+        let compressed = Compressed::new(&samples(0.3)).with(Some(earlier), 0.02);
         let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
         let near = compressed.quadratic(&theta);
         assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);

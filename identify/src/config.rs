@@ -8,8 +8,10 @@ pub use closed_loop::{ClosedLoop, HoldOut};
 use serde::Deserialize;
 
 use crate::direction::Direction;
-use crate::fit::{self, Constraints, Options, SlipNoise};
-use crate::loss::Loss;
+use crate::earlier::Files;
+use crate::fit::{Constraints, Options, Pull, SlipNoise};
+use crate::noise::Noise;
+use crate::normal::Normal;
 use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
 use crate::prepare::{Pipeline, Shift};
 use crate::settings::{Method, Settings};
@@ -46,6 +48,7 @@ impl Config {
                 demand(!curve.methods.is_empty(), "methods", "`least_squares` at least")?;
                 check_svi(&curve.svi)?;
                 curve.fit.check("fit")?;
+                curve.files.check(&["curve"])?;
             }
             Self::ExcitationStudy(study) => {
                 let slips = study.levels.iter().all(|&level| level > 0.0 && level.is_finite());
@@ -117,6 +120,9 @@ pub struct Tires {
     /// The node whose start values `tires.toml` sets.
     #[serde(default = "plant")]
     pub node: String,
+    /// Texts that the scenario hands over.
+    #[serde(default)]
+    pub files: Files,
     /// Of random numbers.
     #[serde(default)]
     pub seed: u64,
@@ -138,7 +144,8 @@ impl Tires {
         check_svi(&self.svi)?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
-        self.longitudinal.check("longitudinal")
+        self.longitudinal.check("longitudinal")?;
+        self.files.check(&["front", "rear", "front_x", "rear_x"])
     }
 }
 
@@ -157,6 +164,9 @@ pub struct OneCurve {
     /// How the values are found.
     #[serde(default = "methods")]
     pub methods: Vec<Method>,
+    /// Texts that the scenario hands over.
+    #[serde(default)]
+    pub files: Files,
     /// How the method `svi` raises its bound.
     #[serde(default)]
     pub svi: Optimiser,
@@ -186,8 +196,8 @@ pub struct Curve {
     pub stiffness: Option<[f64; 2]>,
     /// Limits of the slip at the peak.
     pub peak_slip: Option<[f64; 2]>,
-    /// How residuals count.
-    pub loss: Loss,
+    /// How residuals count: what the noise is taken to be.
+    pub loss: Noise,
     /// Standard deviation of the noise of the slip.
     pub slip_std: Option<f64>,
     /// λ_reg: weight of a pull of the fit towards the typical values, in units of the width of the bounds.
@@ -214,13 +224,21 @@ impl Curve {
             let found = self.regularisation;
             return Err(format!("{direction}: `regularisation` is {found}, expected 0 or above"));
         }
+        if !self.loss.is_valid() {
+            return Err(format!("{direction}: `loss`: expected finite numbers above 0"));
+        }
+        if self.loss != Noise::Square && self.slip_std.is_some() {
+            return Err(format!(
+                "{direction}: `slip_std` goes with normal noise only, not with this `loss`"
+            ));
+        }
         if self.starts == Some(0) {
             return Err(format!("{direction}: `starts` is 0, expected 1 or more"));
         }
         Ok(())
     }
 
-    /// The settings for points whose shift was found beforehand, or is to be found with the rest.
+    /// The settings for points whose shift was found beforehand, or is to be found with the rest; the noise is yet to be settled.
     pub fn settings(&self, direction: Direction, shift: Option<Shift>, seed: u64) -> Settings {
         let usual = Settings::new(direction);
         let mut prior = usual.prior;
@@ -240,16 +258,14 @@ impl Curve {
             }
             None => prior.free = [true; COUNT],
         }
-        let ridge = (self.regularisation > 0.0).then(|| fit::Prior {
-            mean: prior.centre,
-            std: Parameter::ALL.map(|parameter| prior.std(parameter)),
-            weight: self.regularisation,
-        });
+        let width = Parameter::ALL.map(|parameter| prior.std(parameter));
+        let towards = Normal::diagonal(prior.centre, width);
+        let ridge =
+            (self.regularisation > 0.0).then_some(Pull { towards, weight: self.regularisation });
         Settings {
             prior,
             constraints: Constraints { stiffness: self.stiffness, peak_slip: self.peak_slip },
             ridge,
-            loss: self.loss,
             slip_noise: self.slip_std.map(SlipNoise::new),
             hold: self.hold == Hold::NotIdentifiable,
             options: Options {

@@ -12,7 +12,9 @@ use crate::compressed::Compressed;
 use crate::effective::effective;
 use crate::fit::{FitError, Solution};
 use crate::parameters::{Parameter, Theta};
-use crate::posterior::report::Report;
+use crate::posterior::predictive::predictive;
+use crate::posterior::report::{Band, Report};
+use crate::posterior::robust::Robust;
 use crate::posterior::{self, Found, Posterior, draw, std};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
@@ -21,6 +23,9 @@ use crate::samples::Samples;
 use crate::settings::{Method, Settings};
 use crate::svi::Variational;
 use crate::verdict::{Evidence, Judgement, NARROWED, judge};
+
+/// Slips at which the report has the band of the curves.
+const BAND: usize = 41;
 
 /// What was identified.
 #[derive(Clone, Debug)]
@@ -58,12 +63,26 @@ pub fn identify(
 
     let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
     let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
-    let data = Compressed::new(&noisy);
+    let robust = Robust::new(&noisy, settings.loss, best.noise_std);
+    let data = match &robust {
+        Some(robust) => robust.near(&best.theta, settings.earlier),
+        None => Compressed::new(&noisy).with(settings.earlier, best.noise_std.powi(2)),
+    };
     let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
     let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };
     let begin = Instant::now();
-    let Found { posterior, report } = draw(&data, prior, &optima, &draws);
+    let Found { posterior, report } = match &robust {
+        Some(robust) => robust.draw(&data, prior, &optima, &draws),
+        None => draw(&data, prior, &optima, &draws),
+    };
     let drawing = begin.elapsed();
+    let report = Report {
+        mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
+        band: Some(Band::new(&posterior, slip_range, BAND)),
+        predictive: predictive(&noisy, settings.loss, &posterior, options.seed),
+        noise: settings.loss,
+        ..report
+    };
     let (noise_std, direction) = (best.noise_std, *direction);
     let exact = report.is_exact();
     let evidence = Evidence { data: &data, slip_range, noise_std, direction, exact };

@@ -18,18 +18,17 @@ pub use slip_noise::SlipNoise;
 pub use solution::Solution;
 
 use crate::loss::Loss;
+use crate::normal::Normal;
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
 use crate::samples::Samples;
 use curve::CurveCost;
 use solution::{Noise, Part};
 
-/// A pull towards expected values: ½ weight Σ ((θ − mean)/std)² is added to the cost, over the free parameters.
+/// A pull towards expected values: ½ weight (θ − mean)ᵀ precision (θ − mean) is added to the cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior {
+pub struct Pull {
     /// Expected values.
-    pub mean: Theta,
-    /// Their standard deviations; infinite where nothing is expected.
-    pub std: Theta,
+    pub towards: Normal,
     /// λ_reg: the variance of the noise, if the result is to be the most probable one.
     pub weight: f64,
 }
@@ -55,7 +54,7 @@ pub struct Problem<'a> {
     /// Values of those that are not.
     pub held: Theta,
     /// What is expected before any data.
-    pub prior: Option<Prior>,
+    pub pulls: Vec<Pull>,
     /// What physics says.
     pub constraints: Constraints,
     /// How residuals count.
@@ -72,7 +71,7 @@ impl<'a> Problem<'a> {
             bounds: Bounds::default(),
             free: [true, true, true, true, false, false],
             held: [10.0, 1.65, 1.0, 0.0, 0.0, 0.0],
-            prior: None,
+            pulls: Vec::new(),
             constraints: Constraints::default(),
             loss: Loss::Square,
             slip_noise: None,

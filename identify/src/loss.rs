@@ -1,9 +1,9 @@
 //! Weighs residuals: as squares, or so that outliers pull less.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// What a residual r [-] costs. Near r = 0 all of them are r²/2.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Loss {
     /// r²/2: best for normal noise.
@@ -60,6 +60,16 @@ impl Loss {
                 let square = (r / scale).powi(2) / freedom;
                 (1.0 - square) / (1.0 + square).powi(2)
             }
+        }
+    }
+
+    /// What costs are divided by in −ln(likelihood), if the noise near 0 has a standard deviation: its variance, or for Student's
+    /// distribution ν/(ν + 1) of the square of the scale. Huber's loss belongs to noise that is normal up to the threshold and
+    /// exponential beyond.
+    pub fn variance(self, noise_std: f64) -> f64 {
+        match self {
+            Self::StudentT { freedom, scale } => freedom / (freedom + 1.0) * scale * scale,
+            _ => noise_std * noise_std,
         }
     }
 

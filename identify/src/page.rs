@@ -12,6 +12,7 @@ pub use drives::Drives;
 
 use crate::direction::Direction;
 use crate::posterior::Posterior;
+use crate::posterior::predictive::Predictive;
 use crate::prior::Prior;
 use crate::result::{ByName, Estimate, Source, Status, Verdict};
 use crate::samples::Samples;
@@ -135,10 +136,30 @@ fn write_section(html: &mut String, section: &Section) {
     if let Some(first) = section.methods.first() {
         write_verdicts(html, first.estimate, section.direction);
     }
+    let check = |first: &Method| first.estimate.posterior.as_ref()?.predictive.clone();
+    if let Some(check) = section.methods.first().and_then(check) {
+        html.push_str("<h3>Does the model fit?</h3>\n");
+        write_check(html, &check);
+    }
     html.push_str("<h3>How certain the parameters are</h3>\n");
     html.push_str(&curves::densities(section));
     html.push_str("<h3>Methods</h3>\n");
     write_methods(html, section);
+}
+
+fn write_check(html: &mut String, check: &Predictive) {
+    let Predictive { inside, p_value, gross, autocorrelation, .. } = *check;
+    let share = |share: f64| significant(100.0 * share, 3);
+    let _ = writeln!(
+        html,
+        "<p>{}</p>\n<p class=\"faint\">{} % of the samples in the 95 % band of predictions, {} % more than four standard \
+         deviations off; autocorrelation {}; p-value of the shape {}.</p>",
+        escape(&check.message),
+        share(inside),
+        share(gross),
+        significant(autocorrelation, 2),
+        significant(p_value, 2)
+    );
 }
 
 fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) {

@@ -3,8 +3,10 @@
 //! Whatever method made the draws, everything that is told of uncertainty comes from here.
 
 pub mod grid;
+pub mod predictive;
 pub mod psis;
 pub mod report;
+pub mod robust;
 pub mod tempered;
 
 use crate::compressed::Compressed;
@@ -65,6 +67,11 @@ impl Posterior {
     /// A quantity in each draw.
     pub fn values(&self, quantity: Quantity) -> Vec<f64> {
         self.draws.iter().map(|theta| quantity.value(theta)).collect()
+    }
+
+    /// Mean of a parameter.
+    pub fn mean(&self, parameter: Parameter) -> f64 {
+        mean(&self.values(Quantity::Parameter(parameter)))
     }
 
     /// Covariance of parameters.

@@ -37,7 +37,7 @@ pub use filter::Filter;
 pub use mask::Lost;
 pub use offset::{Offset, Offsets, Source};
 pub use outlier::Outliers;
-pub use points::{Counts, Points};
+pub use points::{Counts, NoiseOf, Points};
 pub use recording::{Recording, SIGNALS, Signal};
 pub use resample::Interpolation;
 pub use row::{Row, Smoothing};
@@ -76,6 +76,8 @@ pub struct Pipeline {
     pub offsets: Offsets,
     /// Which points do not belong.
     pub outliers: Outliers,
+    /// What the noise is proportional to.
+    pub noise: NoiseOf,
     /// Who finds S_h and S_v.
     pub shifts: Shifts,
     /// How to even out the density over slip.
@@ -96,6 +98,7 @@ impl Default for Pipeline {
             interpolation: Interpolation::default(),
             offsets: Offsets::default(),
             outliers: Outliers::default(),
+            noise: NoiseOf::default(),
             shifts: Shifts::default(),
             even: Even::default(),
         }

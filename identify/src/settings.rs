@@ -4,9 +4,10 @@ use serde::Deserialize;
 
 use crate::direction::Direction;
 use crate::fit::{
-    self, Constraints, FitError, Options, Problem, SlipNoise, Solution, least_squares, nelder_mead,
+    Constraints, FitError, Options, Problem, Pull, SlipNoise, Solution, least_squares, nelder_mead,
 };
 use crate::loss::Loss;
+use crate::normal::Normal;
 use crate::prior::Prior;
 use crate::samples::Samples;
 use crate::svi::Optimiser;
@@ -57,7 +58,9 @@ pub struct Settings {
     /// What physics says beside the bounds.
     pub constraints: Constraints,
     /// A pull of the fit towards typical values.
-    pub ridge: Option<fit::Prior>,
+    pub ridge: Option<Pull>,
+    /// What an earlier run or a test bench found. It counts as data: in the fit, the posterior and the verdicts.
+    pub earlier: Option<Normal>,
     /// How residuals count.
     pub loss: Loss,
     /// Noise in the slip.
@@ -82,6 +85,7 @@ impl Settings {
             prior,
             constraints: Constraints::default(),
             ridge: None,
+            earlier: None,
             loss: Loss::Square,
             slip_noise: None,
             hold: true,
@@ -90,14 +94,21 @@ impl Settings {
         }
     }
 
-    /// What is fitted, with what is known in `prior`.
-    pub fn problem<'a>(&self, samples: &'a Samples, prior: &Prior) -> Problem<'a> {
+    /// What is fitted, with what is known in `prior`. What was found earlier counts if it has a weight: the variance of the noise
+    /// for a sum of squares, 1 for a likelihood.
+    pub fn problem<'a>(
+        &self,
+        samples: &'a Samples,
+        prior: &Prior,
+        weight: Option<f64>,
+    ) -> Problem<'a> {
+        let earlier = self.earlier.zip(weight).map(|(towards, weight)| Pull { towards, weight });
         Problem {
             samples,
             bounds: prior.bounds,
             free: prior.free,
             held: prior.centre,
-            prior: self.ridge,
+            pulls: self.ridge.into_iter().chain(earlier).collect(),
             constraints: self.constraints,
             loss: self.loss,
             slip_noise: self.slip_noise,
@@ -115,7 +126,29 @@ impl Settings {
         prior: &Prior,
         method: Method,
     ) -> Result<Solution, FitError> {
-        let problem = self.problem(samples, prior);
+        let mut solution = self.fit_once(samples, prior, method, None)?;
+        if self.earlier.is_some() {
+            // The noise of the free fit, then that of the one that knows of earlier: its estimate hardly moves again.
+            for _ in 0..2 {
+                let variance = Some(self.loss.variance(solution.noise_std));
+                solution = self.fit_once(samples, prior, method, variance)?;
+            }
+        }
+        Ok(solution)
+    }
+
+    fn fit_once(
+        &self,
+        samples: &Samples,
+        prior: &Prior,
+        method: Method,
+        variance: Option<f64>,
+    ) -> Result<Solution, FitError> {
+        let weight = match method {
+            Method::LeastSquares if self.slip_noise.is_some() => Some(1.0),
+            _ => variance,
+        };
+        let problem = self.problem(samples, prior, weight);
         match method {
             Method::LeastSquares | Method::Svi | Method::Reference => {
                 least_squares(&problem, &self.options)

@@ -48,7 +48,13 @@ fn problem<'a>(axle: &Axle<'a>) -> Problem<'a> {
     let mut fits = axle.answer.estimates.iter().filter(|(m, _)| *m == Method::LeastSquares);
     let fixed = fits.next().map_or(&[][..], |(_, fit)| &fit.fixed);
     let fixed = Parameter::ALL.into_iter().filter(|p| fixed.iter().any(|name| name == p.name()));
-    axle.settings.problem(axle.samples, &hold(&axle.settings.prior, &fixed.collect::<Vec<_>>()))
+    let noise = axle
+        .answer
+        .estimates
+        .first()
+        .map(|(_, first)| axle.settings.loss.variance(first.noise_std));
+    let prior = hold(&axle.settings.prior, &fixed.collect::<Vec<_>>());
+    axle.settings.problem(axle.samples, &prior, noise)
 }
 
 #[cfg(test)]

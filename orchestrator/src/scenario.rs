@@ -203,6 +203,9 @@ pub struct Analysis {
     pub signals: BTreeMap<Spanned<String>, Spanned<String>>,
     /// Signals of a file, as they were recorded.
     pub table: Option<Log>,
+    /// Text files, relative to the scenario file, whose contents the plugin gets: in its configuration, under `files`.
+    #[serde(default)]
+    pub files: BTreeMap<Spanned<String>, Spanned<String>>,
     /// What the plugin is to do, in its own words.
     pub config: Option<Spanned<toml::Table>>,
     /// Where its keys and values stand.

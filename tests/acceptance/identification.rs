@@ -110,6 +110,41 @@ fn the_optimum_is_the_one_of_scipy() {
 }
 
 #[test]
+fn a_run_starts_from_what_an_earlier_one_found() {
+    let lab = Lab::new();
+    // One half of the points each, the tires and the noise being the same.
+    let study = |turn: f64| {
+        let force = |i: usize| {
+            let u = 15.0 * 0.001 * i as f64;
+            let v = u - 0.8 * (u - u.atan());
+            1.5 * (2.0 * v.atan()).sin() + 0.05 * (1e4 * (i as f64 + turn).sin()).sin()
+        };
+        let rows = (0..400).map(|i| format!("{i},{},{}\n", 0.001 * i as f64, force(i)));
+        format!("t,slip,force\n{}", rows.collect::<String>())
+    };
+    lab.write("first.csv", study(0.0));
+    lab.write("second.csv", study(0.3));
+    let text = |csv: &str, files: &str| {
+        format!(
+            "[[analysis]]\nname = \"tire\"\ncrate = \"identify\"\n\n[analysis.table]\npath = \"{csv}\"\ntime = \"t\"\n\
+             columns = {{ slip = {{ column = \"slip\" }}, force = {{ column = \"force\" }} }}\n\n{files}\
+             [analysis.config]\ntask = \"curve\"\ndirection = \"longitudinal\"\n"
+        )
+    };
+    let std = |csv: &str, files: &str| {
+        run(&lab, &text(csv, files)).expect(0);
+        let found = &lab.report("out")["analyses"]["tire"]["least_squares"]["curve"];
+        found["std"]["K"].as_f64().expect("a number")
+    };
+    let alone = std("second.csv", "");
+    std("first.csv", "");
+    std::fs::copy(lab.path("out/report.json"), lab.path("first.json")).expect("a report");
+    let after = std("second.csv", "[analysis.files]\nprior = \"first.json\"\n\n");
+    let ratio = after / alone;
+    assert!((0.6..0.85).contains(&ratio), "twice the data: {ratio} times the width");
+}
+
+#[test]
 fn the_same_seed_gives_the_same_numbers() {
     let lab = Lab::new();
     let study = "[[analysis]]\nname = \"study\"\ncrate = \"identify\"\nconfig = { task = \"excitation_study\", \
@@ -134,6 +169,8 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
         ("a_y = \"plant.a_y\"\n", "", "\"tires\"\ncrate", "signal 'a_y' (lateral acceleration [m/s²]) is missing"),
         ("task = \"tires\"", "task = \"tires\"\nlateral = { bounds = { B = [9.0, 2.0] } }", "B = [", "expected two rising numbers"),
         ("task = \"tires\"", "task = \"tires\"\nmethods = []", "methods", "`methods`: expected"),
+        ("[analysis.signals]", "[analysis.files]\nprior = \"no.json\"\n\n[analysis.signals]", "no.json", "no.json cannot be read"),
+        ("[analysis.signals]", "[analysis.files]\nprior = \"log.csv\"\n\n[analysis.signals]", "prior", "expected a report in JSON"),
     ];
     for (old, new, at, says) in cases {
         let text = good.replacen(old, new, 1);

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{DMatrix, DVector};
 
 use super::sqp::{Inequality, Model, Objective};
-use super::{Constraints, Prior, Problem};
+use super::{Constraints, Problem, Pull};
 use crate::kernel;
 use crate::loss::Loss;
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
@@ -116,24 +116,27 @@ fn sine_argument(theta: &Theta, slip: f64) -> (f64, Theta) {
     (C * v.atan(), [by_u * x, v.atan(), 0.0, -by_v * bend, by_u * B, 0.0])
 }
 
-/// Adds ½ weight ((θ − mean)/std)² for each unknown to a model.
-pub fn add_prior(model: &mut Model, unknowns: &Unknowns, theta: &Theta, prior: &Prior) {
+/// Adds pulls to a model.
+pub fn add_pulls(model: &mut Model, unknowns: &Unknowns, theta: &Theta, pulls: &[Pull]) {
     let slopes = unknowns.slopes(theta);
-    for (k, &i) in unknowns.free.iter().enumerate() {
-        let distance = (theta[i] - prior.mean[i]) / prior.std[i];
-        let by_x = slopes[k] / prior.std[i];
-        model.cost += 0.5 * prior.weight * distance * distance;
-        model.gradient[k] += prior.weight * distance * by_x;
-        model.hessian[(k, k)] += prior.weight * by_x * by_x;
+    for Pull { towards, weight } in pulls {
+        let (distance, gradient) = towards.distance(theta);
+        model.cost += 0.5 * weight * distance;
+        for (k, &i) in unknowns.free.iter().enumerate() {
+            model.gradient[k] += weight * gradient[i] * slopes[k];
+            for (l, &j) in unknowns.free.iter().enumerate() {
+                model.hessian[(k, l)] += weight * towards.precision[i][j] * slopes[k] * slopes[l];
+            }
+        }
     }
 }
 
-/// Sum of the losses of one curve, with its prior.
+/// Sum of the losses of one curve, with what pulls at it.
 pub struct CurveCost<'a> {
     samples: &'a Samples,
     free: [bool; COUNT],
     loss: Loss,
-    prior: Option<Prior>,
+    pulls: &'a [Pull],
     constraints: Constraints,
     pub unknowns: Unknowns,
     /// What residuals of rounding would cost.
@@ -141,14 +144,14 @@ pub struct CurveCost<'a> {
 }
 
 impl<'a> CurveCost<'a> {
-    pub fn new(problem: &Problem<'a>) -> Self {
+    pub fn new(problem: &'a Problem<'a>) -> Self {
         let samples = problem.samples;
         let energy: f64 = samples.force.iter().zip(&samples.weight).map(|(f, w)| w * f * f).sum();
         Self {
             samples,
             free: problem.free,
             loss: problem.loss,
-            prior: problem.prior,
+            pulls: &problem.pulls,
             constraints: problem.constraints,
             unknowns: Unknowns::new(problem),
             floor: ROUNDING * energy.sqrt() + f64::MIN_POSITIVE,
@@ -167,11 +170,8 @@ impl<'a> CurveCost<'a> {
 
     /// The cost alone.
     pub fn cost(&self, theta: &Theta) -> f64 {
-        let prior = self.prior.map_or(0.0, |prior| {
-            let distance = |&i: &usize| ((theta[i] - prior.mean[i]) / prior.std[i]).powi(2);
-            0.5 * prior.weight * self.unknowns.free.iter().map(distance).sum::<f64>()
-        });
-        kernel::cost(self.samples, theta, self.loss) + prior
+        let pull = |pull: &Pull| 0.5 * pull.weight * pull.towards.distance(theta).0;
+        kernel::cost(self.samples, theta, self.loss) + self.pulls.iter().map(pull).sum::<f64>()
     }
 
     pub fn lower(&self) -> DVector<f64> {
@@ -198,9 +198,7 @@ impl Objective for CurveCost<'_> {
             }),
             scale: 0.0,
         };
-        if let Some(prior) = &self.prior {
-            add_prior(&mut model, &self.unknowns, &theta, prior);
-        }
+        add_pulls(&mut model, &self.unknowns, &theta, self.pulls);
         model.scale = (2.0 * model.cost).sqrt() + self.floor;
         model
     }

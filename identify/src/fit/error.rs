@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::Problem;
+use super::{Problem, Pull};
 use crate::parameters::Parameter;
 
 /// Why there is nothing to fit.
@@ -170,16 +170,11 @@ fn check_settings(problem: &Problem) -> Result<(), FitError> {
     if !problem.loss.is_valid() {
         return wrong("loss", "threshold, degrees of freedom and scale must be finite and above 0");
     }
-    if let Some(prior) = problem.prior {
-        let std = Parameter::ALL
-            .into_iter()
-            .all(|p| !problem.free[p as usize] || prior.std[p as usize] > 0.0);
-        if !std
-            || prior.mean.iter().any(|m| !m.is_finite())
-            || !(prior.weight >= 0.0 && prior.weight.is_finite())
-        {
+    for Pull { towards, weight } in &problem.pulls {
+        let numbers = towards.precision.iter().flatten().chain(&towards.mean);
+        if !numbers.chain([weight]).all(|number| number.is_finite()) || *weight < 0.0 {
             return wrong(
-                "prior",
+                "pulls",
                 "means must be finite, standard deviations above 0, the weight 0 or above",
             );
         }

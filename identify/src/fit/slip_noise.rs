@@ -11,7 +11,7 @@ use num_dual::{Derivative, DualSVec64};
 use rayon::prelude::*;
 use vehicle::MagicFormula;
 
-use super::curve::{Unknowns, add_prior};
+use super::curve::{Unknowns, add_pulls};
 use super::deconvolution::{Moments, moments};
 use super::solution::{Noise, Part};
 use super::sqp::{Inequality, Model, Objective};
@@ -207,9 +207,7 @@ impl Objective for Likelihood<'_> {
             model.hessian += part.hessian;
         }
         model.hessian.fill_upper_triangle_with_lower_triangle();
-        if let Some(prior) = &self.problem.prior {
-            add_prior(&mut model, &self.unknowns, &theta, prior);
-        }
+        add_pulls(&mut model, &self.unknowns, &theta, &self.problem.pulls);
         model
     }
 

@@ -53,10 +53,11 @@ pub fn curves(section: &Section) -> String {
     plot.figure("Tire curve (dashed: no data there)")
 }
 
-/// Densities of B, C, D, E and K, one small plot each; dashed those of normal distributions.
+/// Densities of B, C, D, E, of stiffness, peak and the slip at the peak, one small plot each; dashed those of normal
+/// distributions.
 pub fn densities(section: &Section) -> String {
     use Parameter::{B, C, D, E};
-    let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain([Quantity::K]);
+    let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain(Quantity::DERIVED);
     let plots: Vec<_> = quantities.map(|quantity| (quantity, density(section, quantity))).collect();
     let legend = plots.first().map_or("", |(_, plot)| plot.keys());
     let figures: String =

@@ -150,7 +150,7 @@ fn each_plot_has_labels_with_units() {
         );
         count += 1;
     }
-    assert_eq!(count, 1 + 5 + 5 + 1);
+    assert_eq!(count, 1 + 7 + 5 + 1);
 }
 
 #[test]

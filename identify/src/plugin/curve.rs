@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 use super::{go_on, methods};
 use crate::config::OneCurve;
 use crate::estimate::identify;
+use crate::fit::FitError;
 use crate::page::{self, Page, Section};
 use crate::samples::Samples;
 use crate::settings::Settings;
@@ -39,9 +40,11 @@ pub(super) fn curve(
     let samples = columns(request)?;
     go_on(host, 0.0, "fitting the curve")?;
     let usual = config.fit.settings(config.direction, config.shift(), config.seed);
-    let settings = Settings { svi: config.svi, ..usual };
-    let found =
-        identify(&samples, &settings, &config.methods).map_err(|error| error.to_string())?;
+    let earlier = config.files.earlier("curve", &usual.prior.free)?;
+    let settings = Settings { earlier, svi: config.svi, ..usual };
+    let wrong = |error: FitError| error.to_string();
+    let settings = config.fit.loss.settle(settings, &samples).map_err(wrong)?;
+    let found = identify(&samples, &settings, &config.methods).map_err(wrong)?;
     let section = Section {
         name: "Curve",
         direction: config.direction,

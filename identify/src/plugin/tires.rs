@@ -10,6 +10,7 @@ use crate::config::Tires;
 use crate::design::d_optimal;
 use crate::direction::Direction;
 use crate::estimate::{Answer, identify};
+use crate::fit::FitError;
 use crate::page::{self, Page, Section};
 use crate::prepare::{Column, Points, Prepared, Recording, Stage};
 use crate::settings::Settings;
@@ -71,10 +72,12 @@ pub(super) fn tires(
             Direction::Longitudinal => &config.longitudinal,
         };
         let usual = of.settings(curve.direction, curve.points.shift, config.seed);
-        let settings = Settings { svi: config.svi, ..usual };
+        let earlier = config.files.earlier(curve.key, &usual.prior.free)?;
+        let settings = Settings { earlier, svi: config.svi, ..usual };
         let samples = &curve.points.samples;
-        let tire = identify(samples, &settings, &config.methods)
-            .map_err(|error| format!("{}: {error}", curve.name))?;
+        let wrong = |error: FitError| format!("{}: {error}", curve.name);
+        let settings = of.loss.settle(settings, samples).map_err(wrong)?;
+        let tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
         found.push((settings, tire));
     }
     if config.similarity > 0.0 {

@@ -7,7 +7,7 @@
 mod line;
 mod linear;
 mod modes;
-mod normal;
+pub mod normal;
 mod plane;
 
 use rand::{RngExt, SeedableRng};
@@ -28,9 +28,10 @@ const S_H: usize = Parameter::S_h as usize;
 const SAMPLES: usize = 12;
 /// Draws that are spread over all cells evenly, in case a cell is worth more than its centre.
 const EVEN: f64 = 1e-4;
-/// Effective number of draws over their number, and largest weight, from which on the draws can be relied on.
-const EFFECTIVE: f64 = 0.5;
-const LARGEST: f64 = 0.01;
+/// Effective number of draws over their number from which on they can be relied on.
+pub const EFFECTIVE: f64 = 0.5;
+/// Largest weight of a draw, their sum being 1, up to which they can.
+pub const LARGEST: f64 = 0.01;
 /// Modes of less mass are not told.
 const TOLD: f64 = 1e-3;
 
@@ -72,6 +73,7 @@ pub fn draw(
         modes: tell_modes(&plane, &drawn, &weights),
         cells: plane.visited,
         levels: plane.level,
+        ..Report::default()
     };
     let chosen = systematic(&weights, options.draws, options.seed);
     let draws = chosen.into_iter().map(|index| drawn[index].theta).collect();

@@ -1,9 +1,12 @@
-//! Says how draws from a posterior were made, and whether to rely on them.
+//! Says what a posterior looks like, how draws from it were made, and whether to rely on them.
 
 use serde::Serialize;
 
+use super::Posterior;
+use super::predictive::Predictive;
+use crate::loss::Loss;
 use crate::parameters::Theta;
-use crate::result::Source;
+use crate::result::{ByName, Source};
 
 /// How draws were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -40,7 +43,28 @@ pub struct Mode {
     pub mean: Theta,
 }
 
-/// How draws were made, and how well.
+/// The middle 95 % of the curves at some slips.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Band {
+    /// From the smallest to the largest slip of the data.
+    pub slip: Vec<f64>,
+    /// Friction coefficient [-] that 2.5 % of the curves are below.
+    pub lower: Vec<f64>,
+    /// Friction coefficient [-] that 2.5 % of the curves are above.
+    pub upper: Vec<f64>,
+}
+
+impl Band {
+    /// At `count` slips.
+    pub fn new(posterior: &Posterior, [low, high]: [f64; 2], count: usize) -> Self {
+        let share = |k: usize| k as f64 / (count.max(2) - 1) as f64;
+        let slip: Vec<f64> = (0..count).map(|k| low + share(k) * (high - low)).collect();
+        let (lower, upper) = posterior.band(&slip).into_iter().map(|[a, b]| (a, b)).unzip();
+        Self { slip, lower, upper }
+    }
+}
+
+/// How draws were made, how well, and what they say.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
     /// What the draws are from.
@@ -57,6 +81,16 @@ pub struct Report {
     pub cells: usize,
     /// How often they were split.
     pub levels: usize,
+    /// What the noise was taken to be.
+    pub noise: Loss,
+    /// Means of the draws, all parameters free. With the covariance beside it that is what a later run can start from.
+    pub mean: ByName,
+    /// The curves; absent where nobody asked for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band: Option<Band>,
+    /// Whether the model fits the data; absent where nobody asked, or there are too few samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predictive: Option<Predictive>,
 }
 
 impl Report {

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Pipeline;
 use super::car::AxleRow;
@@ -23,6 +23,29 @@ pub struct Points {
     pub shift: Option<Shift>,
     /// Where they come from.
     pub counts: Counts,
+}
+
+/// What has noise of one standard deviation at all loads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoiseOf {
+    /// The force over the load: noise in the force grows with the load.
+    #[default]
+    Coefficient,
+    /// The force: that of the coefficient falls with the load, and points count with the square of their load over the mean one.
+    Force,
+}
+
+impl NoiseOf {
+    /// Weights of points with these loads.
+    fn weights(self, loads: &[f64]) -> Vec<f64> {
+        let mean = loads.iter().sum::<f64>() / loads.len() as f64;
+        let weight = |load: &f64| match self {
+            Self::Coefficient => 1.0,
+            Self::Force => (load / mean).powi(2),
+        };
+        loads.iter().map(weight).collect()
+    }
 }
 
 /// What became of the rows of one axle in one direction.
@@ -123,7 +146,10 @@ pub fn collect(
     let least = LEAST_LOAD * pipeline.car.body.static_loads()[axle];
     let carries: Vec<bool> = rows.iter().map(|row| row.F_z[axle] > least).collect();
     let force = rows.iter().map(|row| curve.force(row)).collect();
-    let all = Timed { time: time.to_vec(), samples: Samples::new(slip.to_vec(), force) };
+    let loads: Vec<f64> = rows.iter().map(|row| row.F_z[axle]).collect();
+    let weight = pipeline.noise.weights(&loads);
+    let samples = Samples { weight, ..Samples::new(slip.to_vec(), force) };
+    let all = Timed { time: time.to_vec(), samples };
     let loaded = all.filtered(&carries);
     let inliers = loaded.filtered(&pipeline.outliers.keep(&loaded.samples));
     let used = pipeline.even.apply(&inliers.samples);
@@ -154,4 +180,16 @@ pub fn collect(
         slip_range: even.samples.slip_range(),
     };
     Ok(Points { samples: even.samples, shift, counts })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_count_by_the_noise_of_their_coefficient() {
+        assert_eq!(NoiseOf::Coefficient.weights(&[2e3, 6e3]), [1.0, 1.0]);
+        // A force of the same noise, over half the load: twice the noise.
+        assert_eq!(NoiseOf::Force.weights(&[2e3, 6e3]), [0.25, 2.25]);
+    }
 }

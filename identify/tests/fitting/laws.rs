@@ -1,8 +1,9 @@
 //! Symmetries of least squares, robust losses, two axles, and whether the covariance is the spread of repeated fits.
 
 use approx::assert_relative_eq;
-use identify::fit::{Options, Prior, Problem, Similarity, joint_least_squares, least_squares};
+use identify::fit::{Options, Problem, Pull, Similarity, joint_least_squares, least_squares};
 use identify::loss::Loss;
+use identify::normal::Normal;
 use identify::parameters::{Parameter, Theta};
 use identify::samples::Samples;
 
@@ -96,8 +97,9 @@ fn a_prior_decides_what_the_data_leave_open_and_no_more() {
     let samples = sweep(&TRUTH, [0.0, 0.08], 1000, 0.05, 7);
     let with = |weight: f64| {
         let std = [5.0, 0.3, 0.3, 0.5, 1.0, 1.0];
-        let prior = Some(Prior { mean: [14.0, 1.8, 1.3, 0.6, 0.0, 0.0], std, weight });
-        least_squares(&Problem { prior, ..Problem::new(&samples) }, &Options::default())
+        let towards = Normal::diagonal([14.0, 1.8, 1.3, 0.6, 0.0, 0.0], std);
+        let pulls = vec![Pull { towards, weight }];
+        least_squares(&Problem { pulls, ..Problem::new(&samples) }, &Options::default())
             .expect("a fit")
             .theta
     };

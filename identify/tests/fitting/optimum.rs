@@ -1,8 +1,9 @@
 //! Every fitter on every problem of one table, judged by conditions of optimality that dual numbers give.
 
 use approx::assert_relative_eq;
-use identify::fit::{Constraints, Options, Prior, Problem, least_squares, nelder_mead};
+use identify::fit::{Constraints, Options, Problem, Pull, least_squares, nelder_mead};
 use identify::loss::Loss;
+use identify::normal::Normal;
 use identify::parameters::{Parameter, Theta, curve};
 use identify::result::Status;
 use identify::samples::Samples;
@@ -59,8 +60,8 @@ fn cases() -> Vec<Case> {
             name: "prior",
             change: |p| {
                 let std = [5.0, 0.2, 0.5, 0.1, 1.0, 1.0];
-                p.prior =
-                    Some(Prior { mean: [12.0, 1.5, 1.0, 0.3, 0.0, 0.0], std, weight: 0.0025 });
+                let towards = Normal::diagonal([12.0, 1.5, 1.0, 0.3, 0.0, 0.0], std);
+                p.pulls = vec![Pull { towards, weight: 0.0025 }];
             },
             ..plain("", [0.0, 0.08], false)
         },

@@ -44,11 +44,14 @@ pub fn cost_and_gradient(problem: &Problem, theta: &Theta) -> (f64, Theta) {
             by_theta[k] += weight * problem.loss.weight(residual) * residual * slope[k];
         }
     }
-    if let Some(prior) = problem.prior {
+    for pull in &problem.pulls {
         for k in (0..COUNT).filter(|&k| problem.free[k]) {
-            let distance = (theta[k] - prior.mean[k]) / prior.std[k];
-            cost += 0.5 * prior.weight * distance * distance;
-            by_theta[k] += prior.weight * distance / prior.std[k];
+            for l in (0..COUNT).filter(|&l| problem.free[l]) {
+                let away = |i: usize| theta[i] - pull.towards.mean[i];
+                let part = pull.weight * pull.towards.precision[k][l] * away(l);
+                cost += 0.5 * part * away(k);
+                by_theta[k] += part;
+            }
         }
     }
     (cost, by_theta)

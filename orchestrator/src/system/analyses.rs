@@ -202,7 +202,15 @@ fn config(
     plugin: &Plugin,
     wired: &[Wired],
 ) -> Result<String, Error> {
-    let table = analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
+    let mut table =
+        analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
+    if !analysis.files.is_empty() {
+        let texts = files(scenario, analysis)?;
+        if table.insert("files".to_owned(), texts.into()).is_some() {
+            let message = "`files` in the configuration is where the texts of [analysis.files] go";
+            return Err(scenario.error(&analysis.name, message));
+        }
+    }
     let text = toml::to_string(&table).map_err(|error| {
         scenario.error(&analysis.name, format!("the configuration cannot be handed over: {error}"))
     })?;
@@ -214,6 +222,18 @@ fn config(
         scenario.source.error(span, format!("`{name}`: {}", message.trim()), "")
     })?;
     Ok(text)
+}
+
+/// The contents of the text files.
+fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
+    let read = |(name, path): (&Spanned<String>, &Spanned<String>)| {
+        let file = scenario.source.resolve(path);
+        let text = std::fs::read_to_string(&file).map_err(|error| {
+            scenario.error(path, format!("{} cannot be read: {error}", file.display()))
+        })?;
+        Ok((name.get_ref().clone(), text.into()))
+    };
+    analysis.files.iter().map(read).collect()
 }
 
 /// The place of the first word in backticks that stands in the analysis' part of the scenario.

@@ -63,6 +63,13 @@ pub fn draw_between(low: f64, high: f64, random: &mut impl Rng) -> f64 {
     }
 }
 
+/// The deviate of the normal distribution with the mass below it that a deviate of Student's has (Wallace 1959): off by less
+/// than 1e-3 of a standard deviation for ten degrees of freedom, and by their inverse square for more.
+pub fn student_deviate(t: f64, freedom: f64) -> f64 {
+    let stretch = (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0);
+    (freedom * (t * t / freedom).ln_1p()).sqrt().copysign(t) * stretch
+}
+
 /// Student's t distribution about a centre, between two numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Student {
@@ -77,14 +84,9 @@ pub struct Student {
 }
 
 impl Student {
-    /// The ends as deviates of the normal distribution with the same mass below them (Wallace 1959): off by less than
-    /// 1e-3 of a standard deviation for ten degrees of freedom, and by their inverse square for more.
+    /// The ends as deviates of the normal distribution.
     fn deviates(&self) -> [f64; 2] {
-        let stretch = (8.0 * self.freedom + 1.0) / (8.0 * self.freedom + 3.0);
-        self.between.map(|end| {
-            let t = (end - self.centre) / self.scale;
-            (self.freedom * (t * t / self.freedom).ln_1p()).sqrt().copysign(t) * stretch
-        })
+        self.between.map(|end| student_deviate((end - self.centre) / self.scale, self.freedom))
     }
 
     /// Logarithm of the mass between the ends.

@@ -1,0 +1,111 @@
+//! Checks that runs can be identified one after the other, each starting from what those before it found.
+
+use identify::compressed::Compressed;
+use identify::direction::Direction;
+use identify::earlier;
+use identify::estimate::{Answer, identify};
+use identify::normal::Normal;
+use identify::parameters::{COUNT, Parameter};
+use identify::posterior::{self, grid, mean, std};
+use identify::prior::Prior;
+use identify::quantity::Quantity;
+use identify::result::Verdict;
+use identify::samples::Samples;
+use identify::settings::{Method, Settings};
+use identify::study::excitation::{Excitation, samples};
+use serde_json::json;
+
+fn data(count: usize, level: f64, seed: u64) -> Samples {
+    let excitation = Excitation { samples: count, slip_std: 0.0, seed, ..Excitation::default() };
+    samples(&excitation, level)
+}
+
+fn joined(first: &Samples, second: &Samples) -> Samples {
+    let join = |a: &[f64], b: &[f64]| a.iter().chain(b).copied().collect();
+    Samples::new(join(&first.slip, &second.slip), join(&first.force, &second.force))
+}
+
+fn found(samples: &Samples, earlier: Option<Normal>) -> Answer {
+    let settings = Settings { earlier, ..Settings::new(Direction::Longitudinal) };
+    identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
+}
+
+/// As the program does: by way of the report.
+fn passed_on(answer: &Answer) -> Normal {
+    let report = json!({ "analyses": { "tires": {
+        "preparation": {}, "least_squares": { "front": answer.estimates[0].1 },
+    } } });
+    let free = Prior::longitudinal().free;
+    earlier::read(&report.to_string(), "front", &free).expect("reads").expect("is told of")
+}
+
+#[test]
+fn two_halves_one_after_the_other_say_what_they_say_together() {
+    // So many that the posterior of each half is close to normal.
+    let (first, second) = (data(6000, 0.75, 1), data(6000, 0.75, 2));
+    let together = found(&joined(&first, &second), None);
+    let after = found(&second, Some(passed_on(&found(&first, None))));
+    assert!(after.report.is_exact(), "{:?}", after.report);
+    for quantity in Quantity::DERIVED
+        .into_iter()
+        .chain(Parameter::ALL[..4].iter().map(|&p| Quantity::Parameter(p)))
+    {
+        let [one, other] = [&after, &together].map(|answer| answer.posterior.values(quantity));
+        let (error, ratio) = ((mean(&one) - mean(&other)) / std(&other), std(&one) / std(&other));
+        let name = quantity.name();
+        assert!(error.abs() < 0.2, "{name}: off by {error} standard deviations");
+        assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
+        let value = |answer: &Answer| answer.estimates[0].1.mean[name];
+        let apart = (value(&after) - value(&together)) / std(&other);
+        assert!(apart.abs() < 0.2, "{name}: the fits differ by {apart} standard deviations");
+    }
+}
+
+#[test]
+fn what_the_bench_knows_the_run_need_not_tell() {
+    // Low slips tell the stiffness and nothing else; the bench knows the shape.
+    let run = data(1000, 0.08, 3);
+    let bench = "[front]\nmean = { C = 2.0, E = 0.8 }\nstd = { C = 0.01, E = 0.01 }\n";
+    let bench = earlier::read(bench, "front", &[true; COUNT]).expect("reads");
+    let (alone, helped) = (found(&run, None), found(&run, bench));
+    let verdict = |answer: &Answer, name: &str| answer.estimates[0].1.identified[name];
+    assert_eq!(verdict(&alone, "B"), Verdict::NotIdentifiable);
+    for name in ["B", "C", "D", "E"] {
+        let reason = &helped.estimates[0].1.reason[name];
+        assert_eq!(verdict(&helped, name), Verdict::Identified, "{reason}");
+    }
+    let (value, width) = (helped.estimates[0].1.mean["B"], helped.estimates[0].1.std["B"]);
+    assert!((value - 15.0).abs() < 3.0 * width && width < 1.0, "{value} ± {width}");
+}
+
+#[test]
+fn the_grid_multiplies_the_likelihood_with_what_was_known() {
+    // With everything but D and S_v held the product can be summed on a grid of its own.
+    let data = Compressed::new(&data(200, 0.3, 4));
+    let mean_of = [15.0, 2.0, 1.52, 0.8, 0.0, 0.01];
+    let covariance = nalgebra::dmatrix![1e-4, -3e-5; -3e-5, 4e-5];
+    let known = Normal::new(&[2, 5], mean_of, &covariance);
+    let data = data.with(known, 0.0025);
+    let prior = Prior {
+        free: [false, false, true, false, false, true],
+        centre: [15.0, 2.0, 1.5, 0.8, 0.0, 0.0],
+        ..Prior::longitudinal()
+    };
+    let found = grid::draw(&data, &prior, &[], &posterior::Options::default()).expect("applies");
+    let mut sums = [0.0; 5];
+    for k in 0..300 * 300 {
+        let (peak, shift) = (1.4 + (k / 300) as f64 * 0.0008, -0.06 + (k % 300) as f64 * 0.0004);
+        let squares = data.squares(&[15.0, 2.0, peak, 0.8, 0.0, shift]);
+        let weight = (-0.5 * 199.0 * (squares / 0.5).ln()).exp();
+        for (sum, part) in sums.iter_mut().zip([1.0, peak, peak * peak, shift, shift * shift]) {
+            *sum += weight * part;
+        }
+    }
+    for (place, at) in [(1, 2), (3, 5)] {
+        let expected = sums[place] / sums[0];
+        let width = (sums[place + 1] / sums[0] - expected * expected).sqrt();
+        let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[at]).collect();
+        assert!((mean(&values) - expected).abs() < 0.05 * width, "{} {expected}", mean(&values));
+        assert!((std(&values) / width - 1.0).abs() < 0.05, "{} {width}", std(&values));
+    }
+}
