@@ -69,9 +69,9 @@ fn with_gross_outliers_student_covers_the_truth_where_normal_noise_does_not() {
         let mut hits = [0; 3];
         for seed in 0..8 {
             let answer = found(&spoilt(1000, seed), noise);
-            if noise != Noise::Square {
-                assert!(answer.report.is_exact(), "{:?}", answer.report);
-            }
+            // As many draws as an interval needs, whether or not their share is what counts as exact.
+            let effective = answer.report.effective_share * answer.posterior.draws.len() as f64;
+            assert!(effective > 500.0, "{:?}", answer.report);
             for (hit, quantity) in hits.iter_mut().zip(quantities) {
                 let [low, high] = interval(answer.posterior.values(quantity));
                 *hit += usize::from((low..=high).contains(&quantity.value(&TRUTH)));
