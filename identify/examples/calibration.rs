@@ -1,12 +1,13 @@
-//! Measures how far the published posterior can be believed, on synthetic data: `calibration WAY COUNT [SAMPLES [NODES]]`.
+//! Measures how far the published posterior can be believed, on synthetic data: `calibration WAY COUNT [SAMPLES [MORE]]`.
 //!
 //! - `coverage COUNT`: how often the 95 % interval of `identify` holds the truth of the paper's Table II, over seeds.
-//! - `ranks COUNT`: simulation-based calibration (Talts et al., 2018). Truths are drawn from the box; their ranks among the
-//!   draws must be uniform. The statistic of Kolmogorov and Smirnov is below 1.358/√COUNT in 95 % of sets of seeds.
+//! - `noisy COUNT`: the same with noise of 0.005 in the slip, and shifts S_h and S_v that are not known.
+//! - `ranks COUNT [SAMPLES [FIRST]]`: simulation-based calibration (Talts et al., 2018). Truths are drawn from the box; their ranks among the
+//!   draws must be uniform; FIRST is the first seed. The statistic of Kolmogorov and Smirnov is below 1.358/√COUNT in 95 % of sets of seeds.
 //! - `brute COUNT SAMPLES [NODES]`: moments against brute-force quadrature, for truths drawn from the box. Ranks hardly see a
 //!   missed mode that is narrow, this does.
 //!
-//! Each line is a level of excitation. Slips have no noise, forces one of 0.05.
+//! Each line is a level of excitation. Slips have no noise unless it says so, forces one of 0.05.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -14,7 +15,7 @@ use std::time::Instant;
 use identify::compressed::Compressed;
 use identify::direction::Direction;
 use identify::estimate::identify;
-use identify::fit::{Options, Problem, least_squares};
+use identify::fit::{Options, Problem, SlipNoise, least_squares};
 use identify::parameters::Theta;
 use identify::posterior::{Found, Options as Draws, draw, mean, std};
 use identify::prior::Prior;
@@ -36,32 +37,50 @@ const THIN: usize = 4;
 /// E of narrow second modes.
 const NEEDLE: f64 = 0.95;
 
+/// S_h and S_v where they are not known.
+const SHIFTS: [f64; 2] = [0.002, 0.02];
+
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 fn main() -> Result<(), Failure> {
-    const USAGE: &str = "expected coverage|ranks|brute COUNT [SAMPLES [NODES]]";
+    const USAGE: &str = "expected coverage|noisy|ranks|brute COUNT [SAMPLES [MORE]]";
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |place: usize, absent: usize| {
         arguments.get(place).map_or(Ok(absent), |text| text.parse::<usize>())
     };
     let count = number(1, 200)?;
     match arguments.first().map(String::as_str) {
-        Some("coverage") => coverage(count, number(2, 1000)?),
-        Some("ranks") => ranks(count, number(2, 400)?),
+        Some("coverage") => coverage(count, number(2, 1000)?, &[0.02, 0.08, 0.2, 0.75, 1.0], None),
+        Some("noisy") => coverage(count, number(2, 1000)?, &[0.2, 0.75, 1.0], Some(0.005)),
+        Some("ranks") => ranks(count, number(2, 400)?, number(3, 0)?),
         Some("brute") => brute(count, number(2, 400)?, number(3, 64)?),
         _ => Err(USAGE.into()),
     }
 }
 
-/// What the whole pipeline states, against the truth of Table II.
-fn coverage(count: usize, size: usize) -> Result<(), Failure> {
-    for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
+/// What the whole pipeline states, against the truth of Table II; with noise in the slip also against shifts.
+fn coverage(
+    count: usize,
+    size: usize,
+    levels: &[f64],
+    slip_std: Option<f64>,
+) -> Result<(), Failure> {
+    for &level in levels {
         let mut hits = BTreeMap::<&str, u32>::new();
         for seed in 0..count as u64 {
-            let excitation =
-                Excitation { seed, samples: size, slip_std: 0.0, ..Excitation::default() };
+            let mut excitation = Excitation {
+                seed,
+                samples: size,
+                slip_std: slip_std.unwrap_or(0.0),
+                ..Excitation::default()
+            };
             let usual = Settings::new(Direction::Longitudinal);
-            let settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            let mut settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            if slip_std.is_some() {
+                excitation.truth[4..].copy_from_slice(&SHIFTS);
+                settings.prior.free = [true; 6];
+                settings.slip_noise = slip_std.map(SlipNoise::new);
+            }
             let samples = samples(&excitation, level);
             for judgement in identify(&samples, &settings, &[Method::LeastSquares])?.judgements {
                 let truth = judgement.quantity.value(&excitation.truth);
@@ -102,7 +121,7 @@ fn of_prior(seed: usize, size: usize, level: f64) -> Result<(Theta, Samples, Fou
     Ok((truth, samples, found))
 }
 
-fn ranks(count: usize, size: usize) -> Result<(), Failure> {
+fn ranks(count: usize, size: usize, first: usize) -> Result<(), Failure> {
     let critical = 1.358 / (count as f64).sqrt();
     for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
         let one = |seed: usize| -> Result<[f64; COUNT], Failure> {
@@ -116,7 +135,7 @@ fn ranks(count: usize, size: usize) -> Result<(), Failure> {
             }))
         };
         let shares: Vec<[f64; COUNT]> =
-            (0..count).into_par_iter().map(one).collect::<Result<_, _>>()?;
+            (first..first + count).into_par_iter().map(one).collect::<Result<_, _>>()?;
         let tell = |i: usize| {
             let mut column: Vec<f64> = shares.iter().map(|shares| shares[i]).collect();
             column.sort_by(f64::total_cmp);
