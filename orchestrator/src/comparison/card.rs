@@ -15,27 +15,28 @@ impl Comparison {
     pub fn card(&self, found: &[(String, [String; 2])]) -> String {
         let [a, b] = &self.runs;
         let mut text = match a.header.title == b.header.title {
-            true => format!("# {}\n\n", a.header.title),
-            false => format!("# {} / {}\n\n", a.header.title, b.header.title),
+            true => format!("### {}\n\n", a.header.title),
+            false => format!("### {} / {}\n\n", a.header.title, b.header.title),
         };
         let each = |what: fn(&Recorded) -> String| [what(a), what(b)];
         let time =
             |it: &Recorded| format!("{} s in steps of {} ms", it.header.stop, it.header.step * 1e3);
         let facts = [
-            ("Scenario", each(|it| it.header.scenario.clone())),
-            ("Time", each(time)),
             ("Seed", each(|it| it.header.seed.to_string())),
-            ("Verdict", each(|it| verdict(it).0)),
+            ("Time", each(time)),
+            ("Scenario", each(|it| it.header.scenario.clone())),
         ];
         let facts = facts.into_iter().map(|(name, values)| (name.to_owned(), values));
-        let lines: Vec<_> = facts.chain(found.iter().cloned()).collect();
+        let verdict = ("Verdict".to_owned(), each(|it| verdict(it).0));
+        let lines: Vec<_> =
+            std::iter::once(verdict).chain(found.iter().cloned()).chain(facts).collect();
         table(&mut text, "", &self.runs, &lines);
         let checks = self.checks();
         if !checks.is_empty() {
             text += "\n";
             table(&mut text, "Check", &self.runs, &checks);
         }
-        text += "\n## What differs in the scenarios\n\n";
+        text += "\n### What differs in the scenarios\n\n";
         match self.differences() {
             Ok(differences) if differences.is_empty() => text += "Nothing.\n",
             Ok(differences) => {
@@ -51,7 +52,7 @@ impl Comparison {
             }
         }
         if !self.notes.is_empty() {
-            text += "\n## Notes\n\n";
+            text += "\n### Notes\n\n";
             self.notes.iter().for_each(|note| {
                 let _ = writeln!(text, "- {note}");
             });

@@ -46,7 +46,8 @@ impl Contender {
             return color;
         }
         let [red, green, blue, opacity] = color.to_array();
-        let [red, green, blue] = [red, green, blue].map(|it| ((u16::from(it) + 2 * 255) / 3) as u8);
+        let [red, green, blue] =
+            [red, green, blue].map(|it| ((11 * u16::from(it) + 9 * 255) / 20) as u8);
         Color::from_unmultiplied_rgba(red, green, blue, opacity)
     }
 }

@@ -58,10 +58,17 @@ pub(super) struct Shown {
 impl Planes {
     /// Diagrams of rows that have so many numbers.
     pub fn new(planes: &[Plane], numbers: usize, contender: &Contender) -> Self {
+        Self::numbered(planes, numbers, contender, 1)
+    }
+
+    /// The same behind others, from this number on.
+    pub fn numbered(planes: &[Plane], numbers: usize, contender: &Contender, first: usize) -> Self {
         let drawing = |(index, plane): (usize, &Plane)| {
-            let moving = plane.curves.iter().enumerate().filter(|(_, it)| it.moves);
+            // Of another run there are the points; more would hide those of the first one.
+            let shown = |(_, it): &(usize, &Function)| it.moves && contender.is_first();
+            let moving = plane.curves.iter().enumerate().filter(shown);
             Drawing {
-                number: index + 1,
+                number: first + index,
                 contender: contender.clone(),
                 points: vec![Vec::new(); plane.points.len()],
                 curves: moving.map(|(it, _)| (it, Moments::default(), Vec::new())).collect(),
@@ -71,6 +78,16 @@ impl Planes {
             }
         };
         Self(planes.iter().enumerate().map(drawing).collect())
+    }
+
+    /// The entity that a diagram is below.
+    pub fn root(&self, diagram: usize) -> String {
+        self.0[diagram].root()
+    }
+
+    /// Where coordinates are in a diagram's view.
+    pub fn place(&self, diagram: usize, coordinates: [f64; 2]) -> [f32; 2] {
+        self.0[diagram].place(coordinates)
     }
 
     /// What the layout needs.
@@ -169,7 +186,7 @@ impl Drawing {
     }
 
     fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        // Axes, circle and curves that do not move are the same for all runs.
+        // Axes, circle and curves are there once for all runs.
         let first = self.contender.is_first();
         if first {
             self.describe_axes(stream)?;
@@ -188,9 +205,9 @@ impl Drawing {
                 stream.log_static(self.path(what, number), &look)?;
             }
         }
-        for (number, curve) in curves.iter().enumerate().filter(|(_, it)| first || it.moves) {
-            let color = self.contender.color(palette.color(curve.role, &curve.label));
-            legend.push((color, self.contender.label(&curve.label)));
+        for (number, curve) in curves.iter().enumerate().filter(|_| first) {
+            let color = palette.color(curve.role, &curve.label);
+            legend.push((color, curve.label.clone()));
             let path = self.path("curves", number);
             let look = LineStrips2D::update_fields()
                 .with_colors([color])

@@ -7,7 +7,8 @@ use rerun::{
 
 use super::arrows::Arrows;
 use super::contender::Contender;
-use super::moments::{Moment, Moments};
+use super::ground::Ground;
+use super::moments::Moment;
 use super::palette::faded;
 use super::road::Road;
 use super::trace::{Bounds, STRIP_SAMPLES, Trace};
@@ -15,19 +16,13 @@ use super::{PLANT, WHITE};
 use crate::sink::Row;
 use crate::view::{Pose, View};
 
-/// Line spacing of the ground [m].
-const GROUND_SPACING: f32 = 10.0;
-/// The ground moves along in jumps of this length [m]; every line at a multiple of it is brighter.
-const GROUND_JUMP: f32 = 50.0;
-/// Half the edge of the ground [m].
-const GROUND_REACH: f32 = 250.0;
 /// Length of the heading's arrow on a map that follows the car [m].
 const HEADING_LEAST: f32 = 15.0;
 
 const MARK: [u8; 3] = [190, 190, 195];
 const TIRE: [u8; 3] = [78, 78, 84];
-/// The body and the line of another run.
-const GHOST: [u8; 3] = [204, 121, 167];
+/// How opaque the body of another run is, of 255.
+const GHOST: u8 = 120;
 const GLASS: [u8; 3] = [28, 44, 58];
 
 /// The three-dimensional part of a recording.
@@ -38,7 +33,7 @@ pub(super) struct Scene {
     headings: Vec<Quaternion>,
     steers: Vec<Quaternion>,
     arrows: Arrows,
-    ground: Ground,
+    ground: Option<Ground>,
     road: Option<Road>,
     trace: Trace,
     /// Rows in the driven line that a viewer has.
@@ -61,7 +56,7 @@ impl Scene {
             positions: Vec::new(),
             headings: Vec::new(),
             steers: Vec::new(),
-            ground: Ground::default(),
+            ground: contender.is_first().then(Ground::default),
             trace: Trace::default(),
             drawn: 0,
         })
@@ -80,7 +75,7 @@ impl Scene {
         self.arrows.describe(stream)?;
         self.road.as_ref().map_or(Ok(()), |road| road.draw(stream))?;
         describe_frame(stream)?;
-        describe_ground(stream)
+        self.ground.as_ref().map_or(Ok(()), |ground| ground.describe(stream))
     }
 
     /// Where the body is [m].
@@ -101,8 +96,8 @@ impl Scene {
         if let Some(road) = &mut self.road {
             road.push(time, row);
         }
-        if self.contender.is_first() {
-            self.ground.push(moment, position);
+        if let Some(ground) = &mut self.ground {
+            ground.push(moment, position);
         }
         let speed = self.pose.speed.map_or(0.0, |it| values[it] as f32);
         self.trace.push(position, speed);
@@ -128,7 +123,7 @@ impl Scene {
             )?;
         }
         self.arrows.send(stream, axes)?;
-        self.ground.send(stream)
+        self.ground.as_mut().map_or(Ok(()), |ground| ground.send(stream))
     }
 
     /// Sends the driven line so far, when it has grown by 3 %: so all that is sent in the course of a
@@ -164,11 +159,12 @@ impl Scene {
     fn draw_line(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let colored = self.pose.speed.is_some() && self.contender.is_first();
         let (strips, mut colors) = self.trace.strips(colored);
+        let mut radius = Radius::new_ui_points(2.0);
         if !self.contender.is_first() {
-            colors = vec![Color::from(GHOST)];
+            // Where both drove, both lines are seen.
+            (colors, radius) = (vec![self.marker()], Radius::new_ui_points(1.0));
         }
-        let line =
-            LineStrips3D::new(strips).with_colors(colors).with_radii([Radius::new_ui_points(2.0)]);
+        let line = LineStrips3D::new(strips).with_colors(colors).with_radii([radius]);
         stream.log_static(self.path("path/line"), &line)?;
         self.road.as_ref().map_or(Ok(()), |road| road.draw(stream))
     }
@@ -182,7 +178,7 @@ impl Scene {
     fn paint(&self, color: [u8; 3]) -> Color {
         match self.contender.is_first() {
             true => Color::from(color),
-            false => faded(Color::from(GHOST), 90),
+            false => faded(self.contender.color(PLANT.into()), GHOST),
         }
     }
 
@@ -224,13 +220,18 @@ impl Scene {
     /// What a map shows instead of the car.
     fn describe_marker(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let marker = Points3D::new([(0.0, 0.0, 2.0)])
+            .with_labels(self.contender.0.as_deref())
+            .with_show_labels(true)
             .with_colors([self.marker()])
             .with_radii([Radius::new_ui_points(6.0)]);
         stream.log_static(self.path("car/marker"), &marker)
     }
 
-    fn marker(&self) -> [u8; 3] {
-        if self.contender.is_first() { WHITE } else { GHOST }
+    fn marker(&self) -> Color {
+        match self.contender.is_first() {
+            true => Color::from(WHITE),
+            false => self.contender.color(PLANT.into()),
+        }
     }
 
     fn describe_heading(&self, stream: &RecordingStream, length: f32) -> RecordingStreamResult<()> {
@@ -263,48 +264,4 @@ fn describe_frame(stream: &RecordingStream) -> RecordingStreamResult<()> {
     // transform without geometry is not followed at all.
     let frame = Points3D::new([(-60.0, -60.0, 0.0), (60.0, 60.0, 0.0)]).with_radii([0.001]);
     stream.log_static("world/car/frame", &frame)
-}
-
-fn describe_ground(stream: &RecordingStream) -> RecordingStreamResult<()> {
-    let half = (GROUND_REACH / GROUND_SPACING) as i32;
-    let per_jump = (GROUND_JUMP / GROUND_SPACING) as i32;
-    let (mut strips, mut colors) = (Vec::new(), Vec::new());
-    for line in -half..=half {
-        let at = line as f32 * GROUND_SPACING;
-        strips.push([[-GROUND_REACH, at, 0.0], [GROUND_REACH, at, 0.0]]);
-        strips.push([[at, -GROUND_REACH, 0.0], [at, GROUND_REACH, 0.0]]);
-        let level = if line % per_jump == 0 { 92 } else { 52 };
-        colors.extend([Color::from_rgb(level, level, level + 6); 2]);
-    }
-    let ground = LineStrips3D::new(strips).with_colors(colors).with_radii([0.05]);
-    stream.log_static("world/ground", &ground)
-}
-
-/// A patch of ground that follows the car in jumps of whole squares, which looks like an endless plane.
-#[derive(Default)]
-struct Ground {
-    moments: Moments,
-    places: Vec<[f32; 3]>,
-    last: Option<[f32; 3]>,
-}
-
-impl Ground {
-    fn push(&mut self, moment: Moment, position: [f32; 3]) {
-        let place = position.map(|it| (it / GROUND_JUMP).round() * GROUND_JUMP);
-        if self.last != Some(place) {
-            self.moments.push(moment);
-            self.places.push(place);
-            self.last = Some(place);
-        }
-    }
-
-    fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        if self.places.is_empty() {
-            return Ok(());
-        }
-        let axes = self.moments.axes();
-        self.moments.clear();
-        let motion = Transform3D::update_fields().with_many_translation(self.places.drain(..));
-        stream.send_columns("world/ground", axes, motion.columns_of_unit_batches()?)
-    }
 }

@@ -11,6 +11,7 @@ use super::contender::{Contender, OTHER};
 use super::delta::Course;
 use super::drawing::Drawing;
 use super::layout::Layout;
+use super::lead::Lead;
 use super::moments::Moments;
 use super::signals::{Chart, Line};
 use super::{FILE_BATCH, PATIENCE, application, settle};
@@ -44,9 +45,10 @@ impl Comparison {
         let [(mut first, charts), (mut other, more)] = [(a, &contenders[0]), (b, &contenders[1])]
             .map(|(run, contender)| Drawing::new(&run.header, contender, &run.lacks()));
         let timed = [a, b].iter().all(|run| run.header.view.distance.is_some());
-        let layout = Layout {
+        let delta = format!("{} behind {} at the same distance", b.name, a.name);
+        let mut layout = Layout {
             application,
-            charts: overlaid(timed, charts, more),
+            charts: overlaid(timed.then_some(&delta), charts, more),
             derived: Vec::new(),
             planes: first.planes.shown_with(&other.planes),
             states: !a.header.texts.is_empty(),
@@ -78,7 +80,7 @@ impl Comparison {
         taker.reference = timed.then_some(&of_b);
         a.play(&mut taker)?;
         taker.finish("", true)?;
-        let (of_a, begin_a, last) = (taker.course, taker.begin, taker.last);
+        let (of_a, begin_a, lead) = (taker.course, taker.begin, taker.lead);
         if let Some((a, b)) = begin_a.zip(begin_b)
             && (a[0] - b[0]).hypot(a[1] - b[1]) > APART
         {
@@ -88,11 +90,13 @@ impl Comparison {
                     .to_owned(),
             );
         }
-        let found = told(timed, [&of_a, &of_b], last);
-        let end = || -> RecordingStreamResult<()> {
+        let found = told(timed, [&of_a, &of_b], lead.last());
+        let mut end = || -> RecordingStreamResult<()> {
             let scenes = [&first.scene, &other.scene].into_iter().flatten();
             scenes.clone().try_for_each(|scene| scene.finish(&stream))?;
             let bounds = scenes.filter_map(|scene| scene.bounds()).reduce(|a, b| a.with(b));
+            let number = layout.planes.len() + 1;
+            layout.planes.extend(lead.send(&stream, number, &delta)?);
             layout.send(&stream, bounds)?;
             stream.log_static("run", &TextDocument::from_markdown(self.card(&found)))
         };
@@ -103,7 +107,7 @@ impl Comparison {
 }
 
 /// Each plot of the first run with the curves of the other one, below the difference of their times.
-fn overlaid(timed: bool, charts: Vec<Chart>, more: Vec<Chart>) -> Vec<Chart> {
+fn overlaid(delta: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> Vec<Chart> {
     let mut charts: Vec<_> = charts
         .into_iter()
         .zip(more)
@@ -113,7 +117,7 @@ fn overlaid(timed: bool, charts: Vec<Chart>, more: Vec<Chart>) -> Vec<Chart> {
         })
         .collect();
     charts.retain(|chart| !chart.lines.is_empty());
-    if timed {
+    if let Some(delta) = delta {
         let line = Line {
             path: EntityPath::from(DELTA),
             contender: Contender::default(),
@@ -122,7 +126,7 @@ fn overlaid(timed: bool, charts: Vec<Chart>, more: Vec<Chart>) -> Vec<Chart> {
             stepped: false,
             bound: false,
         };
-        let title = "Δt = t_B − t_A at the same distance [s]".to_owned();
+        let title = format!("{delta} [s]");
         let group = charts.first().and_then(|chart| chart.group.clone());
         charts.insert(0, Chart { title, group, range: None, lines: vec![line] });
     }
@@ -156,15 +160,14 @@ struct Taker<'a> {
     reference: Option<&'a Course>,
     moments: Moments,
     deltas: Vec<f64>,
-    /// The last distance [m] with a difference [s].
-    last: Option<[f64; 2]>,
+    lead: Lead,
 }
 
 impl<'a> Taker<'a> {
     fn new(stream: &'a RecordingStream, path: &'a Path, drawing: &'a mut Drawing) -> Self {
         let (course, moments) = (Course::default(), Moments::default());
-        let (begin, reference, last) = (None, None, None);
-        Self { stream, path, drawing, course, begin, reference, moments, deltas: Vec::new(), last }
+        let (begin, reference, lead) = (None, None, Lead::default());
+        Self { stream, path, drawing, course, begin, reference, moments, deltas: Vec::new(), lead }
     }
 
     fn send(&mut self) -> RecordingStreamResult<()> {
@@ -190,7 +193,7 @@ impl Sink for Taker<'_> {
             if let (Some(moment), Some(reached), Some(other)) = (moment, reached, other) {
                 self.moments.push(moment);
                 self.deltas.push(other - reached);
-                self.last = Some([distance, other - reached]);
+                self.lead.push(moment, [distance, other - reached]);
             }
         }
         if self.drawing.moments.len() < FILE_BATCH {
