@@ -58,7 +58,9 @@ mod tests {
 
     fn course(rows: &[[f64; 2]]) -> Course {
         let mut course = Course::default();
-        rows.iter().for_each(|&[time, distance]| drop(course.push(time, distance)));
+        for &[time, distance] in rows {
+            course.push(time, distance);
+        }
         course
     }
 
