@@ -36,7 +36,11 @@ pub fn compare(
     let failed = |error: std::io::Error| Error::output(&std::env::temp_dir(), error);
     let folder = tempfile::tempdir().map_err(failed)?;
     let path = save.map_or_else(|| folder.path().join("comparison.rrd"), Path::to_owned);
-    comparison.write(&path)?;
+    if let Err(error) = comparison.write(&path) {
+        // A part of it would pass for the whole.
+        let _ = std::fs::remove_file(&path);
+        return Err(error);
+    }
     comparison.notes.iter().for_each(|it| note(it));
     if save.is_some() { Ok(()) } else { open(&path) }
 }
