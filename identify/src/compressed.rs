@@ -150,7 +150,7 @@ impl Compressed {
     }
 
     /// What was found earlier adds this, with half its derivatives.
-    fn distance(&self, theta: &Theta) -> (f64, Theta) {
+    pub fn distance(&self, theta: &Theta) -> (f64, Theta) {
         let Some((normal, variance)) = &self.earlier else { return (0.0, [0.0; COUNT]) };
         let (distance, gradient) = normal.distance(theta);
         (variance * distance, gradient.map(|slope| variance * slope))

@@ -35,7 +35,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { draws: 4096, seed: 0 }
+        Self { draws: 8192, seed: 0 }
     }
 }
 

@@ -32,8 +32,8 @@ use gaussian::Gaussian;
 use newton::{Fitted, Limits};
 use report::{Report, Summary, Suspicion};
 
-/// Draws that judge the fit.
-const DRAWS: usize = 4096;
+/// Draws that judge the fit, as many as the exact posterior gives.
+const DRAWS: usize = 8192;
 /// Fewer points than this many times the square of the dimension are overfitted, and fewer than the next number.
 const POINTS: usize = 3;
 const FEWEST_POINTS: usize = 64;

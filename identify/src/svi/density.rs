@@ -153,7 +153,9 @@ impl Minibatch<'_> {
             }
         }
         let share = slip.len() as f64 / self.size as f64;
-        self.whole.of_squares(x, share * squares, &by.map(|sum| share * sum))
+        let (distance, by_distance) = self.whole.data.distance(&theta);
+        let by = std::array::from_fn(|i| share * by[i] + by_distance[i]);
+        self.whole.of_squares(x, share * squares + distance, &by)
     }
 }
 
@@ -167,6 +169,7 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
+    use crate::normal::Normal;
     use crate::study::excitation::{Excitation, samples};
 
     fn problem() -> (Samples, Prior, DVector<f64>) {
@@ -179,7 +182,8 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_differences() {
         let (samples, prior, x) = problem();
-        let data = Compressed::new(&samples);
+        let earlier = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
+        let data = Compressed::new(&samples).with(Some(earlier), 0.0025);
         let density = TireDensity::new(&data, &prior);
         let (_, gradient) = density.at(&x);
         for k in 0..density.dimension() {
@@ -213,7 +217,8 @@ mod tests {
     #[test]
     fn batches_are_right_on_average() {
         let (samples, prior, x) = problem();
-        let data = Compressed::new(&samples);
+        let earlier = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
+        let data = Compressed::new(&samples).with(Some(earlier), 0.0025);
         let whole = TireDensity::new(&data, &prior);
         let batch = Minibatch { whole: &whole, samples: &samples, size: 50 };
         let mut random = Pcg64::seed_from_u64(3);
