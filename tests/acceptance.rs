@@ -16,6 +16,10 @@ mod architecture;
 // What a user may get wrong, and what the program says then.
 #[path = "acceptance/bad_input.rs"]
 mod bad_input;
+// Two runs in one recording.
+#[cfg(feature = "rerun")]
+#[path = "acceptance/comparing.rs"]
+mod comparing;
 // Inspect, test, --set, several scenarios.
 #[path = "acceptance/cli.rs"]
 mod cli;

@@ -174,6 +174,29 @@ impl Expression {
                 | Node::Call(Function::IsFinite, _)
         )
     }
+
+    /// The places among the numbers of a row that it depends on, some of them repeatedly.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<usize> {
+        let mut places = Vec::new();
+        self.root.numbers(&mut places);
+        self.reductions.iter().for_each(|it| it.argument.numbers(&mut places));
+        places
+    }
+}
+
+impl Node {
+    fn numbers(&self, places: &mut Vec<usize>) {
+        match self {
+            Node::Signal(place) => places.push(*place),
+            Node::Negate(inner) | Node::Not(inner) => inner.numbers(places),
+            Node::Arithmetic(_, sides) | Node::Compare(_, sides) | Node::Join(_, sides) => {
+                sides.iter().for_each(|side| side.numbers(places));
+            }
+            Node::Call(_, arguments) => arguments.iter().for_each(|it| it.numbers(places)),
+            Node::Number(_) | Node::Time | Node::Reduced(_) | Node::Text(_) | Node::Same(..) => {}
+        }
+    }
 }
 
 #[cfg(test)]

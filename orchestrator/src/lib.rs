@@ -6,6 +6,8 @@
 
 pub mod analysis;
 pub mod check;
+#[cfg(feature = "rerun")]
+pub mod comparison;
 pub mod conform;
 pub mod effects;
 pub mod error;
@@ -16,6 +18,7 @@ pub mod inspect;
 pub mod master;
 pub mod node;
 pub mod package;
+pub mod recording;
 pub mod recover;
 pub mod report;
 pub mod scenario;

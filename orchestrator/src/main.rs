@@ -56,10 +56,15 @@ enum Command {
     /// Judge an FMU by the rules of FMI 2.0, a line for each; exit code 0 when it breaks none, 1 when it
     /// breaks one, 2 when it cannot be opened.
     Conform(ConformArgs),
-    /// Open a run in the Rerun viewer.
+    /// Open a run in the Rerun viewer, or two runs over each other.
     View {
         /// The folder of the run, or a recording.
         run: PathBuf,
+        /// Another run to compare it with: its folder, or its run.mcap.
+        other: Option<PathBuf>,
+        /// Write the comparison to this file, and open nothing.
+        #[arg(long, value_name = "FILE.rrd", requires = "other")]
+        save: Option<PathBuf>,
     },
     /// Make a valid recording of what a killed run left of one.
     Recover {
@@ -154,7 +159,8 @@ fn main() -> ExitCode {
         Command::Pack { packages, example, out } => pack(&packages, &example, &out),
         Command::Inspect { fmu, json } => inspect(&fmu, json),
         Command::Conform(args) => conform(&args),
-        Command::View { run } => orchestrator::viewer::view(&run).map(|()| 0),
+        Command::View { run, other: None, .. } => orchestrator::viewer::view(&run).map(|()| 0),
+        Command::View { run, other: Some(other), save } => compare(&run, &other, save.as_deref()),
         Command::Recover { broken, out } => recover(&broken, out),
     };
     ExitCode::from(result.unwrap_or_else(tell))
@@ -350,6 +356,21 @@ fn conform(args: &ConformArgs) -> Result<u8, Error> {
         false => conform::lines(&findings),
     });
     Ok(u8::from(findings.iter().any(|finding| finding.outcome == conform::Outcome::Fail)))
+}
+
+#[cfg(feature = "rerun")]
+fn compare(a: &Path, b: &Path, save: Option<&Path>) -> Result<u8, Error> {
+    let mut note = |note: &str| eprintln!("note: {note}");
+    orchestrator::viewer::compare(a, b, save, &mut note)?;
+    if let Some(path) = save {
+        print(&format!("{}\n", path.display()));
+    }
+    Ok(0)
+}
+
+#[cfg(not(feature = "rerun"))]
+fn compare(_a: &Path, _b: &Path, _save: Option<&Path>) -> Result<u8, Error> {
+    Err(Error::input("this program was built without the feature `rerun`"))
 }
 
 fn recover(broken: &Path, out: Option<PathBuf>) -> Result<u8, Error> {

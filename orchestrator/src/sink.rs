@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
+use crate::source::Source;
 use crate::view::View;
 
 pub mod csv;
@@ -98,8 +99,10 @@ pub struct Header {
     pub scenario: String,
     /// The scenario's title.
     pub title: String,
-    /// The scenario file's text, kept with the recording.
-    pub text: String,
+    /// The scenario's files, kept with the recording.
+    pub source: Source,
+    /// Start values from outside of the scenario, as `node.variable=value`.
+    pub given: Vec<String>,
     /// Communication step [s].
     pub step: f64,
     /// Last communication point [s].

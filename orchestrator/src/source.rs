@@ -8,7 +8,7 @@ use toml::Spanned;
 use crate::error::Error;
 
 /// A text file.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct TextFile {
     /// Where it is, as it was named.
     pub path: PathBuf,
@@ -17,10 +17,12 @@ pub struct TextFile {
 }
 
 /// Text files, one behind the other: a place in any of them is a range of bytes of them all.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Source {
     first: TextFile,
     others: Vec<TextFile>,
+    /// Files that these name, as they were when a run was recorded.
+    kept: Vec<TextFile>,
 }
 
 impl Source {
@@ -29,7 +31,36 @@ impl Source {
     /// # Errors
     /// In words, when it cannot be read.
     pub fn read(path: &Path) -> Result<Self, String> {
-        Ok(Source { first: read(path)?, others: Vec::new() })
+        Ok(Source { first: read(path)?, ..Source::default() })
+    }
+
+    /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
+    #[must_use]
+    pub fn recorded(first: TextFile, others: Vec<TextFile>, kept: Vec<TextFile>) -> Self {
+        Source { first, others, kept }
+    }
+
+    /// Keeps the text of another file, if it is one, for recordings.
+    pub fn keep(&mut self, path: &Path) {
+        self.kept.extend(read(path));
+    }
+
+    /// What a file said when it was kept.
+    #[must_use]
+    pub fn kept(&self, path: &Path) -> Option<&str> {
+        self.kept.iter().find(|file| file.path == path).map(|file| file.text.as_str())
+    }
+
+    /// All files that recordings keep, under their names in the folder of the first one: those of the scenario, and those that
+    /// they name.
+    #[must_use]
+    pub fn to_keep(&self) -> [Vec<TextFile>; 2] {
+        let folder = self.first.path.parent().unwrap_or(Path::new(""));
+        let named = |file: &TextFile| TextFile {
+            path: file.path.strip_prefix(folder).unwrap_or(&file.path).to_owned(),
+            text: file.text.clone(),
+        };
+        [self.files().map(named).collect(), self.kept.iter().map(named).collect()]
     }
 
     /// Reads another file, which the word at `place` names.

@@ -18,6 +18,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+pub(crate) use self::view::{by_unit, view as layout};
 use crate::analysis::AnalysisPlan;
 use crate::error::Error;
 use crate::expression::Expression;
@@ -28,6 +29,7 @@ use crate::package::Built;
 use crate::scenario::{At, Scenario};
 use crate::signal::Signal;
 use crate::sink::{Column, Header, Lane};
+use crate::source::Source as TextSource;
 use crate::table::Table;
 use crate::validation;
 use crate::view::View;
@@ -269,6 +271,16 @@ pub struct System {
     pub warnings: Vec<String>,
 }
 
+/// The files of a scenario, and those that its view names.
+fn source(scenario: &Scenario) -> TextSource {
+    let mut source = scenario.source.clone();
+    let track = scenario.document.view.track.as_ref();
+    if let Some(path) = track.and_then(|track| track.get_ref().path.as_ref()) {
+        source.keep(&scenario.source.resolve(path));
+    }
+    source
+}
+
 /// What is added to a scenario from outside.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
@@ -278,6 +290,13 @@ pub struct Overrides {
     pub starts: Vec<Given>,
     /// The seed.
     pub seed: Option<u64>,
+}
+
+impl Overrides {
+    /// All start values, those that count in the end last.
+    fn all(&self) -> impl Iterator<Item = &Given> {
+        self.defaults.iter().chain(&self.starts)
+    }
 }
 
 impl System {
@@ -311,7 +330,8 @@ impl System {
         let header = Header {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
-            text: scenario.source.whole(),
+            source: source(scenario),
+            given: overrides.all().map(Given::text).collect(),
             step: clock.step,
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,

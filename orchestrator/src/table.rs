@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 pub use self::csv::{CsvError, columns};
+pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
 use crate::suggest::closest;
 

@@ -40,6 +40,35 @@ impl Quantity {
     }
 }
 
+impl View {
+    /// What can be shown of a run that lacks these columns; plots stay, if need be without a curve.
+    #[must_use]
+    pub fn without(&self, lacks: &[usize]) -> View {
+        let has = |quantity: &Quantity| match quantity {
+            Quantity::Column(column) => !lacks.contains(column),
+            Quantity::Formula(formula) => !formula.numbers().iter().any(|it| lacks.contains(it)),
+        };
+        let mut view = self.clone();
+        let whole = |it: &Pose| {
+            let columns = [Some(it.x), Some(it.y), Some(it.heading), it.steer, it.speed];
+            !columns.into_iter().flatten().any(|column| lacks.contains(&column))
+        };
+        view.pose = view.pose.filter(whole);
+        view.distance = view.distance.filter(|it| match it {
+            Distance::Given(quantity) | Distance::Driven(quantity) => has(quantity),
+            Distance::Along(place) => !place.iter().any(|column| lacks.contains(column)),
+        });
+        view.arrows.retain(|it| it.vector.iter().chain([&it.turn]).flatten().all(has));
+        for plane in &mut view.planes {
+            plane.points.retain(|it| it.place.iter().all(has));
+        }
+        for plot in &mut view.plots {
+            plot.series.retain(|it| has(&it.quantity));
+        }
+        view
+    }
+}
+
 /// Where the moving body is; `x` to `speed` are columns of the row.
 #[derive(Debug, Clone)]
 pub struct Pose {

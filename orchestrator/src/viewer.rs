@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+#[cfg(feature = "rerun")]
+use crate::comparison::Comparison;
 use crate::error::Error;
 
 /// The version that the recordings are written for; viewers read no others.
@@ -13,9 +15,40 @@ pub const VERSION: &str = "0.36.3";
 /// # Errors
 /// When there is no such recording, no viewer or one of another version, and when the viewer fails.
 pub fn view(run: &Path) -> Result<(), Error> {
-    let recording = recording(run)?;
+    open(&recording(run)?)
+}
+
+/// Puts two runs into one recording, and opens it; with `save` that is written and not opened. Tells `note` what is odd.
+///
+/// # Errors
+/// When a run cannot be read, they have nothing in common, or as with [`view`].
+#[cfg(feature = "rerun")]
+pub fn compare(
+    a: &Path,
+    b: &Path,
+    save: Option<&Path>,
+    note: &mut dyn FnMut(&str),
+) -> Result<(), Error> {
+    if save.is_none() {
+        find()?;
+    }
+    let mut comparison = Comparison::open(a, b)?;
+    let failed = |error: std::io::Error| Error::output(&std::env::temp_dir(), error);
+    let folder = tempfile::tempdir().map_err(failed)?;
+    let path = save.map_or_else(|| folder.path().join("comparison.rrd"), Path::to_owned);
+    if let Err(error) = comparison.write(&path) {
+        // A part of it would pass for the whole.
+        let _ = std::fs::remove_file(&path);
+        return Err(error);
+    }
+    comparison.notes.iter().for_each(|it| note(it));
+    if save.is_some() { Ok(()) } else { open(&path) }
+}
+
+/// Opens a recording.
+fn open(recording: &Path) -> Result<(), Error> {
     let viewer = find()?;
-    let status = Command::new(viewer).arg(&recording).status();
+    let status = Command::new(viewer).arg(recording).status();
     let status =
         status.map_err(|error| Error::input(format!("cannot start the viewer: {error}")))?;
     if status.success() {

@@ -89,7 +89,8 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
     let header = Header {
         scenario: String::new(),
         title: String::new(),
-        text: String::new(),
+        source: crate::source::Source::default(),
+        given: Vec::new(),
         step: STEP,
         stop: STEP * steps as f64,
         seed: 1,

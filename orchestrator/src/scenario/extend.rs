@@ -208,7 +208,7 @@ fn list<'t, 'a>(
 }
 
 /// What an entry of a list is called, and where that stands.
-fn name_of<'t>(entry: &'t Spanned<DeValue>) -> Option<(&'t str, Range<usize>)> {
+pub(super) fn name_of<'t>(entry: &'t Spanned<DeValue>) -> Option<(&'t str, Range<usize>)> {
     let DeValue::Table(table) = entry.get_ref() else { return None };
     let name = NAMES.iter().find_map(|key| table.get(*key))?;
     Some((name.get_ref().as_str()?, name.span()))

@@ -1,5 +1,6 @@
 //! Reads a scenario from its file and those that it extends, and the scenarios that it is validated by.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,57 @@ impl Scenario {
     /// When one of them cannot be read or does not have the form of a scenario.
     pub fn read(path: &Path) -> Result<Self, Error> {
         read(Source::read(path).map_err(Error::input)?, &[])
+    }
+
+    /// The scenario that was kept with a recording, without those that it is validated by.
+    ///
+    /// # Errors
+    /// When it does not have the form of a scenario, such as one of another version.
+    pub fn recorded(name: &str, source: Source) -> Result<Self, Error> {
+        let document = document(&source)?;
+        Ok(Scenario { name: name.to_owned(), source, document, validations: Vec::new() })
+    }
+
+    /// What its files say together: each value as it stands there, by its keys with dots in between. Entries of lists go by
+    /// their names.
+    ///
+    /// # Errors
+    /// As when it was read.
+    pub fn values(&self) -> Result<BTreeMap<String, String>, Error> {
+        let texts = self.source.shifted();
+        let mut values = BTreeMap::new();
+        collect_values(
+            &self.source,
+            &DeValue::Table(merged(&self.source, &texts)?),
+            "",
+            &mut values,
+        );
+        Ok(values)
+    }
+}
+
+fn collect_values(
+    source: &Source,
+    value: &DeValue,
+    name: &str,
+    values: &mut BTreeMap<String, String>,
+) {
+    let under = |key: &str| if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
+    let mut add = |key: &str, value: &Spanned<DeValue>| match value.get_ref() {
+        DeValue::Table(_) | DeValue::Array(_) => {
+            collect_values(source, value.get_ref(), &under(key), values);
+        }
+        _ => {
+            values.insert(under(key), source.letters(value.span()).to_owned());
+        }
+    };
+    match value {
+        DeValue::Table(table) => table.iter().for_each(|(key, value)| add(key.get_ref(), value)),
+        DeValue::Array(list) => list.iter().enumerate().for_each(|(place, value)| {
+            let key = extend::name_of(value).map(|(name, _)| name.to_owned());
+            add(&key.unwrap_or_else(|| place.to_string()), value);
+        }),
+        _ => {}
     }
 }
 
@@ -70,9 +122,8 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
     Some(way.chain([path.display().to_string()]).collect::<Vec<_>>().join(" -> "))
 }
 
-/// What the files say together.
-fn document(source: &Source) -> Result<Document, Error> {
-    let texts = source.shifted();
+/// The tables of all files, merged; `texts` are the shifted ones.
+fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
     let mut merged = None;
     for text in texts.iter().rev() {
         let changes = DeTable::parse(text).map_err(|error| wrong(source, &error))?;
@@ -82,7 +133,13 @@ fn document(source: &Source) -> Result<Document, Error> {
                 .map_err(|wrong| source.error(wrong.place, wrong.message, ""))?,
         });
     }
-    let merged = merged.unwrap_or_else(|| Spanned::new(0..0, DeTable::new()));
+    Ok(merged.map(Spanned::into_inner).unwrap_or_default())
+}
+
+/// What the files say together.
+fn document(source: &Source) -> Result<Document, Error> {
+    let texts = source.shifted();
+    let merged = Spanned::new(0..0, merged(source, &texts)?);
     let places = places_of_analyses(merged.get_ref());
     let mut document =
         Document::deserialize(Deserializer::from(merged)).map_err(|error| wrong(source, &error))?;

@@ -19,11 +19,22 @@ use crate::error::Error;
 mod descriptor;
 mod foxglove;
 
+pub(crate) use foxglove::event;
+
 /// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
 /// a killed run loses, and what a reader must hold.
 const CHUNK: u64 = 240 << 10;
 /// Chunks are closed at least once in this simulated time [s].
 const FLUSH_EVERY: f64 = 1.0;
+
+/// The metadata that is known from the start, and that which only a whole recording has.
+pub(crate) const RUN: &str = "run";
+const END: &str = "end";
+/// The verdict.
+pub(crate) const SUMMARY: &str = "summary.md";
+/// Media type of the scenario's files, that of the user first, and of those that they name.
+pub(crate) const SCENARIO: &str = "application/toml";
+pub(crate) const KEPT: &str = "text/plain";
 
 /// An MCAP file, readable up to its last closed chunk at any moment.
 pub struct McapSink {
@@ -70,6 +81,7 @@ impl McapSink {
             .chunk_size(Some(CHUNK))
             .compression(Some(Compression::Lz4));
         let mut writer = options.create(BufWriter::new(file)).map_err(|error| failed(&error))?;
+        begin(&mut writer, header).map_err(|error| failed(&error))?;
         let mut sides: BTreeMap<(&str, Direction), Side> = BTreeMap::new();
         for (place, column) in header.columns.iter().enumerate() {
             sides.entry((&column.node, column.direction)).or_default().numbers.push(place);
@@ -124,29 +136,8 @@ impl McapSink {
     }
 
     fn close(&mut self, summary: &str, completed: bool) -> Result<(), ::mcap::McapError> {
-        let Header { scenario, title, step, seed, text, .. } = &self.header;
-        let entries = [
-            ("scenario", scenario.clone()),
-            ("title", title.clone()),
-            ("step", format!("{step}")),
-            ("seed", seed.to_string()),
-            ("completed", completed.to_string()),
-            ("trackside", env!("CARGO_PKG_VERSION").to_owned()),
-        ];
-        let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
-        self.writer.write_metadata(&Metadata { name: "run".to_owned(), metadata })?;
-        for (name, media_type, data) in [
-            (format!("{scenario}.toml"), "application/toml", text.as_str()),
-            ("summary.md".to_owned(), "text/markdown", summary),
-        ] {
-            self.writer.attach(&Attachment {
-                log_time: 0,
-                create_time: 0,
-                name,
-                media_type: media_type.to_owned(),
-                data: data.as_bytes().into(),
-            })?;
-        }
+        metadata(&mut self.writer, END, [("completed", completed.to_string())])?;
+        attach(&mut self.writer, SUMMARY, "text/markdown", summary)?;
         self.writer.finish().map(|_| ())
     }
 }
@@ -205,6 +196,50 @@ impl Sink for McapSink {
     }
 }
 
+/// What is known from the start is written first, so that a run that is killed leaves it, too.
+fn begin(writer: &mut Writer<BufWriter<File>>, header: &Header) -> ::mcap::McapResult<()> {
+    let entries = [
+        ("scenario", header.scenario.clone()),
+        ("title", header.title.clone()),
+        ("step", format!("{}", header.step)),
+        ("stop", format!("{}", header.stop)),
+        ("seed", header.seed.to_string()),
+        ("set", header.given.join("\n")),
+        ("trackside", env!("CARGO_PKG_VERSION").to_owned()),
+    ];
+    metadata(writer, RUN, entries)?;
+    let [scenario, kept] = header.source.to_keep();
+    let scenario = scenario.iter().map(|file| (file, SCENARIO));
+    for (file, media_type) in scenario.chain(kept.iter().map(|file| (file, KEPT))) {
+        attach(writer, &file.path.display().to_string(), media_type, &file.text)?;
+    }
+    Ok(())
+}
+
+fn metadata<const N: usize>(
+    writer: &mut Writer<BufWriter<File>>,
+    name: &str,
+    entries: [(&str, String); N],
+) -> ::mcap::McapResult<()> {
+    let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
+}
+
+fn attach(
+    writer: &mut Writer<BufWriter<File>>,
+    name: &str,
+    media_type: &str,
+    text: &str,
+) -> ::mcap::McapResult<()> {
+    writer.attach(&Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: name.to_owned(),
+        media_type: media_type.to_owned(),
+        data: text.as_bytes().into(),
+    })
+}
+
 /// Simulated time is the time of the recording, from 0 on.
 fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64
@@ -229,6 +264,10 @@ fn channel(
     for (field, column) in names.iter().zip(fields) {
         metadata.insert(format!("fmi:{field}"), column.variable.clone());
         metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
+        // Protobuf has only doubles for them.
+        if matches!(column.kind, Kind::Integer | Kind::Boolean) {
+            metadata.insert(format!("type:{field}"), format!("{:?}", column.kind));
+        }
     }
     writer.add_channel(schema, &format!("/{node}/{word}"), "protobuf", &metadata)
 }

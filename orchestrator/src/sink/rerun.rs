@@ -10,21 +10,22 @@ use rerun::{
 use crate::error::Error;
 use crate::sink::{Change, Derived, Event, Header, Row, Sink};
 use card::Card;
-use events::Events;
+use contender::Contender;
+use drawing::Drawing;
 use layout::Layout;
-use moments::{Clock, Moments};
-use planes::Planes;
-use scene::Scene;
-use signals::Signals;
-use states::States;
+use moments::Moments;
 pub use target::Target;
 use target::{CONNECT_PATIENCE, open};
-use texts::Texts;
 
 mod arrows;
 mod card;
+mod contender;
+mod delta;
+mod drawing;
 mod events;
+mod ground;
 mod layout;
+mod lead;
 mod moments;
 mod palette;
 mod planes;
@@ -37,6 +38,7 @@ mod target;
 mod texts;
 mod thinned;
 mod trace;
+mod versus;
 
 /// Rows of a second of simulated time that are replayed at most: more than any screen shows, and a fifth of the data of
 /// a controller at 1 kHz. `run.mcap` has all rows.
@@ -69,17 +71,7 @@ pub struct RerunSink {
     warning: Option<String>,
     card: Card,
     layout: Layout,
-    signals: Signals,
-    texts: Texts,
-    states: States,
-    planes: Planes,
-    scene: Option<Scene>,
-    events: Events,
-    clock: Clock,
-    /// One row in so many is replayed, and the last one.
-    stride: u64,
-    last: u64,
-    moments: Moments,
+    drawing: Drawing,
     sent: Instant,
 }
 
@@ -101,11 +93,7 @@ impl RerunSink {
             return Err(failed("the environment variable RERUN switches it off".into()));
         }
         stream.set_log_time_enabled(false);
-        let (signals, charts) = Signals::new(header);
-        let texts = Texts::new(header);
-        let view = &header.view;
-        let (states, planes) =
-            (States::new(&header.lanes), Planes::new(&view.planes, header.columns.len()));
+        let (drawing, charts) = Drawing::new(header, &Contender::default(), &[]);
         let mut sink = Self {
             stream: Some(stream),
             live,
@@ -116,22 +104,14 @@ impl RerunSink {
                 application,
                 charts,
                 derived: Vec::new(),
-                planes: planes.shown(),
-                states: !states.is_empty() || !header.texts.is_empty(),
-                texts: texts.paths(),
-                body: view.pose.as_ref().map(|it| it.length as f32),
+                planes: drawing.planes.shown(),
+                states: !drawing.states.is_empty() || !header.texts.is_empty(),
+                texts: drawing.texts.paths(),
+                compared: false,
+                body: header.view.pose.as_ref().map(|it| it.length as f32),
                 live,
             },
-            signals,
-            texts,
-            states,
-            planes,
-            scene: Scene::new(view),
-            events: Events::default(),
-            clock: Clock::new(header.step, view.distance.clone()),
-            stride: ((1.0 / RATE / header.step + 1e-9) as u64).max(1),
-            last: (header.stop / header.step).round() as u64,
-            moments: Moments::default(),
+            drawing,
             sent: Instant::now(),
             place,
         };
@@ -148,11 +128,8 @@ impl RerunSink {
             self.layout.send(stream, None)?;
             stream.send_recording_name(header.title.as_str())?;
             stream.log_static("run", &self.card.running())?;
-            stream.log_static("scenario", &TextDocument::new(header.text.as_str()))?;
-            self.signals.describe(stream)?;
-            self.states.describe(stream)?;
-            self.planes.describe(stream)?;
-            self.scene.as_ref().map_or(Ok(()), |it| it.describe(stream))
+            stream.log_static("scenario", &TextDocument::new(header.source.whole()))?;
+            self.drawing.describe(stream)
         };
         let result = begin().map_err(|it| it.to_string());
         let result = result.and_then(|()| settle(stream, CONNECT_PATIENCE));
@@ -165,9 +142,9 @@ impl RerunSink {
     /// Whether the rows since the last batch are worth a batch.
     fn due(&self) -> bool {
         if !self.live {
-            return self.moments.len() >= FILE_BATCH;
+            return self.drawing.moments.len() >= FILE_BATCH;
         }
-        self.moments.span() >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
+        self.drawing.moments.span() >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
     }
 
     /// Sends what was collected, once the batch before has arrived: so errors are noticed, a slow
@@ -177,24 +154,7 @@ impl RerunSink {
             return Ok(());
         };
         settle(stream, PATIENCE)?;
-        let axes = self.moments.axes();
-        let mut columns = || -> RecordingStreamResult<()> {
-            if !self.moments.is_empty() {
-                self.signals.send(stream, &axes)?;
-                self.planes.send(stream, &axes)?;
-            }
-            if let Some(scene) = self.scene.as_mut().filter(|_| !self.moments.is_empty()) {
-                scene.send(stream, &axes)?;
-                if self.live {
-                    scene.draw(stream)?;
-                }
-            }
-            self.texts.send(stream)?;
-            self.states.send(stream)?;
-            self.events.send(stream)
-        };
-        columns().map_err(|it| it.to_string())?;
-        self.moments.clear();
+        self.drawing.send(stream, self.live).map_err(|it| it.to_string())?;
         self.sent = Instant::now();
         Ok(())
     }
@@ -203,7 +163,8 @@ impl RerunSink {
         let Some(stream) = &self.stream else {
             return Ok(());
         };
-        let moments: Moments = derived.time.iter().map(|time| self.clock.at(*time)).collect();
+        let moments: Moments =
+            derived.time.iter().map(|time| self.drawing.clock.at(*time)).collect();
         signals::add(stream, derived, &moments.axes()).map_err(|it| it.to_string())?;
         settle(stream, PATIENCE)
     }
@@ -216,12 +177,12 @@ impl RerunSink {
         let end = || -> RecordingStreamResult<()> {
             let mut speeds = None;
             let mut bounds = None;
-            if let Some(scene) = &self.scene {
+            if let Some(scene) = &self.drawing.scene {
                 scene.finish(stream)?;
                 (speeds, bounds) = (scene.speeds(), scene.bounds());
             }
             // A viewer that watches keeps what its user made of the layout.
-            if !self.live && (self.scene.is_some() || !self.layout.derived.is_empty()) {
+            if !self.live && (self.drawing.scene.is_some() || !self.layout.derived.is_empty()) {
                 self.layout.send(stream, bounds)?;
             }
             stream.log_static("run", &self.card.finished(summary, completed, speeds))
@@ -256,18 +217,7 @@ impl Sink for RerunSink {
             return Ok(());
         }
         self.card.end = time;
-        let moment = self.clock.row(time, row);
-        self.texts.push(moment, &row.texts);
-        if !tick.is_multiple_of(self.stride) && tick != self.last {
-            return Ok(());
-        }
-        self.moments.push(moment);
-        self.signals.push(time, row);
-        self.planes.push(moment, time, row);
-        if let Some(scene) = &mut self.scene {
-            scene.push(moment, time, row);
-        }
-        if !self.due() {
+        if self.drawing.row(tick, time, row).is_none() || !self.due() {
             return Ok(());
         }
         let result = self.send();
@@ -276,13 +226,13 @@ impl Sink for RerunSink {
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
         if self.stream.is_some() {
-            self.events.push(self.clock.at(event.time), event);
+            self.drawing.event(event);
         }
         Ok(())
     }
 
     fn change(&mut self, change: &Change) -> Result<(), Error> {
-        self.states.push(self.clock.at(change.time), change);
+        self.drawing.change(change);
         Ok(())
     }
 

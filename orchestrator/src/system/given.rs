@@ -38,6 +38,11 @@ impl Given {
         Ok(vec![Given { node, variable, value, place: None }])
     }
 
+    /// As it is written on the command line.
+    pub(super) fn text(&self) -> String {
+        format!("{}.{}={}", self.node, self.variable, self.value)
+    }
+
     pub(super) fn error(&self, message: &str) -> Error {
         let Given { node, variable, .. } = self;
         match &self.place {

@@ -18,7 +18,7 @@ const CURVES: usize = 8;
 const AXLES: [f64; 2] = [0.30, -0.29];
 
 /// The layout that the scenario asks for; without plots there is one for each unit of each node.
-pub(super) fn view(scenario: &Scenario, header: &Header) -> Result<View, Error> {
+pub(crate) fn view(scenario: &Scenario, header: &Header) -> Result<View, Error> {
     let written = &scenario.document.view;
     let names = Names::new(scenario, &header.columns, &header.texts);
     let pose = written.pose.as_ref().map(|it| pose(&names, it)).transpose()?;
@@ -30,7 +30,7 @@ pub(super) fn view(scenario: &Scenario, header: &Header) -> Result<View, Error> 
         track: written.track.as_ref().map(|it| track(scenario, &names, it)).transpose()?,
         arrows: written.arrow.iter().map(|it| arrow(&names, it)).collect::<Result<_, _>>()?,
         planes: written.plane.iter().map(|it| plane(&names, it)).collect::<Result<_, _>>()?,
-        plots: if plots.is_empty() { by_unit(&header.columns) } else { plots },
+        plots: if plots.is_empty() { by_unit(header.columns.iter().enumerate()) } else { plots },
     })
 }
 
@@ -123,7 +123,9 @@ fn read<const N: usize>(
     wanted: [&Spanned<String>; N],
 ) -> Result<[Vec<f64>; N], Error> {
     let names = wanted.map(|word| word.get_ref().as_str());
-    let read = columns(&scenario.source.resolve(path), &names).map_err(|error: TableError| {
+    let file = scenario.source.resolve(path);
+    let kept = scenario.source.kept(&file);
+    let read = columns(&file, kept, &names).map_err(|error: TableError| {
         let at = wanted.into_iter().find(|word| Some(word.get_ref().as_str()) == error.word());
         scenario.error(at.unwrap_or(path), error.to_string())
     })?;
@@ -224,11 +226,11 @@ fn parse_unit(scenario: &Scenario, unit: &Spanned<String>) -> Result<Unit, Error
     Unit::parse(unit.get_ref()).map_err(|error| scenario.error(unit, error.to_string()))
 }
 
-/// Plots of all outputs, one for each unit of each node.
-fn by_unit(columns: &[Column]) -> Vec<Plot> {
+/// Plots of all outputs among these columns and their places, one for each unit of each node.
+pub(crate) fn by_unit<'a>(columns: impl Iterator<Item = (usize, &'a Column)> + Clone) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();
-    let outputs = columns.iter().enumerate();
-    for (place, column) in outputs.filter(|(_, column)| column.direction == Direction::Output) {
+    let outputs = columns.clone().filter(|(_, column)| column.direction == Direction::Output);
+    for (place, column) in outputs {
         let title = format!("{} [{}]", column.node, column.unit.as_deref().unwrap_or("1"));
         let series = Series {
             quantity: Quantity::Column(place),
@@ -248,7 +250,7 @@ fn by_unit(columns: &[Column]) -> Vec<Plot> {
         }
     }
     let curves = |group: &Option<String>| {
-        columns.iter().filter(|column| Some(&column.node) == group.as_ref()).count()
+        columns.clone().filter(|(_, column)| Some(&column.node) == group.as_ref()).count()
     };
     // First the node that has most to show.
     let sizes: Vec<_> = plots.iter().map(|plot| curves(&plot.group)).collect();

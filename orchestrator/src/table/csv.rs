@@ -1,6 +1,7 @@
 //! Reads columns of numbers from a CSV file.
 
 use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{Recorded, Series, TableError};
@@ -99,12 +100,20 @@ pub(super) fn read(
     Ok(Recorded { clocks: vec![time], columns, zero: 0.0, warning: None })
 }
 
-/// Reads the wanted columns of a file whose rows have no time, such as the points of a line.
+/// Reads the wanted columns of a file whose rows have no time, such as the points of a line; `kept` is its text where a
+/// recording has it.
 ///
 /// # Errors
 /// When the file cannot be read, lacks a column or has a value that is no finite number.
-pub fn columns(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, TableError> {
-    let mut source = Source::open(path)?;
+pub fn columns(
+    path: &Path,
+    kept: Option<&str>,
+    wanted: &[&str],
+) -> Result<Vec<Vec<f64>>, TableError> {
+    let mut source = match kept {
+        Some(text) => Source::new(path, Box::new(text.as_bytes())),
+        None => Source::open(path)?,
+    };
     let header = source.header()?;
     let places = places(path, &header, wanted.iter().copied())?;
     Ok(source.cells(&header, &places, false)?)
@@ -125,15 +134,19 @@ fn places<'a>(
 
 struct Source<'a> {
     path: &'a Path,
-    reader: ::csv::Reader<File>,
+    reader: ::csv::Reader<Box<dyn Read + 'a>>,
 }
 
 impl<'a> Source<'a> {
     fn open(path: &'a Path) -> Result<Self, TableError> {
         let file = File::open(path)
             .map_err(|source| TableError::Open { path: path.to_owned(), source })?;
-        let reader = ::csv::ReaderBuilder::new().buffer_capacity(1 << 16).from_reader(file);
-        Ok(Source { path, reader })
+        Ok(Source::new(path, Box::new(file)))
+    }
+
+    fn new(path: &'a Path, text: Box<dyn Read + 'a>) -> Self {
+        let reader = ::csv::ReaderBuilder::new().buffer_capacity(1 << 16).from_reader(text);
+        Source { path, reader }
     }
 
     /// The trimmed names of the columns; numpy writes the header as a comment that begins with `#`.

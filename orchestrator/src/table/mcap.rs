@@ -14,7 +14,7 @@ use ::mcap::records::MessageHeader;
 
 pub use self::error::RecordingError;
 use self::field::{Dead, Field, Reader};
-use self::file::Mcap;
+pub(crate) use self::file::Mcap;
 use super::{Recorded, Series, TableError};
 
 /// Which time stamp of a message counts.

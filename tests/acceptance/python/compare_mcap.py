@@ -65,8 +65,9 @@ with open(recording, "rb") as file:
     assert len(seen) == len(rows) * len(fields), "a row is missing or there twice"
     # The scenarios with a plant have a pose in their view.
     assert poses == (len(rows) if "/plant/outputs" in fields else 0), poses
-    run = {entry.name: entry.metadata for entry in reader.iter_metadata()}["run"]
-    assert run["completed"] == "true" and run["step"] == "0.01" and run["seed"] == "1", run
+    metadata = {entry.name: entry.metadata for entry in reader.iter_metadata()}
+    run, end = metadata["run"], metadata["end"]
+    assert end["completed"] == "true" and run["step"] == "0.01" and run["seed"] == "1", run
     attached = {attachment.name for attachment in reader.iter_attachments()}
     assert attached == {f"{run['scenario']}.toml", "summary.md"}, attached
 print(f"{samples} samples")

@@ -56,6 +56,17 @@ impl From<&Event> for Log {
     }
 }
 
+/// The event at `time` [s] that a message of [`Log`] tells.
+pub(crate) fn event(time: f64, message: &[u8]) -> Option<Event> {
+    let log = <Log as prost::Message>::decode(message).ok()?;
+    let level = match log.level {
+        3 => Level::Warning,
+        4 => Level::Error,
+        _ => Level::Info,
+    };
+    Some(Event { time, level, source: log.name, message: log.message })
+}
+
 /// `foxglove.Vector3` [m].
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub(super) struct Vector3 {

@@ -2,17 +2,22 @@
 
 use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
 
+use super::contender::Contender;
 use super::moments::{Moment, Moments};
 use crate::sink::{Event, Level};
 
 /// The events that were not sent yet.
-#[derive(Default)]
 pub(super) struct Events {
+    contender: Contender,
     moments: Moments,
     events: Vec<Event>,
 }
 
 impl Events {
+    pub fn new(contender: &Contender) -> Self {
+        Self { contender: contender.clone(), moments: Moments::default(), events: Vec::new() }
+    }
+
     pub fn push(&mut self, moment: Moment, event: &Event) {
         self.moments.push(moment);
         self.events.push(event.clone());
@@ -23,14 +28,16 @@ impl Events {
         if self.events.is_empty() {
             return Ok(());
         }
-        let texts = self.events.iter().map(|it| format!("{}: {}", it.source, it.message));
+        let text = |it: &Event| format!("{}: {}", self.contender.label(&it.source), it.message);
+        let texts = self.events.iter().map(text);
         let levels = self.events.iter().map(|it| match it.level {
             Level::Info => TextLogLevel::INFO,
             Level::Warning => TextLogLevel::WARN,
             Level::Error => TextLogLevel::ERROR,
         });
         let log = TextLog::update_fields().with_many_text(texts).with_many_level(levels);
-        stream.send_columns("events", self.moments.axes(), log.columns_of_unit_batches()?)?;
+        let path = self.contender.path("events");
+        stream.send_columns(path, self.moments.axes(), log.columns_of_unit_batches()?)?;
         self.moments.clear();
         self.events.clear();
         Ok(())

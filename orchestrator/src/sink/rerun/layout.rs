@@ -23,6 +23,7 @@ use rerun::{
     ApplicationId, Color, EntityPath, RecordingStream, RecordingStreamResult, SeriesLines,
 };
 
+use super::contender::OTHER;
 use super::moments::{DISTANCE, TIME};
 use super::palette::{Palette, faded};
 use super::planes::Shown;
@@ -51,6 +52,8 @@ pub(super) struct Layout {
     pub states: bool,
     /// The entities of texts, which are shown among the events.
     pub texts: Vec<EntityPath>,
+    /// Whether there is another run beside it.
+    pub compared: bool,
     /// Length of the moving body [m], when there is one.
     pub body: Option<f32>,
     /// Whether the run is watched while it happens.
@@ -86,7 +89,7 @@ impl Layout {
     }
 
     fn root(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
-        let texts = texts(properties, &self.texts);
+        let texts = self.texts(properties);
         let left = match self.body {
             Some(length) => {
                 let (chase, map) = (chase(properties, length), map(properties, bounds));
@@ -149,6 +152,29 @@ impl Layout {
         Vertical::new(plots.into_iter().chain(states)).with_row_shares(shares).into()
     }
 
+    /// The run card, the events and the scenario.
+    fn texts(&self, properties: &mut Properties) -> ContainerLike {
+        let texts = self.texts.iter().map(|path| format!("+ {path}"));
+        let contents = ["+ /events/**".to_owned(), format!("+ /{OTHER}/events/**")];
+        let contents = contents.into_iter().chain(texts);
+        let events = TextLogView::new("Events").with_origin("/").with_contents(contents);
+        let time = TimelineColumn { visible: true.into(), timeline: TIME.into() };
+        let shown = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
+            .map(|kind| TextLogColumn { visible: true.into(), kind });
+        let columns =
+            TextLogColumns::new().with_timeline_columns([time]).with_text_log_columns(shown);
+        let events = properties.add(events, [("TextLogColumns", &columns)]);
+        let scenario = |name: &str, path: &str| {
+            ContainerLike::from(TextDocumentView::new(name).with_origin(path))
+        };
+        let run = TextDocumentView::new("Run").with_origin("/run").into();
+        let mut tabs = vec![run, events, scenario("Scenario", "/scenario")];
+        if self.compared {
+            tabs.push(scenario("Other scenario", &format!("/{OTHER}/scenario")));
+        }
+        Tabs::new(tabs).into()
+    }
+
     /// Checks, faults and texts over time.
     fn lanes(&self, properties: &mut Properties) -> ContainerLike {
         let texts = self.texts.iter().map(|path| format!("+ {path}"));
@@ -202,7 +228,8 @@ fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
     let mut view = TimeSeriesView::new(chart.title.as_str()).with_contents(contents);
     let mut palette = Palette::default();
     for line in &chart.lines {
-        let style = style(line, palette.color(line.role, &line.label));
+        let color = line.contender.color(palette.color(line.role, &line.label));
+        let style = style(line, color);
         view = view.with_override(line.path.clone(), style.visualizer());
     }
     let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
@@ -218,32 +245,18 @@ fn style(line: &Line, color: Color) -> SeriesLines {
         Role::Measurement => 0.75,
         Role::Other | Role::Reference | Role::Estimate | Role::Limit => 1.5,
     };
+    // Where both runs are the same, both are seen.
+    let width = if line.contender.is_first() { width } else { 0.6 * width };
+    let label = line.contender.label(&line.label);
     let (name, color, width) = match line.bound {
-        true => (format!("{} ± 2σ", line.label), faded(color, 110), 1.0),
-        false => (line.label.clone(), color, width),
+        true => (format!("{label} ± 2σ"), faded(color, 110), 1.0),
+        false => (label, color, width),
     };
     let style = SeriesLines::new().with_names([name]).with_colors([color]).with_widths([width]);
     match line.stepped {
         true => style.with_interpolation_mode(InterpolationMode::StepAfter),
         false => style,
     }
-}
-
-fn texts(properties: &mut Properties, texts: &[EntityPath]) -> ContainerLike {
-    let texts = texts.iter().map(|path| format!("+ {path}"));
-    let contents = ["+ /events/**".to_owned()].into_iter().chain(texts);
-    let events = TextLogView::new("Events").with_origin("/").with_contents(contents);
-    let time = TimelineColumn { visible: true.into(), timeline: TIME.into() };
-    let shown = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
-        .map(|kind| TextLogColumn { visible: true.into(), kind });
-    let columns = TextLogColumns::new().with_timeline_columns([time]).with_text_log_columns(shown);
-    let events = properties.add(events, [("TextLogColumns", &columns)]);
-    Tabs::new([
-        TextDocumentView::new("Run").with_origin("/run").into(),
-        events,
-        TextDocumentView::new("Scenario").with_origin("/scenario").into(),
-    ])
-    .into()
 }
 
 /// The camera is fixed to the body, because the origin of the view is the body.
@@ -254,10 +267,12 @@ fn chase(properties: &mut Properties, length: f32) -> ContainerLike {
         .with_look_target([0.5 * length, 0.0, 0.1 * length])
         .with_eye_up([0.0, 0.0, 1.0]);
     let view = Spatial3DView::new("Chase camera").with_origin("/world/car").with_contents([
-        "+ /world/**",
-        "- /world/car/marker",
-        "- /world/car/heading",
-        "- /world/path/marks",
+        "+ /world/**".to_owned(),
+        "- /world/car/marker".to_owned(),
+        "- /world/car/heading".to_owned(),
+        "- /world/path/marks".to_owned(),
+        format!("- /world/{OTHER}/car/marker"),
+        format!("- /world/{OTHER}/car/heading"),
     ]);
     // The viewer's own grid would move with the origin of the view, which is the body.
     spatial(properties, view, &eye, &LineGrid3D::new().with_visible(false))

@@ -89,6 +89,11 @@ impl Clock {
         self.at(time)
     }
 
+    /// The distance at the last row [m].
+    pub fn distance(&self) -> Option<f64> {
+        self.odometer.as_ref()?.last.map(|(_, distance, _)| distance)
+    }
+
     /// The moment of a time [s] that is not after the last row.
     pub fn at(&self, time: f64) -> Moment {
         let distance = self.odometer.as_ref().map(|it| (it.at(time) * 100.0).round() as i64);

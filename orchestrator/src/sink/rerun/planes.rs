@@ -5,6 +5,7 @@ use rerun::{
     TimeColumn,
 };
 
+use super::contender::Contender;
 use super::moments::{Moment, Moments};
 use super::palette::{Palette, faded};
 use super::{LIMIT, round_number};
@@ -32,6 +33,7 @@ type Strip = Vec<[f32; 2]>;
 
 struct Drawing {
     number: usize,
+    contender: Contender,
     plane: Plane,
     /// Places of each point.
     points: Vec<Vec<[f32; 2]>>,
@@ -55,11 +57,19 @@ pub(super) struct Shown {
 
 impl Planes {
     /// Diagrams of rows that have so many numbers.
-    pub fn new(planes: &[Plane], numbers: usize) -> Self {
+    pub fn new(planes: &[Plane], numbers: usize, contender: &Contender) -> Self {
+        Self::numbered(planes, numbers, contender, 1)
+    }
+
+    /// The same behind others, from this number on.
+    pub fn numbered(planes: &[Plane], numbers: usize, contender: &Contender, first: usize) -> Self {
         let drawing = |(index, plane): (usize, &Plane)| {
-            let moving = plane.curves.iter().enumerate().filter(|(_, it)| it.moves);
+            // Of another run there are the points; more would hide those of the first one.
+            let shown = |(_, it): &(usize, &Function)| it.moves && contender.is_first();
+            let moving = plane.curves.iter().enumerate().filter(shown);
             Drawing {
-                number: index + 1,
+                number: first + index,
+                contender: contender.clone(),
                 points: vec![Vec::new(); plane.points.len()],
                 curves: moving.map(|(it, _)| (it, Moments::default(), Vec::new())).collect(),
                 plane: plane.clone(),
@@ -68,6 +78,16 @@ impl Planes {
             }
         };
         Self(planes.iter().enumerate().map(drawing).collect())
+    }
+
+    /// The entity that a diagram is below.
+    pub fn root(&self, diagram: usize) -> String {
+        self.0[diagram].root()
+    }
+
+    /// Where coordinates are in a diagram's view.
+    pub fn place(&self, diagram: usize, coordinates: [f64; 2]) -> [f32; 2] {
+        self.0[diagram].place(coordinates)
     }
 
     /// What the layout needs.
@@ -80,6 +100,15 @@ impl Planes {
             trail: it.plane.trail,
         };
         self.0.iter().map(shown).collect()
+    }
+
+    /// The same with the points of another run in each diagram.
+    pub fn shown_with(&self, other: &Planes) -> Vec<Shown> {
+        let mut shown = self.shown();
+        for (shown, other) in shown.iter_mut().zip(other.shown()) {
+            shown.trails.extend(other.trails);
+        }
+        shown
     }
 
     /// Sends what does not move.
@@ -120,16 +149,13 @@ impl Planes {
                     )?;
                 }
             }
-            let number = it.number;
-            for (curve, moments, strips) in &mut it.curves {
+            let paths: Vec<_> =
+                it.curves.iter().map(|(curve, ..)| it.path("curves", *curve)).collect();
+            for ((_, moments, strips), path) in it.curves.iter_mut().zip(paths) {
                 let lines = LineStrips2D::update_fields().with_strips(strips.drain(..));
                 let axes = moments.axes();
                 moments.clear();
-                stream.send_columns(
-                    path(number, "curves", *curve),
-                    axes,
-                    lines.columns_of_unit_batches()?,
-                )?;
+                stream.send_columns(path, axes, lines.columns_of_unit_batches()?)?;
             }
         }
         Ok(())
@@ -142,7 +168,7 @@ impl Drawing {
     }
 
     fn path(&self, what: &str, number: usize) -> EntityPath {
-        path(self.number, what, number)
+        self.contender.below(&self.root(), &format!("{what}/{}", number + 1))
     }
 
     fn size(&self) -> [f64; 2] {
@@ -160,13 +186,17 @@ impl Drawing {
     }
 
     fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        self.describe_axes(stream)?;
+        // Axes, circle and curves are there once for all runs.
+        let first = self.contender.is_first();
+        if first {
+            self.describe_axes(stream)?;
+        }
         let Plane { points, curves, circle, .. } = &self.plane;
         let mut palette = Palette::default();
         let mut legend = Vec::new();
         for (number, point) in points.iter().enumerate() {
-            let color = palette.color(point.role, &point.label);
-            legend.push((color, point.label.as_str()));
+            let color = self.contender.color(palette.color(point.role, &point.label));
+            legend.push((color, self.contender.label(&point.label)));
             for (what, radius, opacity) in [("points", 5.0, 255), ("trails", 2.0, 110)] {
                 let look = Points2D::update_fields()
                     .with_colors([faded(color, opacity)])
@@ -175,9 +205,9 @@ impl Drawing {
                 stream.log_static(self.path(what, number), &look)?;
             }
         }
-        for (number, curve) in curves.iter().enumerate() {
+        for (number, curve) in curves.iter().enumerate().filter(|_| first) {
             let color = palette.color(curve.role, &curve.label);
-            legend.push((color, curve.label.as_str()));
+            legend.push((color, curve.label.clone()));
             let path = self.path("curves", number);
             let look = LineStrips2D::update_fields()
                 .with_colors([color])
@@ -189,7 +219,7 @@ impl Drawing {
                 stream.log_static(path, &LineStrips2D::update_fields().with_strips([strips]))?;
             }
         }
-        if let Some(radius) = circle {
+        if let Some(radius) = circle.filter(|_| first) {
             let angles = (0..=72).map(|it| f64::from(it) * std::f64::consts::TAU / 72.0);
             let points = angles.map(|it| self.place([radius * it.cos(), radius * it.sin()]));
             let circle = LineStrips2D::new([points.collect::<Vec<_>>()])
@@ -242,15 +272,20 @@ impl Drawing {
     fn describe_legend(
         &self,
         stream: &RecordingStream,
-        entries: &[(Color, &str)],
+        entries: &[(Color, String)],
     ) -> RecordingStreamResult<()> {
-        let place = |(row, _): (usize, _)| [0.22, 0.03 + 0.08 * row as f32];
+        // Below that of the first run.
+        let above = match self.contender.is_first() {
+            true => 0,
+            false => self.plane.points.len() + self.plane.curves.len(),
+        };
+        let place = |(row, _): (usize, _)| [0.22, 0.03 + 0.08 * (above + row) as f32];
         let legend = Points2D::new(entries.iter().enumerate().map(place))
-            .with_labels(entries.iter().map(|(_, label)| *label))
+            .with_labels(entries.iter().map(|(_, label)| label.as_str()))
             .with_show_labels(true)
             .with_colors(entries.iter().map(|(color, _)| *color))
             .with_radii([Radius::new_ui_points(0.0)]);
-        stream.log_static(format!("{}/legend", self.root()), &legend)
+        stream.log_static(self.contender.below(&self.root(), "legend"), &legend)
     }
 
     fn redraw(&mut self, moment: Moment, time: f64, row: &Row) {
@@ -288,10 +323,6 @@ impl Drawing {
         }
         strip
     }
-}
-
-fn path(plane: usize, what: &str, number: usize) -> EntityPath {
-    EntityPath::from(format!("planes/{plane}/{what}/{}", number + 1))
 }
 
 /// As many digits as ticks at this distance differ by.

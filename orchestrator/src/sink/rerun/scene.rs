@@ -6,34 +6,34 @@ use rerun::{
 };
 
 use super::arrows::Arrows;
-use super::moments::{Moment, Moments};
+use super::contender::Contender;
+use super::ground::Ground;
+use super::moments::Moment;
+use super::palette::faded;
 use super::road::Road;
 use super::trace::{Bounds, STRIP_SAMPLES, Trace};
 use super::{PLANT, WHITE};
 use crate::sink::Row;
 use crate::view::{Pose, View};
 
-/// Line spacing of the ground [m].
-const GROUND_SPACING: f32 = 10.0;
-/// The ground moves along in jumps of this length [m]; every line at a multiple of it is brighter.
-const GROUND_JUMP: f32 = 50.0;
-/// Half the edge of the ground [m].
-const GROUND_REACH: f32 = 250.0;
 /// Length of the heading's arrow on a map that follows the car [m].
 const HEADING_LEAST: f32 = 15.0;
 
 const MARK: [u8; 3] = [190, 190, 195];
 const TIRE: [u8; 3] = [78, 78, 84];
+/// How opaque the body of another run is, of 255.
+const GHOST: u8 = 120;
 const GLASS: [u8; 3] = [28, 44, 58];
 
 /// The three-dimensional part of a recording.
 pub(super) struct Scene {
+    contender: Contender,
     pose: Pose,
     positions: Vec<[f32; 3]>,
     headings: Vec<Quaternion>,
     steers: Vec<Quaternion>,
     arrows: Arrows,
-    ground: Ground,
+    ground: Option<Ground>,
     road: Option<Road>,
     trace: Trace,
     /// Rows in the driven line that a viewer has.
@@ -42,15 +42,21 @@ pub(super) struct Scene {
 
 impl Scene {
     /// The scene of a scenario that has a moving body.
-    pub fn new(view: &View) -> Option<Self> {
+    pub fn new(view: &View, contender: &Contender) -> Option<Self> {
+        // Of another run there are the body and its line; more would hide the first one.
+        let (arrows, road) = match contender.is_first() {
+            true => (view.arrows.clone(), view.track.clone()),
+            false => (Vec::new(), None),
+        };
         Some(Self {
+            contender: contender.clone(),
             pose: view.pose.clone()?,
-            arrows: Arrows::new(view.arrows.clone()),
-            road: view.track.clone().map(Road::new),
+            arrows: Arrows::new(arrows),
+            road: road.map(Road::new),
             positions: Vec::new(),
             headings: Vec::new(),
             steers: Vec::new(),
-            ground: Ground::default(),
+            ground: contender.is_first().then(Ground::default),
             trace: Trace::default(),
             drawn: 0,
         })
@@ -58,14 +64,23 @@ impl Scene {
 
     /// Sends what does not move in its own frame.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        self.describe_body(stream)?;
+        self.describe_wheels(stream)?;
+        self.describe_marker(stream)?;
+        self.describe_heading(stream, HEADING_LEAST)?;
+        if !self.contender.is_first() {
+            return Ok(());
+        }
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
-        describe_body(stream, self.pose.length as f32, self.pose.width as f32)?;
-        describe_wheels(stream, &self.pose)?;
         self.arrows.describe(stream)?;
         self.road.as_ref().map_or(Ok(()), |road| road.draw(stream))?;
-        describe_markers(stream)?;
-        describe_heading(stream, HEADING_LEAST)?;
-        describe_ground(stream)
+        describe_frame(stream)?;
+        self.ground.as_ref().map_or(Ok(()), |ground| ground.describe(stream))
+    }
+
+    /// Where the body is [m].
+    pub fn place(&self, row: &Row) -> [f64; 2] {
+        [self.pose.x, self.pose.y].map(|column| row.numbers[column])
     }
 
     /// Takes one row.
@@ -81,7 +96,9 @@ impl Scene {
         if let Some(road) = &mut self.road {
             road.push(time, row);
         }
-        self.ground.push(moment, position);
+        if let Some(ground) = &mut self.ground {
+            ground.push(moment, position);
+        }
         let speed = self.pose.speed.map_or(0.0, |it| values[it] as f32);
         self.trace.push(position, speed);
     }
@@ -95,18 +112,18 @@ impl Scene {
         let motion = Transform3D::update_fields()
             .with_many_translation(self.positions.drain(..))
             .with_many_quaternion(self.headings.drain(..));
-        stream.send_columns("world/car", axes.to_vec(), motion.columns_of_unit_batches()?)?;
+        stream.send_columns(self.path("car"), axes.to_vec(), motion.columns_of_unit_batches()?)?;
         if self.pose.steer.is_some() {
             // One rotation per row turns both boxes, each about its own centre.
             let steers = Boxes3D::update_fields().with_quaternions(self.steers.drain(..));
             stream.send_columns(
-                "world/car/front_wheels",
+                self.path("car/front_wheels"),
                 axes.to_vec(),
                 steers.columns_of_unit_batches()?,
             )?;
         }
         self.arrows.send(stream, axes)?;
-        self.ground.send(stream)
+        self.ground.as_mut().map_or(Ok(()), |ground| ground.send(stream))
     }
 
     /// Sends the driven line so far, when it has grown by 3 %: so all that is sent in the course of a
@@ -124,9 +141,12 @@ impl Scene {
         if let Some(bounds) = self.bounds() {
             let size = (bounds.high[0] - bounds.low[0]).max(bounds.high[1] - bounds.low[1]);
             // A twentieth of the map is seen whatever the size of the map.
-            describe_heading(stream, HEADING_LEAST.max(0.05 * size))?;
+            self.describe_heading(stream, HEADING_LEAST.max(0.05 * size))?;
         }
         self.draw_line(stream)?;
+        if !self.contender.is_first() {
+            return Ok(());
+        }
         let (marks, labels) = self.trace.marks();
         let marks = Points3D::new(marks)
             .with_labels(labels)
@@ -137,11 +157,89 @@ impl Scene {
     }
 
     fn draw_line(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let (strips, colors) = self.trace.strips(self.pose.speed.is_some());
-        let line =
-            LineStrips3D::new(strips).with_colors(colors).with_radii([Radius::new_ui_points(2.0)]);
-        stream.log_static("world/path/line", &line)?;
+        let colored = self.pose.speed.is_some() && self.contender.is_first();
+        let (strips, mut colors) = self.trace.strips(colored);
+        let mut radius = Radius::new_ui_points(2.0);
+        if !self.contender.is_first() {
+            // Where both drove, both lines are seen.
+            (colors, radius) = (vec![self.marker()], Radius::new_ui_points(1.0));
+        }
+        let line = LineStrips3D::new(strips).with_colors(colors).with_radii([radius]);
+        stream.log_static(self.path("path/line"), &line)?;
         self.road.as_ref().map_or(Ok(()), |road| road.draw(stream))
+    }
+
+    /// Where an entity of this run is.
+    fn path(&self, name: &str) -> EntityPath {
+        self.contender.below("world", name)
+    }
+
+    /// The colour of the body of this run, or of a part that has this colour in the first one.
+    fn paint(&self, color: [u8; 3]) -> Color {
+        match self.contender.is_first() {
+            true => Color::from(color),
+            false => faded(self.contender.color(PLANT.into()), GHOST),
+        }
+    }
+
+    fn describe_body(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        let (length, width) = (self.pose.length as f32, self.pose.width as f32);
+        // Half sizes and centres are shares of the car that look like a car; nothing depends on them.
+        let body = Boxes3D::from_centers_and_half_sizes(
+            [(0.0, 0.0, 0.50), (0.46 * length, 0.0, 0.42)],
+            [(0.46 * length, 0.42 * width, 0.22), (0.04 * length, 0.40 * width, 0.14)],
+        )
+        .with_colors([self.paint(PLANT)])
+        .with_fill_mode(FillMode::Solid);
+        stream.log_static(self.path("car/body"), &body)?;
+        let cabin = Boxes3D::from_centers_and_half_sizes(
+            [(-0.08 * length, 0.0, 0.95)],
+            [(0.22 * length, 0.34 * width, 0.22)],
+        )
+        .with_colors([self.paint(GLASS)])
+        .with_fill_mode(FillMode::Solid);
+        stream.log_static(self.path("car/cabin"), &cabin)
+    }
+
+    fn describe_wheels(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        let pose = &self.pose;
+        let (side, radius) = (0.46 * pose.width as f32, 0.33);
+        for (name, x) in ["front_wheels", "rear_wheels"].into_iter().zip(pose.axles) {
+            let x = x as f32;
+            let wheels = Boxes3D::from_centers_and_half_sizes(
+                [(x, side, radius), (x, -side, radius)],
+                [(radius, 0.12, radius)],
+            )
+            .with_colors([self.paint(TIRE)])
+            .with_fill_mode(FillMode::Solid);
+            stream.log_static(self.path(&format!("car/{name}")), &wheels)?;
+        }
+        Ok(())
+    }
+
+    /// What a map shows instead of the car.
+    fn describe_marker(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        let marker = Points3D::new([(0.0, 0.0, 2.0)])
+            .with_labels(self.contender.0.as_deref())
+            .with_show_labels(true)
+            .with_colors([self.marker()])
+            .with_radii([Radius::new_ui_points(6.0)]);
+        stream.log_static(self.path("car/marker"), &marker)
+    }
+
+    fn marker(&self) -> Color {
+        match self.contender.is_first() {
+            true => Color::from(WHITE),
+            false => self.contender.color(PLANT.into()),
+        }
+    }
+
+    fn describe_heading(&self, stream: &RecordingStream, length: f32) -> RecordingStreamResult<()> {
+        let arrow = Arrows3D::from_vectors([(length, 0.0, 0.0)])
+            .with_origins([(0.0, 0.0, 2.0)])
+            .with_colors([self.marker()])
+            .with_radii([Radius::new_ui_points(2.0)]);
+        stream.log_static(self.path("car/heading"), &arrow)
     }
 
     /// The rectangle that the body stayed in.
@@ -160,99 +258,10 @@ fn turn(angle: f64) -> Quaternion {
     Quaternion::from_xyzw([0.0, 0.0, sin as f32, cos as f32])
 }
 
-fn describe_body(stream: &RecordingStream, length: f32, width: f32) -> RecordingStreamResult<()> {
-    // Half sizes and centres are shares of the car that look like a car; nothing depends on them.
-    let body = Boxes3D::from_centers_and_half_sizes(
-        [(0.0, 0.0, 0.50), (0.46 * length, 0.0, 0.42)],
-        [(0.46 * length, 0.42 * width, 0.22), (0.04 * length, 0.40 * width, 0.14)],
-    )
-    .with_colors([PLANT])
-    .with_fill_mode(FillMode::Solid);
-    stream.log_static("world/car/body", &body)?;
-    let cabin = Boxes3D::from_centers_and_half_sizes(
-        [(-0.08 * length, 0.0, 0.95)],
-        [(0.22 * length, 0.34 * width, 0.22)],
-    )
-    .with_colors([GLASS])
-    .with_fill_mode(FillMode::Solid);
-    stream.log_static("world/car/cabin", &cabin)
-}
-
-fn describe_wheels(stream: &RecordingStream, pose: &Pose) -> RecordingStreamResult<()> {
-    let (side, radius) = (0.46 * pose.width as f32, 0.33);
-    for (name, x) in ["front_wheels", "rear_wheels"].into_iter().zip(pose.axles) {
-        let x = x as f32;
-        let wheels = Boxes3D::from_centers_and_half_sizes(
-            [(x, side, radius), (x, -side, radius)],
-            [(radius, 0.12, radius)],
-        )
-        .with_colors([TIRE])
-        .with_fill_mode(FillMode::Solid);
-        stream.log_static(EntityPath::from(format!("world/car/{name}")), &wheels)?;
-    }
-    Ok(())
-}
-
-/// What a map shows instead of the car, and what a following camera needs.
-fn describe_markers(stream: &RecordingStream) -> RecordingStreamResult<()> {
-    let marker = Points3D::new([(0.0, 0.0, 2.0)])
-        .with_colors([WHITE])
-        .with_radii([Radius::new_ui_points(6.0)]);
-    stream.log_static("world/car/marker", &marker)?;
+/// What a following camera needs.
+fn describe_frame(stream: &RecordingStream) -> RecordingStreamResult<()> {
     // The distance of a following camera is 1.5 times the bounding sphere of what it follows; a
     // transform without geometry is not followed at all.
     let frame = Points3D::new([(-60.0, -60.0, 0.0), (60.0, 60.0, 0.0)]).with_radii([0.001]);
     stream.log_static("world/car/frame", &frame)
-}
-
-fn describe_heading(stream: &RecordingStream, length: f32) -> RecordingStreamResult<()> {
-    let arrow = Arrows3D::from_vectors([(length, 0.0, 0.0)])
-        .with_origins([(0.0, 0.0, 2.0)])
-        .with_colors([WHITE])
-        .with_radii([Radius::new_ui_points(2.0)]);
-    stream.log_static("world/car/heading", &arrow)
-}
-
-fn describe_ground(stream: &RecordingStream) -> RecordingStreamResult<()> {
-    let half = (GROUND_REACH / GROUND_SPACING) as i32;
-    let per_jump = (GROUND_JUMP / GROUND_SPACING) as i32;
-    let (mut strips, mut colors) = (Vec::new(), Vec::new());
-    for line in -half..=half {
-        let at = line as f32 * GROUND_SPACING;
-        strips.push([[-GROUND_REACH, at, 0.0], [GROUND_REACH, at, 0.0]]);
-        strips.push([[at, -GROUND_REACH, 0.0], [at, GROUND_REACH, 0.0]]);
-        let level = if line % per_jump == 0 { 92 } else { 52 };
-        colors.extend([Color::from_rgb(level, level, level + 6); 2]);
-    }
-    let ground = LineStrips3D::new(strips).with_colors(colors).with_radii([0.05]);
-    stream.log_static("world/ground", &ground)
-}
-
-/// A patch of ground that follows the car in jumps of whole squares, which looks like an endless plane.
-#[derive(Default)]
-struct Ground {
-    moments: Moments,
-    places: Vec<[f32; 3]>,
-    last: Option<[f32; 3]>,
-}
-
-impl Ground {
-    fn push(&mut self, moment: Moment, position: [f32; 3]) {
-        let place = position.map(|it| (it / GROUND_JUMP).round() * GROUND_JUMP);
-        if self.last != Some(place) {
-            self.moments.push(moment);
-            self.places.push(place);
-            self.last = Some(place);
-        }
-    }
-
-    fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        if self.places.is_empty() {
-            return Ok(());
-        }
-        let axes = self.moments.axes();
-        self.moments.clear();
-        let motion = Transform3D::update_fields().with_many_translation(self.places.drain(..));
-        stream.send_columns("world/ground", axes, motion.columns_of_unit_batches()?)
-    }
 }

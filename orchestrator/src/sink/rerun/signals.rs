@@ -3,6 +3,7 @@
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
 
+use super::contender::Contender;
 use crate::sink::{Column, Derived, Direction, Header, Kind, Row};
 use crate::view::{Plot, Quantity, Role, Series};
 
@@ -10,7 +11,9 @@ use crate::view::{Plot, Quantity, Role, Series};
 pub(super) struct Line {
     /// The entity that holds its values.
     pub path: EntityPath,
-    /// Its name in the legend.
+    /// The run that it is of.
+    pub contender: Contender,
+    /// Its name in the legend, which is the same for all runs.
     pub label: String,
     /// What it stands for.
     pub role: Role,
@@ -44,26 +47,29 @@ struct Curve {
 /// Every scalar entity of a recording.
 pub(super) struct Signals {
     curves: Vec<Curve>,
+    /// Those of the columns, which come first.
     names: Vec<String>,
 }
 
 impl Signals {
     /// Plans the entities: one per column under `/signals`, and one under `/plots` for each curve that
     /// is drawn in another unit than the column's.
-    pub fn new(header: &Header) -> (Self, Vec<Chart>) {
+    pub fn new(header: &Header, contender: &Contender, lacks: &[usize]) -> (Self, Vec<Chart>) {
         let columns = &header.columns;
-        let mut curves: Vec<Curve> = columns
-            .iter()
-            .enumerate()
-            .map(|(column, it)| Curve::new(signal_path(it), Quantity::Column(column), 1.0, 0.0))
+        let own = || columns.iter().enumerate().filter(|(column, _)| !lacks.contains(column));
+        let mut curves: Vec<Curve> = own()
+            .map(|(column, it)| {
+                let path = contender.path(signal_path(it));
+                Curve::new(path, Quantity::Column(column), 1.0, 0.0)
+            })
             .collect();
-        let names = columns.iter().map(name_with_unit).collect();
+        let names = own().map(|(_, it)| contender.label(&name_with_unit(it))).collect();
         let charts = header
             .view
             .plots
             .iter()
             .enumerate()
-            .map(|(number, plot)| chart(number, plot, columns, &mut curves))
+            .map(|(number, plot)| chart((number, plot), columns, contender, &mut curves))
             .collect();
         (Self { curves, names }, charts)
     }
@@ -126,6 +132,7 @@ pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
         let title = if signal.unit.is_empty() { "-" } else { signal.unit };
         let line = Line {
             path: entity(["signals", derived.analysis, derived.group, signal.name]),
+            contender: Contender::default(),
             label: signal.name.to_owned(),
             role: Role::Other,
             stepped: false,
@@ -172,7 +179,12 @@ fn name_with_unit(column: &Column) -> String {
 /// The viewer paints the curves of a plot, and lists them in the legend, in the order of their paths.
 /// A measurement is noisy and must lie below the others, so it gets a path that comes first, and if
 /// need be an entity of its own; a band lies between them.
-fn chart(number: usize, plot: &Plot, columns: &[Column], curves: &mut Vec<Curve>) -> Chart {
+fn chart(
+    (number, plot): (usize, &Plot),
+    columns: &[Column],
+    contender: &Contender,
+    curves: &mut Vec<Curve>,
+) -> Chart {
     let mut series: Vec<&Series> = plot.series.iter().collect();
     series.sort_by_key(|it| (it.role != Role::Measurement, !it.bound));
     let first_of_others = series
@@ -187,11 +199,14 @@ fn chart(number: usize, plot: &Plot, columns: &[Column], curves: &mut Vec<Curve>
         let covered = it.role == Role::Measurement
             && first_of_others.as_ref().is_some_and(|other| *other < natural);
         let path = if covered { plot_path(number, rank) } else { natural };
-        if path == plot_path(number, rank) {
+        let made = path == plot_path(number, rank);
+        let path = contender.path(path);
+        if made {
             curves.push(Curve::new(path.clone(), it.quantity.clone(), it.factor, it.offset));
         }
         lines.push(Line {
             path,
+            contender: contender.clone(),
             label: it.label.clone(),
             role: it.role,
             stepped: column(it).is_some_and(|place| columns[place].kind != Kind::Real),

@@ -4,6 +4,7 @@ use rerun::{
     EntityPath, RecordingStream, RecordingStreamResult, StateChange, TextLog, TextLogLevel,
 };
 
+use super::contender::Contender;
 use super::moments::{Moment, Moments};
 use super::signals::signal_path;
 use crate::sink::Header;
@@ -23,10 +24,10 @@ pub(super) struct Texts(Vec<Track>);
 
 impl Texts {
     /// One entity for each text, where the entities of numbers are.
-    pub fn new(header: &Header) -> Self {
+    pub fn new(header: &Header, contender: &Contender) -> Self {
         let tracks = header.texts.iter().map(|column| Track {
-            path: signal_path(column),
-            name: column.name(),
+            path: contender.path(signal_path(column)),
+            name: contender.label(&column.name()),
             now: None,
             moments: Moments::default(),
             changes: Vec::new(),

@@ -21,6 +21,17 @@ pub(super) struct Bounds {
     pub high: [f32; 2],
 }
 
+impl Bounds {
+    /// The rectangle that holds both.
+    pub fn with(self, other: Bounds) -> Bounds {
+        let axes = [0, 1];
+        Bounds {
+            low: axes.map(|axis: usize| self.low[axis].min(other.low[axis])),
+            high: axes.map(|axis: usize| self.high[axis].max(other.high[axis])),
+        }
+    }
+}
+
 /// The driven line, thinned out as it grows.
 #[derive(Default)]
 pub(super) struct Trace(Thinned<Sample>);

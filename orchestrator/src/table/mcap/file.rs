@@ -110,7 +110,7 @@ impl Mcap {
     }
 
     /// Hands over all records, of which those in chunks are checked before.
-    fn records(&self, take: &mut TakeRecord) -> Result<(), TableError> {
+    pub fn records(&self, take: &mut TakeRecord) -> Result<(), TableError> {
         let file = File::open(&self.path).map_err(|source| unreadable(&self.path, source))?;
         let mut file = BufReader::with_capacity(BUFFER, file);
         let options = LinearReaderOptions::default()
@@ -136,7 +136,7 @@ impl Mcap {
         Ok(())
     }
 
-    fn damaged(&self, error: McapError) -> RecordingError {
+    pub fn damaged(&self, error: McapError) -> RecordingError {
         let path = self.path.clone();
         match error {
             McapError::UnsupportedCompression(compression) => {

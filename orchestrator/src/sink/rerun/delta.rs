@@ -1,0 +1,104 @@
+//! Tells how much later one run comes by than another one: the difference of their times at the same distance.
+
+/// A piece of a run in which it got further than ever before: time [s] and distance [m] at its ends.
+#[derive(Clone, Copy)]
+struct Piece {
+    from: [f64; 2],
+    to: [f64; 2],
+}
+
+/// When a run came by at which distance.
+///
+/// What counts is the first time that a distance is reached. A stop thus takes effect when the run goes on, and rows at which
+/// it is behind its furthest point, since it drives backwards, tell nothing.
+#[derive(Default)]
+pub(super) struct Course {
+    pieces: Vec<Piece>,
+    last: Option<[f64; 2]>,
+}
+
+impl Course {
+    /// Takes a row: its time [s] and the distance [m] there. Tells when the furthest distance so far was reached, if the row
+    /// is at it.
+    pub fn push(&mut self, time: f64, distance: f64) -> Option<f64> {
+        let to = [time, distance];
+        let from = self.last.replace(to).unwrap_or(to);
+        let furthest = self.pieces.last().map(|piece| piece.to);
+        match furthest {
+            Some([reached, furthest]) if distance <= furthest => {
+                (distance == furthest).then_some(reached)
+            }
+            _ => {
+                self.pieces.push(Piece { from, to });
+                Some(time)
+            }
+        }
+    }
+
+    /// The furthest distance [m].
+    pub fn furthest(&self) -> Option<f64> {
+        self.pieces.last().map(|piece| piece.to[1])
+    }
+
+    /// When the distance [m] was first reached [s], on the straight line between two rows; nothing outside of the course.
+    pub fn reached(&self, distance: f64) -> Option<f64> {
+        let place = self.pieces.partition_point(|piece| piece.to[1] < distance);
+        let Piece { from: [t0, s0], to: [t1, s1] } = *self.pieces.get(place)?;
+        if distance == s1 {
+            return Some(t1);
+        }
+        // Before the first row, or in a gap, which there is none of between rows.
+        (distance >= s0).then(|| t0 + (distance - s0) / (s1 - s0) * (t1 - t0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Course;
+
+    fn course(rows: &[[f64; 2]]) -> Course {
+        let mut course = Course::default();
+        for &[time, distance] in rows {
+            course.push(time, distance);
+        }
+        course
+    }
+
+    #[test]
+    fn a_distance_is_reached_once_also_by_who_stops_or_drives_back() {
+        // 0 to 2 s at 1 m/s, a stop until 5 s, back by 1 m until 6 s, then on at 2 m/s.
+        let course = course(&[[0.0, 0.0], [2.0, 2.0], [5.0, 2.0], [6.0, 1.0], [8.0, 5.0]]);
+        for (distance, time) in [(0.0, 0.0), (1.5, 1.5), (2.0, 2.0), (3.0, 7.0), (5.0, 8.0)] {
+            assert_eq!(course.reached(distance), Some(time), "{distance} m");
+        }
+        assert_eq!((course.reached(-0.1), course.reached(5.1)), (None, None));
+        assert_eq!(course.furthest(), Some(5.0));
+    }
+
+    #[test]
+    fn rows_at_the_furthest_point_say_when_it_was_reached_and_others_nothing() {
+        let mut course = Course::default();
+        let rows = [[0.0, 3.0], [1.0, 3.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]];
+        let told = rows.map(|[time, distance]| course.push(time, distance));
+        assert_eq!(told, [Some(0.0), Some(0.0), None, Some(0.0), Some(4.0)]);
+    }
+
+    #[test]
+    fn at_constant_speeds_the_difference_grows_as_the_distance() {
+        let drive = |speed: f64, step: f64| {
+            let time = |k: u32| f64::from(k) * step;
+            let rows: Vec<_> =
+                (0..=(100.0 / step) as u32).map(|k| [time(k), speed * time(k)]).collect();
+            course(&rows)
+        };
+        let (a, b) = (drive(20.0, 0.001), drive(16.0, 0.01));
+        for distance in [0.0, 0.0123, 777.7, 1599.9] {
+            let delta = b.reached(distance).zip(a.reached(distance)).map(|(b, a)| b - a);
+            let expected = distance / 16.0 - distance / 20.0;
+            assert!(
+                delta.is_some_and(|it| (it - expected).abs() < 1e-9),
+                "{distance} m: {delta:?}"
+            );
+        }
+    }
+}
