@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use plugin::Diagram;
 use rerun::{
     ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
 };
@@ -10,6 +11,8 @@ use rerun::{
 use crate::error::Error;
 use crate::sink::{Change, Derived, Event, Header, Row, Sink};
 use card::Card;
+use courier::Courier;
+use diagrams::Diagrams;
 use events::Events;
 use layout::Layout;
 use moments::{Clock, Moments};
@@ -23,7 +26,10 @@ use texts::Texts;
 
 mod arrows;
 mod card;
+mod courier;
+mod diagrams;
 mod events;
+mod frame;
 mod layout;
 mod moments;
 mod palette;
@@ -47,8 +53,12 @@ const FILE_BATCH: usize = 5_000;
 const LIVE_BATCH: i64 = 1_000_000_000;
 /// A viewer gets what there is after this much wall clock, so that a slow run moves smoothly.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
-/// How long the disk or the viewer may take to accept a batch.
+/// Numbers that are kept for a viewer that is slow; what comes on top of that it never gets.
+const LIVE_NUMBERS: usize = 1_000_000;
+/// How long the disk may take to accept a batch.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How long the viewer may take to accept the last batch, and what analyses add, when the run is over.
+const FAREWELL: Duration = Duration::from_secs(3);
 
 // Okabe and Ito's colours, which can be told apart without red-green vision.
 const REFERENCE: [u8; 3] = [230, 159, 0];
@@ -65,6 +75,14 @@ pub struct RerunSink {
     /// What errors call the recording.
     place: PathBuf,
     live: bool,
+    /// Waits for a viewer.
+    courier: Option<Courier>,
+    /// Rows that may wait for a viewer.
+    room: usize,
+    /// Rows that were meant for the replay, and those of them that a viewer was too slow for.
+    rows: [usize; 2],
+    /// How long to wait for a viewer now that the run is over; one that was waited for in vain is not waited for again.
+    farewell: Duration,
     url: Option<String>,
     warning: Option<String>,
     card: Card,
@@ -109,6 +127,10 @@ impl RerunSink {
         let mut sink = Self {
             stream: Some(stream),
             live,
+            courier: None,
+            room: (LIVE_NUMBERS / header.columns.len().max(1)).clamp(1, FILE_BATCH),
+            rows: [0; 2],
+            farewell: FAREWELL,
             url,
             warning: None,
             card: Card::new(header),
@@ -117,6 +139,7 @@ impl RerunSink {
                 charts,
                 derived: Vec::new(),
                 planes: planes.shown(),
+                diagrams: Diagrams::default(),
                 states: !states.is_empty() || !header.texts.is_empty(),
                 texts: texts.paths(),
                 body: view.pose.as_ref().map(|it| it.length as f32),
@@ -156,8 +179,10 @@ impl RerunSink {
         };
         let result = begin().map_err(|it| it.to_string());
         let result = result.and_then(|()| settle(stream, CONNECT_PATIENCE));
-        if result.is_err() {
-            self.abandon();
+        match result {
+            Ok(()) if self.live => self.courier = Some(Courier::new(stream.clone())),
+            Ok(()) => {}
+            Err(_) => self.abandon(),
         }
         result
     }
@@ -170,69 +195,162 @@ impl RerunSink {
         self.moments.span() >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
     }
 
-    /// Sends what was collected, once the batch before has arrived: so errors are noticed, a slow
-    /// reader holds up the run instead of filling the memory, and writing overlaps with computing.
+    /// Sends what was collected, once the batch before has arrived: so errors are noticed and the memory stays bounded. Writing
+    /// a file overlaps with computing; for a viewer that is slow rows are kept, and then dropped.
     fn send(&mut self) -> Result<(), String> {
-        let Some(stream) = &self.stream else {
+        let Some(stream) = self.stream.clone() else {
             return Ok(());
         };
-        settle(stream, PATIENCE)?;
-        let axes = self.moments.axes();
-        let mut columns = || -> RecordingStreamResult<()> {
-            if !self.moments.is_empty() {
-                self.signals.send(stream, &axes)?;
-                self.planes.send(stream, &axes)?;
-            }
-            if let Some(scene) = self.scene.as_mut().filter(|_| !self.moments.is_empty()) {
-                scene.send(stream, &axes)?;
-                if self.live {
-                    scene.draw(stream)?;
+        match &mut self.courier {
+            None => settle(&stream, PATIENCE)?,
+            Some(courier) => {
+                if !courier.accepted(Duration::ZERO)? {
+                    if self.moments.len() >= self.room {
+                        self.skip();
+                    }
+                    return Ok(());
                 }
             }
-            self.texts.send(stream)?;
-            self.states.send(stream)?;
-            self.events.send(stream)
-        };
-        columns().map_err(|it| it.to_string())?;
-        self.moments.clear();
+        }
+        let rows = self.send_rows(&stream);
+        let all = rows
+            .and_then(|()| self.texts.send(&stream))
+            .and_then(|()| self.states.send(&stream))
+            .and_then(|()| self.events.send(&stream));
+        all.map_err(|it| it.to_string())?;
+        if let Some(courier) = &mut self.courier {
+            courier.sent();
+        }
         self.sent = Instant::now();
         Ok(())
     }
 
-    fn add(&self, derived: &Derived) -> Result<(), String> {
-        let Some(stream) = &self.stream else {
+    fn send_rows(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        if self.moments.is_empty() {
+            return Ok(());
+        }
+        let axes = self.moments.axes();
+        self.moments.clear();
+        self.signals.send(stream, &axes)?;
+        self.planes.send(stream, &axes)?;
+        if let Some(scene) = &mut self.scene {
+            scene.send(stream, &axes)?;
+            if self.live {
+                scene.draw(stream)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Drops the rows that were collected. Of states and texts the last one stays, which holds from then on.
+    fn skip(&mut self) {
+        self.rows[1] += self.moments.len();
+        // Sent to nobody, all of it is forgotten.
+        let _ = self.send_rows(&RecordingStream::disabled());
+        self.texts.forget_past();
+        self.states.forget_past();
+        self.events.forget_past();
+    }
+
+    /// Whether more can be sent now that the run is over: a viewer may need a moment for what it got.
+    fn ready(&mut self) -> Result<bool, String> {
+        let Some(courier) = &mut self.courier else {
+            return Ok(true);
+        };
+        let ready = courier.accepted(self.farewell)?;
+        self.farewell = if ready { FAREWELL } else { Duration::ZERO };
+        Ok(ready)
+    }
+
+    /// Sends what an analysis adds, after the last row.
+    fn add(
+        &mut self,
+        send: impl FnOnce(&mut Self, &RecordingStream) -> RecordingStreamResult<()>,
+    ) -> Result<(), String> {
+        let Some(stream) = self.stream.clone() else {
             return Ok(());
         };
-        let moments: Moments = derived.time.iter().map(|time| self.clock.at(*time)).collect();
-        signals::add(stream, derived, &moments.axes()).map_err(|it| it.to_string())?;
-        settle(stream, PATIENCE)
+        if !self.ready()? {
+            self.warn("does not take what the analyses add".to_owned());
+            return Ok(());
+        }
+        send(self, &stream).map_err(|it| it.to_string())?;
+        match &mut self.courier {
+            Some(courier) => {
+                courier.sent();
+                Ok(())
+            }
+            None => settle(&stream, PATIENCE),
+        }
     }
 
     fn complete(&mut self, summary: &str, completed: bool) -> Result<(), String> {
-        self.send()?;
-        let Some(stream) = &self.stream else {
+        let Some(stream) = self.stream.clone() else {
             return Ok(());
         };
+        if !self.ready()? {
+            self.rows[1] += self.moments.len();
+            self.warn("is stuck".to_owned());
+            self.abandon();
+            return Ok(());
+        }
+        self.send()?;
+        if !self.ready()? {
+            self.warn("is stuck".to_owned());
+            self.abandon();
+            return Ok(());
+        }
         let end = || -> RecordingStreamResult<()> {
             let mut speeds = None;
             let mut bounds = None;
             if let Some(scene) = &self.scene {
-                scene.finish(stream)?;
+                scene.finish(&stream)?;
                 (speeds, bounds) = (scene.speeds(), scene.bounds());
             }
-            // A viewer that watches keeps what its user made of the layout.
-            if !self.live && (self.scene.is_some() || !self.layout.derived.is_empty()) {
-                self.layout.send(stream, bounds)?;
+            // A viewer that watches keeps what its user made of the layout, unless there is more to see now.
+            let added = !self.layout.derived.is_empty() || !self.layout.diagrams.is_empty();
+            if added || !self.live && self.scene.is_some() {
+                self.layout.send(&stream, bounds)?;
             }
             stream.log_static("run", &self.card.finished(summary, completed, speeds))
         };
         end().map_err(|it| it.to_string())?;
-        settle(stream, PATIENCE)
+        match &mut self.courier {
+            None => settle(&stream, PATIENCE),
+            Some(courier) => {
+                courier.sent();
+                drop(stream);
+                self.part()
+            }
+        }
+    }
+
+    /// Makes sure that a viewer gets the end of the run, without waiting for ever.
+    fn part(&mut self) -> Result<(), String> {
+        let arrived = match self.url {
+            // Viewers can connect to this program as long as it runs.
+            Some(_) => self.ready()?,
+            None => {
+                self.stream = None;
+                self.courier.take().is_none_or(|courier| courier.close(FAREWELL))
+            }
+        };
+        if !arrived {
+            self.warn("is stuck".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Tells what a viewer misses.
+    fn warn(&mut self, what: String) {
+        let place = self.place.display();
+        self.warning.get_or_insert(format!("the viewer at {place} {what}"));
     }
 
     /// Gives up the stream without waiting for it: dropping one whose reader is stuck blocks for ever.
     fn abandon(&mut self) {
         std::mem::forget(self.stream.take());
+        self.courier = None;
     }
 
     /// A viewer that is lost does not concern the run; a file that cannot be written does.
@@ -242,8 +360,7 @@ impl RerunSink {
         };
         self.abandon();
         if self.live {
-            let place = self.place.display();
-            self.warning = Some(format!("the viewer at {place} was lost: {what}"));
+            self.warn(format!("was lost: {what}"));
             return Ok(());
         }
         Err(Error::output(&self.place, what))
@@ -262,6 +379,7 @@ impl Sink for RerunSink {
             return Ok(());
         }
         self.moments.push(moment);
+        self.rows[0] += 1;
         self.signals.push(time, row);
         self.planes.push(moment, time, row);
         if let Some(scene) = &mut self.scene {
@@ -282,20 +400,36 @@ impl Sink for RerunSink {
     }
 
     fn change(&mut self, change: &Change) -> Result<(), Error> {
-        self.states.push(self.clock.at(change.time), change);
+        if self.stream.is_some() {
+            self.states.push(self.clock.at(change.time), change);
+        }
         Ok(())
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
-        let name = format!("{}: {}", derived.analysis, derived.group);
-        self.layout.derived.push((name, signals::derived_charts(derived)));
-        let result = self.add(derived);
+        let result = self.add(|sink, stream| {
+            let name = format!("{}: {}", derived.analysis, derived.group);
+            sink.layout.derived.push((name, signals::derived_charts(derived)));
+            let moments: Moments = derived.time.iter().map(|time| sink.clock.at(*time)).collect();
+            signals::add(stream, derived, &moments.axes())
+        });
+        self.judge(result)
+    }
+
+    fn diagram(&mut self, belongs: (&str, &str), diagram: &Diagram) -> Result<(), Error> {
+        let result = self.add(|sink, stream| sink.layout.diagrams.draw(stream, belongs, diagram));
         self.judge(result)
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         let result = self.complete(summary, completed);
         self.judge(result)?;
+        let [all, missing] = self.rows;
+        if missing > 0 {
+            let slow = format!("was too slow: {missing} of {all} rows are missing there");
+            let more = self.warning.take().map_or(String::new(), |before| format!("; {before}"));
+            self.warn(slow + &more);
+        }
         if !self.live {
             // The last stream that goes writes the footer and closes the file.
             self.stream = None;
