@@ -1,6 +1,5 @@
 //! Writes a run for the Rerun viewer, into a file or over the network, in columns and with a layout.
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use plugin::Diagram;
@@ -11,7 +10,7 @@ use rerun::{
 use crate::error::Error;
 use crate::sink::{Change, Derived, Event, Header, Row, Sink};
 use card::Card;
-use courier::Courier;
+use delivery::Delivery;
 use diagrams::Diagrams;
 use events::Events;
 use layout::Layout;
@@ -21,12 +20,12 @@ use scene::Scene;
 use signals::Signals;
 use states::States;
 pub use target::Target;
-use target::{CONNECT_PATIENCE, open};
 use texts::Texts;
 
 mod arrows;
 mod card;
 mod courier;
+mod delivery;
 mod diagrams;
 mod events;
 mod frame;
@@ -55,10 +54,6 @@ const LIVE_BATCH: i64 = 1_000_000_000;
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// Numbers that are kept for a viewer that is slow; what comes on top of that it never gets.
 const LIVE_NUMBERS: usize = 1_000_000;
-/// How long the disk may take to accept a batch.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// How long the viewer may take to accept the last batch, and what analyses add, when the run is over.
-const FAREWELL: Duration = Duration::from_secs(3);
 
 // Okabe and Ito's colours, which can be told apart without red-green vision.
 const REFERENCE: [u8; 3] = [230, 159, 0];
@@ -70,21 +65,11 @@ const WHITE: [u8; 3] = [235, 235, 235];
 
 /// Takes a run and writes it for the Rerun viewer.
 pub struct RerunSink {
-    /// `None` once nothing more can or shall be written.
-    stream: Option<RecordingStream>,
-    /// What errors call the recording.
-    place: PathBuf,
-    live: bool,
-    /// Waits for a viewer.
-    courier: Option<Courier>,
+    delivery: Delivery,
     /// Rows that may wait for a viewer.
     room: usize,
     /// Rows that were meant for the replay, and those of them that a viewer was too slow for.
     rows: [usize; 2],
-    /// How long to wait for a viewer now that the run is over; one that was waited for in vain is not waited for again.
-    farewell: Duration,
-    url: Option<String>,
-    warning: Option<String>,
     card: Card,
     layout: Layout,
     signals: Signals,
@@ -107,32 +92,22 @@ impl RerunSink {
     /// # Errors
     /// When the file cannot be made or no viewer listens at the address.
     pub fn new(header: &Header, target: Target) -> Result<Self, Error> {
-        let (place, live) = (target.place(), target.is_live());
         let application = application(&header.scenario);
-        // Its own properties hold the wall clock, and so does the timeline that is switched off below;
+        // Its own properties hold the wall clock, and so does the timeline that is switched off there;
         // they would make every recording different. The random id must be: a viewer takes two
         // recordings of one id for one.
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
-        let failed = |what: String| Error::output(&place, what);
-        let (stream, url) = open(builder, &target).map_err(failed)?;
-        if !stream.is_enabled() {
-            return Err(failed("the environment variable RERUN switches it off".into()));
-        }
-        stream.set_log_time_enabled(false);
+        let delivery = Delivery::open(builder, &target)?;
+        let live = delivery.is_live();
         let (signals, charts) = Signals::new(header);
         let texts = Texts::new(header);
         let view = &header.view;
         let (states, planes) =
             (States::new(&header.lanes), Planes::new(&view.planes, header.columns.len()));
         let mut sink = Self {
-            stream: Some(stream),
-            live,
-            courier: None,
+            delivery,
             room: (LIVE_NUMBERS / header.columns.len().max(1)).clamp(1, FILE_BATCH),
             rows: [0; 2],
-            farewell: FAREWELL,
-            url,
-            warning: None,
             card: Card::new(header),
             layout: Layout {
                 application,
@@ -156,71 +131,53 @@ impl RerunSink {
             last: (header.stop / header.step).round() as u64,
             moments: Moments::default(),
             sent: Instant::now(),
-            place,
         };
-        sink.open_recording(header).map_err(|what| Error::output(&sink.place, what))?;
+        let sent = sink.begin(header).map_err(|it| it.to_string());
+        sink.delivery.begun(sent)?;
         Ok(sink)
     }
 
-    fn open_recording(&mut self, header: &Header) -> Result<(), String> {
-        let Some(stream) = &self.stream else {
+    fn begin(&self, header: &Header) -> RecordingStreamResult<()> {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
-        let begin = || -> RecordingStreamResult<()> {
-            // First, so that a viewer never shows a layout of its own.
-            self.layout.send(stream, None)?;
-            stream.send_recording_name(header.title.as_str())?;
-            stream.log_static("run", &self.card.running())?;
-            stream.log_static("scenario", &TextDocument::new(header.text.as_str()))?;
-            self.signals.describe(stream)?;
-            self.states.describe(stream)?;
-            self.planes.describe(stream)?;
-            self.scene.as_ref().map_or(Ok(()), |it| it.describe(stream))
-        };
-        let result = begin().map_err(|it| it.to_string());
-        let result = result.and_then(|()| settle(stream, CONNECT_PATIENCE));
-        match result {
-            Ok(()) if self.live => self.courier = Some(Courier::new(stream.clone())),
-            Ok(()) => {}
-            Err(_) => self.abandon(),
-        }
-        result
+        // First, so that a viewer never shows a layout of its own.
+        self.layout.send(&stream, None)?;
+        stream.send_recording_name(header.title.as_str())?;
+        stream.log_static("run", &self.card.running())?;
+        stream.log_static("scenario", &TextDocument::new(header.text.as_str()))?;
+        self.signals.describe(&stream)?;
+        self.states.describe(&stream)?;
+        self.planes.describe(&stream)?;
+        self.scene.as_ref().map_or(Ok(()), |it| it.describe(&stream))
     }
 
     /// Whether the rows since the last batch are worth a batch.
     fn due(&self) -> bool {
-        if !self.live {
+        if !self.delivery.is_live() {
             return self.moments.len() >= FILE_BATCH;
         }
         self.moments.span() >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
     }
 
-    /// Sends what was collected, once the batch before has arrived: so errors are noticed and the memory stays bounded. Writing
-    /// a file overlaps with computing; for a viewer that is slow rows are kept, and then dropped.
+    /// Sends what was collected, once what was sent before has arrived. For a viewer that is slow rows are kept, and then dropped.
     fn send(&mut self) -> Result<(), String> {
-        let Some(stream) = self.stream.clone() else {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
-        match &mut self.courier {
-            None => settle(&stream, PATIENCE)?,
-            Some(courier) => {
-                if !courier.accepted(Duration::ZERO)? {
-                    if self.moments.len() >= self.room {
-                        self.skip();
-                    }
-                    return Ok(());
-                }
+        if !self.delivery.accepts()? {
+            if self.moments.len() >= self.room {
+                self.skip();
             }
+            return Ok(());
         }
-        let rows = self.send_rows(&stream);
-        let all = rows
+        let sent = self
+            .send_rows(&stream)
             .and_then(|()| self.texts.send(&stream))
             .and_then(|()| self.states.send(&stream))
             .and_then(|()| self.events.send(&stream));
-        all.map_err(|it| it.to_string())?;
-        if let Some(courier) = &mut self.courier {
-            courier.sent();
-        }
+        sent.map_err(|it| it.to_string())?;
+        self.delivery.sent();
         self.sent = Instant::now();
         Ok(())
     }
@@ -235,7 +192,7 @@ impl RerunSink {
         self.planes.send(stream, &axes)?;
         if let Some(scene) = &mut self.scene {
             scene.send(stream, &axes)?;
-            if self.live {
+            if self.delivery.is_live() {
                 scene.draw(stream)?;
             }
         }
@@ -252,54 +209,35 @@ impl RerunSink {
         self.events.forget_past();
     }
 
-    /// Whether more can be sent now that the run is over: a viewer may need a moment for what it got.
-    fn ready(&mut self) -> Result<bool, String> {
-        let Some(courier) = &mut self.courier else {
-            return Ok(true);
-        };
-        let ready = courier.accepted(self.farewell)?;
-        self.farewell = if ready { FAREWELL } else { Duration::ZERO };
-        Ok(ready)
-    }
-
     /// Sends what an analysis adds, after the last row.
     fn add(
         &mut self,
         send: impl FnOnce(&mut Self, &RecordingStream) -> RecordingStreamResult<()>,
-    ) -> Result<(), String> {
-        let Some(stream) = self.stream.clone() else {
+    ) -> Result<(), Error> {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
-        if !self.ready()? {
-            self.warn("does not take what the analyses add".to_owned());
-            return Ok(());
-        }
-        send(self, &stream).map_err(|it| it.to_string())?;
-        match &mut self.courier {
-            Some(courier) => {
-                courier.sent();
-                Ok(())
+        let result = self.delivery.accepts_at_last().and_then(|accepts| {
+            // A viewer that takes nothing is told of at the end.
+            if accepts {
+                send(self, &stream).map_err(|it| it.to_string())?;
+                self.delivery.sent();
             }
-            None => settle(&stream, PATIENCE),
-        }
+            Ok(())
+        });
+        self.delivery.judge(result)
     }
 
     fn complete(&mut self, summary: &str, completed: bool) -> Result<(), String> {
-        let Some(stream) = self.stream.clone() else {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
-        if !self.ready()? {
+        if !self.delivery.accepts_at_last()? {
             self.rows[1] += self.moments.len();
-            self.warn("is stuck".to_owned());
-            self.abandon();
+            self.delivery.stuck();
             return Ok(());
         }
         self.send()?;
-        if !self.ready()? {
-            self.warn("is stuck".to_owned());
-            self.abandon();
-            return Ok(());
-        }
         let end = || -> RecordingStreamResult<()> {
             let mut speeds = None;
             let mut bounds = None;
@@ -309,67 +247,21 @@ impl RerunSink {
             }
             // A viewer that watches keeps what its user made of the layout, unless there is more to see now.
             let added = !self.layout.derived.is_empty() || !self.layout.diagrams.is_empty();
-            if added || !self.live && self.scene.is_some() {
+            if added || !self.layout.live && self.scene.is_some() {
                 self.layout.send(&stream, bounds)?;
             }
             stream.log_static("run", &self.card.finished(summary, completed, speeds))
         };
         end().map_err(|it| it.to_string())?;
-        match &mut self.courier {
-            None => settle(&stream, PATIENCE),
-            Some(courier) => {
-                courier.sent();
-                drop(stream);
-                self.part()
-            }
-        }
-    }
-
-    /// Makes sure that a viewer gets the end of the run, without waiting for ever.
-    fn part(&mut self) -> Result<(), String> {
-        let arrived = match self.url {
-            // Viewers can connect to this program as long as it runs.
-            Some(_) => self.ready()?,
-            None => {
-                self.stream = None;
-                self.courier.take().is_none_or(|courier| courier.close(FAREWELL))
-            }
-        };
-        if !arrived {
-            self.warn("is stuck".to_owned());
-        }
-        Ok(())
-    }
-
-    /// Tells what a viewer misses.
-    fn warn(&mut self, what: String) {
-        let place = self.place.display();
-        self.warning.get_or_insert(format!("the viewer at {place} {what}"));
-    }
-
-    /// Gives up the stream without waiting for it: dropping one whose reader is stuck blocks for ever.
-    fn abandon(&mut self) {
-        std::mem::forget(self.stream.take());
-        self.courier = None;
-    }
-
-    /// A viewer that is lost does not concern the run; a file that cannot be written does.
-    fn judge(&mut self, result: Result<(), String>) -> Result<(), Error> {
-        let Err(what) = result else {
-            return Ok(());
-        };
-        self.abandon();
-        if self.live {
-            self.warn(format!("was lost: {what}"));
-            return Ok(());
-        }
-        Err(Error::output(&self.place, what))
+        self.delivery.sent();
+        drop(stream);
+        self.delivery.end()
     }
 }
 
 impl Sink for RerunSink {
     fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
-        if self.stream.is_none() {
+        if !self.delivery.is_open() {
             return Ok(());
         }
         self.card.end = time;
@@ -389,60 +281,52 @@ impl Sink for RerunSink {
             return Ok(());
         }
         let result = self.send();
-        self.judge(result)
+        self.delivery.judge(result)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        if self.stream.is_some() {
+        if self.delivery.is_open() {
             self.events.push(self.clock.at(event.time), event);
         }
         Ok(())
     }
 
     fn change(&mut self, change: &Change) -> Result<(), Error> {
-        if self.stream.is_some() {
+        if self.delivery.is_open() {
             self.states.push(self.clock.at(change.time), change);
         }
         Ok(())
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
-        let result = self.add(|sink, stream| {
+        self.add(|sink, stream| {
             let name = format!("{}: {}", derived.analysis, derived.group);
             sink.layout.derived.push((name, signals::derived_charts(derived)));
             let moments: Moments = derived.time.iter().map(|time| sink.clock.at(*time)).collect();
             signals::add(stream, derived, &moments.axes())
-        });
-        self.judge(result)
+        })
     }
 
     fn diagram(&mut self, belongs: (&str, &str), diagram: &Diagram) -> Result<(), Error> {
-        let result = self.add(|sink, stream| sink.layout.diagrams.draw(stream, belongs, diagram));
-        self.judge(result)
+        self.add(|sink, stream| sink.layout.diagrams.draw(stream, belongs, diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         let result = self.complete(summary, completed);
-        self.judge(result)?;
+        self.delivery.judge(result)?;
         let [all, missing] = self.rows;
         if missing > 0 {
-            let slow = format!("was too slow: {missing} of {all} rows are missing there");
-            let more = self.warning.take().map_or(String::new(), |before| format!("; {before}"));
-            self.warn(slow + &more);
-        }
-        if !self.live {
-            // The last stream that goes writes the footer and closes the file.
-            self.stream = None;
+            self.delivery.warn(&format!("was too slow for {missing} of {all} rows"));
         }
         Ok(())
     }
 
     fn url(&self) -> Option<&str> {
-        self.url.as_deref()
+        self.delivery.url()
     }
 
     fn warning(&self) -> Option<&str> {
-        self.warning.as_deref()
+        self.delivery.warning()
     }
 }
 
@@ -451,12 +335,6 @@ fn round_number(least: f64) -> f64 {
     let decade = 10.0_f64.powf(least.max(f64::MIN_POSITIVE).log10().floor());
     let found = [1.0, 2.0, 5.0, 10.0].into_iter().find(|it| it * decade >= least);
     found.unwrap_or(10.0) * decade
-}
-
-/// Waits until all that was sent is written or handed over.
-fn settle(stream: &RecordingStream, patience: Duration) -> Result<(), String> {
-    let accepted = stream.flush_with_timeout(patience);
-    accepted.map_err(|it| format!("it takes no more data (disk full, or connection lost?): {it}"))
 }
 
 /// The viewer keeps one layout per application, so every scenario is one.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rerun::RecordingStream;
 
-use super::settle;
+use super::delivery::settle;
 
 /// Knows how much of what was sent has been accepted.
 pub(super) struct Courier {
