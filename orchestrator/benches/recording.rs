@@ -112,7 +112,8 @@ impl Viewer {
     /// Starts it, unless there is none.
     fn start(folder: &Path) -> Option<Self> {
         let target = Path::new(env!("CARGO_BIN_EXE_trackside")).parent()?.parent()?;
-        let entries = std::fs::read_dir(target).ok()?.flatten().map(|entry| entry.path().join("lib"));
+        let entries =
+            std::fs::read_dir(target).ok()?.flatten().map(|entry| entry.path().join("lib"));
         let libraries = entries.filter_map(|lib| std::fs::read_dir(lib).ok()).flatten().flatten();
         let rerun = libraries
             .map(|python| python.path().join("site-packages/rerun_sdk/rerun_cli/rerun"))

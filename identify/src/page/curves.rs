@@ -28,7 +28,7 @@ pub struct Figures {
 }
 
 const CURVE_TITLE: &str = "Tire curve (dashed: no data there)";
-const TRACE_TITLE: &str = "How the fits came to their ends";
+const TRACE_TITLE: &str = "Trace of the fits";
 
 impl Figures {
     /// Those of a tire.
@@ -68,7 +68,7 @@ impl Figures {
         let mut show =
             |plot, title: &str| replay::show(plot, (section.name, title), &methods, host);
         if let Some(plot) = &self.curve {
-            show(plot, "Tire curve, with the 95 % band of the posterior");
+            show(plot, "tire curve, with the 95 % band of the posterior");
         }
         self.densities.iter().for_each(|(quantity, plot)| show(plot, quantity.name()));
         if let Some(plot) = &self.trace {
@@ -133,7 +133,7 @@ fn trace(section: &Section) -> Option<Plot> {
     let longest = points().map(|point| point.0).fold(1.0, f64::max);
     let least = points().map(|point| point.1).fold(f64::INFINITY, f64::min);
     let most = points().map(|point| point.1).fold(0.0, f64::max);
-    let y = Axis::logarithmic("distance from the end (cost, ELBO)", 0.5 * least, 2.0 * most);
+    let y = Axis::logarithmic("cost above its end", 0.5 * least, 2.0 * most);
     let mut plot = Plot::new(WIDE, Axis::linear("iteration", 0.0, longest), y);
     for (method, class, points) in ways.iter().filter(|way| !way.2.is_empty()) {
         plot.line(points, class, method.name);

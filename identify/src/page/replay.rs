@@ -4,9 +4,9 @@ use plugin::{Diagram, Host, Layer, Role, Shape};
 
 use super::plot::{self, Class, Plot};
 
-/// A dashed line of two points is drawn in so many pieces; of the points of a dashed line every fourth is a gap.
+/// A dashed line of two points is drawn in so many pieces; and how many dashes a line has.
 const PIECES: usize = 60;
-const GAP: usize = 4;
+const DASHES: usize = 12;
 
 /// Columns of a layer.
 struct Columns {
@@ -56,7 +56,10 @@ fn columns(plot: &Plot, layer: &plot::Layer) -> Columns {
             };
             points = (0..=PIECES).map(between).collect();
         }
-        points.iter_mut().skip(GAP - 1).step_by(GAP).for_each(|point| point.1 = [f64::NAN; 2]);
+        // Two thirds of each period are drawn.
+        let period = points.len().div_ceil(DASHES).max(4);
+        let gaps = points.iter_mut().enumerate().filter(|(i, _)| 3 * (i % period) > 2 * period);
+        gaps.for_each(|(_, point)| point.1 = [f64::NAN; 2]);
     }
     Columns {
         x: points.iter().map(|point| point.0).collect(),

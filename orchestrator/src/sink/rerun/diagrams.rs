@@ -9,9 +9,9 @@ use super::planes::Shown;
 use super::signals::entity;
 use crate::view::Role;
 
-/// Width by height of the first diagram of a group, and of the others; and the height of a line of text in them.
-const FIRST: (f64, f32) = (2.0, 0.06);
-const OTHERS: (f64, f32) = (1.3, 0.13);
+/// Of the first diagram of a group, and of the others: width by height, height of a line of text, and spaces between ticks.
+const FIRST: (f64, f32, f64) = (2.8, 0.065, 6.0);
+const OTHERS: (f64, f32, f64) = (1.3, 0.12, 3.5);
 /// The viewer fills no areas: vertical lines side by side do it.
 const COLUMNS: usize = 240;
 
@@ -66,7 +66,7 @@ impl Diagrams {
 impl Group {
     fn draw(&mut self, stream: &RecordingStream, diagram: &Diagram) -> RecordingStreamResult<()> {
         let number = self.shown.len() + 1;
-        let (width, line) = if number == 1 { FIRST } else { OTHERS };
+        let (width, line, ticks) = if number == 1 { FIRST } else { OTHERS };
         let root = entity(["diagrams", &self.analysis, &self.name, &number.to_string()]);
         let frame = Frame {
             root: root.to_string().trim_start_matches('/').to_owned(),
@@ -74,6 +74,7 @@ impl Group {
             ranges: [0, 1].map(|axis| range(diagram, axis)),
             width,
             line,
+            ticks,
         };
         for layer in &diagram.layers {
             let entry = (role(layer.role), layer.name.to_owned());
@@ -102,7 +103,8 @@ impl Group {
         if number == 1 {
             frame.describe_legend(stream, &legend)?;
         }
-        let (title, root) = (diagram.title.to_owned(), frame.root);
+        let (title, root) = (diagram.title, frame.root);
+        let title = if number == 1 { format!("{}: {title}", self.name) } else { title.to_owned() };
         self.shown.push(Shown { title, root, width, line, trails: Vec::new(), trail: 0.0 });
         Ok(())
     }
@@ -147,6 +149,8 @@ fn points(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> Points2D {
 /// Behind the grid.
 fn band(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> LineStrips2D {
     let half = 0.5 / COLUMNS as f64;
+    // Twice as wide as need be: they overlap, so that no gap shows.
+    let radius = Radius::new_scene_units((2.0 * half * frame.width) as f32);
     let columns = (0..COLUMNS).filter_map(|column| {
         let share = (2 * column + 1) as f64 * half;
         let [from, to] = frame.ranges[0];
@@ -156,7 +160,7 @@ fn band(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> LineStrips2D
     });
     LineStrips2D::new(columns.map(Vec::from))
         .with_colors([dimmed(color)])
-        .with_radii([Radius::new_scene_units((half * frame.width) as f32)])
+        .with_radii([radius])
         .with_draw_order(-100.0 + rank as f32)
 }
 
@@ -261,6 +265,7 @@ mod tests {
             ranges: [[0.0, 2.0], [0.0, 10.0]],
             width: 2.0,
             line: 0.1,
+            ticks: 6.0,
         };
         assert_eq!(strips(&frame, LINE.x, LINE.y), [vec![[0.0, 1.0], [0.5, 0.0]]]);
         assert_eq!(strips(&frame, &[0.0, 1.0, 2.0], &[5.0, 5.0, 10.0])[0].len(), 3);

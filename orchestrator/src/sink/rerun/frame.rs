@@ -4,9 +4,6 @@ use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStr
 
 use super::round_number;
 
-/// Ticks of an axis at most.
-const TICKS: f64 = 6.0;
-
 const GRID: [u8; 3] = [58, 58, 64];
 const AXIS: [u8; 3] = [120, 120, 126];
 const TEXT: [u8; 3] = [190, 190, 195];
@@ -24,6 +21,8 @@ pub(super) struct Frame {
     pub width: f64,
     /// Height of a line of text, which the viewer draws in the same size whatever the size of the diagram.
     pub line: f32,
+    /// Spaces between ticks of an axis at most.
+    pub ticks: f64,
 }
 
 /// The places that a line goes through.
@@ -53,7 +52,7 @@ impl Frame {
         let (mut lines, mut colors, mut places, mut labels) = (vec![], vec![], vec![], vec![]);
         for axis in [0, 1] {
             let [from, to] = self.ranges[axis];
-            let spacing = round_number((to - from).abs() / TICKS);
+            let spacing = round_number((to - from).abs() / self.ticks);
             let across = self.ranges[1 - axis];
             let point = |along: f64, across: f64| {
                 self.place(if axis == 0 { [along, across] } else { [across, along] })

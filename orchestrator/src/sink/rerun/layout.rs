@@ -95,13 +95,19 @@ impl Layout {
             return run;
         }
         let found = self.diagrams.analyses().into_iter().map(|(analysis, groups)| {
-            let mut pairs: Vec<ContainerLike> = Vec::new();
+            let name = format!("Found: {analysis}");
+            let mut pairs = Vec::new();
             for pair in groups.chunks(2) {
                 let columns: Vec<_> = pair.iter().map(|it| group(properties, it)).collect();
                 let names: Vec<_> = pair.iter().map(|it| it.name.as_str()).collect();
-                pairs.push(Horizontal::new(columns).with_name(names.join(", ")).into());
+                pairs.push(Horizontal::new(columns).with_name(names.join(" | ")));
             }
-            Tabs::new(pairs).with_name(format!("Found: {analysis}")).into()
+            match <[Horizontal; 1]>::try_from(pairs) {
+                Ok([only]) => only.with_name(name).into(),
+                Err(pairs) => {
+                    Tabs::new(pairs.into_iter().map(ContainerLike::from)).with_name(name).into()
+                }
+            }
         });
         let whole = Vertical::new([run]).with_name("The run").into();
         Tabs::new([whole].into_iter().chain(found.collect::<Vec<_>>())).into()
@@ -197,7 +203,7 @@ fn group(properties: &mut Properties, group: &Group) -> ContainerLike {
     let others = views.split_off(views.len().min(1));
     let mut shares = vec![1.0];
     if !others.is_empty() {
-        shares.push(1.0);
+        shares.push(1.2);
         views.push(Grid::new(others).with_grid_columns(4).into());
     }
     Vertical::new(views).with_row_shares(shares).with_name(group.name.as_str()).into()

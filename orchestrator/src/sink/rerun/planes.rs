@@ -17,6 +17,8 @@ const ASPECT: f64 = 1.1;
 const PIECES: usize = 160;
 /// Height of a line of text in a diagram of height 1.
 const LINE: f32 = 0.05;
+/// Spaces between ticks of an axis at most.
+const TICKS: f64 = 6.0;
 /// Curves that depend on signals are drawn anew after this time [ns].
 const REDRAW: i64 = 100_000_000;
 
@@ -226,6 +228,7 @@ fn frame(number: usize, plane: &Plane) -> Frame {
         ranges: plane.ranges,
         width: if plane.circle.is_some() { x / y } else { ASPECT },
         line: LINE,
+        ticks: TICKS,
     }
 }
 
