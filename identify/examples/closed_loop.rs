@@ -135,6 +135,36 @@ fn limits(found: &Identified, truth: &Theta8, car: &Vehicle, recording: &Recordi
     );
 }
 
+/// What the posterior says beside the bound of Cramér and Rao, and how many of its 95 % intervals hold the truth.
+fn posterior(found: &Identified, truth: &Theta8) {
+    let (mut held, mut all) = (0, 0);
+    for (axle, (name, estimate)) in
+        [("front", &found.front), ("rear", &found.rear)].into_iter().enumerate()
+    {
+        let Some(told) = &estimate.posterior else { return };
+        let o = 4 * axle;
+        let truths = [truth[o], truth[o + 1], truth[o + 2], truth[o + 3], stiffness(truth, o)];
+        let holds = |name: &str, truth: f64| {
+            let [low, high] = estimate.interval[name];
+            (low..=high).contains(&truth)
+        };
+        let names = ["B", "C", "D", "E", "K"];
+        held += names.iter().zip(truths).filter(|(name, truth)| holds(name, *truth)).count();
+        all += names.len();
+        let ratio = |i: usize| estimate.std[names[i]] / found.covariance[o + i][o + i].sqrt();
+        println!(
+            "    {name:5} posterior {:?}, {} evaluations in {} rounds, {:.2} of the draws count, k-hat {:.2}; standard deviations over the bound {:.2?}",
+            told.status,
+            told.cells,
+            told.levels,
+            told.effective_share,
+            told.k_hat.unwrap_or(f64::NAN),
+            std::array::from_fn::<f64, 4, _>(ratio)
+        );
+    }
+    println!("    intervals that hold the truth: {held} of {all}");
+}
+
 fn verdicts(found: &Identified) {
     for (axle, estimate) in [("front", &found.front), ("rear", &found.rear)] {
         let identified: &ByName<Verdict> = &estimate.identified;
@@ -208,6 +238,7 @@ fn run(
         Ok(found) => {
             report(name, &found, truth, car, processor() - begin);
             limits(&found, truth, car, recording);
+            posterior(&found, truth);
             if wishes.profile {
                 verdicts(&found);
             }

@@ -6,11 +6,14 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
 mod car;
+mod coordinates;
 mod draws;
 mod error;
 mod evaluation;
 mod filter;
 mod identified;
+mod importance;
+mod lanes;
 pub mod likelihood;
 mod options;
 pub mod pem;
@@ -50,6 +53,7 @@ pub use smoothing::{Explained, Smoothing};
 use crate::fit::sqp::Minimum;
 use crate::parameters::Theta;
 use crate::result::Convergence;
+use draws::Drawn;
 use points::Point;
 use profile::Explored;
 use watch::{Board, watched};
@@ -100,8 +104,8 @@ pub fn identify(
         }
         run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
         let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
-        board.tell(if options.profile { 0.3 } else { 0.9 }, "judging")?;
-        Ok(run.identified(decisive, explained, begin))
+        board.tell(0.3, "drawing from the posterior")?;
+        run.identified(decisive, explained, begin)
     })
 }
 
@@ -135,6 +139,7 @@ struct Best {
     information: DMatrix<f64>,
     covariance: DMatrix<f64>,
     cost: f64,
+    optima: Vec<(Theta8, f64)>,
     convergence: Convergence,
     likelihood: Likelihood,
 }
@@ -160,6 +165,7 @@ impl Run<'_> {
         let begin = Instant::now();
         let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
         likelihood.cancel = self.board.cancel.clone();
+        let mut optima = Vec::new();
         let (theta, minimum, convergence, found) = match formulation {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
@@ -168,14 +174,14 @@ impl Run<'_> {
             }
             Formulation::PredictionError => {
                 let maximum = self.problem(&likelihood).maximise(&self.starts())?;
-                self.noise = maximum.noise;
+                (self.noise, optima) = (maximum.noise, maximum.optima);
                 (maximum.theta, maximum.minimum, maximum.convergence, ([0.0; 3], None))
             }
         };
         let (information, covariance) = curvature(&minimum);
         let cost = minimum.model.cost;
         let at_bound = std::array::from_fn(|i| minimum.at_bound[i]);
-        let best = Best { theta, information, covariance, cost, convergence, likelihood };
+        let best = Best { theta, information, covariance, cost, optima, convergence, likelihood };
         let (odd, residual_std) = found;
         self.fitted.push(Fitted {
             formulation,
@@ -221,8 +227,13 @@ impl Run<'_> {
         self.fitted.iter().filter(is_start).map(|fitted| fitted.theta).collect()
     }
 
-    fn identified(self, best: Best, explained: Vec<Explained>, begin: Instant) -> Identified {
-        let Best { theta, information, covariance, cost, convergence, likelihood } = best;
+    fn identified(
+        self,
+        best: Best,
+        explained: Vec<Explained>,
+        begin: Instant,
+    ) -> Result<Identified, Error> {
+        let Best { theta, information, covariance, cost, optima, convergence, likelihood } = best;
         let options = self.options;
         let series =
             series::series(&options.car, self.recordings, &likelihood, &theta, &self.noise);
@@ -236,21 +247,24 @@ impl Run<'_> {
             information,
             corners: problem.corners(),
         };
+        let slip_range = [series::slip_range(&series, 0), series::slip_range(&series, 1)];
+        let drawn = self.draw(&explored, &optima, slip_range)?;
+        self.board.tell(0.7, "judging")?;
         let judge = verdict::Judge {
             explored: &explored,
+            drawn: &drawn,
             covariance: &covariance,
             profile: options.profile && options.method == Formulation::PredictionError,
             pull: options.pull,
-            slip_range: [series::slip_range(&series, 0), series::slip_range(&series, 1)],
+            slip_range,
             samples: likelihood.samples(),
             noise_std: self.noise.sensor[3] / vehicle::G,
             convergence: convergence.clone(),
             seconds: begin.elapsed().as_secs_f64(),
         };
         let [front, rear] = judge.estimates();
-        let posterior = draws::draws(&theta, &explored.in_box(), &explored.corners, options.seed);
         let row = |i: usize| (0..8).map(|j| covariance[(i, j)]).collect();
-        Identified {
+        Ok(Identified {
             front,
             rear,
             curves: [0, 4].map(|o| -> Theta { crate::parameters::theta(&curve(&theta, o)) }),
@@ -259,12 +273,34 @@ impl Run<'_> {
             convergence,
             innovations: Innovations::of(&series),
             formulations: self.fitted,
-            posterior,
+            posterior: drawn.axles,
             samples: points::samples(&self.points),
             series,
             explained,
             seconds: begin.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Draws from the posterior where there is a likelihood, else what the curvature of the cost has it.
+    fn draw(
+        &self,
+        explored: &Explored,
+        optima: &[(Theta8, f64)],
+        slip_range: [[f64; 2]; 2],
+    ) -> Result<Drawn, Error> {
+        let Options { method, posterior, seed, .. } = *self.options;
+        if posterior && method == Formulation::PredictionError {
+            let go_on = || !self.board.cancel.is_cancelled();
+            let drawn = draws::posterior(explored, optima, slip_range, seed, go_on);
+            if self.board.cancel.is_cancelled() {
+                return Err(Error::Cancelled);
+            }
+            if let Some(drawn) = drawn {
+                return Ok(drawn);
+            }
         }
+        let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
+        Ok(draws::normal(&best, &explored.in_box(), &explored.corners, seed))
     }
 }
 

@@ -241,6 +241,7 @@ fn write_methods(html: &mut String, section: &Section) {
                 Source::Svi => "posterior (weighted draws)",
                 Source::Grid => "posterior (grid)",
                 Source::Tempered => "posterior (tempered)",
+                Source::Importance => "posterior (importance)",
             }
         );
         if let Some(told) = &estimate.svi {

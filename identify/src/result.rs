@@ -69,6 +69,8 @@ pub enum Source {
     Grid,
     /// The posterior, from a tempered population.
     Tempered,
+    /// The exact posterior, from draws with weights.
+    Importance,
 }
 
 /// What one method found for one axle in one direction.

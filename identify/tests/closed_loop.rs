@@ -11,7 +11,7 @@ use identify::closed_loop::{
     Formulation, Identified, Noise, Noises, Options, Pull, Recording, Smoothing, Target, Theta8,
     Weights, curve, identify,
 };
-use identify::result::{Status, Verdict};
+use identify::result::{Source, Status, Verdict};
 use vehicle::Vehicle;
 
 const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
@@ -53,6 +53,18 @@ fn prediction_errors_recover_unequal_tires() {
         assert!((theta[i] / UNEQUAL[i] - 1.0).abs() < 0.06, "{theta:?}");
         let std = found.covariance[i][i].sqrt();
         assert!((theta[i] - UNEQUAL[i]).abs() < 4.0 * std, "{i}: {theta:?} ± {std}");
+    }
+    for (axle, estimate) in [&found.front, &found.rear].into_iter().enumerate() {
+        let posterior = estimate.posterior.as_ref().expect("a posterior");
+        assert!(posterior.is_exact() && estimate.source == Source::Importance, "{posterior:?}");
+        for (i, name) in ["B", "C", "D", "E"].into_iter().enumerate() {
+            let place = 4 * axle + i;
+            // As much is known as the bound of Cramér and Rao allows, and hardly more or less.
+            let ratio = estimate.std[name] / found.covariance[place][place].sqrt();
+            assert!((0.85..1.15).contains(&ratio), "{name}: {ratio}");
+            let off = (posterior.mean[name] - theta[place]) / estimate.std[name];
+            assert!(off.abs() < 0.3, "{name}: {off}");
+        }
     }
     for o in [0, 4] {
         assert!(curve_error(&theta, o) < 5e-3, "{theta:?}");

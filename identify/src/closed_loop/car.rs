@@ -51,7 +51,7 @@ pub struct Linear<T> {
 /// Speed that slip angles divide by, as in `vehicle`.
 #[inline(always)]
 fn slip_speed<T: Scalar>(v_x: T) -> T {
-    if v_x.value() > SLIP_SPEED_FLOOR { v_x } else { v_x.constant(SLIP_SPEED_FLOOR) }
+    v_x.where_above(SLIP_SPEED_FLOOR, v_x, v_x.constant(SLIP_SPEED_FLOOR))
 }
 
 /// Slope q, slip angle −atan q and its derivative with respect to v_y.
@@ -70,21 +70,20 @@ fn loads<T: Scalar>(car: &Vehicle, u: &Held, v_x: T, F_long: T, mu_f: T) -> [T; 
     let moment = (pressure * (car.aero.C_lf * L)).plus_scaled(F_long, -body.h) + weight * body.l_r;
     let lever = (-mu_f * (u.sin * body.h) + L).recip();
     let F_zf = moment * lever;
-    let F_zf = if F_zf.value() <= 0.0 {
-        F_zf.constant(0.0)
-    } else if F_zf.value() >= total.value() {
-        total
-    } else {
-        F_zf
-    };
-    [F_zf, total, lever]
+    let at_most_all = (total - F_zf).where_above(0.0, F_zf, total);
+    [F_zf.where_above(0.0, at_most_all, F_zf.constant(0.0)), total, lever]
+}
+
+#[inline(always)]
+fn size<T: Scalar>(x: T) -> T {
+    x.where_above(0.0, x, -x)
 }
 
 /// Longitudinal force without that of the steered tires' slip.
 #[inline(always)]
 fn longitudinal<T: Scalar>(car: &Vehicle, u: &Held, v_x: T, xi_x: T) -> T {
     let drag = 0.5 * car.aero.rho * car.aero.area * car.aero.C_d;
-    xi_x.plus(v_x, v_x * (-drag * v_x.value().signum())) + (u.F_xf * u.cos + u.F_xr)
+    xi_x.plus(v_x, size(v_x) * -drag) + (u.F_xf * u.cos + u.F_xr)
 }
 
 /// Rates of v_x, v_y and r and the lateral acceleration, with their derivatives with respect to the state.
@@ -95,8 +94,9 @@ pub fn linearise<T: Scalar>(car: &Vehicle, tires: &Tires<T>, x: &[T; 4], u: &Hel
     let slowness = slip_speed(v_x).recip();
     let [q_f, alpha_f, by_f] = slip(v_y.plus_scaled(r, body.l_f) * slowness, slowness);
     let [q_r, alpha_r, by_r] = slip(v_y.plus_scaled(r, -body.l_r) * slowness, slowness);
-    let moving = if v_x.value() > SLIP_SPEED_FLOOR { -1.0 } else { 0.0 };
-    let (speed_f, speed_r) = (q_f * moving, q_r * moving);
+    let zero = v_x.constant(0.0);
+    let speed_f = v_x.where_above(SLIP_SPEED_FLOOR, -q_f, zero);
+    let speed_r = v_x.where_above(SLIP_SPEED_FLOOR, -q_r, zero);
     let [mu_f, slope_f] = T::curve(&tires.front, alpha_f + u.delta);
     let [mu_r, slope_r] = T::curve(&tires.rear, alpha_r);
 
@@ -104,12 +104,9 @@ pub fn linearise<T: Scalar>(car: &Vehicle, tires: &Tires<T>, x: &[T; 4], u: &Hel
     let [F_zf, total, lever] = loads(car, u, v_x, F_long, mu_f);
     let F_zr = total - F_zf;
     // An axle in the air, or one that carries all, does not feel a load transfer.
-    let on_road = F_zf.value() > 0.0 && F_zr.value() > 0.0;
-    let zero = v_x.constant(0.0);
-    let lever = if on_road { lever } else { zero };
-    let all_in_front = if F_zr.value() > 0.0 { 0.0 } else { 1.0 };
+    let lever = F_zf.where_above(0.0, F_zr.where_above(0.0, lever, zero), zero);
     let pressure = aero.rho * aero.area;
-    let long_by_v = v_x * (-pressure * aero.C_d * v_x.value().signum());
+    let long_by_v = size(v_x) * (-pressure * aero.C_d);
     let total_by_v = v_x * (pressure * (aero.C_lf + aero.C_lr));
     let moment_by_v =
         (v_x * (pressure * aero.C_lf * body.wheelbase())).plus_scaled(long_by_v, -body.h);
@@ -122,7 +119,7 @@ pub fn linearise<T: Scalar>(car: &Vehicle, tires: &Tires<T>, x: &[T; 4], u: &Hel
     let rear = F_zr * slope_r * by_r;
     let moved = steep_f * drag_load * mu_r;
     // Of the front load with v_x and with ξ_x, at constant slip.
-    let load_by_v = (moment_by_v * lever).plus_scaled(total_by_v, all_in_front);
+    let load_by_v = (moment_by_v * lever) + F_zr.where_above(0.0, zero, total_by_v);
     let load_by_xi = lever * -body.h;
     let forces = [
         (

@@ -1,28 +1,127 @@
-//! Draws tires from what the curvature of the cost says of them, within the box.
+//! Draws tires from what the drives say of them: from the posterior of prediction errors, or as the curvature of a cost has it.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
+use super::coordinates::Coordinates;
+use super::importance;
 use super::likelihood::Theta8;
+use super::profile::{Explored, inverse};
+use crate::parameters::Parameter;
 use crate::posterior::Posterior;
+use crate::posterior::grid::systematic;
+use crate::posterior::report::{Band, Method, Report, Status};
 
 /// How many there are.
 const DRAWS: usize = 2048;
+/// Effective draws below which they are no posterior.
+const FEWEST: f64 = 300.0;
 /// How often a draw outside the box is made again before it is moved to its border.
 const TRIES: usize = 200;
+/// Slips of the band.
+const BAND: usize = 41;
+/// Optima whose cost is higher than the least by this [nat] are no modes.
+const COMPETITIVE: f64 = 10.0;
 
-/// Draws of the front and the rear axle from the normal distribution about the best parameters, as far as it is in the box;
-/// none if its covariance is not positive definite.
-pub fn draws(
+/// Draws of both axles.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    /// Of the front and the rear axle; a draw of both has the same place in both.
+    pub axles: [Posterior; 2],
+    /// What the draws are; absent where nobody asked for the posterior.
+    pub reports: Option<[Report; 2]>,
+}
+
+impl Drawn {
+    /// Draws that are from the posterior.
+    pub fn exact(&self) -> Option<&[Posterior; 2]> {
+        self.reports.as_ref().filter(|[report, _]| report.is_exact()).map(|_| &self.axles)
+    }
+}
+
+/// From the posterior, the prior being flat in the box: with weights, from t distributions about the optima, which have the given
+/// costs. Where these do not come close to it, as with slip so low that only the stiffness is known, the status says so and the draws
+/// are from the normal distribution. `None` if the work was called off, or the cost has no curvature.
+pub fn posterior(
+    explored: &Explored,
+    optima: &[(Theta8, f64)],
+    slip_range: [[f64; 2]; 2],
+    seed: u64,
+    go_on: impl Fn() -> bool,
+) -> Option<Drawn> {
+    let coordinates = Coordinates(&explored.corners);
+    let log_density = |points: &[DVector<f64>]| {
+        let found: Vec<_> = points.iter().map(|z| coordinates.parameters(z)).collect();
+        let inside = found.iter().flatten().map(|(theta, _)| DVector::from_column_slice(theta));
+        let costs = explored.objective.costs(&inside.collect::<Vec<_>>());
+        let mut costs = costs.into_iter();
+        let mut log = |(_, log_volume): &(Theta8, f64)| {
+            costs.next().map(|cost| explored.cost - cost + log_volume)
+        };
+        let logs = found.iter().map(|found| found.as_ref().and_then(&mut log));
+        logs.map(|log| log.unwrap_or(f64::NEG_INFINITY)).collect::<Vec<f64>>()
+    };
+    let about = |theta: &Theta8, information: &DMatrix<f64>| {
+        let z = coordinates.point(theta);
+        let covariance = inverse(&coordinates.information(&z, information));
+        (z, covariance)
+    };
+    let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
+    let others =
+        optima.iter().filter(|(theta, cost)| *theta != best && *cost < explored.cost + COMPETITIVE);
+    let others = others.map(|(theta, _)| {
+        let model = explored.objective.model(&DVector::from_column_slice(theta));
+        about(theta, &model.hessian)
+    });
+    let starts: Vec<_> =
+        std::iter::once(about(&best, &explored.information)).chain(others).collect();
+    let sampled = importance::sample(&log_density, &starts, seed, go_on)?;
+    let chosen = systematic(&sampled.weights, DRAWS, seed);
+    let theta = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
+    let chosen: Vec<Theta8> = chosen.into_iter().filter_map(theta).collect();
+    let even = sampled.diagnosis.is_close() && sampled.effective() >= FEWEST;
+    let axles = if even {
+        [0, 4].map(|o| {
+            let draw =
+                |theta: &Theta8| [theta[o], theta[o + 1], theta[o + 2], theta[o + 3], 0.0, 0.0];
+            Posterior { draws: chosen.iter().map(draw).collect() }
+        })
+    } else {
+        // A handful of draws would look like certainty.
+        normal(&best, &explored.in_box(), &explored.corners, seed).axles
+    };
+    let report = |axle: usize| {
+        let posterior = &axles[axle];
+        let mean = |p: &Parameter| (p.name().to_owned(), posterior.mean(*p));
+        Report {
+            method: Method::Importance,
+            status: if even { Status::Exact } else { Status::Uneven },
+            effective_share: sampled.diagnosis.effective_share,
+            largest_weight: sampled.diagnosis.largest_weight,
+            k_hat: Some(sampled.diagnosis.k_hat),
+            cells: sampled.evaluations,
+            levels: sampled.rounds,
+            mean: Parameter::ALL[..4].iter().map(mean).collect(),
+            band: Some(Band::new(posterior, slip_range[axle], BAND)),
+            ..Report::default()
+        }
+    };
+    let reports = Some([report(0), report(1)]);
+    Some(Drawn { axles, reports })
+}
+
+/// From the normal distribution about the best parameters, as far as it is in the box; none if its covariance is not positive
+/// definite.
+pub fn normal(
     best: &Theta8,
     covariance: &DMatrix<f64>,
     [lower, upper]: &[DVector<f64>; 2],
     seed: u64,
-) -> [Posterior; 2] {
+) -> Drawn {
     let mut rng = Pcg64::seed_from_u64(seed);
-    [0, 4].map(|o| {
+    let axles = [0, 4].map(|o| {
         let own = covariance.view((o, o), (4, 4)).into_owned();
         let Some(factor) = Cholesky::new(own) else { return Posterior::default() };
         let best = DVector::from_column_slice(&best[o..o + 4]);
@@ -44,5 +143,6 @@ pub fn draws(
             [x[0], x[1], x[2], x[3], 0.0, 0.0]
         };
         Posterior { draws: (0..DRAWS).map(&mut draw).collect() }
-    })
+    });
+    Drawn { axles, reports: None }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::filter::{Belief, Innovation};
-use super::scalar::Scalar;
+use super::lanes::{LANES, Lanes};
 use super::tangent::{DIRECTIONS, Products, Tangent};
 
 /// The likelihood at one point, with its derivatives.
@@ -61,6 +61,24 @@ impl<T, F: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> Visit<T> for F {
         belief: &Belief<T>,
     ) {
         self(recording, row, innovation, belief);
+    }
+}
+
+/// The costs of several parameter vectors while they grow.
+pub struct Costs(pub [f64; LANES]);
+
+impl Visit<Lanes> for Costs {
+    #[inline(always)]
+    fn visit(&mut self, _: usize, _: usize, innovation: &Innovation<Lanes>, _: &Belief<Lanes>) {
+        let [e, s] = [innovation.residual, innovation.variance];
+        for lane in 0..LANES {
+            let (mut squares, mut determinant) = (0.0, 1.0);
+            for i in 0..4 {
+                squares += e[i].0[lane] * e[i].0[lane] / s[i].0[lane];
+                determinant *= s[i].0[lane];
+            }
+            self.0[lane] += 0.5 * (squares + determinant.ln());
+        }
     }
 }
 

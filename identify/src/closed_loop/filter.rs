@@ -102,10 +102,15 @@ impl<T: Scalar> Filter<'_, T> {
         measured: &[f64; 4],
     ) -> Innovation<T> {
         let part = h / steps as f64;
-        for _ in 1..steps {
-            self.predict(belief, u, part);
-        }
-        let (near, end) = self.predict(belief, u, part);
+        let mut left = steps;
+        // One call: each is a copy of all that is called.
+        let (near, end) = loop {
+            let there = self.predict(belief, u, part);
+            left -= 1;
+            if left == 0 {
+                break there;
+            }
+        };
         self.correct(belief, &near, end.a_y, &end.C, measured)
     }
 

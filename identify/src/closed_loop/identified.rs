@@ -100,7 +100,8 @@ pub struct Identified {
     pub innovations: Innovations,
     /// All formulations that were fitted, the deciding one last.
     pub formulations: Vec<Fitted>,
-    /// Draws of both axles, for bands and densities: normal, as the curvature says, within the box.
+    /// Draws of both axles, for bands and densities: from the posterior, or, where nobody asked for it or there is no
+    /// likelihood, normal, as the curvature says, within the box.
     #[serde(skip)]
     pub posterior: [Posterior; 2],
     /// Points of both axles along the smoothed states.

@@ -7,8 +7,9 @@
 use vehicle::{Input, Vehicle};
 
 use super::car::{Held, Tires};
-use super::evaluation::{Evaluation, Sums, Visit};
+use super::evaluation::{Costs, Evaluation, Sums, Visit};
 use super::filter::{Belief, Filter, Innovation, Variances};
+use super::lanes::{LANES, Lanes};
 use super::recording::Recording;
 use super::scalar::Scalar;
 use super::tangent::Tangent;
@@ -152,15 +153,27 @@ impl Likelihood {
 
     /// The cost alone.
     pub fn cost(&self, theta: &Theta8, noise: &Noise) -> f64 {
-        let mut cost = 0.0;
-        self.run(tires(theta), noise.variances(), |_, _, innovation, _| {
-            let s = &innovation.variance;
-            for (e, s) in innovation.residual.iter().zip(s) {
-                cost += 0.5 * e * e / s;
-            }
-            cost += 0.5 * (s[0] * s[1] * s[2] * s[3]).ln();
-        });
-        cost
+        self.costs(&[*theta; LANES], noise)[0]
+    }
+
+    /// The costs of several tires, in hardly more time than that of one.
+    pub fn costs(&self, theta: &[Theta8; LANES], noise: &Noise) -> [f64; LANES] {
+        if self.cancel.is_cancelled() {
+            return [f64::INFINITY; LANES];
+        }
+        let parameter = |i: usize| Lanes(std::array::from_fn(|lane| theta[lane][i]));
+        let all = |variance: f64| Lanes([variance; LANES]);
+        let Variances { process, sensor } = noise.variances();
+        let pass = Pass {
+            likelihood: self,
+            tires: Tires {
+                front: std::array::from_fn(parameter),
+                rear: std::array::from_fn(|i| parameter(4 + i)),
+            },
+            noise: Variances { process: process.map(all), sensor: sensor.map(all) },
+            visit: Costs([0.0; LANES]),
+        };
+        pulp::Arch::new().dispatch(pass).0
     }
 
     /// Shows all innovations, and the state after each: (recording, row, innovation, belief).

@@ -119,6 +119,9 @@ pub struct Options {
     pub noises: Noises,
     /// How states are smoothed for fits to points.
     pub smoothing: Smoothing,
+    /// Whether standard deviations, intervals, bands and densities come from the posterior, if there is a likelihood; else from
+    /// the curvature.
+    pub posterior: bool,
     /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes as long as two fits.
     pub profile: bool,
 }
@@ -137,6 +140,7 @@ impl Default for Options {
             seed: 1,
             noises: Noises::Estimated,
             smoothing: Smoothing::default(),
+            posterior: true,
             profile: true,
         }
     }

@@ -4,6 +4,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::Error;
+use super::lanes::LANES;
 use super::likelihood::{Likelihood, Noise, Theta8};
 use super::options::Bounds;
 use super::pull::Pull;
@@ -72,6 +73,16 @@ impl Objective for OfTires<'_> {
 
     fn cost(&self, x: &DVector<f64>) -> f64 {
         self.likelihood.cost(&theta(x), &self.noise) + self.pull.cost(x)
+    }
+
+    fn costs(&self, points: &[DVector<f64>]) -> Vec<f64> {
+        let lanes = |points: &[DVector<f64>]| -> Vec<f64> {
+            // What is missing in the last ones is filled up.
+            let all = std::array::from_fn(|lane| theta(&points[lane.min(points.len() - 1)]));
+            let costs = self.likelihood.costs(&all, &self.noise);
+            points.iter().zip(costs).map(|(x, cost)| cost + self.pull.cost(x)).collect()
+        };
+        points.par_chunks(LANES).flat_map_iter(lanes).collect()
     }
 }
 

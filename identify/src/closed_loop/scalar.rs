@@ -1,4 +1,5 @@
-//! Numbers that the prediction-error filter calculates with: plain ones, or [`super::tangent`]s, which carry derivatives.
+//! Numbers that the prediction-error filter calculates with: plain ones, several at once ([`super::lanes`]), or
+//! [`super::tangent`]s, which carry derivatives.
 //!
 //! All sums of products are fused, as one rounding each, on every machine alike.
 
@@ -19,11 +20,8 @@ pub trait Scalar:
     /// A number of the same kind without derivatives.
     fn constant(self, value: f64) -> Self;
 
-    /// The number itself.
-    fn value(self) -> f64;
-
-    /// A function of this number, given its value and slope there.
-    fn chain(self, value: f64, slope: f64) -> Self;
+    /// `above` where this number is above a limit, elsewhere `other`; a branch would be the same for several numbers at once.
+    fn where_above(self, limit: f64, above: Self, other: Self) -> Self;
 
     /// self + a b, where each of the sums is rounded together with its product.
     fn plus(self, a: Self, b: Self) -> Self;
@@ -38,18 +36,10 @@ pub trait Scalar:
     fn curve(tire: &[Self; 4], slip: Self) -> [Self; 2];
 
     /// 1 / x.
-    #[inline(always)]
-    fn recip(self) -> Self {
-        let inverse = 1.0 / self.value();
-        self.chain(inverse, -inverse * inverse)
-    }
+    fn recip(self) -> Self;
 
     /// Arc tangent.
-    #[inline(always)]
-    fn atan(self) -> Self {
-        let x = self.value();
-        self.chain(elementary::atan(x), 1.0 / (1.0 + x * x))
-    }
+    fn atan(self) -> Self;
 }
 
 impl Scalar for f64 {
@@ -59,13 +49,8 @@ impl Scalar for f64 {
     }
 
     #[inline(always)]
-    fn value(self) -> f64 {
-        self
-    }
-
-    #[inline(always)]
-    fn chain(self, value: f64, _slope: f64) -> Self {
-        value
+    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+        if self > limit { above } else { other }
     }
 
     #[inline(always)]
@@ -85,6 +70,17 @@ impl Scalar for f64 {
 
     #[inline(always)]
     fn curve(tire: &[Self; 4], slip: Self) -> [Self; 2] {
-        value_and_slope(tire, slip).map(|(value, _)| value)
+        let [(value, _), (slope, _)] = value_and_slope(tire, slip);
+        [value, slope]
+    }
+
+    #[inline(always)]
+    fn recip(self) -> Self {
+        1.0 / self
+    }
+
+    #[inline(always)]
+    fn atan(self) -> Self {
+        elementary::atan(self)
     }
 }

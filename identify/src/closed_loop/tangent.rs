@@ -7,7 +7,7 @@ use pulp::Simd;
 use pulp::bytemuck::{Zeroable, cast_slice, cast_slice_mut};
 
 use super::scalar::Scalar;
-use crate::kernel::{Graded, value_and_slope};
+use crate::kernel::{Graded, elementary, value_and_slope};
 
 /// Derivatives that a number carries.
 pub const DIRECTIONS: usize = 8;
@@ -39,6 +39,23 @@ impl<S: Simd, const N: usize> Tangent<S, N> {
     /// The derivatives one by one.
     pub fn derivatives(&self) -> [f64; DIRECTIONS] {
         std::array::from_fn(|direction| cast_slice::<_, f64>(&self.along)[direction])
+    }
+
+    /// The number itself.
+    #[inline(always)]
+    pub fn value(self) -> f64 {
+        cast_slice::<_, f64>(std::slice::from_ref(&self.all))[0]
+    }
+
+    /// A function of this number, given its value and slope there.
+    #[inline(always)]
+    pub fn chain(self, value: f64, slope: f64) -> Self {
+        let slope = self.simd.splat_f64s(slope);
+        self.zip(
+            self.simd.splat_f64s(value),
+            #[inline(always)]
+            |simd, n| simd.mul_f64s(self.along[n], slope),
+        )
     }
 
     #[inline(always)]
@@ -195,18 +212,20 @@ impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
     }
 
     #[inline(always)]
-    fn value(self) -> f64 {
-        cast_slice::<_, f64>(std::slice::from_ref(&self.all))[0]
+    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+        if self.value() > limit { above } else { other }
     }
 
     #[inline(always)]
-    fn chain(self, value: f64, slope: f64) -> Self {
-        let slope = self.simd.splat_f64s(slope);
-        self.zip(
-            self.simd.splat_f64s(value),
-            #[inline(always)]
-            |simd, n| simd.mul_f64s(self.along[n], slope),
-        )
+    fn recip(self) -> Self {
+        let inverse = 1.0 / self.value();
+        self.chain(inverse, -inverse * inverse)
+    }
+
+    #[inline(always)]
+    fn atan(self) -> Self {
+        let x = self.value();
+        self.chain(elementary::atan(x), 1.0 / (1.0 + x * x))
     }
 
     #[inline(always)]

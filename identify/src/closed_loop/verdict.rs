@@ -5,9 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 use vehicle::MagicFormula;
 
+use super::draws::Drawn;
 use super::likelihood::Theta8;
 use super::profile::{Explored, Profile, Quantity};
 use super::pull::Pull;
+use crate::parameters::{Parameter, Theta};
+use crate::posterior::{self, Posterior};
 use crate::result::{ByName, Convergence, Estimate, Source, Verdict};
 
 /// Standard deviation over that of the box, above which data say little.
@@ -25,6 +28,8 @@ struct Known {
     name: &'static str,
     value: f64,
     std: f64,
+    /// Standard deviation and middle 95 % of draws from the posterior.
+    drawn: Option<(f64, [f64; 2])>,
     profile: Option<Profile>,
     quantity: Quantity,
     /// Of the box.
@@ -35,6 +40,8 @@ struct Known {
 pub struct Judge<'a> {
     /// The maximum, its cost and its surroundings.
     pub explored: &'a Explored<'a>,
+    /// Draws, of the posterior if there is one.
+    pub drawn: &'a Drawn,
     /// The bound of Cramér and Rao: inverse second derivatives of the likelihood alone.
     pub covariance: &'a DMatrix<f64>,
     /// Whether intervals are found by profiles, or from the covariance only.
@@ -78,6 +85,17 @@ impl Judge<'_> {
         estimates
     }
 
+    /// The draws of an axle, if they are from the posterior.
+    fn exact(&self, axle: usize) -> Option<&Posterior> {
+        self.drawn.exact().map(|axles| &axles[axle])
+    }
+
+    /// Standard deviation and middle 95 % of its draws.
+    fn drawn(&self, axle: usize, of: impl Fn(&Theta) -> f64) -> Option<(f64, [f64; 2])> {
+        let values: Vec<f64> = self.exact(axle)?.draws.iter().map(of).collect();
+        Some((posterior::std(&values), posterior::interval(values)))
+    }
+
     fn known(&self, axle: usize) -> Vec<Known> {
         let (x, o) = (&self.explored.x, 4 * axle);
         let [lower, upper] = &self.explored.corners;
@@ -86,6 +104,7 @@ impl Judge<'_> {
             value: x[o + i],
             std: std(self.covariance, o + i),
             quantity: Quantity::Parameter(o + i),
+            drawn: self.drawn(axle, |theta| theta[i]),
             profile: None,
             borders: [lower[o + i], upper[o + i]],
         };
@@ -95,6 +114,7 @@ impl Judge<'_> {
             value: product(x),
             std: self.explored.std(Quantity::Stiffness(o)),
             quantity: Quantity::Stiffness(o),
+            drawn: self.drawn(axle, |theta| theta[0] * theta[1] * theta[2]),
             profile: None,
             borders: [product(lower), product(upper)],
         };
@@ -121,12 +141,15 @@ impl Judge<'_> {
         });
         Estimate {
             mean: by_name(&|quantity| quantity.value),
-            std: by_name(&|quantity| quantity.std),
+            std: by_name(&|quantity| quantity.drawn.map_or(quantity.std, |(std, _)| std)),
             interval: known.iter().map(|q| (q.name.to_string(), q.interval())).collect(),
             parameters: NAMES.map(String::from).to_vec(),
-            covariance: (0..4)
-                .map(|i| (0..4).map(|j| self.covariance[(o + i, o + j)]).collect())
-                .collect(),
+            covariance: match self.exact(axle) {
+                Some(posterior) => posterior.covariance(&Parameter::ALL[..4]),
+                None => (0..4)
+                    .map(|i| (0..4).map(|j| self.covariance[(o + i, o + j)]).collect())
+                    .collect(),
+            },
             at_bound: at_bound.map(|i| NAMES[i].to_string()).collect(),
             fixed: Vec::new(),
             identified,
@@ -136,8 +159,8 @@ impl Judge<'_> {
             noise_std: self.noise_std,
             convergence: self.convergence.clone(),
             seconds: self.seconds,
-            source: Source::Likelihood,
-            posterior: None,
+            source: self.exact(axle).map_or(Source::Likelihood, |_| Source::Importance),
+            posterior: self.drawn.reports.as_ref().map(|reports| reports[axle].clone()),
             svi: None,
         }
     }
@@ -176,8 +199,13 @@ fn std(covariance: &DMatrix<f64>, i: usize) -> f64 {
 }
 
 impl Known {
-    /// By profile, where that was followed to its end; else the wider one of profile and curvature.
+    /// Of the posterior, if there are draws, else of the likelihood.
     fn interval(&self) -> [f64; 2] {
+        self.drawn.map_or_else(|| self.of_likelihood(), |(_, interval)| interval)
+    }
+
+    /// By profile, where that was followed to its end; else the wider one of profile and curvature.
+    fn of_likelihood(&self) -> [f64; 2] {
         let reach = 1.959_964 * self.std;
         let [low, high] = [self.value - reach, self.value + reach];
         let [low, high] = match self.profile {
@@ -202,10 +230,11 @@ impl Known {
         }
     }
 
-    /// Half the interval in units of a normal distribution, or what the curvature says if that is more.
+    /// Half the wider interval in units of a normal distribution, or what the curvature says if that is more: where nothing is
+    /// known, that is much more than the box.
     fn spread(&self) -> f64 {
-        let [low, high] = self.interval();
-        (0.5 * (high - low) / 1.959_964).max(self.std)
+        let half = |[low, high]: [f64; 2]| 0.5 * (high - low) / 1.959_964;
+        half(self.of_likelihood()).max(half(self.interval())).max(self.std)
     }
 
     /// Spread relative to the value [%].

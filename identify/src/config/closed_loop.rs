@@ -40,6 +40,9 @@ pub struct ClosedLoop {
     pub noise: Option<KnownNoise>,
     /// How often EM may filter a recording to find the noises of the nominal car that smooths it; 0 does without.
     pub em_passes: usize,
+    /// Whether uncertainties come from draws of the posterior of `method = "pem"`, which take about as long as the fit; else from the
+    /// curvature of the likelihood.
+    pub posterior: bool,
     /// Whether intervals come from profiles of the likelihood, which takes as long as two fits; else from its curvature.
     pub profile: bool,
     /// Times that are used [s], from and until; all of them unless given.
@@ -111,6 +114,7 @@ impl Default for ClosedLoop {
             starts: usual.starts,
             noise: None,
             em_passes: usual.smoothing.em_passes,
+            posterior: usual.posterior,
             profile: false,
             windows: Vec::new(),
             validate: Vec::new(),
@@ -240,6 +244,7 @@ impl ClosedLoop {
             seed: self.seed,
             noises: self.noise.map_or(Noises::Estimated, |noise| Noises::Known(noise.all())),
             smoothing: Smoothing { em_passes: self.em_passes },
+            posterior: self.posterior,
             profile: self.profile,
         }
     }

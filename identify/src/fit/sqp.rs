@@ -46,6 +46,11 @@ pub trait Objective: Sync {
         self.model(x).cost
     }
 
+    /// The costs at several points.
+    fn costs(&self, points: &[DVector<f64>]) -> Vec<f64> {
+        points.iter().map(|x| self.cost(x)).collect()
+    }
+
     /// The inequalities, always the same number of them.
     fn inequalities(&self, _x: &DVector<f64>) -> Vec<Inequality> {
         Vec::new()

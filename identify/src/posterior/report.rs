@@ -17,9 +17,11 @@ pub enum Method {
     Grid,
     /// A population from the prior to the posterior: good for means and widths, not for the masses of modes.
     Tempered,
+    /// Draws from distributions that were fitted to it, with weights: exact but for the noise of the draws.
+    Importance,
 }
 
-/// Whether the grid's draws can be relied on.
+/// Whether the draws of a grid or the weighted draws can be relied on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -75,11 +77,14 @@ pub struct Report {
     pub effective_share: f64,
     /// Largest weight, their sum being 1; 0 without a grid.
     pub largest_weight: f64,
+    /// Shape of the tail of weights of draws, to be below 0.7, see [`super::psis`]; absent for a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub k_hat: Option<f64>,
     /// Modes with more than a thousandth of the mass, that with most first; empty without a grid.
     pub modes: Vec<Mode>,
-    /// Cells that were looked at.
+    /// Cells that were looked at, or draws.
     pub cells: usize,
-    /// How often they were split.
+    /// How often they were split, or rounds of draws.
     pub levels: usize,
     /// What the noise was taken to be.
     pub noise: Loss,
@@ -96,7 +101,7 @@ pub struct Report {
 impl Report {
     /// Whether the draws are from the posterior itself, with the masses of its modes.
     pub fn is_exact(&self) -> bool {
-        self.method == Method::Grid && self.status == Status::Exact
+        self.method != Method::Tempered && self.status == Status::Exact
     }
 
     /// What numbers from the draws are told to be of.
@@ -104,6 +109,7 @@ impl Report {
         match self.method {
             Method::Grid => Source::Grid,
             Method::Tempered => Source::Tempered,
+            Method::Importance => Source::Importance,
         }
     }
 }
