@@ -44,6 +44,10 @@ mod importers;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
+// Runs that are watched by a viewer.
+#[cfg(feature = "rerun")]
+#[path = "acceptance/live.rs"]
+mod live;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;

@@ -4,11 +4,15 @@ mod axis;
 mod curves;
 mod drives;
 mod plot;
+mod replay;
 mod studies;
+mod svg;
 
 use std::fmt::Write;
 
+use curves::Figures;
 pub use drives::Drives;
+use plugin::Host;
 
 use crate::direction::Direction;
 use crate::posterior::Posterior;
@@ -64,8 +68,17 @@ pub struct Method<'a> {
     pub gaussian: Option<&'a Posterior>,
 }
 
-/// The page.
-pub fn render(page: &Page) -> String {
+/// Leaves the page as a file, and for the replay what it shows of each tire.
+pub fn leave(page: &Page, host: &mut dyn Host) {
+    let figures: Vec<Figures> = page.sections.iter().map(Figures::of).collect();
+    host.file("tires.html", &render(page, &figures));
+    for (section, figures) in page.sections.iter().zip(&figures) {
+        figures.show(section, host);
+    }
+}
+
+/// The page, with the figures of its sections.
+fn render(page: &Page, figures: &[Figures]) -> String {
     let title = escape(page.title);
     let mut html = format!(
         "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\"><head><meta charset=\"utf-8\"/>\n\
@@ -79,8 +92,8 @@ pub fn render(page: &Page) -> String {
              them. Bands and densities are those of a normal distribution in the box, as the curvature of the cost says.</p>\n",
         );
     }
-    for section in &page.sections {
-        write_section(&mut html, section);
+    for (section, figures) in page.sections.iter().zip(figures) {
+        write_section(&mut html, section, figures);
     }
     if let Some(drives) = &page.drives {
         html.push_str(&drives::drives(drives));
@@ -119,7 +132,7 @@ pub fn render(page: &Page) -> String {
     html
 }
 
-fn write_section(html: &mut String, section: &Section) {
+fn write_section(html: &mut String, section: &Section, figures: &Figures) {
     let _ = writeln!(html, "<h2>{}</h2>", escape(section.name));
     if let Some(first) = section.methods.first() {
         let estimate = first.estimate;
@@ -131,7 +144,7 @@ fn write_section(html: &mut String, section: &Section) {
             estimate.samples
         );
     }
-    html.push_str(&curves::curves(section));
+    html.push_str(&figures.curve());
     html.push_str("<h3>What the data can tell</h3>\n");
     if let Some(first) = section.methods.first() {
         write_verdicts(html, first.estimate, section.direction);
@@ -142,9 +155,10 @@ fn write_section(html: &mut String, section: &Section) {
         write_check(html, &check);
     }
     html.push_str("<h3>How certain the parameters are</h3>\n");
-    html.push_str(&curves::densities(section));
+    html.push_str(&figures.densities());
     html.push_str("<h3>Methods</h3>\n");
     write_methods(html, section);
+    html.push_str(&figures.trace());
 }
 
 fn write_check(html: &mut String, check: &Predictive) {

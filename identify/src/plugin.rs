@@ -93,7 +93,7 @@ fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
     let study = sensitivity::run(&crate::parameters::curve(&tire), spread, limit, count);
     let page =
         Page { title: "Which parameter matters", sensitivity: Some(&study), ..Page::default() };
-    host.file("tires.html", &page::render(&page));
+    page::leave(&page, host);
     json!({ "sensitivity": study })
 }
 
@@ -105,6 +105,6 @@ fn excitation_study(config: &excitation::Excitation, host: &mut dyn Host) -> Res
     let study = excitation::run(config, &mut go_on).map_err(|error| error.to_string())?;
     let study = study.ok_or(CANCELLED)?;
     let page = Page { title: "What excitation tells", excitation: Some(&study), ..Page::default() };
-    host.file("tires.html", &page::render(&page));
+    page::leave(&page, host);
     Ok(json!({ "excitation": study }))
 }

@@ -52,6 +52,9 @@ pub struct Convergence {
     pub optima: usize,
     /// Sum of squared, weighted residuals, halved, at the result.
     pub cost: f64,
+    /// The cost at the best start and after each of its steps, of Nelder and Mead after each restart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub trace: Vec<f64>,
 }
 
 /// What standard deviations, intervals and covariance are those of, and of posteriors also the values.

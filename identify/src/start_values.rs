@@ -117,6 +117,7 @@ mod tests {
                 starts: 1,
                 optima: 1,
                 cost: 0.0,
+                trace: Vec::new(),
             },
             seconds: 0.0,
             source: Source::Likelihood,

@@ -1,8 +1,8 @@
-//! Hands recorded signals to plugins and takes what they find: a result, columns for the recording, files.
+//! Hands recorded signals to plugins and takes what they find: a result, columns for the recording, diagrams, files.
 
 use std::path::{Path, PathBuf};
 
-use plugin::{Host, Plugin, Request, Signal};
+use plugin::{Diagram, Host, Plugin, Request, Signal};
 use serde_json::Value;
 
 use crate::error::Error;
@@ -195,6 +195,11 @@ impl Host for Bench<'_> {
             );
             Err(Error::analysis(self.name, what))
         };
+        self.judge(result);
+    }
+
+    fn diagram(&mut self, group: &str, diagram: &Diagram) {
+        let result = self.sink.diagram((self.name, group), diagram);
         self.judge(result);
     }
 

@@ -33,6 +33,7 @@ pub mod validation;
 pub mod view;
 pub mod viewer;
 
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -57,8 +58,8 @@ pub enum Replay {
     Save,
     /// To a viewer that listens at this URL.
     Connect(String),
-    /// To viewers that connect to this program.
-    Serve,
+    /// To viewers that connect to this program, at this address of this machine.
+    Serve(IpAddr),
     /// Nowhere.
     Off,
 }
@@ -329,6 +330,10 @@ impl Sink for Recorder {
         self.files.iter_mut().try_for_each(|file| file.derived(derived))
     }
 
+    fn diagram(&mut self, belongs: (&str, &str), diagram: &plugin::Diagram) -> Result<(), Error> {
+        self.files.iter_mut().try_for_each(|file| file.diagram(belongs, diagram))
+    }
+
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         self.files.iter_mut().try_for_each(|file| file.finish(summary, completed))
     }
@@ -340,7 +345,7 @@ fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Err
     let target = match replay {
         Replay::Save => Target::File(header.folder.join("run.rrd")),
         Replay::Connect(url) => Target::Connect(url.clone()),
-        Replay::Serve => Target::Serve,
+        Replay::Serve(address) => Target::Serve(*address),
         Replay::Off => return Ok(None),
     };
     Ok(Some(Box::new(RerunSink::new(header, target)?)))
@@ -350,7 +355,7 @@ fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Err
 fn replay(_header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Error> {
     match replay {
         Replay::Save | Replay::Off => Ok(None),
-        Replay::Connect(_) | Replay::Serve => {
+        Replay::Connect(_) | Replay::Serve(_) => {
             Err(Error::input("this program was built without the feature `rerun`"))
         }
     }

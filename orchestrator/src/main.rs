@@ -1,6 +1,7 @@
 //! Parses the command line, calls the library, prints what it says, and picks the exit code.
 
 use std::io::{IsTerminal as _, Write as _};
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -118,6 +119,9 @@ struct RunArgs {
     /// The viewer's address for `--rerun connect`.
     #[arg(long, value_name = "URL", default_value = "rerun+http://127.0.0.1:9876/proxy")]
     viewer: String,
+    /// The address of this machine where `--rerun serve` waits for viewers; `0.0.0.0` is all of them.
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    bind: IpAddr,
     /// Run this many times as fast as the clock, 1 when there is no number.
     #[arg(long, num_args = 0..=1, default_missing_value = "1", value_name = "FACTOR")]
     realtime: Option<f64>,
@@ -202,7 +206,7 @@ fn run(args: &RunArgs) -> Result<u8, Error> {
             replay: match args.rerun {
                 ReplayArg::Save => Replay::Save,
                 ReplayArg::Connect => Replay::Connect(args.viewer.clone()),
-                ReplayArg::Serve => Replay::Serve,
+                ReplayArg::Serve => Replay::Serve(args.bind),
                 ReplayArg::Off => Replay::Off,
             },
             realtime: args.realtime,
@@ -216,7 +220,9 @@ fn run_one(path: &Path, options: &Options) -> u8 {
     let bar = progress_bar(path);
     let outcome = orchestrator::run(path, options, &mut |news| match news {
         News::Serving(url) => {
-            bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}"))
+            let all = matches!(&options.replay, Replay::Serve(address) if address.is_unspecified());
+            let more = if all { " (elsewhere with this machine's name)" } else { "" };
+            bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}{more}"))
         }
         // A redraw costs more than a step, and nobody sees more than a hundred of them.
         News::Steps(step, steps) if step % (steps / 100 + 1) == 0 => {
@@ -240,7 +246,7 @@ fn run_one(path: &Path, options: &Options) -> u8 {
         eprintln!("warning: {warning}");
     }
     print(&run.report.lines());
-    if options.replay == Replay::Serve {
+    if matches!(options.replay, Replay::Serve(_)) {
         eprintln!("still serving; Ctrl-C ends it");
         loop {
             std::thread::park();

@@ -240,6 +240,14 @@ pub trait Sink {
         Ok(())
     }
 
+    /// Takes a diagram of an analysis and a group of diagrams, after the last row.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn diagram(&mut self, _belongs: (&str, &str), _diagram: &plugin::Diagram) -> Result<(), Error> {
+        Ok(())
+    }
+
     /// Completes what was written. `summary` is the verdict as Markdown; `completed` tells whether the
     /// run came to its end, be it the last communication point or where an FMU ended it as planned.
     ///

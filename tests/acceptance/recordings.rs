@@ -1,12 +1,12 @@
 //! Compares the recordings with each other through other people's readers, also those of a killed run.
 
 #[cfg(feature = "rerun")]
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::fmus::ours;
 #[cfg(feature = "rerun")]
-use super::harness::Ended;
+use super::harness::{Ended, ROOT};
 use super::harness::{Lab, limit_handling, trackside};
 #[cfg(feature = "rerun")]
 use super::python::Python;
@@ -63,6 +63,29 @@ fn the_replays_of_equal_runs_are_equal_and_others_are_not() {
         assert!(told.contains(entity), "no {entity}");
     }
     rerun(python, &["rrd", "compare", "--unordered"], &[a, c]).expect(1);
+}
+
+#[test]
+#[cfg(feature = "rerun")]
+fn what_an_identification_found_is_in_the_replay() {
+    let Some(python) = python() else { return };
+    let lab = Lab::new();
+    let mut command = trackside(Path::new(ROOT));
+    command.args(["run", "scenarios/tires_from_driving.toml", "--out"]).arg(lab.path("run"));
+    Ended::of(command.output().expect("it starts")).expect(0);
+    let replay = [lab.path("run/run.rrd")];
+    let told = rerun(python, &["rrd", "stats"], &replay).expect(0).stdout;
+    // Curve, seven densities and the trace of the fits, each with axes and layers.
+    for axle in [r"Front\ axle\,\ lateral", r"Rear\ axle\,\ lateral"] {
+        for number in 1..=9 {
+            for part in ["grid", "labels", "01"] {
+                let entity = format!("/diagrams/tires/{axle}/{number}/{part}");
+                assert!(told.contains(&entity), "no {entity} in:\n{told}");
+            }
+        }
+    }
+    rerun(python, &["rrd", "verify"], &replay).expect(0);
+    rerun(python, &["--test-receive", "--headless", "--port", "auto"], &replay).expect(0);
 }
 
 /// How long the killed run lives, and how far its recording must reach: chunks are closed once a second.

@@ -8,7 +8,7 @@ use std::ffi::c_void;
 use crate::Signal;
 
 /// The version of this layout. It stands first in [`Vtable`], where every version of the program finds it.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The name of the function that a plugin exports: `extern "C" fn() -> *const Vtable`.
 pub const SYMBOL: &[u8] = b"trackside_plugin\0";
@@ -53,6 +53,42 @@ pub struct Need {
     pub required: bool,
 }
 
+/// A borrowed layer of a diagram.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Layer {
+    /// Its name.
+    pub name: Text,
+    /// A [`Shape`](crate::Shape), by its place.
+    pub shape: u32,
+    /// A [`Role`](crate::Role), by its place.
+    pub role: u32,
+    /// Where the points are.
+    pub x: *const f64,
+    /// Their heights, or lower ends.
+    pub y: *const f64,
+    /// Upper ends of a band, else null.
+    pub upper: *const f64,
+    /// Number of points.
+    pub len: usize,
+}
+
+/// A borrowed diagram.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Diagram {
+    /// Its title.
+    pub title: Text,
+    /// What the axes show, x and y.
+    pub axes: [Text; 2],
+    /// The ends of the axes.
+    pub ranges: [[f64; 2]; 2],
+    /// What is drawn, from back to front.
+    pub layers: *const Layer,
+    /// Number of layers.
+    pub count: usize,
+}
+
 /// What a plugin can call while one of its functions is called, and only then.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -68,6 +104,8 @@ pub struct Callbacks {
         columns: *const Column,
         count: usize,
     ),
+    /// Takes a diagram and the group that it belongs to.
+    pub diagram: unsafe extern "C" fn(context: *mut c_void, group: Text, diagram: *const Diagram),
     /// Takes a file: its name and what it says.
     pub file: unsafe extern "C" fn(context: *mut c_void, name: Text, text: Text),
     /// Takes the outcome: whether it went well, and the result or what went wrong. Called once, last.

@@ -7,7 +7,8 @@ use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::abi::{Callbacks, Column, Need, Text, VERSION, Vtable, with_signals};
-use crate::{Analysis, Host, Request, Signal};
+use crate::diagram::lend;
+use crate::{Analysis, Diagram, Host, Request, Signal};
 
 /// The table of an analysis.
 #[must_use]
@@ -110,6 +111,13 @@ impl Host for Remote<'_> {
         unsafe {
             (self.0.record)(self.0.context, Text::new(group), columns.as_ptr(), columns.len())
         }
+    }
+
+    fn diagram(&mut self, group: &str, diagram: &Diagram) {
+        // SAFETY: see above.
+        lend(diagram, |diagram| unsafe {
+            (self.0.diagram)(self.0.context, Text::new(group), diagram)
+        });
     }
 
     fn file(&mut self, name: &str, text: &str) {

@@ -27,10 +27,12 @@
 //! leave through callbacks, so nobody frees the other side's memory. A panic of a plugin ends its call, not the program.
 
 pub mod abi;
+mod diagram;
 mod export;
 #[cfg(feature = "load")]
 mod load;
 
+pub use diagram::{Diagram, Layer, Role, Shape};
 #[doc(hidden)]
 pub use export::vtable;
 #[cfg(feature = "load")]
@@ -109,6 +111,9 @@ pub trait Host {
     /// Adds signals to the recording, under the name of the group. They have equal lengths and the times of the first.
     fn record(&mut self, group: &str, signals: &[Signal]);
 
+    /// Adds a diagram to the replay. Those of one group are shown together, the first one largest.
+    fn diagram(&mut self, group: &str, diagram: &Diagram);
+
     /// Leaves a text file beside the report. The name has no folder in it.
     fn file(&mut self, name: &str, text: &str);
 }
@@ -122,6 +127,7 @@ impl Host for Silent {
         true
     }
     fn record(&mut self, _group: &str, _signals: &[Signal]) {}
+    fn diagram(&mut self, _group: &str, _diagram: &Diagram) {}
     fn file(&mut self, _name: &str, _text: &str) {}
 }
 

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use libloading::Library;
 
 use crate::abi::{
-    Call, Callbacks, Column, Need, SYMBOL, Text, VERSION, Vtable, slice, with_signals,
+    self, Call, Callbacks, Column, Need, SYMBOL, Text, VERSION, Vtable, slice, with_signals,
 };
+use crate::diagram::with_diagram;
 use crate::export::column;
 use crate::{Host, Request};
 
@@ -139,7 +140,8 @@ impl Plugin {
         host: &mut dyn Host,
     ) -> Result<String, String> {
         let mut call = Called { host, outcome: None };
-        let callbacks = Callbacks { context: (&raw mut call).cast(), progress, record, file, done };
+        let context = (&raw mut call).cast();
+        let callbacks = Callbacks { context, progress, record, diagram, file, done };
         let columns: Vec<_> = request.signals.iter().map(column).collect();
         // SAFETY: everything lives until the call is over, and the callbacks expect this context.
         unsafe {
@@ -200,6 +202,13 @@ unsafe extern "C" fn record(
     unsafe { with_signals(columns, count, |signals| called.host.record(&group, &signals)) }
 }
 
+unsafe extern "C" fn diagram(context: *mut c_void, group: Text, diagram: *const abi::Diagram) {
+    // SAFETY: see above; a diagram is there.
+    let (called, group, diagram) = unsafe { (called(context), group.get(), &*diagram) };
+    // SAFETY: see above.
+    unsafe { with_diagram(diagram, |diagram| called.host.diagram(&group, diagram)) }
+}
+
 unsafe extern "C" fn file(context: *mut c_void, name: Text, text: Text) {
     // SAFETY: see above.
     let (called, name, text) = unsafe { (called(context), name.get(), text.get()) };
@@ -215,7 +224,7 @@ unsafe extern "C" fn done(context: *mut c_void, well: bool, text: Text) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Analysis, Signal};
+    use crate::{Analysis, Diagram, Layer, Role, Shape, Signal};
 
     /// Does what its configuration says.
     struct Obedient;
@@ -244,6 +253,17 @@ mod tests {
                 "double",
                 &[Signal { name: "xx", values: &[x.values[0] * 2.0, f64::NAN], ..x }],
             );
+            let layer = Layer {
+                name: "ä",
+                shape: Shape::Line,
+                role: Role::Limit,
+                x: &[0.0, 1.0],
+                y: &[2.0, f64::INFINITY],
+                upper: &[3.0],
+            };
+            let layers = vec![layer, Layer { shape: Shape::Band, role: Role::Other, ..layer }];
+            let (axes, ranges) = (["x [m]", "y"], [[0.0, 1.0], [2.0, 3.0]]);
+            host.diagram("both", &Diagram { title: "t", axes, ranges, layers });
             host.file("note.txt", "written");
             Ok(format!("{x:?} of {}", request.signals.len()))
         }
@@ -259,6 +279,9 @@ mod tests {
         }
         fn record(&mut self, group: &str, signals: &[Signal]) {
             self.0.push(format!("{group} {signals:?}"));
+        }
+        fn diagram(&mut self, group: &str, diagram: &Diagram) {
+            self.0.push(format!("{group} {diagram:?}"));
         }
         fn file(&mut self, name: &str, text: &str) {
             self.0.push(format!("{name}: {text}"));
@@ -286,7 +309,15 @@ mod tests {
         let x = r#"Signal { name: "x", unit: "m/s", time: [0.0, 0.5], values: [1.5, 2.5] }"#;
         assert_eq!(result, Ok(format!("{x} of 2")));
         let double = r#"Signal { name: "xx", unit: "m/s", time: [0.0, 0.5], values: [3.0, NaN] }"#;
-        assert_eq!(told, ["0.5 half", &format!("double [{double}]"), "note.txt: written"]);
+        let line = r#"Layer { name: "ä", shape: Line, role: Limit, x: [0.0, 1.0], y: [2.0, inf], upper: [] }"#;
+        // A band without an upper end for each point is as long as it has them.
+        let band =
+            r#"Layer { name: "ä", shape: Band, role: Other, x: [0.0], y: [2.0], upper: [3.0] }"#;
+        let diagram = format!(
+            r#"both Diagram {{ title: "t", axes: ["x [m]", "y"], ranges: [[0.0, 1.0], [2.0, 3.0]], layers: [{line}, {band}] }}"#
+        );
+        let expected = ["0.5 half", &format!("double [{double}]"), &diagram, "note.txt: written"];
+        assert_eq!(told, expected);
     }
 
     #[test]

@@ -175,6 +175,7 @@ pub fn convergence(
         starts,
         optima,
         cost: minimum.model.cost,
+        trace: minimum.trace.clone(),
     }
 }
 

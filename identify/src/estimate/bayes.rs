@@ -46,6 +46,7 @@ impl Bayes<'_> {
                 iterations: levels,
                 evaluations: cells,
                 kkt_residual: None,
+                trace: Vec::new(),
                 ..self.best.convergence.clone()
             },
             seconds: self.seconds.iter().sum(),
@@ -92,6 +93,8 @@ impl Bayes<'_> {
             iterations: told.steps,
             evaluations: told.evaluations,
             kkt_residual: None,
+            // The evidence lower bound is told with the normal distribution.
+            trace: Vec::new(),
             ..self.best.convergence.clone()
         };
         Estimate { convergence, seconds: told.seconds, svi: Some(told.clone()), ..base }

@@ -32,6 +32,7 @@ impl Search {
             starts: self.starts,
             optima: self.optima.len(),
             cost: self.best.model.cost,
+            trace: self.best.trace.clone(),
         }
     }
 }

@@ -42,6 +42,8 @@ pub struct Minimum {
     pub restarts: usize,
     /// Evaluations of the cost.
     pub evaluations: usize,
+    /// The cost at the start and after each restart.
+    pub trace: Vec<f64>,
 }
 
 /// Edges of the first simplex of each start, as shares of the box, in turn.
@@ -99,6 +101,7 @@ pub fn fit(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
             starts: 1,
             optima: 1,
             cost: minimum.cost,
+            trace: minimum.trace,
         },
         optima: vec![(values, minimum.cost)],
     })
@@ -119,6 +122,7 @@ pub fn minimise(
     };
     let first: Vec<f64> = (0..start.len()).map(share).collect();
     let mut best = search.vertex(first);
+    let mut trace = vec![best.1];
     let (mut status, mut restarts, mut in_vain) = (Status::IterationLimit, 0, 0);
     for restart in 0..=limits.restarts {
         restarts = restart;
@@ -127,6 +131,7 @@ pub fn minimise(
         if end.1 <= best.1 {
             best = end;
         }
+        trace.push(best.1);
         if search.evaluations >= limits.evaluations {
             break;
         }
@@ -142,6 +147,7 @@ pub fn minimise(
         status,
         restarts,
         evaluations: search.evaluations,
+        trace,
     }
 }
 

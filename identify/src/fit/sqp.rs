@@ -99,6 +99,8 @@ pub struct Minimum {
     pub iterations: usize,
     /// Evaluations of the objective.
     pub evaluations: usize,
+    /// The cost at the start and after each step that was accepted.
+    pub trace: Vec<f64>,
 }
 
 const LEAST_DAMPING: f64 = 1e-13;
@@ -117,6 +119,7 @@ pub fn minimise(
     let mut search = Search::new(objective, lower, upper);
     let start = DVector::from_fn(start.len(), |i, _| start[i].clamp(lower[i], upper[i]));
     let mut point = search.at(start);
+    let mut trace = vec![point.model.cost];
     let mut multipliers = DVector::zeros(point.values.len());
     let mut residual = search.kkt_residual(&point, &mut multipliers);
     let mut damping = limits.damping;
@@ -156,6 +159,7 @@ pub fn minimise(
         }
         if gain > 1e-4 && next_residual.is_finite() {
             (point, multipliers, residual) = (next, next_multipliers, next_residual);
+            trace.push(point.model.cost);
         } else if drowned && damping <= LEAST_DAMPING
             || damping > MOST_DAMPING
             || change.amax() == 0.0
@@ -172,7 +176,7 @@ pub fn minimise(
     if residual <= limits.tolerance {
         status = Status::Converged;
     }
-    search.minimum(point, &multipliers, residual, status, iterations)
+    Minimum { trace, ..search.minimum(point, &multipliers, residual, status, iterations) }
 }
 
 fn next_damping(damping: f64, gain: f64) -> f64 {

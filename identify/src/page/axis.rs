@@ -50,6 +50,16 @@ impl Axis {
         self.high
     }
 
+    /// A value on an axis that knows no logarithms.
+    pub fn on_linear(&self, value: f64) -> f64 {
+        if self.logarithmic { value.log10() } else { value }
+    }
+
+    /// What such an axis says.
+    pub fn linear_label(&self) -> String {
+        if self.logarithmic { format!("log10 of {}", self.label) } else { self.label.clone() }
+    }
+
     /// Position between the ends, 0 to 1 inside.
     pub fn share(&self, value: f64) -> f64 {
         if self.logarithmic {

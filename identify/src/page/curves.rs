@@ -1,8 +1,11 @@
-//! Draws what was found of one tire: its curve with the data and the band, and the densities of its parameters.
+//! Plots what was found of one tire: its curve with the data and the band, the densities of its parameters, and how the fits
+//! came to their ends.
+
+use plugin::Host;
 
 use super::axis::Axis;
 use super::plot::{Class, Plot};
-use super::{Section, unit};
+use super::{Method, Section, replay, unit};
 use crate::parameters::{Parameter, Theta, curve, theta};
 use crate::posterior::{Posterior, quantile, std};
 use crate::quantity::Quantity;
@@ -16,11 +19,67 @@ const DRAWN: usize = 700;
 const WIDE: [f64; 2] = [1080.0, 420.0];
 const SMALL: [f64; 2] = [350.0, 230.0];
 
+/// What is shown of one tire.
+pub struct Figures {
+    /// Nothing without samples.
+    curve: Option<Plot>,
+    densities: Vec<(Quantity, Plot)>,
+    trace: Option<Plot>,
+}
+
+const CURVE_TITLE: &str = "Tire curve (dashed: no data there)";
+const TRACE_TITLE: &str = "Trace of the fits";
+
+impl Figures {
+    /// Those of a tire.
+    pub fn of(section: &Section) -> Self {
+        use Parameter::{B, C, D, E};
+        let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain(Quantity::DERIVED);
+        Self {
+            curve: curves(section),
+            densities: quantities.map(|it| (it, density(section, it))).collect(),
+            trace: trace(section),
+        }
+    }
+
+    /// The curve, for the page.
+    pub fn curve(&self) -> String {
+        let none = || "<p>No samples.</p>\n".into();
+        self.curve.as_ref().map_or_else(none, |plot| plot.figure(CURVE_TITLE))
+    }
+
+    /// The densities, for the page.
+    pub fn densities(&self) -> String {
+        let plots = &self.densities;
+        let legend = plots.first().map_or_else(String::new, |(_, plot)| plot.keys());
+        let figures: String =
+            plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
+        format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid\">\n{figures}</div>\n")
+    }
+
+    /// The trace of the fits, for the page.
+    pub fn trace(&self) -> String {
+        self.trace.as_ref().map_or_else(String::new, |plot| plot.figure(TRACE_TITLE))
+    }
+
+    /// Hands all of them over for the replay.
+    pub fn show(&self, section: &Section, host: &mut dyn Host) {
+        let methods: Vec<&str> = section.methods.iter().map(|method| method.name).collect();
+        let mut show =
+            |plot, title: &str| replay::show(plot, (section.name, title), &methods, host);
+        if let Some(plot) = &self.curve {
+            show(plot, "tire curve, with the 95 % band of the posterior");
+        }
+        self.densities.iter().for_each(|(quantity, plot)| show(plot, quantity.name()));
+        if let Some(plot) = &self.trace {
+            show(plot, TRACE_TITLE);
+        }
+    }
+}
+
 /// Curves of all methods over the data, with the band of the first.
-pub fn curves(section: &Section) -> String {
-    let Some([low, high]) = section.samples.slip_range() else {
-        return "<p>No samples.</p>\n".into();
-    };
+fn curves(section: &Section) -> Option<Plot> {
+    let [low, high] = section.samples.slip_range()?;
     let space = 0.3 * (high - low).max(high.abs()).max(1e-6);
     let (start, end) = (if low < -0.25 * high { low - space } else { low.min(0.0) }, high + space);
     let grid =
@@ -34,12 +93,12 @@ pub fn curves(section: &Section) -> String {
         data.iter().map(|point| point.1).chain(heights),
     );
     let mut plot = Plot::new(WIDE, Axis::linear(section.direction.slip_label(), start, end), y);
-    plot.dots(&data, 1.8, "data", "data");
     if let Some(first) = section.methods.first() {
         let slips: Vec<f64> = grid(start, end).collect();
         let band: Vec<_> = slips.iter().copied().zip(first.posterior.band(&slips)).collect();
         plot.band(&band, COLOURS[0], "95 % of the posterior");
     }
+    plot.dots(&data, 1.8, "data", "data");
     for ((method, tire), class) in
         section.methods.iter().zip(&found).zip(COLOURS.into_iter().cycle())
     {
@@ -50,21 +109,40 @@ pub fn curves(section: &Section) -> String {
         plot.dashes(&points(start, low), class, "");
         plot.dashes(&points(high, end), class, "");
     }
-    plot.figure("Tire curve (dashed: no data there)")
+    Some(plot)
 }
 
-/// Densities of B, C, D, E, of stiffness, peak and the slip at the peak, one small plot each; dashed those of normal
-/// distributions.
-pub fn densities(section: &Section) -> String {
-    use Parameter::{B, C, D, E};
-    let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain(Quantity::DERIVED);
-    let plots: Vec<_> = quantities.map(|quantity| (quantity, density(section, quantity))).collect();
-    let legend = plots.first().map_or("", |(_, plot)| plot.keys());
-    let figures: String =
-        plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
-    format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid\">\n{figures}</div>\n")
+/// How far each fit was from its end: the cost above that of the end, of variational inference the evidence lower bound below it.
+fn trace(section: &Section) -> Option<Plot> {
+    let ways: Vec<(&Method, Class, Vec<(f64, f64)>)> = section
+        .methods
+        .iter()
+        .zip(COLOURS.into_iter().cycle())
+        .map(|(method, class)| {
+            let estimate = method.estimate;
+            let bound = estimate.svi.as_ref().map(|told| told.elbo_trace.as_slice());
+            let values = bound.unwrap_or(&estimate.convergence.trace);
+            let last = values.last().copied().unwrap_or(f64::NAN);
+            let distances = values.iter().map(|value| (value - last).abs()).enumerate();
+            let points = distances.map(|(step, distance)| (step as f64, distance));
+            // Where the last value is met there is no logarithm.
+            (method, class, points.filter(|point| point.1 > 0.0).collect())
+        })
+        .collect();
+    let points = || ways.iter().flat_map(|way| &way.2);
+    let longest = points().map(|point| point.0).fold(1.0, f64::max);
+    let least = points().map(|point| point.1).fold(f64::INFINITY, f64::min);
+    let most = points().map(|point| point.1).fold(0.0, f64::max);
+    let y = Axis::logarithmic("cost above its end", 0.5 * least, 2.0 * most);
+    let mut plot = Plot::new(WIDE, Axis::linear("iteration", 0.0, longest), y);
+    for (method, class, points) in ways.iter().filter(|way| !way.2.is_empty()) {
+        plot.line(points, class, method.name);
+        plot.dots(points, 2.5, class, "");
+    }
+    (!plot.layers.is_empty()).then_some(plot)
 }
 
+/// One of B, C, D, E, of stiffness, peak and the slip at the peak; dashed those of normal distributions.
 fn density(section: &Section, quantity: Quantity) -> Plot {
     let range = quantity.range(section.prior);
     // Methods may share one posterior, and a method's posterior may be its normal distribution.
@@ -106,6 +184,8 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
         if *gaussian {
             plot.dashes(&points, class, "normal distribution");
         } else {
+            let filled: Vec<_> = points.iter().map(|&(x, height)| (x, [0.0, height])).collect();
+            plot.band(&filled, class, "");
             plot.line(&points, class, "posterior");
         }
     }

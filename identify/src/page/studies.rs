@@ -16,7 +16,7 @@ pub fn excitation(study: &excitation::Study) -> String {
     let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain([Quantity::K]);
     let plots: Vec<_> =
         quantities.map(|quantity| (quantity, over_levels(study, quantity))).collect();
-    let legend = plots.first().map_or("", |(_, plot)| plot.keys());
+    let legend = plots.first().map_or_else(String::new, |(_, plot)| plot.keys());
     let figures: String =
         plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
     format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid two\">\n{figures}</div>\n")

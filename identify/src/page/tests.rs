@@ -18,6 +18,10 @@ struct Found {
     study: Study,
 }
 
+fn rendered(page: &Page) -> String {
+    render(page, &page.sections.iter().map(Figures::of).collect::<Vec<_>>())
+}
+
 fn found() -> Found {
     let excitation = Excitation { samples: 400, ..Excitation::default() };
     let samples = samples(&excitation, 0.08);
@@ -41,6 +45,7 @@ fn found() -> Found {
         starts: 8,
         optima: 1,
         cost: 1.0,
+        trace: vec![3.0, 1.5, 1.0],
     };
     let solution = Solution {
         theta: excitation.truth,
@@ -75,7 +80,7 @@ fn page(found: &Found, title: &str) -> String {
     };
     let tire = crate::parameters::curve(&found.study.excitation.truth);
     let sensitivity = sensitivity::run(&tire, 0.1, 1.0, 50);
-    render(&Page {
+    rendered(&Page {
         title,
         facts: &[("seed".to_owned(), "42 & <b>".to_owned())],
         sections: vec![section],
@@ -150,7 +155,8 @@ fn each_plot_has_labels_with_units() {
         );
         count += 1;
     }
-    assert_eq!(count, 1 + 7 + 5 + 1);
+    // Curve, densities and trace of the tire; the excitation's five and the sensitivities.
+    assert_eq!(count, 1 + 7 + 1 + 5 + 1);
 }
 
 #[test]
@@ -159,7 +165,7 @@ fn a_page_without_data_is_a_page() {
     let html = page(&found, "");
     parse(&html);
     assert!(html.contains("No samples."));
-    parse(&render(&Page::default()));
+    parse(&rendered(&Page::default()));
 }
 
 #[test]
@@ -178,7 +184,7 @@ fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
         prior: &settings.prior,
         methods: vec![method],
     };
-    let html = render(&Page { sections: vec![section], ..Page::default() });
+    let html = rendered(&Page { sections: vec![section], ..Page::default() });
     let text = text_of(&parse(&html));
     let said = estimate.svi.as_ref().expect("a report");
     assert!(text.contains(said.warning.as_deref().expect("a valley is no normal distribution")));

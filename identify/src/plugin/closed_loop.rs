@@ -84,7 +84,7 @@ pub(super) fn closed_loop(
     };
     let tires = [tire("tire_f", &found.front), tire("tire_r", &found.rear)];
     host.file("tires.toml", &start_values::write(&tires));
-    host.file("tires.html", &draw(&options, &used, &found, &validations));
+    draw(&options, &used, &found, &validations, host);
     Ok(report(&options, &used, &found, &validations))
 }
 
@@ -169,13 +169,14 @@ fn report(
     result.into()
 }
 
-/// The page, with the deciding formulation first.
+/// Leaves the page, with the deciding formulation first.
 fn draw(
     options: &Options,
     used: &[Recording],
     found: &Identified,
     validations: &[Validation],
-) -> String {
+    host: &mut dyn Host,
+) {
     let bounds = options.bounds;
     let mut prior = Prior::lateral();
     for i in 0..4 {
@@ -214,12 +215,13 @@ fn draw(
         .iter()
         .map(|validation| (validation.name.as_str(), &validation.recording, &validation.replay))
         .collect();
-    page::render(&Page {
+    let page = Page {
         title: "Tires from closed-loop driving",
         sections: sections.collect(),
         drives: Some(Drives { found, recordings: used, replays: &replays }),
         ..Page::default()
-    })
+    };
+    page::leave(&page, host);
 }
 
 /// What a formulation says of one axle, which nobody judged.

@@ -53,7 +53,7 @@ pub(super) fn curve(
         methods: methods(&found),
     };
     let page = Page { title: "Tire", sections: vec![section], ..Page::default() };
-    host.file("tires.html", &page::render(&page));
+    page::leave(&page, host);
     let result: Map<_, _> = found
         .estimates
         .iter()

@@ -163,7 +163,7 @@ fn leave_files(
     let facts = facts(prepared);
     let page =
         Page { title: "Tires", facts: &facts, sections: sections.collect(), ..Page::default() };
-    host.file("tires.html", &page::render(&page));
+    page::leave(&page, host);
 }
 
 /// What was done to the recording, for people.

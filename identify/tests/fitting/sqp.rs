@@ -39,6 +39,10 @@ fn the_banana_valley_is_followed_to_its_end() {
     let end = solve(&Valley { circle: None }, 5.0, dvector![-1.2, 1.0]);
     assert_eq!(end.status, Status::Converged);
     assert_relative_eq!(end.x, dvector![1.0, 1.0], epsilon = 1e-10);
+    // The trace leads from the start to the end, and downhill but for rounding.
+    assert_relative_eq!(end.trace[0], 12.1, max_relative = 1e-12);
+    assert_eq!(end.trace.last(), Some(&end.model.cost));
+    assert!(end.trace.windows(2).all(|pair| pair[1] <= pair[0] + 1e-15));
 }
 
 #[test]

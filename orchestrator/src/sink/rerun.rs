@@ -1,8 +1,8 @@
 //! Writes a run for the Rerun viewer, into a file or over the network, in columns and with a layout.
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use plugin::Diagram;
 use rerun::{
     ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
 };
@@ -11,18 +11,23 @@ use crate::error::Error;
 use crate::sink::{Change, Derived, Event, Header, Row, Sink};
 use card::Card;
 use contender::Contender;
+use delivery::Delivery;
+use diagrams::Diagrams;
 use drawing::Drawing;
 use layout::Layout;
 use moments::Moments;
 pub use target::Target;
-use target::{CONNECT_PATIENCE, open};
 
 mod arrows;
 mod card;
 mod contender;
+mod courier;
+mod delivery;
 mod delta;
+mod diagrams;
 mod drawing;
 mod events;
+mod frame;
 mod ground;
 mod layout;
 mod lead;
@@ -49,8 +54,8 @@ const FILE_BATCH: usize = 5_000;
 const LIVE_BATCH: i64 = 1_000_000_000;
 /// A viewer gets what there is after this much wall clock, so that a slow run moves smoothly.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
-/// How long the disk or the viewer may take to accept a batch.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Numbers that are kept for a viewer that is slow; what comes on top of that it never gets.
+const LIVE_NUMBERS: usize = 1_000_000;
 
 // Okabe and Ito's colours, which can be told apart without red-green vision.
 const REFERENCE: [u8; 3] = [230, 159, 0];
@@ -62,13 +67,11 @@ const WHITE: [u8; 3] = [235, 235, 235];
 
 /// Takes a run and writes it for the Rerun viewer.
 pub struct RerunSink {
-    /// `None` once nothing more can or shall be written.
-    stream: Option<RecordingStream>,
-    /// What errors call the recording.
-    place: PathBuf,
-    live: bool,
-    url: Option<String>,
-    warning: Option<String>,
+    delivery: Delivery,
+    /// Rows that may wait for a viewer.
+    room: usize,
+    /// Rows that were meant for the replay, and those of them that a viewer was too slow for.
+    rows: [usize; 2],
     card: Card,
     layout: Layout,
     drawing: Drawing,
@@ -81,30 +84,25 @@ impl RerunSink {
     /// # Errors
     /// When the file cannot be made or no viewer listens at the address.
     pub fn new(header: &Header, target: Target) -> Result<Self, Error> {
-        let (place, live) = (target.place(), target.is_live());
         let application = application(&header.scenario);
-        // Its own properties hold the wall clock, and so does the timeline that is switched off below;
+        // Its own properties hold the wall clock, and so does the timeline that is switched off there;
         // they would make every recording different. The random id must be: a viewer takes two
         // recordings of one id for one.
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
-        let failed = |what: String| Error::output(&place, what);
-        let (stream, url) = open(builder, &target).map_err(failed)?;
-        if !stream.is_enabled() {
-            return Err(failed("the environment variable RERUN switches it off".into()));
-        }
-        stream.set_log_time_enabled(false);
+        let delivery = Delivery::open(builder, &target)?;
+        let live = delivery.is_live();
         let (drawing, charts) = Drawing::new(header, &Contender::default(), &[]);
         let mut sink = Self {
-            stream: Some(stream),
-            live,
-            url,
-            warning: None,
+            delivery,
+            room: (LIVE_NUMBERS / header.columns.len().max(1)).clamp(1, FILE_BATCH),
+            rows: [0; 2],
             card: Card::new(header),
             layout: Layout {
                 application,
                 charts,
                 derived: Vec::new(),
                 planes: drawing.planes.shown(),
+                diagrams: Diagrams::default(),
                 states: !drawing.states.is_empty() || !header.texts.is_empty(),
                 texts: drawing.texts.paths(),
                 compared: false,
@@ -113,152 +111,161 @@ impl RerunSink {
             },
             drawing,
             sent: Instant::now(),
-            place,
         };
-        sink.open_recording(header).map_err(|what| Error::output(&sink.place, what))?;
+        let sent = sink.begin(header).map_err(|it| it.to_string());
+        sink.delivery.begun(sent)?;
         Ok(sink)
     }
 
-    fn open_recording(&mut self, header: &Header) -> Result<(), String> {
-        let Some(stream) = &self.stream else {
+    fn begin(&self, header: &Header) -> RecordingStreamResult<()> {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
-        let begin = || -> RecordingStreamResult<()> {
-            // First, so that a viewer never shows a layout of its own.
-            self.layout.send(stream, None)?;
-            stream.send_recording_name(header.title.as_str())?;
-            stream.log_static("run", &self.card.running())?;
-            stream.log_static("scenario", &TextDocument::new(header.source.whole()))?;
-            self.drawing.describe(stream)
-        };
-        let result = begin().map_err(|it| it.to_string());
-        let result = result.and_then(|()| settle(stream, CONNECT_PATIENCE));
-        if result.is_err() {
-            self.abandon();
-        }
-        result
+        // First, so that a viewer never shows a layout of its own.
+        self.layout.send(&stream, None)?;
+        stream.send_recording_name(header.title.as_str())?;
+        stream.log_static("run", &self.card.running())?;
+        stream.log_static("scenario", &TextDocument::new(header.source.whole()))?;
+        self.drawing.describe(&stream)
     }
 
     /// Whether the rows since the last batch are worth a batch.
     fn due(&self) -> bool {
-        if !self.live {
+        if !self.delivery.is_live() {
             return self.drawing.moments.len() >= FILE_BATCH;
         }
         self.drawing.moments.span() >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
     }
 
-    /// Sends what was collected, once the batch before has arrived: so errors are noticed, a slow
-    /// reader holds up the run instead of filling the memory, and writing overlaps with computing.
+    /// Sends what was collected, once what was sent before has arrived. For a viewer that is slow rows are kept, and then dropped.
     fn send(&mut self) -> Result<(), String> {
-        let Some(stream) = &self.stream else {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
-        settle(stream, PATIENCE)?;
-        self.drawing.send(stream, self.live).map_err(|it| it.to_string())?;
+        if !self.delivery.accepts()? {
+            if self.drawing.moments.len() >= self.room {
+                self.rows[1] += self.drawing.skip();
+            }
+            return Ok(());
+        }
+        let sent = self.drawing.send(&stream, self.delivery.is_live());
+        sent.map_err(|it| it.to_string())?;
+        self.delivery.sent();
         self.sent = Instant::now();
         Ok(())
     }
 
-    fn add(&self, derived: &Derived) -> Result<(), String> {
-        let Some(stream) = &self.stream else {
+    /// Sends what an analysis adds, after the last row.
+    fn add(
+        &mut self,
+        send: impl FnOnce(&mut Self, &RecordingStream) -> RecordingStreamResult<()>,
+    ) -> Result<(), Error> {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
-        let moments: Moments =
-            derived.time.iter().map(|time| self.drawing.clock.at(*time)).collect();
-        signals::add(stream, derived, &moments.axes()).map_err(|it| it.to_string())?;
-        settle(stream, PATIENCE)
+        let result = self.delivery.accepts_at_last().and_then(|accepts| {
+            // A viewer that takes nothing is told of at the end.
+            if accepts {
+                send(self, &stream).map_err(|it| it.to_string())?;
+                self.delivery.sent();
+            }
+            Ok(())
+        });
+        self.delivery.judge(result)
     }
 
     fn complete(&mut self, summary: &str, completed: bool) -> Result<(), String> {
-        self.send()?;
-        let Some(stream) = &self.stream else {
+        let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
+        if !self.delivery.accepts_at_last()? {
+            self.rows[1] += self.drawing.moments.len();
+            self.delivery.stuck();
+            return Ok(());
+        }
+        self.send()?;
         let end = || -> RecordingStreamResult<()> {
             let mut speeds = None;
             let mut bounds = None;
             if let Some(scene) = &self.drawing.scene {
-                scene.finish(stream)?;
+                scene.finish(&stream)?;
                 (speeds, bounds) = (scene.speeds(), scene.bounds());
             }
-            // A viewer that watches keeps what its user made of the layout.
-            if !self.live && (self.drawing.scene.is_some() || !self.layout.derived.is_empty()) {
-                self.layout.send(stream, bounds)?;
+            // A viewer that watches keeps what its user made of the layout, unless there is more to see now.
+            let added = !self.layout.derived.is_empty() || !self.layout.diagrams.is_empty();
+            if added || !self.layout.live && self.drawing.scene.is_some() {
+                self.layout.send(&stream, bounds)?;
             }
             stream.log_static("run", &self.card.finished(summary, completed, speeds))
         };
         end().map_err(|it| it.to_string())?;
-        settle(stream, PATIENCE)
-    }
-
-    /// Gives up the stream without waiting for it: dropping one whose reader is stuck blocks for ever.
-    fn abandon(&mut self) {
-        std::mem::forget(self.stream.take());
-    }
-
-    /// A viewer that is lost does not concern the run; a file that cannot be written does.
-    fn judge(&mut self, result: Result<(), String>) -> Result<(), Error> {
-        let Err(what) = result else {
-            return Ok(());
-        };
-        self.abandon();
-        if self.live {
-            let place = self.place.display();
-            self.warning = Some(format!("the viewer at {place} was lost: {what}"));
-            return Ok(());
-        }
-        Err(Error::output(&self.place, what))
+        self.delivery.sent();
+        drop(stream);
+        self.delivery.end()
     }
 }
 
 impl Sink for RerunSink {
     fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
-        if self.stream.is_none() {
+        if !self.delivery.is_open() {
             return Ok(());
         }
         self.card.end = time;
-        if self.drawing.row(tick, time, row).is_none() || !self.due() {
+        if self.drawing.row(tick, time, row).is_none() {
+            return Ok(());
+        }
+        self.rows[0] += 1;
+        if !self.due() {
             return Ok(());
         }
         let result = self.send();
-        self.judge(result)
+        self.delivery.judge(result)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        if self.stream.is_some() {
+        if self.delivery.is_open() {
             self.drawing.event(event);
         }
         Ok(())
     }
 
     fn change(&mut self, change: &Change) -> Result<(), Error> {
-        self.drawing.change(change);
+        if self.delivery.is_open() {
+            self.drawing.change(change);
+        }
         Ok(())
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
-        let name = format!("{}: {}", derived.analysis, derived.group);
-        self.layout.derived.push((name, signals::derived_charts(derived)));
-        let result = self.add(derived);
-        self.judge(result)
+        self.add(|sink, stream| {
+            let name = format!("{}: {}", derived.analysis, derived.group);
+            sink.layout.derived.push((name, signals::derived_charts(derived)));
+            let clock = &sink.drawing.clock;
+            let moments: Moments = derived.time.iter().map(|time| clock.at(*time)).collect();
+            signals::add(stream, derived, &moments.axes())
+        })
+    }
+
+    fn diagram(&mut self, belongs: (&str, &str), diagram: &Diagram) -> Result<(), Error> {
+        self.add(|sink, stream| sink.layout.diagrams.draw(stream, belongs, diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         let result = self.complete(summary, completed);
-        self.judge(result)?;
-        if !self.live {
-            // The last stream that goes writes the footer and closes the file.
-            self.stream = None;
+        self.delivery.judge(result)?;
+        let [all, missing] = self.rows;
+        if missing > 0 {
+            self.delivery.warn(&format!("was too slow for {missing} of {all} rows"));
         }
         Ok(())
     }
 
     fn url(&self) -> Option<&str> {
-        self.url.as_deref()
+        self.delivery.url()
     }
 
     fn warning(&self) -> Option<&str> {
-        self.warning.as_deref()
+        self.delivery.warning()
     }
 }
 
@@ -267,12 +274,6 @@ fn round_number(least: f64) -> f64 {
     let decade = 10.0_f64.powf(least.max(f64::MIN_POSITIVE).log10().floor());
     let found = [1.0, 2.0, 5.0, 10.0].into_iter().find(|it| it * decade >= least);
     found.unwrap_or(10.0) * decade
-}
-
-/// Waits until all that was sent is written or handed over.
-fn settle(stream: &RecordingStream, patience: Duration) -> Result<(), String> {
-    let accepted = stream.flush_with_timeout(patience);
-    accepted.map_err(|it| format!("it takes no more data (disk full, or connection lost?): {it}"))
 }
 
 /// The viewer keeps one layout per application, so every scenario is one.

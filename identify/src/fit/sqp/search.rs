@@ -206,6 +206,7 @@ impl<'a> Search<'a> {
             status,
             iterations,
             evaluations: self.evaluations,
+            trace: Vec::new(),
             x: point.x,
             model: point.model,
         }

@@ -27,6 +27,7 @@ struct Log {
     groups: BTreeMap<String, Vec<String>>,
     rows: BTreeMap<String, usize>,
     files: BTreeMap<String, String>,
+    diagrams: BTreeMap<String, Vec<String>>,
     questions: Option<usize>,
 }
 
@@ -51,6 +52,13 @@ impl Host for Log {
         let names = signals.iter().map(|signal| signal.name.to_owned()).collect();
         assert!(self.groups.insert(group.to_owned(), names).is_none(), "{group} twice");
         self.rows.insert(group.to_owned(), signals[0].time.len());
+    }
+
+    fn diagram(&mut self, group: &str, diagram: &plugin::Diagram) {
+        for layer in &diagram.layers {
+            assert_eq!(layer.x.len(), layer.y.len(), "{group} {}", diagram.title);
+        }
+        self.diagrams.entry(group.to_owned()).or_default().push(diagram.title.to_owned());
     }
 
     fn file(&mut self, name: &str, text: &str) {
@@ -176,6 +184,8 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
         assert!(page.contains(said), "{said}");
     }
     assert!(log.files["tires.toml"].contains("\"plant.tire_f.B\""));
+    // For each axle its curve, seven densities and the trace of the fits.
+    assert_eq!(log.diagrams.values().map(Vec::len).collect::<Vec<_>>(), [9, 9]);
 }
 
 #[test]

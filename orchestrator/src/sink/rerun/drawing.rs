@@ -82,21 +82,37 @@ impl Drawing {
 
     /// Sends what was collected and forgets it; `live` tells whether the driven line is to grow.
     pub fn send(&mut self, stream: &RecordingStream, live: bool) -> RecordingStreamResult<()> {
-        if !self.moments.is_empty() {
-            let axes = self.moments.axes();
-            self.signals.send(stream, &axes)?;
-            self.planes.send(stream, &axes)?;
-            if let Some(scene) = &mut self.scene {
-                scene.send(stream, &axes)?;
-                if live {
-                    scene.draw(stream)?;
-                }
-            }
-        }
+        self.send_rows(stream, live)?;
         self.texts.send(stream)?;
         self.states.send(stream)?;
-        self.events.send(stream)?;
+        self.events.send(stream)
+    }
+
+    fn send_rows(&mut self, stream: &RecordingStream, live: bool) -> RecordingStreamResult<()> {
+        if self.moments.is_empty() {
+            return Ok(());
+        }
+        let axes = self.moments.axes();
         self.moments.clear();
+        self.signals.send(stream, &axes)?;
+        self.planes.send(stream, &axes)?;
+        if let Some(scene) = &mut self.scene {
+            scene.send(stream, &axes)?;
+            if live {
+                scene.draw(stream)?;
+            }
+        }
         Ok(())
+    }
+
+    /// Drops the rows that were collected and tells how many. Of states and texts the last one stays, which holds from then on.
+    pub fn skip(&mut self) -> usize {
+        let dropped = self.moments.len();
+        // Sent to nobody, all of it is forgotten.
+        let _ = self.send_rows(&RecordingStream::disabled(), true);
+        self.texts.forget_past();
+        self.states.forget_past();
+        self.events.forget_past();
+        dropped
     }
 }

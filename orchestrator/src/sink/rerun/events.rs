@@ -6,6 +6,9 @@ use super::contender::Contender;
 use super::moments::{Moment, Moments};
 use crate::sink::{Event, Level};
 
+/// Events that are kept for a viewer that is too slow.
+const KEPT: usize = 1_000;
+
 /// The events that were not sent yet.
 pub(super) struct Events {
     contender: Contender,
@@ -21,6 +24,12 @@ impl Events {
     pub fn push(&mut self, moment: Moment, event: &Event) {
         self.moments.push(moment);
         self.events.push(event.clone());
+    }
+
+    /// Forgets all but the last few.
+    pub fn forget_past(&mut self) {
+        self.moments.keep_last(KEPT);
+        self.events.drain(..self.events.len().saturating_sub(KEPT));
     }
 
     /// Sends the events and forgets them.

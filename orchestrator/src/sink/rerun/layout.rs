@@ -1,7 +1,7 @@
 //! Lays out the viewer: which views there are, where they are, and how their cameras and axes are set.
 
 use rerun::blueprint::{
-    Blueprint, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel, Spatial2DView,
+    Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,
     Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
     TimeSeriesView, Vertical, VisualizableArchetype,
 };
@@ -24,6 +24,7 @@ use rerun::{
 };
 
 use super::contender::OTHER;
+use super::diagrams::{Diagrams, Group};
 use super::moments::{DISTANCE, TIME};
 use super::palette::{Palette, faded};
 use super::planes::Shown;
@@ -48,6 +49,8 @@ pub(super) struct Layout {
     pub derived: Vec<(String, Vec<Chart>)>,
     /// Diagrams of one quantity over another.
     pub planes: Vec<Shown>,
+    /// Diagrams that analyses handed over.
+    pub diagrams: Diagrams,
     /// Whether there are lanes of states.
     pub states: bool,
     /// The entities of texts, which are shown among the events.
@@ -68,7 +71,7 @@ impl Layout {
         bounds: Option<Bounds>,
     ) -> RecordingStreamResult<()> {
         let mut properties = Properties::default();
-        let root = self.root(&mut properties, bounds);
+        let root = self.with_diagrams(&mut properties, bounds);
         let (play, repeat) = match self.live {
             true => (PlayState::Following, LoopMode::Off),
             false => (PlayState::Playing, LoopMode::All),
@@ -86,6 +89,31 @@ impl Layout {
                     .with_loop_mode(repeat),
             );
         properties.send(stream, &self.application, &blueprint)
+    }
+
+    /// The run, and beside it a tab for what each analysis found.
+    fn with_diagrams(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
+        let run = self.root(properties, bounds);
+        if self.diagrams.is_empty() {
+            return run;
+        }
+        let found = self.diagrams.analyses().into_iter().map(|(analysis, groups)| {
+            let name = format!("Found: {analysis}");
+            let mut pairs = Vec::new();
+            for pair in groups.chunks(2) {
+                let columns: Vec<_> = pair.iter().map(|it| group(properties, it)).collect();
+                let names: Vec<_> = pair.iter().map(|it| it.name.as_str()).collect();
+                pairs.push(Horizontal::new(columns).with_name(names.join(" | ")));
+            }
+            match <[Horizontal; 1]>::try_from(pairs) {
+                Ok([only]) => only.with_name(name).into(),
+                Err(pairs) => {
+                    Tabs::new(pairs.into_iter().map(ContainerLike::from)).with_name(name).into()
+                }
+            }
+        });
+        let whole = Vertical::new([run]).with_name("The run").into();
+        Tabs::new([whole].into_iter().chain(found.collect::<Vec<_>>())).into()
     }
 
     fn root(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
@@ -195,14 +223,28 @@ fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
     Vertical::new(plots)
 }
 
+/// The first diagram of a group above the others.
+fn group(properties: &mut Properties, group: &Group) -> ContainerLike {
+    let mut views = group.shown.iter().map(|it| plane(properties, it)).collect::<Vec<_>>();
+    let others = views.split_off(views.len().min(1));
+    let mut shares = vec![1.0];
+    if !others.is_empty() {
+        shares.push(1.2);
+        views.push(Grid::new(others).with_grid_columns(4).into());
+    }
+    Vertical::new(views).with_row_shares(shares).with_name(group.name.as_str()).into()
+}
+
 /// A diagram with some air around it for the numbers of its axes.
 fn plane(properties: &mut Properties, shown: &Shown) -> ContainerLike {
     let view = Spatial2DView::new(shown.title.as_str())
         .with_origin(format!("/{}", shown.root))
         .with_contents([format!("+ /{}/**", shown.root)]);
-    let [width, height] = shown.size;
-    let bounds =
-        Range2D { x_range: [-0.2, width + 0.1].into(), y_range: [-0.14, height + 0.26].into() };
+    let (width, line) = (shown.width, f64::from(shown.line));
+    let bounds = Range2D {
+        x_range: [-4.0 * line, width + 2.0 * line].into(),
+        y_range: [-2.8 * line, 1.0 + 5.2 * line].into(),
+    };
     let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
     let trail = past(shown.trail);
     for entity in &shown.trails {

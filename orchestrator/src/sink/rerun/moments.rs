@@ -44,6 +44,11 @@ impl Moments {
         self.0.clear();
     }
 
+    /// Forgets all but the last `count`.
+    pub fn keep_last(&mut self, count: usize) {
+        self.0.drain(..self.0.len().saturating_sub(count));
+    }
+
     /// From the first one to the last one [ns].
     pub fn span(&self) -> i64 {
         self.0.first().zip(self.0.last()).map_or(0, |(first, last)| last.time - first.time)

@@ -46,6 +46,12 @@ fn shade(color: [u8; 3], round: usize) -> [u8; 3] {
     color.map(|it| (f32::from(it) * (1.0 - share) + toward * share) as u8)
 }
 
+/// The colour of an area behind lines of this colour, on the viewer's dark background.
+pub(super) fn dimmed(color: Color) -> Color {
+    let [red, green, blue, _] = color.to_array();
+    Color::from([red, green, blue].map(|it| (0.3 * f32::from(it) + 10.0) as u8))
+}
+
 /// The colour, so opaque from 0 to 255.
 pub(super) fn faded(color: Color, opacity: u8) -> Color {
     let [red, green, blue, _] = color.to_array();

@@ -1,40 +1,35 @@
-//! Draws diagrams of one quantity over another, which the viewer has no view for: axes, curves, and points that move.
+//! Draws diagrams of one quantity over another, which the viewer has no view for: curves, and points that move.
 
 use rerun::{
-    Color, EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,
-    TimeColumn,
+    EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult, TimeColumn,
 };
 
+use super::LIMIT;
 use super::contender::Contender;
+use super::frame::{Frame, Strip};
 use super::moments::{Moment, Moments};
 use super::palette::{Palette, faded};
-use super::{LIMIT, round_number};
 use crate::sink::Row;
 use crate::view::{Function, Plane};
 
 /// Width by height of a diagram without a circle; with one, both axes have the same scale.
 const ASPECT: f64 = 1.1;
-/// Ticks of an axis at most.
-const TICKS: f64 = 6.0;
 /// Pieces that a curve is drawn in.
 const PIECES: usize = 160;
+/// Height of a line of text in a diagram of height 1.
+const LINE: f32 = 0.05;
+/// Spaces between ticks of an axis at most.
+const TICKS: f64 = 6.0;
 /// Curves that depend on signals are drawn anew after this time [ns].
 const REDRAW: i64 = 100_000_000;
-
-const GRID: [u8; 3] = [58, 58, 64];
-const AXIS: [u8; 3] = [120, 120, 126];
-const TEXT: [u8; 3] = [190, 190, 195];
 
 /// The diagrams, with what was not sent yet.
 pub(super) struct Planes(Vec<Drawing>);
 
-/// The places that a line goes through.
-type Strip = Vec<[f32; 2]>;
-
 struct Drawing {
-    number: usize,
     contender: Contender,
     plane: Plane,
+    frame: Frame,
     /// Places of each point.
     points: Vec<Vec<[f32; 2]>>,
     /// Curves that depend on signals: which, when, and how they run.
@@ -48,8 +43,10 @@ struct Drawing {
 pub(super) struct Shown {
     pub title: String,
     pub root: String,
-    /// Width and height.
-    pub size: [f64; 2],
+    /// Width of a diagram of height 1.
+    pub width: f64,
+    /// Height of a line of text.
+    pub line: f32,
     /// Entities that leave a trail, and for how long [s].
     pub trails: Vec<EntityPath>,
     pub trail: f64,
@@ -68,10 +65,10 @@ impl Planes {
             let shown = |(_, it): &(usize, &Function)| it.moves && contender.is_first();
             let moving = plane.curves.iter().enumerate().filter(shown);
             Drawing {
-                number: first + index,
                 contender: contender.clone(),
                 points: vec![Vec::new(); plane.points.len()],
                 curves: moving.map(|(it, _)| (it, Moments::default(), Vec::new())).collect(),
+                frame: frame(first + index, plane),
                 plane: plane.clone(),
                 drawn: None,
                 numbers: vec![0.0; numbers + 1],
@@ -82,20 +79,21 @@ impl Planes {
 
     /// The entity that a diagram is below.
     pub fn root(&self, diagram: usize) -> String {
-        self.0[diagram].root()
+        self.0[diagram].frame.root.clone()
     }
 
     /// Where coordinates are in a diagram's view.
     pub fn place(&self, diagram: usize, coordinates: [f64; 2]) -> [f32; 2] {
-        self.0[diagram].place(coordinates)
+        self.0[diagram].frame.place(coordinates)
     }
 
     /// What the layout needs.
     pub fn shown(&self) -> Vec<Shown> {
         let shown = |it: &Drawing| Shown {
             title: it.plane.title.clone(),
-            root: it.root(),
-            size: it.size(),
+            root: it.frame.root.clone(),
+            width: it.frame.width,
+            line: LINE,
             trails: (0..it.points.len()).map(|point| it.path("trails", point)).collect(),
             trail: it.plane.trail,
         };
@@ -120,7 +118,7 @@ impl Planes {
         for it in &mut self.0 {
             for point in 0..it.points.len() {
                 let [x, y] = it.plane.points[point].place.each_ref().map(|of| of.value(time, row));
-                let place = it.place([x, y]);
+                let place = it.frame.place([x, y]);
                 it.points[point].push(place);
             }
             if !it.curves.is_empty() && it.drawn.is_none_or(|drawn| moment.time >= drawn + REDRAW) {
@@ -163,33 +161,15 @@ impl Planes {
 }
 
 impl Drawing {
-    fn root(&self) -> String {
-        format!("planes/{}", self.number)
-    }
-
     fn path(&self, what: &str, number: usize) -> EntityPath {
-        self.contender.below(&self.root(), &format!("{what}/{}", number + 1))
-    }
-
-    fn size(&self) -> [f64; 2] {
-        let [x, y] = self.plane.ranges.map(|[from, to]| (to - from).abs());
-        [if self.plane.circle.is_some() { x / y } else { ASPECT }, 1.0]
-    }
-
-    /// Where coordinates are in the view, whose y points down.
-    fn place(&self, coordinates: [f64; 2]) -> [f32; 2] {
-        let [x, y] = [0, 1].map(|axis| {
-            let [from, to] = self.plane.ranges[axis];
-            (coordinates[axis] - from) / (to - from)
-        });
-        [(x * self.size()[0]) as f32, (1.0 - y) as f32]
+        self.contender.below(&self.frame.root, &format!("{what}/{}", number + 1))
     }
 
     fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         // Axes, circle and curves are there once for all runs.
         let first = self.contender.is_first();
         if first {
-            self.describe_axes(stream)?;
+            self.frame.describe(stream)?;
         }
         let Plane { points, curves, circle, .. } = &self.plane;
         let mut palette = Palette::default();
@@ -221,71 +201,20 @@ impl Drawing {
         }
         if let Some(radius) = circle.filter(|_| first) {
             let angles = (0..=72).map(|it| f64::from(it) * std::f64::consts::TAU / 72.0);
-            let points = angles.map(|it| self.place([radius * it.cos(), radius * it.sin()]));
+            let points = angles.map(|it| self.frame.place([radius * it.cos(), radius * it.sin()]));
             let circle = LineStrips2D::new([points.collect::<Vec<_>>()])
                 .with_colors([LIMIT])
                 .with_radii([Radius::new_ui_points(1.0)])
                 .with_draw_order(10.0);
-            stream.log_static(format!("{}/circle", self.root()), &circle)?;
+            stream.log_static(format!("{}/circle", self.frame.root), &circle)?;
         }
-        self.describe_legend(stream, &legend)
-    }
-
-    /// The grid with its numbers, and what the axes show.
-    fn describe_axes(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let (mut lines, mut colors, mut places, mut labels) = (vec![], vec![], vec![], vec![]);
-        let ranges = self.plane.ranges;
-        for axis in [0, 1] {
-            let [from, to] = ranges[axis];
-            let spacing = round_number((to - from).abs() / TICKS);
-            let across = ranges[1 - axis];
-            let point = |along: f64, across: f64| {
-                self.place(if axis == 0 { [along, across] } else { [across, along] })
-            };
-            let (first, last) = (from.min(to) / spacing, from.max(to) / spacing);
-            for tick in (first - 1e-9).ceil() as i64..=(last + 1e-9).floor() as i64 {
-                let value = tick as f64 * spacing;
-                lines.push(across.map(|end| point(value, end)).to_vec());
-                colors.push(if tick == 0 { AXIS } else { GRID });
-                let [x, y] = point(value, across[0]);
-                places.push(if axis == 0 { [x, y + 0.05] } else { [x - 0.08, y - 0.02] });
-                labels.push(tick_label(value, spacing));
-            }
-        }
-        let width = self.size()[0] as f32;
-        let names = self.plane.labels.clone();
-        places.extend([[0.5 * width, 1.13], [0.5 * width, -0.09]]);
-        labels.extend([format!("→ {}", names[0]), format!("↑ {}", names[1])]);
-        let grid = LineStrips2D::new(lines)
-            .with_colors(colors)
-            .with_radii([Radius::new_ui_points(0.5)])
-            .with_draw_order(0.0);
-        stream.log_static(format!("{}/grid", self.root()), &grid)?;
-        let labels = Points2D::new(places)
-            .with_labels(labels)
-            .with_show_labels(true)
-            .with_colors([TEXT])
-            .with_radii([Radius::new_ui_points(0.0)]);
-        stream.log_static(format!("{}/labels", self.root()), &labels)
-    }
-
-    fn describe_legend(
-        &self,
-        stream: &RecordingStream,
-        entries: &[(Color, String)],
-    ) -> RecordingStreamResult<()> {
         // Below that of the first run.
-        let above = match self.contender.is_first() {
+        let above = match first {
             true => 0,
             false => self.plane.points.len() + self.plane.curves.len(),
         };
-        let place = |(row, _): (usize, _)| [0.22, 0.03 + 0.08 * (above + row) as f32];
-        let legend = Points2D::new(entries.iter().enumerate().map(place))
-            .with_labels(entries.iter().map(|(_, label)| label.as_str()))
-            .with_show_labels(true)
-            .with_colors(entries.iter().map(|(color, _)| *color))
-            .with_radii([Radius::new_ui_points(0.0)]);
-        stream.log_static(self.contender.below(&self.root(), "legend"), &legend)
+        let path = self.contender.below(&self.frame.root, "legend");
+        self.frame.describe_legend(stream, path, above, &legend)
     }
 
     fn redraw(&mut self, moment: Moment, time: f64, row: &Row) {
@@ -318,15 +247,23 @@ impl Drawing {
             }
             let y = curve.y.value(time, numbers, texts);
             if within.contains(&y) {
-                strip.push(self.place([x, y]));
+                strip.push(self.frame.place([x, y]));
             }
         }
         strip
     }
 }
 
-/// As many digits as ticks at this distance differ by.
-fn tick_label(value: f64, spacing: f64) -> String {
-    let digits = (-spacing.log10().floor()).max(0.0) as usize;
-    format!("{value:.digits$}")
+fn frame(number: usize, plane: &Plane) -> Frame {
+    let [x, y] = plane.ranges.map(|[from, to]| (to - from).abs());
+    Frame {
+        root: format!("planes/{number}"),
+        labels: plane.labels.clone(),
+        ranges: plane.ranges,
+        width: if plane.circle.is_some() { x / y } else { ASPECT },
+        line: LINE,
+        ticks: TICKS,
+    }
+}
+
 }

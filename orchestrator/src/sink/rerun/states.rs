@@ -57,6 +57,14 @@ impl States {
         }
     }
 
+    /// Forgets all but the last change of each.
+    pub fn forget_past(&mut self) {
+        for track in &mut self.0 {
+            track.moments.keep_last(1);
+            track.states.drain(..track.states.len().saturating_sub(1));
+        }
+    }
+
     /// Sends the changes and forgets them.
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in self.0.iter_mut().filter(|it| !it.states.is_empty()) {

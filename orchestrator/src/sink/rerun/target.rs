@@ -1,14 +1,17 @@
 //! Opens the file, the connection or the server that a recording goes to.
 
-use std::net::{Ipv4Addr, TcpListener, TcpStream, ToSocketAddrs};
+use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use rerun::external::re_uri::RedapUri;
-use rerun::{RecordingStream, RecordingStreamBuilder, ServerOptions};
+use rerun::{MemoryLimit, RecordingStream, RecordingStreamBuilder, ServerOptions};
 
 /// How long a viewer may take to answer at all.
 pub(super) const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
+
+/// What the server keeps for viewers that connect later [bytes]; beyond that it forgets the oldest rows.
+const SERVER_MEMORY: u64 = 1 << 30;
 
 /// Where a recording goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,8 +20,8 @@ pub enum Target {
     File(PathBuf),
     /// To the viewer that listens at this address, `rerun+http://127.0.0.1:9876/proxy` or `host:port`.
     Connect(String),
-    /// To the viewers of this machine that ask for it, at [`RerunSink::url`](super::RerunSink::url).
-    Serve,
+    /// To the viewers that ask for it at this address of this machine, see [`RerunSink::url`](super::RerunSink::url).
+    Serve(IpAddr),
 }
 
 impl Target {
@@ -27,7 +30,7 @@ impl Target {
         match self {
             Target::File(path) => path.clone(),
             Target::Connect(url) => PathBuf::from(url),
-            Target::Serve => PathBuf::from("Rerun server"),
+            Target::Serve(_) => PathBuf::from("Rerun server"),
         }
     }
 
@@ -48,7 +51,7 @@ pub(super) fn open(
             Ok((stream, None))
         }
         Target::Connect(url) => Ok((connect(builder, url)?, None)),
-        Target::Serve => serve(builder).map(|(stream, url)| (stream, Some(url))),
+        Target::Serve(address) => serve(builder, *address).map(|(stream, url)| (stream, Some(url))),
     }
 }
 
@@ -70,16 +73,30 @@ fn connect(builder: RecordingStreamBuilder, url: &str) -> Result<RecordingStream
     builder.connect_grpc_opts(url).map_err(|it| it.to_string())
 }
 
-fn serve(builder: RecordingStreamBuilder) -> Result<(RecordingStream, String), String> {
-    let local = Ipv4Addr::LOCALHOST;
+fn serve(
+    builder: RecordingStreamBuilder,
+    address: IpAddr,
+) -> Result<(RecordingStream, String), String> {
     // The SDK's server does not tell when its port is taken.
-    let port = TcpListener::bind((local, rerun::DEFAULT_SERVER_PORT))
-        .or_else(|_| TcpListener::bind((local, 0)))
+    let port = TcpListener::bind((address, rerun::DEFAULT_SERVER_PORT))
+        .or_else(|_| TcpListener::bind((address, 0)))
         .and_then(|it| it.local_addr())
-        .map_err(|it| format!("no port to serve on: {it}"))?
+        .map_err(|it| format!("cannot serve at {address}: {it}"))?
         .port();
-    let options = ServerOptions::default();
-    let stream =
-        builder.serve_grpc_opts(local.to_string(), port, options).map_err(|it| it.to_string())?;
-    Ok((stream, format!("rerun+http://{local}:{port}/proxy")))
+    let options = ServerOptions {
+        memory_limit: MemoryLimit::from_bytes(SERVER_MEMORY),
+        ..ServerOptions::default()
+    };
+    let host = match address {
+        IpAddr::V4(address) => address.to_string(),
+        IpAddr::V6(address) => format!("[{address}]"),
+    };
+    let stream = builder.serve_grpc_opts(host, port, options).map_err(|it| it.to_string())?;
+    // "All addresses" is not one to connect to.
+    let known = match address {
+        IpAddr::V4(it) if it.is_unspecified() => std::net::Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(it) if it.is_unspecified() => std::net::Ipv6Addr::LOCALHOST.into(),
+        address => address,
+    };
+    Ok((stream, format!("rerun+http://{}/proxy", SocketAddr::new(known, port))))
 }

@@ -52,6 +52,14 @@ impl Texts {
         }
     }
 
+    /// Forgets all but the last change of each.
+    pub fn forget_past(&mut self) {
+        for track in &mut self.0 {
+            track.moments.keep_last(1);
+            track.changes.drain(..track.changes.len().saturating_sub(1));
+        }
+    }
+
     /// Sends the changes and forgets them.
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in self.0.iter_mut().filter(|it| !it.changes.is_empty()) {

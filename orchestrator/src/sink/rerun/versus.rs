@@ -8,13 +8,15 @@ use rerun::{
 };
 
 use super::contender::{Contender, OTHER};
+use super::delivery::{PATIENCE, settle};
 use super::delta::Course;
+use super::diagrams::Diagrams;
 use super::drawing::Drawing;
 use super::layout::Layout;
 use super::lead::Lead;
 use super::moments::Moments;
 use super::signals::{Chart, Line};
-use super::{FILE_BATCH, PATIENCE, application, settle};
+use super::{FILE_BATCH, application};
 use crate::comparison::Comparison;
 use crate::error::Error;
 use crate::sink::{Event, Row, Sink};
@@ -51,6 +53,7 @@ impl Comparison {
             charts: overlaid(timed.then_some(&delta), charts, more),
             derived: Vec::new(),
             planes: first.planes.shown_with(&other.planes),
+            diagrams: Diagrams::default(),
             states: !a.header.texts.is_empty(),
             texts: [&first, &other].iter().flat_map(|it| it.texts.paths()).collect(),
             compared: true,

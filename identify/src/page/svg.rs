@@ -1,0 +1,190 @@
+//! Draws a plot as SVG. Colours and sizes are the page's CSS.
+
+use std::fmt::Write;
+
+use super::plot::{Layer, Plot, Shape};
+use crate::text::escape;
+
+/// Space for the labels of the axes [px]: left, right, top, bottom.
+const MARGIN: [f64; 4] = [58.0, 14.0, 10.0, 44.0];
+
+impl Plot {
+    fn area(&self) -> [f64; 2] {
+        [self.size[0] - MARGIN[0] - MARGIN[1], self.size[1] - MARGIN[2] - MARGIN[3]]
+    }
+
+    /// Position in the drawing area [px]. Far outside is cut: browsers lose digits of large coordinates.
+    fn at(&self, x: f64, y: f64) -> Option<(f64, f64)> {
+        let [width, height] = self.area();
+        let (x, y) = (self.x.share(x) * width, (1.0 - self.y.share(y)) * height);
+        (x.is_finite() && y.is_finite()).then(|| (x.clamp(-1e4, 1e4), y.clamp(-1e4, 1e4)))
+    }
+
+    fn path(
+        &self,
+        svg: &mut String,
+        points: impl Iterator<Item = (f64, f64)>,
+        (kind, class): (&str, &str),
+    ) {
+        let mut path = String::new();
+        let mut pen_down = false;
+        for (x, y) in points {
+            match self.at(x, y) {
+                Some((x, y)) => {
+                    let _ = write!(path, "{}{x:.1} {y:.1}", if pen_down { "L" } else { "M" });
+                    pen_down = true;
+                }
+                None => pen_down = false,
+            }
+        }
+        if !path.is_empty() {
+            let _ = writeln!(svg, r#"<path class="{kind} {class}" d="{path}"/>"#);
+        }
+    }
+
+    fn layer(&self, svg: &mut String, layer: &Layer) {
+        let Layer { shape, class, points, .. } = layer;
+        let lower = || points.iter().map(|&(x, ends)| (x, ends[0]));
+        match shape {
+            Shape::Line => self.path(svg, lower(), ("line", class)),
+            Shape::Dash => self.path(svg, lower(), ("dash", class)),
+            Shape::Band => {
+                let upper = points.iter().map(|&(x, ends)| (x, ends[1]));
+                let outline = upper.chain(lower().rev());
+                let inside = outline.filter(|&(x, y)| self.at(x, y).is_some());
+                self.path(svg, inside, ("band", class));
+            }
+            Shape::Dot(radius) => {
+                for (x, y) in lower().filter_map(|(x, y)| self.at(x, y)) {
+                    let _ = writeln!(
+                        svg,
+                        r#"<circle class="dot {class}" cx="{x:.1}" cy="{y:.1}" r="{radius}"/>"#
+                    );
+                }
+            }
+        }
+    }
+
+    /// The legend, for several plots together.
+    pub fn keys(&self) -> String {
+        let key = |Layer { shape, class, name, .. }: &Layer| {
+            let mark = match shape {
+                Shape::Line => "line",
+                Shape::Dash => "dash",
+                Shape::Band => "band",
+                Shape::Dot(_) => "dot",
+            };
+            format!(r#"<span class="key"><i class="{mark} {class}"></i>{}</span> "#, escape(name))
+        };
+        self.layers.iter().filter(|layer| !layer.name.is_empty()).map(key).collect()
+    }
+
+    /// The plot with a title and its legend, as a `figure`.
+    pub fn figure(&self, title: &str) -> String {
+        self.captioned(title, &self.keys())
+    }
+
+    /// The plot with a title alone, for one of several with the same legend.
+    pub fn figure_of_many(&self, title: &str) -> String {
+        self.captioned(title, "")
+    }
+
+    fn captioned(&self, title: &str, keys: &str) -> String {
+        let [left, _, top, _] = MARGIN;
+        let ([full_width, full_height], [width, height]) = (self.size, self.area());
+        let title = escape(title);
+        let mut svg = format!(
+            "<figure><svg viewBox=\"0 0 {full_width} {full_height}\" role=\"img\" aria-label=\"{title}\">\n"
+        );
+        self.axes(&mut svg);
+        // An inner svg cuts off what leaves the drawing area.
+        let _ = writeln!(svg, r#"<svg x="{left}" y="{top}" width="{width}" height="{height}">"#);
+        self.layers.iter().for_each(|layer| self.layer(&mut svg, layer));
+        let _ = write!(
+            svg,
+            "</svg>\n</svg>\n<figcaption><b>{title}</b> {keys}</figcaption></figure>\n"
+        );
+        svg
+    }
+
+    fn axes(&self, svg: &mut String) {
+        let [left, _, top, _] = MARGIN;
+        let [width, height] = self.area();
+        let bottom = top + height;
+        for (value, text) in self.x.ticks(width / 55.0) {
+            let x = left + self.x.share(value) * width;
+            let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{bottom}"/>"#);
+            let _ = writeln!(
+                svg,
+                r#"<text class="tick" x="{x:.1}" y="{:.1}">{text}</text>"#,
+                bottom + 16.0
+            );
+        }
+        for (value, text) in self.y.ticks(height / 40.0) {
+            let y = top + (1.0 - self.y.share(value)) * height;
+            let _ = writeln!(svg, r#"<path class="grid" d="M{left} {y:.1}H{:.1}"/>"#, left + width);
+            let _ = writeln!(
+                svg,
+                r#"<text class="tick end" x="{:.1}" y="{:.1}">{text}</text>"#,
+                left - 7.0,
+                y + 4.0
+            );
+        }
+        let _ = writeln!(
+            svg,
+            r#"<path class="frame" d="M{left} {top}V{bottom}H{:.1}"/>"#,
+            left + width
+        );
+        let (x, y) = (left + 0.5 * width, self.size[1] - 8.0);
+        let _ = writeln!(
+            svg,
+            r#"<text class="label" x="{x:.1}" y="{y:.1}">{}</text>"#,
+            escape(self.x.label())
+        );
+        let middle = top + 0.5 * height;
+        let _ = writeln!(
+            svg,
+            r#"<text class="label" transform="translate(13 {middle:.1}) rotate(-90)">{}</text>"#,
+            escape(self.y.label())
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::axis::Axis;
+    use super::*;
+
+    fn plot() -> Plot {
+        Plot::new([300.0, 200.0], Axis::linear("x <s>", 0.0, 1.0), Axis::about("y", [-1.0, 1.0]))
+    }
+
+    #[test]
+    fn what_is_no_number_is_left_out() {
+        let mut plot = plot();
+        plot.line(&[(0.0, 0.0), (0.5, f64::NAN), (1.0, 0.0), (1.0, 1.0)], "c0", "");
+        plot.dots(&[(f64::INFINITY, 0.0), (0.5, 0.0)], 2.0, "c0", "");
+        plot.band(&[(0.0, [f64::NAN, 1.0]), (1.0, [-1.0, 1e300])], "c0", "");
+        let drawn = plot.figure("t");
+        assert!(!drawn.contains("NaN") && !drawn.contains("inf"));
+        assert_eq!(drawn.matches("<circle").count(), 1);
+        assert_eq!(drawn.matches('M').count() - drawn.matches("class=\"grid\"").count() - 1, 3);
+    }
+
+    #[test]
+    fn points_are_where_their_numbers_are() {
+        let mut plot = plot();
+        plot.dots(&[(0.0, 0.0), (1.0, 1.1)], 2.0, "c0", "n <1>");
+        let drawn = plot.figure("a & b");
+        // The drawing area is 228 px wide and 146 px high; y reaches from −1.1 to 1.1.
+        assert!(
+            drawn.contains(r#"cx="0.0" cy="73.0""#) && drawn.contains(r#"cx="228.0" cy="0.0""#),
+            "{drawn}"
+        );
+        assert!(
+            drawn.contains("n &lt;1&gt;")
+                && drawn.contains("a &amp; b")
+                && drawn.contains("x &lt;s&gt;")
+        );
+    }
+}
