@@ -5,7 +5,7 @@ use plugin::Host;
 
 use super::axis::Axis;
 use super::plot::{Class, Plot};
-use super::{Method, Section, replay, unit};
+use super::{Section, replay, unit};
 use crate::parameters::{Parameter, Theta, curve, theta};
 use crate::posterior::{Posterior, quantile, std};
 use crate::quantity::Quantity;
@@ -114,7 +114,7 @@ fn curves(section: &Section) -> Option<Plot> {
 
 /// How far each fit was from its end: the cost above that of the end, of variational inference the evidence lower bound below it.
 fn trace(section: &Section) -> Option<Plot> {
-    let ways: Vec<(&Method, Class, Vec<(f64, f64)>)> = section
+    let ways: Vec<_> = section
         .methods
         .iter()
         .zip(COLOURS.into_iter().cycle())
@@ -126,7 +126,7 @@ fn trace(section: &Section) -> Option<Plot> {
             let distances = values.iter().map(|value| (value - last).abs()).enumerate();
             let points = distances.map(|(step, distance)| (step as f64, distance));
             // Where the last value is met there is no logarithm.
-            (method, class, points.filter(|point| point.1 > 0.0).collect())
+            (method, class, points.filter(|point| point.1 > 0.0).collect::<Vec<_>>())
         })
         .collect();
     let points = || ways.iter().flat_map(|way| &way.2);
