@@ -1,6 +1,8 @@
 //! Draws the axes and the legend of a diagram, and tells where in it things are.
 
-use rerun::{Color, EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult};
+use rerun::{
+    Color, EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,
+};
 
 use super::round_number;
 

@@ -265,5 +265,3 @@ fn frame(number: usize, plane: &Plane) -> Frame {
         ticks: TICKS,
     }
 }
-
-}
