@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use plugin::{Diagram, Host, Plugin, Request, Signal};
+use plugin::{Diagram, Host, Layer, Plugin, Request, Shape, Signal};
 use serde_json::Value;
 
 use crate::error::Error;
@@ -199,7 +199,20 @@ impl Host for Bench<'_> {
     }
 
     fn diagram(&mut self, group: &str, diagram: &Diagram) {
-        let result = self.sink.diagram((self.name, group), diagram);
+        let apart = |[from, to]: &[f64; 2]| from.is_finite() && to.is_finite() && from != to;
+        let even = |layer: &Layer| {
+            let band = layer.shape == Shape::Band;
+            layer.y.len() == layer.x.len() && (!band || layer.upper.len() == layer.x.len())
+        };
+        let result = if diagram.ranges.iter().all(apart) && diagram.layers.iter().all(even) {
+            self.sink.diagram((self.name, group), diagram)
+        } else {
+            let what = format!(
+                "expected axes with two different, finite ends and layers with columns of equal length in the diagram `{}`, found others",
+                diagram.title
+            );
+            Err(Error::analysis(self.name, what))
+        };
         self.judge(result);
     }
 

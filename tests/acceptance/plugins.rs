@@ -69,7 +69,8 @@ fn an_analysis_of_a_file_needs_no_run_and_what_it_leaves_goes_with_the_next_run(
     run(&lab, &format!("{head}{table}{check}")).expect(0);
     assert_eq!(lab.read("out/note.txt"), "a note");
     assert_eq!(lab.report("out")["files"], serde_json::json!(["note.txt"]));
-    run(&lab, &format!("{}{table}", head.replace("writes", "rests"))).expect(0);
+    // A shape and a role that nobody knows are drawn as a plain line.
+    run(&lab, &format!("{}{table}", head.replace("writes", "draws"))).expect(0);
     assert!(!lab.has("out/note.txt"));
 }
 
@@ -132,6 +133,8 @@ fn a_plugin_that_fails_is_told_and_the_recording_stays() {
         ("escapes", "expected the name of a file of its own"),
         ("overwrites", "found `report.json`"),
         ("backwards", "rising times"),
+        ("draws half", "layers with columns of equal length in the diagram `x over y`"),
+        ("draws flat", "two different, finite ends"),
     ] {
         let text = scenario(&format!("{SPEED}config = {{ mode = \"{mode}\" }}\n"));
         run(&lab, &text).expect(3).says(&[says]);

@@ -1,3 +1,5 @@
+//! Compares runs of known rows.
+
 use super::*;
 use crate::sink::{Direction, Kind};
 

@@ -7,10 +7,13 @@
 typedef struct { const char *data; size_t len; } Text;
 typedef struct { Text name, unit; const double *time, *values; size_t len; } Column;
 typedef struct { Text name, unit, description; bool required; } Need;
+typedef struct { Text name; uint32_t shape, role; const double *x, *y, *upper; size_t len; } Layer;
+typedef struct { Text title, axes[2]; double ranges[2][2]; const Layer *layers; size_t count; } Diagram;
 typedef struct {
     void *context;
     bool (*progress)(void *, double, Text);
     void (*record)(void *, Text, const Column *, size_t);
+    void (*diagram)(void *, Text, const Diagram *);
     void (*file)(void *, Text, Text);
     void (*done)(void *, bool, Text);
 } Callbacks;
@@ -34,6 +37,11 @@ static void run(Text config, const Column *columns, size_t count, const Callback
     if (says(config, "escapes")) host->file(host->context, text("../escaped.txt"), text("out"));
     if (says(config, "overwrites")) host->file(host->context, text("report.json"), text("{}"));
     if (says(config, "backwards")) host->record(host->context, text("group"), &column, 1);
+    if (says(config, "draws")) {
+        Layer layer = {text("curve"), 7, 9, time, says(config, "half") ? NULL : values, NULL, 2};
+        Diagram diagram = {text("x over y"), {text("x"), text("y")}, {{0.0, 1.0}, {says(config, "flat") ? 1.0 : 0.0, 1.0}}, &layer, 1};
+        host->diagram(host->context, text("group"), &diagram);
+    }
     if (says(config, "writes")) host->file(host->context, text("note.txt"), text("a note"));
     if (says(config, "finds")) host->file(host->context, text("found.toml"), text("\"twin.body.m\" = 900.0"));
     if (says(config, "errs")) host->file(host->context, text("found.toml"), text("[twin]\nbody.mm = 900.0"));
