@@ -4,7 +4,7 @@
 //! - `noisy COUNT`: the same with noise of 0.005 in the slip, and shifts S_h and S_v that are not known.
 //! - `ranks COUNT [SAMPLES [FIRST]]`: simulation-based calibration (Talts et al., 2018). Truths are drawn from the box; their ranks among the
 //!   draws must be uniform; FIRST is the first seed. The statistic of Kolmogorov and Smirnov is below 1.358/√COUNT in 95 % of sets of seeds.
-//! - `brute COUNT SAMPLES [NODES]`: moments against brute-force quadrature, for truths drawn from the box. Ranks hardly see a
+//! - `brute COUNT SAMPLES [NODES [FIRST]]`: moments against brute-force quadrature, for truths drawn from the box. Ranks hardly see a
 //!   missed mode that is narrow, this does.
 //!
 //! Each line is a level of excitation. Slips have no noise unless it says so, forces one of 0.05.
@@ -53,7 +53,7 @@ fn main() -> Result<(), Failure> {
         Some("coverage") => coverage(count, number(2, 1000)?, &[0.02, 0.08, 0.2, 0.75, 1.0], None),
         Some("noisy") => coverage(count, number(2, 1000)?, &[0.2, 0.75, 1.0], Some(0.005)),
         Some("ranks") => ranks(count, number(2, 400)?, number(3, 0)?),
-        Some("brute") => brute(count, number(2, 400)?, number(3, 64)?),
+        Some("brute") => brute(count, number(2, 400)?, number(3, 64)?, number(4, 0)?),
         _ => Err(USAGE.into()),
     }
 }
@@ -161,12 +161,12 @@ fn largest_gap(ascending: &[f64]) -> f64 {
     ascending.iter().enumerate().map(gap).fold(0.0, f64::max)
 }
 
-fn brute(count: usize, size: usize, nodes: usize) -> Result<(), Failure> {
+fn brute(count: usize, size: usize, nodes: usize, first: usize) -> Result<(), Failure> {
     let prior = Prior::longitudinal();
     for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
         let (mut errors, mut ratios, mut seconds) = (Vec::new(), Vec::new(), Vec::new());
         let (mut outside, mut inexact, mut misplaced) = (0, 0, 0.0_f64);
-        for seed in 0..count {
+        for seed in first..first + count {
             let begin = Instant::now();
             let (_, samples, found) = of_prior(seed, size, level)?;
             seconds.push(begin.elapsed().as_secs_f64());

@@ -12,7 +12,6 @@ mod error;
 mod evaluation;
 mod filter;
 mod identified;
-mod importance;
 mod lanes;
 pub mod likelihood;
 mod options;

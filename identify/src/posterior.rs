@@ -3,6 +3,8 @@
 //! Whatever method made the draws, everything that is told of uncertainty comes from here.
 
 pub mod grid;
+pub mod importance;
+mod local;
 pub mod predictive;
 pub mod psis;
 pub mod report;
@@ -39,20 +41,20 @@ impl Default for Options {
     }
 }
 
-/// The best draws there are: from the grid where it can be relied on, else from a tempered population. `optima` are points
-/// not to miss.
+/// The best draws there are: from the grid where it can be relied on, else about the optima, else from a tempered population.
+/// `optima` are points not to miss.
 pub fn draw(data: &Compressed, prior: &Prior, optima: &[Theta], options: &Options) -> Found {
     let found = grid::draw(data, prior, optima, options);
     match found {
         Some(found) if found.report.is_exact() => found,
-        other => {
+        other => local::draw(data, prior, optima, options).unwrap_or_else(|| {
             let report = other.map(|found| found.report).unwrap_or_default();
             let members = options.draws.div_ceil(2);
             let usual = tempered::Options::default();
             let population = tempered::Options { members, seed: options.seed, ..usual };
             let posterior = tempered::draw(data, prior, &population);
             Found { posterior, report: Report { method: Method::Tempered, ..report } }
-        }
+        }),
     }
 }
 

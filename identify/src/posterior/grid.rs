@@ -20,7 +20,7 @@ use crate::compressed::Compressed;
 use crate::parameters::{COUNT, Parameter, Theta};
 use crate::prior::Prior;
 use linear::Linear;
-use plane::{Cell, Place, Plane};
+use plane::{Cell, Place, Plane, is_hopeless};
 
 const S_H: usize = Parameter::S_h as usize;
 
@@ -50,7 +50,11 @@ pub fn draw(
     let linear = Linear::new(data, prior, near[S_H]);
     let least = optima.iter().map(|theta| data.squares(theta)).fold(f64::INFINITY, f64::min);
     let least = if least.is_finite() { least } else { 1e-3 * data.square() };
-    let plane = Plane::new(&linear, prior, optima, linear.relative_noise(least));
+    let noise = linear.relative_noise(least);
+    if is_hopeless(noise, data.count() as f64) {
+        return None;
+    }
+    let plane = Plane::new(&linear, prior, optima, noise);
     let drawn = weighted(&plane, &linear, prior, options);
     let best = drawn.iter().map(|draw| draw.log_weight).fold(f64::NEG_INFINITY, f64::max);
     let mut weights: Vec<f64> = drawn.iter().map(|draw| (draw.log_weight - best).exp()).collect();

@@ -31,7 +31,7 @@ pub enum Status {
     Unresolved,
     /// No: few draws carry most of the weight.
     Uneven,
-    /// No grid was made: there are too few samples, or nothing is free.
+    /// No grid was made: there are too few samples, hardly any noise, or nothing is free.
     #[default]
     NotApplicable,
 }

@@ -5,6 +5,7 @@ mod held;
 mod judge;
 mod judge_shifts;
 mod moments;
+mod needle;
 mod robust;
 mod shifts;
 mod support;

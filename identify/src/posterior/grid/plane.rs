@@ -57,6 +57,15 @@ pub struct Plane<'a> {
     pub resolved: bool,
 }
 
+/// What of the data's likelihood counts at first, for each unit of the noise.
+const SOFT: f64 = 1.5e5;
+
+/// Whether noise is so small that not even the wide posterior of a part of the data leaves out any cell: then so many would be split
+/// that the grid ends before it resolves anything.
+pub fn is_hopeless(noise: f64, count: f64) -> bool {
+    KEEP / (SOFT * noise) > -0.5 * count * noise.ln()
+}
+
 impl<'a> Plane<'a> {
     /// Cells about all that counts. `seeds` are optima, `noise` is that of [`Linear::relative_noise`] at the best of them.
     pub fn new(linear: &'a Linear<'a>, prior: &'a Prior, seeds: &[Theta], noise: f64) -> Self {
@@ -86,7 +95,7 @@ impl<'a> Plane<'a> {
         let all = (0..self.size[0]).flat_map(|i| (0..self.size[1]).map(move |k| ((i, k), None)));
         self.visit(all.collect());
         // The posterior of fewer data first: it is wide enough for wide cells.
-        let mut beta = (1.5e5 * noise).min(1.0);
+        let mut beta = (SOFT * noise).min(1.0);
         let fixed = self.size == [1, 1];
         while !fixed && self.level < LEVELS && self.visited < CELLS * 4 && self.cells.len() < CELLS
         {

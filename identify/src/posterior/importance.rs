@@ -18,13 +18,13 @@ const ROUND: usize = 192;
 const ROUNDS: usize = 8;
 /// Share of a round's draws that count, from which on its distributions fit.
 const FITS: f64 = 0.3;
-/// Effective draws in the end: ends of 95 % intervals are then off by a tenth of a standard deviation.
-const ENOUGH: f64 = 500.0;
 /// Effective draws per dimension that a covariance is taken from; weights are flattened until there are so many.
 const FOR_COVARIANCE: f64 = 8.0;
 /// Power of the weights that flattens them once, and how often that is done at most.
 const FLATTER: f64 = 0.7;
 const MOST_FLATTENED: usize = 20;
+/// Effective draws below which they are no posterior.
+const FEWEST: f64 = 300.0;
 /// Least share of a round's draws that a mode gets.
 const LEAST_SHARE: f64 = 0.1;
 /// Degrees of freedom of the t distributions.
@@ -129,6 +129,11 @@ pub struct Sampled {
 }
 
 impl Sampled {
+    /// Whether the draws can stand for the density, but for modes that no start was near.
+    pub fn is_exact(&self) -> bool {
+        self.diagnosis.is_close() && self.effective() >= FEWEST
+    }
+
     /// How many independent draws say as much.
     pub fn effective(&self) -> f64 {
         self.diagnosis.effective_share * self.points.len() as f64
@@ -136,10 +141,11 @@ impl Sampled {
 }
 
 /// Draws from the density of this logarithm, which is asked for many points at once; NaN and −∞ are no density. Starts are means and covariances, one for each mode that is
-/// known. `go_on` is asked before each round. `None` if no start is usable or nobody wants to go on.
+/// known; `enough` is the number of effective draws that are wanted in the end. `go_on` is asked before each round. `None` if no start is usable or nobody wants to go on.
 pub fn sample(
     log_density: &impl Fn(&[DVector<f64>]) -> Vec<f64>,
     starts: &[(DVector<f64>, DMatrix<f64>)],
+    enough: f64,
     seed: u64,
     go_on: impl Fn() -> bool,
 ) -> Option<Sampled> {
@@ -159,12 +165,12 @@ pub fn sample(
         let (diagnosis, _) = own.weigh();
         if diagnosis.effective_share >= FITS && diagnosis.is_close() {
             let mut fresh = Pool::new(log_density);
-            let more = |share: f64, have: f64| ((ENOUGH - have) / share.max(FITS)).ceil() as usize;
+            let more = |share: f64, have: f64| ((enough - have) / share.max(FITS)).ceil() as usize;
             fresh.draw(&mixture, more(diagnosis.effective_share, 0.0), &mut random);
             let (first, _) = fresh.weigh();
             let have = first.effective_share * fresh.points.len() as f64;
             // The first share was that of few draws.
-            fresh.draw(&mixture, more(first.effective_share, have.min(ENOUGH)), &mut random);
+            fresh.draw(&mixture, more(first.effective_share, have.min(enough)), &mut random);
             let (diagnosis, weights) = fresh.weigh();
             let evaluations = all.points.len() + own.points.len() + fresh.points.len();
             if diagnosis.is_close() {
@@ -248,6 +254,8 @@ mod tests {
 
     use super::*;
 
+    const ENOUGH: f64 = 500.0;
+
     fn all(of: impl Fn(&DVector<f64>) -> f64) -> impl Fn(&[DVector<f64>]) -> Vec<f64> {
         move |points| points.iter().map(&of).collect()
     }
@@ -274,8 +282,8 @@ mod tests {
         let mut off = [[0.0; 2]; 3];
         let seeds = 12;
         for seed in 0..seeds {
-            let found =
-                sample(&all(banana), std::slice::from_ref(&start), seed, || true).expect("draws");
+            let found = sample(&all(banana), std::slice::from_ref(&start), ENOUGH, seed, || true)
+                .expect("draws");
             assert!(
                 found.effective() > 0.6 * ENOUGH && found.diagnosis.is_close(),
                 "{seed} {} {:?} {}",
@@ -311,7 +319,8 @@ mod tests {
             mean[0] = x;
             (mean, DMatrix::identity(8, 8))
         };
-        let found = sample(&all(bimodal), &[at(0.0), at(apart)], 3, || true).expect("draws");
+        let found =
+            sample(&all(bimodal), &[at(0.0), at(apart)], ENOUGH, 3, || true).expect("draws");
         let there = found.points.iter().zip(&found.weights).filter(|(z, _)| z[0] > 6.0);
         // A quarter as high and half as wide.
         assert_relative_eq!(there.map(|(_, w)| w).sum::<f64>(), 1.0 / 9.0, max_relative = 0.15);
@@ -320,9 +329,9 @@ mod tests {
     #[test]
     fn nothing_comes_of_nothing() {
         let start = [(DVector::zeros(8), DMatrix::<f64>::identity(8, 8))];
-        assert!(sample(&all(banana), &[], 0, || true).is_none());
-        assert!(sample(&all(banana), &start, 0, || false).is_none());
-        let found = sample(&all(|_| f64::NAN), &start, 0, || true);
+        assert!(sample(&all(banana), &[], ENOUGH, 0, || true).is_none());
+        assert!(sample(&all(banana), &start, ENOUGH, 0, || false).is_none());
+        let found = sample(&all(|_| f64::NAN), &start, ENOUGH, 0, || true);
         assert!(found.is_none_or(|found| !found.diagnosis.is_close()));
     }
 }
