@@ -50,9 +50,8 @@ mod versus;
 const RATE: f64 = 200.0;
 /// Rows that are sent at once to a file: enough that the cost per row is that of its numbers.
 const FILE_BATCH: usize = 5_000;
-/// Simulated time that is sent at once to a viewer [ns].
-const LIVE_BATCH: i64 = 1_000_000_000;
-/// A viewer gets what there is after this much wall clock, so that a slow run moves smoothly.
+/// A viewer gets what there is after this much wall clock: often enough for the eye, and seldom enough for a fast run, as each
+/// batch costs the same for each curve, whatever it holds.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// Numbers that are kept for a viewer that is slow; what comes on top of that it never gets.
 const LIVE_NUMBERS: usize = 1_000_000;
@@ -131,10 +130,8 @@ impl RerunSink {
 
     /// Whether the rows since the last batch are worth a batch.
     fn due(&self) -> bool {
-        if !self.delivery.is_live() {
-            return self.drawing.moments.len() >= FILE_BATCH;
-        }
-        self.drawing.moments.span() >= LIVE_BATCH || self.sent.elapsed() >= LIVE_PERIOD
+        let late = self.delivery.is_live() && self.sent.elapsed() >= LIVE_PERIOD;
+        late || self.drawing.moments.len() >= FILE_BATCH
     }
 
     /// Sends what was collected, once what was sent before has arrived. For a viewer that is slow rows are kept, and then dropped.

@@ -49,11 +49,6 @@ impl Moments {
         self.0.drain(..self.0.len().saturating_sub(count));
     }
 
-    /// From the first one to the last one [ns].
-    pub fn span(&self) -> i64 {
-        self.0.first().zip(self.0.last()).map_or(0, |(first, last)| last.time - first.time)
-    }
-
     /// The axes that every column has; without one of them it would vanish from that timeline.
     pub fn axes(&self) -> Vec<TimeColumn> {
         let mut axes = vec![
