@@ -29,7 +29,7 @@ use rayon::prelude::*;
 #[path = "../tests/posterior/judge.rs"]
 mod judge;
 
-use judge::{COUNT, quantities};
+use judge::{COUNT, Moments, quantities};
 
 const NAMES: [&str; COUNT] = ["B", "C", "D", "E", "K"];
 /// Draws of one posterior whose order among the truth is told: one in four, as neighbours may be equal.
@@ -161,6 +161,39 @@ fn largest_gap(ascending: &[f64]) -> f64 {
     ascending.iter().enumerate().map(gap).fold(0.0, f64::max)
 }
 
+/// How far draws are from what a judge says, for each of [`NAMES`].
+#[derive(Debug)]
+struct Off {
+    /// Means, in standard deviations.
+    means: [f64; COUNT],
+    /// Standard deviations, as shares.
+    ratios: [f64; COUNT],
+    /// Fourth moments over those of a normal distribution: a heavy tail leaves a standard deviation to few draws.
+    kurtosis: [f64; COUNT],
+    /// Share of the draws beyond [`NEEDLE`].
+    mass_above: f64,
+}
+
+impl Off {
+    fn new(draws: &[Theta], truth: &Moments) -> Self {
+        let count = draws.len() as f64;
+        let values = |i: usize| draws.iter().map(|theta| quantities(theta)[i]).collect::<Vec<_>>();
+        let relative = |i: usize, x: f64| (x - truth.mean[i]) / truth.std[i];
+        let fourth = |i: usize| values(i).iter().map(|x| relative(i, *x).powi(4)).sum::<f64>();
+        let above = draws.iter().filter(|theta| theta[3] > NEEDLE).count() as f64;
+        Self {
+            means: std::array::from_fn(|i| relative(i, mean(&values(i))).abs()),
+            ratios: std::array::from_fn(|i| (std(&values(i)) / truth.std[i] - 1.0).abs()),
+            kurtosis: std::array::from_fn(|i| fourth(i) / count / 3.0),
+            mass_above: (above / count - truth.mass_above).abs(),
+        }
+    }
+
+    fn is_far(&self) -> bool {
+        self.means.iter().chain(&self.ratios).any(|off| *off > 0.05)
+    }
+}
+
 fn brute(count: usize, size: usize, nodes: usize, first: usize) -> Result<(), Failure> {
     let prior = Prior::longitudinal();
     for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
@@ -171,23 +204,19 @@ fn brute(count: usize, size: usize, nodes: usize, first: usize) -> Result<(), Fa
             let (_, samples, found) = of_prior(seed, size, level)?;
             seconds.push(begin.elapsed().as_secs_f64());
             inexact += usize::from(!found.report.is_exact());
-            let truth = judge::judge(&Compressed::new(&samples), &prior, nodes, NEEDLE);
+            let data = Compressed::new(&samples);
             let draws = &found.posterior.draws;
-            let above = draws.iter().filter(|theta| theta[3] > NEEDLE).count() as f64;
-            misplaced = misplaced.max((above / draws.len() as f64 - truth.mass_above).abs());
-            let mut worst = [0.0_f64, 0.0_f64];
-            for i in 0..COUNT {
-                let values: Vec<f64> = draws.iter().map(|theta| quantities(theta)[i]).collect();
-                worst[0] = worst[0].max(((mean(&values) - truth.mean[i]) / truth.std[i]).abs());
-                worst[1] = worst[1].max((std(&values) / truth.std[i] - 1.0).abs());
+            let mut off = Off::new(draws, &judge::judge(&data, &prior, nodes, NEEDLE));
+            if off.is_far() {
+                // The judge itself may be too coarse.
+                off = Off::new(draws, &judge::judge(&data, &prior, 2 * nodes, NEEDLE));
             }
-            if worst.iter().any(|off| *off > 0.05) {
+            if off.is_far() {
                 outside += 1;
-                println!(
-                    "        seed {seed}: mean {:.3} std off, std {:.3} off",
-                    worst[0], worst[1]
-                );
+                println!("        seed {seed}: {off:.3?}");
             }
+            misplaced = misplaced.max(off.mass_above);
+            let worst = [off.means, off.ratios].map(|all| all.into_iter().fold(0.0, f64::max));
             errors.push(worst[0]);
             ratios.push(worst[1]);
         }
