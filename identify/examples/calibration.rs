@@ -162,7 +162,6 @@ fn largest_gap(ascending: &[f64]) -> f64 {
 }
 
 /// How far draws are from what a judge says, for each of [`NAMES`].
-#[derive(Debug)]
 struct Off {
     /// Means, in standard deviations.
     means: [f64; COUNT],
@@ -213,7 +212,10 @@ fn brute(count: usize, size: usize, nodes: usize, first: usize) -> Result<(), Fa
             }
             if off.is_far() {
                 outside += 1;
-                println!("        seed {seed}: {off:.3?}");
+                println!(
+                    "        seed {seed}: of {NAMES:?} means {:.3?} std off, standard deviations {:.3?}, kurtosis over the normal one {:.1?}",
+                    off.means, off.ratios, off.kurtosis
+                );
             }
             misplaced = misplaced.max(off.mass_above);
             let worst = [off.means, off.ratios].map(|all| all.into_iter().fold(0.0, f64::max));
