@@ -45,6 +45,7 @@ use master::Progress;
 use package::Built;
 use report::{Ending, Report, Validated};
 use scenario::Scenario;
+use sink::beside::Beside;
 use sink::csv::CsvSink;
 use sink::mcap::McapSink;
 use sink::{Change, Derived, Event, Header, Lane, Level, Row, Sink, State};
@@ -208,7 +209,7 @@ struct Recorder {
     recorded_texts: Vec<usize>,
     /// What the files get of a row.
     row: Row,
-    files: Vec<Box<dyn Sink>>,
+    files: Vec<Beside>,
     time: f64,
 }
 
@@ -241,11 +242,12 @@ impl Recorder {
         let header = &system.header;
         std::fs::create_dir_all(&header.folder)
             .map_err(|error| Error::output(&header.folder, error))?;
-        let mut files: Vec<Box<dyn Sink>> = vec![Box::new(McapSink::new(header)?)];
+        let mut files: Vec<Box<dyn Sink + Send>> = vec![Box::new(McapSink::new(header)?)];
         if options.csv {
             files.push(Box::new(CsvSink::new(header)?));
         }
         files.extend(replay(header, &options.replay)?);
+        let files = files.into_iter().map(Beside::new).collect();
         Ok(Recorder {
             collected: Collected::new(&system.analyses),
             faults: Faults::new(system),
@@ -340,7 +342,7 @@ impl Sink for Recorder {
 }
 
 #[cfg(feature = "rerun")]
-fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Error> {
+fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
     use sink::rerun::{RerunSink, Target};
     let target = match replay {
         Replay::Save => Target::File(header.folder.join("run.rrd")),
@@ -352,7 +354,7 @@ fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Err
 }
 
 #[cfg(not(feature = "rerun"))]
-fn replay(_header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink>>, Error> {
+fn replay(_header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
     match replay {
         Replay::Save | Replay::Off => Ok(None),
         Replay::Connect(_) | Replay::Serve(_) => {

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::source::Source;
 use crate::view::View;
 
+pub mod beside;
 pub mod csv;
 pub mod mcap;
 #[cfg(feature = "rerun")]
