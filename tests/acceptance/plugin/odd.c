@@ -39,7 +39,8 @@ static void run(Text config, const Column *columns, size_t count, const Callback
     if (says(config, "backwards")) host->record(host->context, text("group"), &column, 1);
     if (says(config, "draws")) {
         Layer layer = {text("curve"), 7, 9, time, says(config, "half") ? NULL : values, NULL, 2};
-        Diagram diagram = {text("x over y"), {text("x"), text("y")}, {{0.0, 1.0}, {says(config, "flat") ? 1.0 : 0.0, 1.0}}, &layer, 1};
+        double from = says(config, "flat") ? 1.0 : 0.0, open = says(config, "open") ? 0.0 / 0.0 : 1.0;
+        Diagram diagram = {text("x over y"), {text("x"), text("y")}, {{0.0, open}, {from, 1.0}}, &layer, 1};
         host->diagram(host->context, text("group"), &diagram);
     }
     if (says(config, "writes")) host->file(host->context, text("note.txt"), text("a note"));
