@@ -10,7 +10,7 @@ use super::target::{CONNECT_PATIENCE, Target, open};
 use crate::error::Error;
 
 /// How long the disk may take to accept a batch.
-pub(super) const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(10);
 /// How long a viewer may take to accept the last batch, and what analyses add, when the run is over.
 const FAREWELL: Duration = Duration::from_secs(3);
 

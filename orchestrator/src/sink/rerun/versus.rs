@@ -8,7 +8,7 @@ use rerun::{
 };
 
 use super::contender::{Contender, OTHER};
-use super::delivery::{PATIENCE, settle};
+use super::delivery::Delivery;
 use super::delta::Course;
 use super::diagrams::Diagrams;
 use super::drawing::Drawing;
@@ -16,6 +16,7 @@ use super::layout::Layout;
 use super::lead::Lead;
 use super::moments::Moments;
 use super::signals::{Chart, Line};
+use super::target::Target;
 use super::{FILE_BATCH, application};
 use crate::comparison::Comparison;
 use crate::error::Error;
@@ -33,16 +34,12 @@ impl Comparison {
     /// # Errors
     /// When a run cannot be read to its end, or the file cannot be written.
     pub fn write(&mut self, path: &Path) -> Result<(), Error> {
-        let failed = |what: String| Error::output(path, what);
         let [a, b] = &self.runs;
         let name = format!("{}_{OTHER}_{}", a.header.scenario, b.header.scenario);
         let application = application(&name);
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
-        let stream = builder.save(path).map_err(|error| failed(error.to_string()))?;
-        if !stream.is_enabled() {
-            return Err(failed("the environment variable RERUN switches it off".into()));
-        }
-        stream.set_log_time_enabled(false);
+        let mut delivery = Delivery::open(builder, &Target::File(path.to_owned()))?;
+        let Some(stream) = delivery.stream() else { return Ok(()) };
         let contenders = [Contender::default(), Contender(Some(b.name.clone()))];
         let [(mut first, charts), (mut other, more)] = [(a, &contenders[0]), (b, &contenders[1])]
             .map(|(run, contender)| Drawing::new(&run.header, contender, &run.lacks()));
@@ -60,10 +57,6 @@ impl Comparison {
             body: first.scene.as_ref().and(a.header.view.pose.as_ref()).map(|it| it.length as f32),
             live: false,
         };
-        let written = |result: RecordingStreamResult<()>| {
-            let result = result.map_err(|error| error.to_string());
-            result.and_then(|()| settle(&stream, PATIENCE)).map_err(failed)
-        };
         let open = || -> RecordingStreamResult<()> {
             layout.send(&stream, None)?;
             stream.send_recording_name(format!("{} / {}", a.name, b.name))?;
@@ -74,12 +67,12 @@ impl Comparison {
             first.describe(&stream)?;
             other.describe(&stream)
         };
-        written(open())?;
-        let mut taker = Taker::new(&stream, path, &mut other);
+        delivery.begun(open().map_err(|error| error.to_string()))?;
+        let mut taker = Taker::new(&stream, &mut delivery, &mut other);
         b.play(&mut taker)?;
         taker.finish("", true)?;
         let (of_b, begin_b) = (taker.course, taker.begin);
-        let mut taker = Taker::new(&stream, path, &mut first);
+        let mut taker = Taker::new(&stream, &mut delivery, &mut first);
         taker.reference = timed.then_some(&of_b);
         a.play(&mut taker)?;
         taker.finish("", true)?;
@@ -103,9 +96,10 @@ impl Comparison {
             layout.send(&stream, bounds)?;
             stream.log_static("run", &TextDocument::from_markdown(self.card(&found)))
         };
-        let result = end().map_err(|error| error.to_string());
-        result.and_then(|()| settle(&stream, PATIENCE)).map_err(failed)?;
-        Ok(())
+        let ended = end().map_err(|error| error.to_string());
+        drop(stream);
+        let ended = ended.and_then(|()| delivery.end());
+        delivery.judge(ended)
     }
 }
 
@@ -154,7 +148,7 @@ fn told(timed: bool, courses: [&Course; 2], last: Option<[f64; 2]>) -> Vec<(Stri
 /// Takes a run into its drawing, and notes when it came by where.
 struct Taker<'a> {
     stream: &'a RecordingStream,
-    path: &'a Path,
+    delivery: &'a mut Delivery,
     drawing: &'a mut Drawing,
     course: Course,
     /// Where the body was first [m].
@@ -167,10 +161,24 @@ struct Taker<'a> {
 }
 
 impl<'a> Taker<'a> {
-    fn new(stream: &'a RecordingStream, path: &'a Path, drawing: &'a mut Drawing) -> Self {
+    fn new(
+        stream: &'a RecordingStream,
+        delivery: &'a mut Delivery,
+        drawing: &'a mut Drawing,
+    ) -> Self {
         let (course, moments) = (Course::default(), Moments::default());
         let (begin, reference, lead) = (None, None, Lead::default());
-        Self { stream, path, drawing, course, begin, reference, moments, deltas: Vec::new(), lead }
+        Self {
+            stream,
+            delivery,
+            drawing,
+            course,
+            begin,
+            reference,
+            moments,
+            deltas: Vec::new(),
+            lead,
+        }
     }
 
     fn send(&mut self) -> RecordingStreamResult<()> {
@@ -203,8 +211,8 @@ impl Sink for Taker<'_> {
             return Ok(());
         }
         let sent = self.send().map_err(|error| error.to_string());
-        let sent = sent.and_then(|()| settle(self.stream, PATIENCE));
-        sent.map_err(|what| Error::output(self.path, what))
+        let sent = sent.and_then(|()| self.delivery.accepts().map(drop));
+        self.delivery.judge(sent)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
@@ -213,6 +221,7 @@ impl Sink for Taker<'_> {
     }
 
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
-        self.send().map_err(|error| Error::output(self.path, error))
+        let sent = self.send().map_err(|error| error.to_string());
+        self.delivery.judge(sent)
     }
 }
