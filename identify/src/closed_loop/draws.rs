@@ -77,11 +77,11 @@ pub fn posterior(
     let starts: Vec<_> =
         std::iter::once(about(&best, &explored.information)).chain(others).collect();
     let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
-    let chosen = systematic(&sampled.weights, DRAWS, seed);
-    let theta = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
-    let chosen: Vec<Theta8> = chosen.into_iter().filter_map(theta).collect();
     let even = sampled.is_exact();
     let axles = if even {
+        let theta = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
+        let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
+        let chosen: Vec<Theta8> = chosen.filter_map(theta).collect();
         [0, 4].map(|o| {
             let draw =
                 |theta: &Theta8| [theta[o], theta[o + 1], theta[o + 2], theta[o + 3], 0.0, 0.0];
