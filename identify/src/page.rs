@@ -87,9 +87,16 @@ fn render(page: &Page, figures: &[Figures]) -> String {
         include_str!("page/style.css")
     );
     if page.drives.is_some() {
-        html.push_str(
+        let mut first = page.sections.iter().filter_map(|section| section.methods.first());
+        let exact = first.all(|method| method.estimate.source == Source::Importance);
+        let of = match exact {
+            true => "the posterior, the prior being flat in the box",
+            false => "a normal distribution in the box, as the curvature of the cost says",
+        };
+        let _ = writeln!(
+            html,
             "<p class=\"faint\">Dots are forces of smoothed states over loads: to be seen, the deciding method does not use \
-             them. Bands and densities are those of a normal distribution in the box, as the curvature of the cost says.</p>\n",
+             them. Bands and densities are those of {of}.</p>"
         );
     }
     for (section, figures) in page.sections.iter().zip(figures) {
