@@ -123,11 +123,14 @@ pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, F
         return slip_noise::fit(problem, noise, options);
     }
     let cost = CurveCost::new(problem);
+    let rough = CurveCost::compressed(problem);
+    let rough = rough.as_ref().map(|cost| cost as &dyn sqp::Objective);
     let starts: Vec<DVector<f64>> = multistart::starts(&problem.bounds, &problem.held, options)
         .iter()
         .map(|theta| cost.unknowns(theta))
         .collect();
-    let search = multistart::search(&cost, &cost.lower(), &cost.upper(), &starts, options)?;
+    let (lower, upper) = (cost.lower(), cost.upper());
+    let search = multistart::search(&cost, rough, &lower, &upper, &starts, options)?;
     let optima = search.optima.iter().map(|m| (cost.theta(&m.x), m.model.cost)).collect();
     let part = Part::of(&search.best, 0, cost.unknowns.free.len());
     let noise = Noise::of(problem, &cost.theta(&search.best.x), part.fitted);

@@ -7,11 +7,14 @@ use nalgebra::{DMatrix, DVector};
 
 use super::sqp::{Inequality, Model, Objective};
 use super::{Constraints, Problem, Pull};
-use crate::kernel;
+use crate::compressed::Compressed;
+use crate::kernel::{self, Pass};
 use crate::loss::Loss;
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
 use crate::samples::Samples;
 
+/// Fewer samples are quicker as they are than as the nodes of [`Compressed`].
+const MANY: usize = 500;
 /// Residuals that are this small beside the forces are rounding, not noise.
 const ROUNDING: f64 = 1e-4;
 
@@ -131,9 +134,16 @@ pub fn add_pulls(model: &mut Model, unknowns: &Unknowns, theta: &Theta, pulls: &
     }
 }
 
+/// What a curve is compared with.
+enum Data<'a> {
+    Samples(&'a Samples),
+    /// For squares alone.
+    Compressed(Box<Compressed>),
+}
+
 /// Sum of the losses of one curve, with what pulls at it.
 pub struct CurveCost<'a> {
-    samples: &'a Samples,
+    data: Data<'a>,
     free: [bool; COUNT],
     loss: Loss,
     pulls: &'a [Pull],
@@ -145,10 +155,22 @@ pub struct CurveCost<'a> {
 
 impl<'a> CurveCost<'a> {
     pub fn new(problem: &'a Problem<'a>) -> Self {
+        Self::of(problem, Data::Samples(problem.samples))
+    }
+
+    /// Nearly the same cost for next to nothing, where there is one.
+    pub fn compressed(problem: &'a Problem<'a>) -> Option<Self> {
+        let pays = problem.loss == Loss::Square && problem.samples.len() >= MANY;
+        pays.then(|| {
+            Self::of(problem, Data::Compressed(Box::new(Compressed::new(problem.samples))))
+        })
+    }
+
+    fn of(problem: &'a Problem<'a>, data: Data<'a>) -> Self {
         let samples = problem.samples;
         let energy: f64 = samples.force.iter().zip(&samples.weight).map(|(f, w)| w * f * f).sum();
         Self {
-            samples,
+            data,
             free: problem.free,
             loss: problem.loss,
             pulls: &problem.pulls,
@@ -171,7 +193,25 @@ impl<'a> CurveCost<'a> {
     /// The cost alone.
     pub fn cost(&self, theta: &Theta) -> f64 {
         let pull = |pull: &Pull| 0.5 * pull.weight * pull.towards.distance(theta).0;
-        kernel::cost(self.samples, theta, self.loss) + self.pulls.iter().map(pull).sum::<f64>()
+        let own = match &self.data {
+            Data::Samples(samples) => kernel::cost(samples, theta, self.loss),
+            Data::Compressed(data) => 0.5 * data.squares(theta),
+        };
+        own + self.pulls.iter().map(pull).sum::<f64>()
+    }
+
+    fn pass(&self, theta: &Theta) -> Pass {
+        match &self.data {
+            Data::Samples(samples) => kernel::pass(samples, theta, &self.free, self.loss),
+            Data::Compressed(data) => {
+                let near = data.quadratic(theta);
+                Pass {
+                    cost: 0.5 * near.squares,
+                    gradient: near.gradient.into(),
+                    hessian: near.hessian.into(),
+                }
+            }
+        }
     }
 
     pub fn lower(&self) -> DVector<f64> {
@@ -186,7 +226,7 @@ impl<'a> CurveCost<'a> {
 impl Objective for CurveCost<'_> {
     fn model(&self, x: &DVector<f64>) -> Model {
         let theta = self.theta(x);
-        let pass = kernel::pass(self.samples, &theta, &self.free, self.loss);
+        let pass = self.pass(&theta);
         let slopes = self.unknowns.slopes(&theta);
         let free = &self.unknowns.free;
         let n = free.len();

@@ -52,7 +52,7 @@ pub fn joint_least_squares(
     let [front, rear] = problems.map(|p| multistart::starts(&p.bounds, &p.held, options));
     let start = |(f, r)| join([cost.axles[0].unknowns(f), cost.axles[1].unknowns(r)]);
     let starts: Vec<DVector<f64>> = front.iter().zip(&rear).map(start).collect();
-    let search = multistart::search(&cost, &lower, &upper, &starts, options)?;
+    let search = multistart::search(&cost, None, &lower, &upper, &starts, options)?;
     let solution = |axle: usize| {
         let count = cost.axles[axle].unknowns.free.len();
         let from = if axle == 0 { 0 } else { lower.len() - count };

@@ -65,36 +65,36 @@ pub fn starts(bounds: &Bounds, held: &Theta, options: &Options) -> Vec<Theta> {
 }
 
 /// Minimises from all starts and compares what comes out. The order of the starts decides ties, not that of the threads.
+///
+/// `rough` is a cheap cost that is very nearly the same, for the way from the starts to the optima.
 pub fn search(
     objective: &dyn Objective,
+    rough: Option<&dyn Objective>,
     lower: &DVector<f64>,
     upper: &DVector<f64>,
     starts: &[DVector<f64>],
     options: &Options,
 ) -> Result<Search, FitError> {
     let limits = Limits { iterations: options.iterations, ..Limits::default() };
-    let mut minima: Vec<Minimum> = starts
-        .par_iter()
-        .map(|start| sqp::minimise(objective, lower, upper, start, limits))
-        .collect();
-    let evaluations = minima.iter().map(|m| m.evaluations).sum();
-    minima.retain(|m| m.model.cost.is_finite());
-    let violation = minima.iter().map(|m| m.violation).fold(f64::INFINITY, f64::min);
-    if minima.is_empty() {
-        return Err(FitError::NoStart);
+    let minimise =
+        |objective, start: &DVector<f64>| sqp::minimise(objective, lower, upper, start, limits);
+    let first = rough.unwrap_or(objective);
+    let minima: Vec<Minimum> = starts.par_iter().map(|start| minimise(first, start)).collect();
+    let mut evaluations: usize = minima.iter().map(|m| m.evaluations).sum();
+    let mut minima = feasible(minima)?;
+    if rough.is_some() {
+        let near = distinct(&minima);
+        let polished: Vec<Minimum> =
+            near.par_iter().map(|near| minimise(objective, &near.x)).collect();
+        evaluations += polished.iter().map(|m| m.evaluations).sum::<usize>();
+        let whole_way = |(near, end): (Minimum, Minimum)| Minimum {
+            iterations: near.iterations + end.iterations,
+            trace: near.trace.into_iter().chain(end.trace).collect(),
+            ..end
+        };
+        minima = feasible(near.into_iter().zip(polished).map(whole_way).collect())?;
     }
-    minima.retain(|m| m.violation <= FEASIBLE);
-    if minima.is_empty() {
-        return Err(FitError::Infeasible { violation });
-    }
-    minima.sort_by(|a, b| a.model.cost.total_cmp(&b.model.cost));
-    let mut optima: Vec<Minimum> = Vec::new();
-    for minimum in &minima {
-        let counts = optima.is_empty() || minimum.status == Status::Converged;
-        if counts && !optima.iter().any(|known| same(known, minimum)) {
-            optima.push(minimum.clone());
-        }
-    }
+    let optima = distinct(&minima);
     // Of those that differ by rounding, the one that meets the conditions of optimality best.
     let best = minima
         .iter()
@@ -106,6 +106,33 @@ pub fn search(
         .unwrap_or(&minima[0])
         .clone();
     Ok(Search { best, optima, starts: starts.len(), evaluations })
+}
+
+/// Minima with a cost and without violations, best first; at least one.
+fn feasible(mut minima: Vec<Minimum>) -> Result<Vec<Minimum>, FitError> {
+    minima.retain(|m| m.model.cost.is_finite());
+    let violation = minima.iter().map(|m| m.violation).fold(f64::INFINITY, f64::min);
+    if minima.is_empty() {
+        return Err(FitError::NoStart);
+    }
+    minima.retain(|m| m.violation <= FEASIBLE);
+    if minima.is_empty() {
+        return Err(FitError::Infeasible { violation });
+    }
+    minima.sort_by(|a, b| a.model.cost.total_cmp(&b.model.cost));
+    Ok(minima)
+}
+
+/// The best, and one of each other kind that converged.
+fn distinct(minima: &[Minimum]) -> Vec<Minimum> {
+    let mut kinds: Vec<Minimum> = Vec::new();
+    for minimum in minima {
+        let counts = kinds.is_empty() || minimum.status == Status::Converged;
+        if counts && !kinds.iter().any(|known| same(known, minimum)) {
+            kinds.push(minimum.clone());
+        }
+    }
+    kinds
 }
 
 fn same(a: &Minimum, b: &Minimum) -> bool {

@@ -68,7 +68,7 @@ pub fn fit(problem: &Problem, noise: SlipNoise, options: &Options) -> Result<Sol
     let starts: Vec<DVector<f64>> =
         plain.optima.iter().map(|(theta, _)| with_noise(cost.unknowns.of(theta), spread)).collect();
     let (lower, upper) = (with_noise(lower, LEAST_NOISE * spread), with_noise(upper, 2.0 * spread));
-    let search = multistart::search(&cost, &lower, &upper, &starts, options)?;
+    let search = multistart::search(&cost, None, &lower, &upper, &starts, options)?;
     let count = cost.unknowns.free.len();
     let part = Part::of(&search.best, 0, count);
     let std = cost.force_std(&search.best.x);
