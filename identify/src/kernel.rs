@@ -138,30 +138,26 @@ impl<const SLOPES: bool> pulp::WithSimd for Shapes<'_, SLOPES> {
         let [B, C, E] = self.of;
         let [a, b, c, d] = self.weights.map(|weights| weights.as_chunks::<LANES>().0);
         let mut sums = [[0.0; LANES]; 7];
-        let (mut values, mut slopes) = ([0.0; BLOCK], [0.0; BLOCK]);
-        for (index, slips) in self.slips.chunks(BLOCK).enumerate() {
-            for (i, &slip) in slips.iter().enumerate() {
+        let tire = [B, C, 1.0, E, 0.0, 0.0];
+        for (place, slips) in self.slips.as_chunks::<LANES>().0.iter().enumerate() {
+            let (mut h, mut slope) = ([0.0; LANES], [0.0; LANES]);
+            for k in 0..LANES {
                 if SLOPES {
-                    let (value, by) = value_and_gradient(&[B, C, 1.0, E, 0.0, 0.0], slip);
-                    (values[i], slopes[i]) = (value, by[Parameter::S_h as usize]);
+                    let (value, by) = value_and_gradient(&tire, slips[k]);
+                    (h[k], slope[k]) = (value, by[Parameter::S_h as usize]);
                 } else {
-                    values[i] = value(&[B, C, 1.0, E, 0.0, 0.0], slip);
+                    h[k] = value(&tire, slips[k]);
                 }
             }
-            let from = index * BLOCK / LANES;
-            let columns = values[..slips.len()].as_chunks::<LANES>().0.iter();
-            for (place, (h, slope)) in columns.zip(slopes.as_chunks::<LANES>().0).enumerate() {
-                let place = from + place;
-                for k in 0..LANES {
-                    sums[0][k] += a[place][k] * h[k] * h[k];
-                    sums[1][k] += b[place][k] * h[k];
-                    sums[2][k] += c[place][k] * h[k];
-                    if SLOPES {
-                        sums[3][k] += c[place][k] * h[k] * slope[k];
-                        sums[4][k] += a[place][k] * slope[k] * slope[k];
-                        sums[5][k] += d[place][k] * slope[k];
-                        sums[6][k] += a[place][k] * slope[k];
-                    }
+            for k in 0..LANES {
+                sums[0][k] += a[place][k] * h[k] * h[k];
+                sums[1][k] += b[place][k] * h[k];
+                sums[2][k] += c[place][k] * h[k];
+                if SLOPES {
+                    sums[3][k] += c[place][k] * h[k] * slope[k];
+                    sums[4][k] += a[place][k] * slope[k] * slope[k];
+                    sums[5][k] += d[place][k] * slope[k];
+                    sums[6][k] += a[place][k] * slope[k];
                 }
             }
         }

@@ -120,6 +120,8 @@ impl Likelihood {
         }
         match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
+            pulp::Arch::V4(simd) => self.evaluate_in::<_, 1>(simd, theta, noise, &[tires, noises]),
+            #[cfg(target_arch = "x86_64")]
             pulp::Arch::V3(simd) => self.evaluate_in::<_, 2>(simd, theta, noise, &[tires, noises]),
             _ => self.evaluate_in::<_, 8>(pulp::Scalar::new(), theta, noise, &[tires, noises]),
         }

@@ -96,18 +96,30 @@ impl<'a> Plane<'a> {
         self.visit(all.collect());
         // The posterior of fewer data first: it is wide enough for wide cells.
         let mut beta = (SOFT * noise).min(1.0);
-        let fixed = self.size == [1, 1];
-        while !fixed && self.level < LEVELS && self.visited < CELLS * 4 && self.cells.len() < CELLS
-        {
+        self.resolved = self.size == [1, 1];
+        while !self.resolved && self.can_split() {
             self.split(KEEP / beta);
             beta = (4.0 * beta).min(1.0);
             self.fill(KEEP / beta);
             self.resolved = self.steep_mass() < STEEP_MASS;
-            if self.resolved {
-                return;
-            }
         }
-        self.resolved = fixed;
+    }
+
+    fn can_split(&self) -> bool {
+        self.size != [1, 1]
+            && self.level < LEVELS
+            && self.visited < CELLS * 4
+            && self.cells.len() < CELLS
+    }
+
+    /// Splits the cells once more, if there may be so many.
+    pub fn finer(&mut self) -> bool {
+        let can = self.can_split();
+        if can {
+            self.split(KEEP);
+            self.fill(KEEP);
+        }
+        can
     }
 
     /// Looks at cells, each with what is known of the line of a neighbour.
