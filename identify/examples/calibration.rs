@@ -4,7 +4,8 @@
 //! - `noisy COUNT`: the same with noise of 0.005 in the slip, and shifts S_h and S_v that are not known.
 //! - `ranks COUNT [SAMPLES [FIRST]]`: simulation-based calibration (Talts et al., 2018). Truths are drawn from the box; their ranks among the
 //!   draws must be uniform; FIRST is the first seed. The statistic of Kolmogorov and Smirnov is below 1.358/√COUNT in 95 % of sets of seeds.
-//! - `brute COUNT SAMPLES [NODES [FIRST]]`: moments against brute-force quadrature, for truths drawn from the box. Ranks hardly see a
+//! - `brute COUNT SAMPLES [NODES [FIRST [PERCENT]]]`: moments against brute-force quadrature, for truths drawn from the box, those that are off
+//!   against a finer one. Ranks hardly see a
 //!   missed mode that is narrow, this does.
 //!
 //! Each line is a level of excitation. Slips have no noise unless it says so, forces one of 0.05.
@@ -28,6 +29,8 @@ use rayon::prelude::*;
 
 #[path = "../tests/posterior/judge.rs"]
 mod judge;
+#[path = "../tests/posterior/judge_closely.rs"]
+mod judge_closely;
 
 use judge::{COUNT, Moments, quantities};
 
@@ -53,7 +56,9 @@ fn main() -> Result<(), Failure> {
         Some("coverage") => coverage(count, number(2, 1000)?, &[0.02, 0.08, 0.2, 0.75, 1.0], None),
         Some("noisy") => coverage(count, number(2, 1000)?, &[0.2, 0.75, 1.0], Some(0.005)),
         Some("ranks") => ranks(count, number(2, 400)?, number(3, 0)?),
-        Some("brute") => brute(count, number(2, 400)?, number(3, 64)?, number(4, 0)?),
+        Some("brute") => {
+            brute(count, number(2, 400)?, number(3, 64)?, number(4, 0)?, number(5, 0)?)
+        }
         _ => Err(USAGE.into()),
     }
 }
@@ -193,9 +198,17 @@ impl Off {
     }
 }
 
-fn brute(count: usize, size: usize, nodes: usize, first: usize) -> Result<(), Failure> {
+/// At a percentage, or at all of them if it is 0.
+fn brute(
+    count: usize,
+    size: usize,
+    nodes: usize,
+    first: usize,
+    percent: usize,
+) -> Result<(), Failure> {
     let prior = Prior::longitudinal();
-    for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
+    let wanted = |level: &f64| percent == 0 || (100.0 * level).round() == percent as f64;
+    for level in [0.02, 0.08, 0.2, 0.75, 1.0].into_iter().filter(wanted) {
         let (mut errors, mut ratios, mut seconds) = (Vec::new(), Vec::new(), Vec::new());
         let (mut outside, mut inexact, mut misplaced) = (0, 0, 0.0_f64);
         for seed in first..first + count {
@@ -208,7 +221,7 @@ fn brute(count: usize, size: usize, nodes: usize, first: usize) -> Result<(), Fa
             let mut off = Off::new(draws, &judge::judge(&data, &prior, nodes, NEEDLE));
             if off.is_far() {
                 // The judge itself may be too coarse.
-                off = Off::new(draws, &judge::judge(&data, &prior, 2 * nodes, NEEDLE));
+                off = Off::new(draws, &judge_closely::judge(&data, &prior, NEEDLE));
             }
             if off.is_far() {
                 outside += 1;

@@ -53,16 +53,17 @@ pub fn judge(data: &Compressed, prior: &Prior, nodes: usize, above: f64) -> Mome
 }
 
 /// Mass and first two moments, relative to exp(log).
-struct Sum {
-    log: f64,
+pub struct Sum {
+    /// Logarithm of the mass.
+    pub log: f64,
     mass: f64,
     above: f64,
     first: [f64; COUNT],
     second: [f64; COUNT],
 }
 
-/// Where only the highest point is wanted, `log` is that.
-fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: bool) -> Sum {
+/// The line of all B through C and s. Where only the highest point is wanted, `log` is that.
+pub fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: bool) -> Sum {
     let E = 1.0 - 2.0 * s * s;
     let ends = [prior.bounds.lower[0].ln(), prior.bounds.upper[0].ln()];
     let within = [prior.bounds.lower[2], prior.bounds.upper[2]];
@@ -80,14 +81,16 @@ fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: b
         -half * (zero + D * (slope + D * bend)).ln()
     };
     // Where the line counts, ever closer.
+    let points = if rough { 20 } else { 60 };
     let mut range = ends;
     let mut highest_of_all = f64::NEG_INFINITY;
     for _ in 0..4 {
-        let step = (range[1] - range[0]) / 60.0;
-        let values: Vec<f64> = (0..=60).map(|k| highest(range[0] + k as f64 * step)).collect();
+        let step = (range[1] - range[0]) / f64::from(points);
+        let values: Vec<f64> =
+            (0..=points).map(|k| highest(range[0] + f64::from(k) * step)).collect();
         let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let first = values.iter().position(|v| *v > top - 20.0).unwrap_or(0);
-        let last = values.iter().rposition(|v| *v > top - 20.0).unwrap_or(60);
+        let last = values.iter().rposition(|v| *v > top - 20.0).unwrap_or(points as usize);
         let low = range[0] + (first as f64 - 1.0) * step;
         let high = range[0] + (last as f64 + 1.0) * step;
         range = [low.max(range[0]), high.min(range[1])];
@@ -139,7 +142,8 @@ fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: b
     sum
 }
 
-fn moments(sums: &[Sum]) -> Moments {
+/// Of lines that stand for areas of the same size.
+pub fn moments(sums: &[Sum]) -> Moments {
     let best = sums.iter().map(|sum| sum.log).fold(f64::NEG_INFINITY, f64::max);
     let (mut whole, mut above) = (0.0, 0.0);
     let (mut first, mut second) = ([0.0; COUNT], [0.0; COUNT]);
