@@ -1,6 +1,6 @@
 //! Prints how well both axles are identified from closed-loop drives, for noises, tires, cars and seeds.
 //!
-//! `closed_loop [--known-noise] [--profile] [--compare] [--em PASSES] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
+//! `closed_loop [--known-noise] [--profile] [--compare] [--svi] [--em PASSES] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
 //! peak; `closed_loop run.csv` identifies from a recording of
 //! `scenarios/limit_handling.toml`, of the default tires unless `--tires B,C,D,E,B,C,D,E` says otherwise.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
@@ -13,6 +13,9 @@ use identify::closed_loop::{
     Formulation, Identified, Likelihood, Noise, Noises, Options, Recording, Smoothing, Target,
     Theta8, curve, identify,
 };
+use identify::parameters::Parameter;
+use identify::posterior;
+use identify::quantity::Quantity;
 use identify::result::{ByName, Verdict};
 use vehicle::{Body, Vehicle};
 
@@ -136,7 +139,7 @@ fn limits(found: &Identified, truth: &Theta8, car: &Vehicle, recording: &Recordi
 }
 
 /// What the posterior says beside the bound of Cramér and Rao, and how many of its 95 % intervals hold the truth.
-fn posterior(found: &Identified, truth: &Theta8) {
+fn exact(found: &Identified, truth: &Theta8) {
     let (mut held, mut all) = (0, 0);
     for (axle, (name, estimate)) in
         [("front", &found.front), ("rear", &found.rear)].into_iter().enumerate()
@@ -163,6 +166,37 @@ fn posterior(found: &Identified, truth: &Theta8) {
         );
     }
     println!("    intervals that hold the truth: {held} of {all}");
+}
+
+/// How the normal distribution of variational inference compares with the weighted draws.
+fn variational(found: &Identified) {
+    for (axle, (name, estimate)) in
+        [("front", &found.front), ("rear", &found.rear)].into_iter().enumerate()
+    {
+        let Some(told) = &estimate.svi else { return };
+        let quantities: Vec<Quantity> = Parameter::ALL[..4]
+            .iter()
+            .map(|p| Quantity::Parameter(*p))
+            .chain([Quantity::K])
+            .collect();
+        let compared = quantities.iter().map(|quantity| {
+            let draws = found.posterior[axle].values(*quantity);
+            let std = posterior::std(&draws);
+            let off = (told.mean[quantity.name()] - posterior::mean(&draws)) / std;
+            (off, told.std[quantity.name()] / std)
+        });
+        let (off, ratios): (Vec<f64>, Vec<f64>) = compared.unzip();
+        println!(
+            "    {name:5} svi {:?} in {} steps, {} evaluations, {:.2} s, gradient norm {:.1e}, k-hat {:.2}, {}trusted; means off {off:.3?} std, ratios {ratios:.3?}",
+            told.status,
+            told.steps,
+            told.evaluations,
+            told.seconds,
+            told.gradient_norm,
+            told.diagnosis.k_hat,
+            if told.trusted { "" } else { "not " },
+        );
+    }
 }
 
 fn verdicts(found: &Identified) {
@@ -205,6 +239,7 @@ struct Wishes {
     known_noise: bool,
     profile: bool,
     compare: bool,
+    svi: bool,
     em_passes: usize,
 }
 
@@ -230,6 +265,7 @@ fn run(
         noises,
         profile: wishes.profile,
         compare,
+        svi: wishes.svi,
         smoothing,
         ..Options::default()
     };
@@ -238,7 +274,8 @@ fn run(
         Ok(found) => {
             report(name, &found, truth, car, processor() - begin);
             limits(&found, truth, car, recording);
-            posterior(&found, truth);
+            exact(&found, truth);
+            variational(&found);
             if wishes.profile {
                 verdicts(&found);
             }
@@ -256,6 +293,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         known_noise: has("--known-noise"),
         profile: has("--profile"),
         compare: has("--compare"),
+        svi: has("--svi"),
         em_passes: after("--em").map_or(Ok(Smoothing::default().em_passes), |n| n.parse())?,
     };
     println!(

@@ -29,6 +29,7 @@ pub mod smoothing;
 mod tangent;
 pub mod validation;
 mod valley;
+mod variational;
 mod verdict;
 mod watch;
 
@@ -52,7 +53,7 @@ pub use smoothing::{Explained, Smoothing};
 use crate::fit::sqp::Minimum;
 use crate::parameters::Theta;
 use crate::result::Convergence;
-use draws::Drawn;
+use draws::{Drawn, Wanted};
 use points::Point;
 use profile::Explored;
 use watch::{Board, watched};
@@ -247,7 +248,8 @@ impl Run<'_> {
             corners: problem.corners(),
         };
         let slip_range = [series::slip_range(&series, 0), series::slip_range(&series, 1)];
-        let drawn = self.draw(&explored, &optima, slip_range)?;
+        let noise_std = self.noise.sensor[3] / vehicle::G;
+        let drawn = self.draw(&explored, &optima, slip_range, noise_std)?;
         self.board.tell(0.7, "judging")?;
         let judge = verdict::Judge {
             explored: &explored,
@@ -257,7 +259,7 @@ impl Run<'_> {
             pull: options.pull,
             slip_range,
             samples: likelihood.samples(),
-            noise_std: self.noise.sensor[3] / vehicle::G,
+            noise_std,
             convergence: convergence.clone(),
             seconds: begin.elapsed().as_secs_f64(),
         };
@@ -273,6 +275,7 @@ impl Run<'_> {
             innovations: Innovations::of(&series),
             formulations: self.fitted,
             posterior: drawn.axles,
+            gaussian: drawn.svi.map(|(gaussian, _)| gaussian),
             samples: points::samples(&self.points),
             series,
             explained,
@@ -286,11 +289,13 @@ impl Run<'_> {
         explored: &Explored,
         optima: &[(Theta8, f64)],
         slip_range: [[f64; 2]; 2],
+        noise_std: f64,
     ) -> Result<Drawn, Error> {
-        let Options { method, posterior, seed, .. } = *self.options;
+        let Options { method, posterior, svi, seed, .. } = *self.options;
         if posterior && method == Formulation::PredictionError {
             let go_on = || !self.board.cancel.is_cancelled();
-            let drawn = draws::posterior(explored, optima, slip_range, seed, go_on);
+            let wanted = Wanted { slip_range, svi, noise_std, seed };
+            let drawn = draws::posterior(explored, optima, &wanted, go_on);
             if self.board.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }

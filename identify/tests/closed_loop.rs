@@ -45,7 +45,7 @@ fn curve_error(found: &Theta8, o: usize) -> f64 {
 
 #[test]
 fn prediction_errors_recover_unequal_tires() {
-    let options = Options { profile: false, ..Options::default() };
+    let options = Options { profile: false, svi: true, ..Options::default() };
     let found = of(&LIMIT, &options);
     let theta = theta(&found);
     assert_eq!(found.convergence.status, Status::Converged);
@@ -64,6 +64,15 @@ fn prediction_errors_recover_unequal_tires() {
             assert!((0.85..1.15).contains(&ratio), "{name}: {ratio}");
             let off = (posterior.mean[name] - theta[place]) / estimate.std[name];
             assert!(off.abs() < 0.3, "{name}: {off}");
+        }
+        // So does a normal distribution in coordinates without bounds, which knows nothing of the draws.
+        let svi = estimate.svi.as_ref().expect("variational inference");
+        assert!(svi.trusted && svi.diagnosis.k_hat < 0.7, "{svi:?}");
+        assert!(svi.status == Status::Converged && svi.elbo_trace.is_sorted(), "{svi:?}");
+        for (name, mean) in &posterior.mean {
+            let off = (svi.mean[name] - mean) / estimate.std[name];
+            let ratio = svi.std[name] / estimate.std[name];
+            assert!(off.abs() < 0.2 && (0.85..1.15).contains(&ratio), "{name}: {off} {ratio}");
         }
     }
     for o in [0, 4] {

@@ -8,10 +8,12 @@ use rand_pcg::Pcg64;
 use super::coordinates::Coordinates;
 use super::likelihood::Theta8;
 use super::profile::{Explored, inverse};
+use super::variational::{DriveDensity, Variational, of_axle};
 use crate::parameters::Parameter;
 use crate::posterior::grid::systematic;
 use crate::posterior::report::{Band, Method, Report, Status};
 use crate::posterior::{Posterior, importance};
+use crate::svi;
 
 /// How many there are.
 const DRAWS: usize = 2048;
@@ -31,6 +33,8 @@ pub struct Drawn {
     pub axles: [Posterior; 2],
     /// What the draws are; absent where nobody asked for the posterior.
     pub reports: Option<[Report; 2]>,
+    /// Draws from the normal distribution of variational inference, and what it said.
+    pub svi: Option<([Posterior; 2], [svi::report::Report; 2])>,
 }
 
 impl Drawn {
@@ -40,53 +44,55 @@ impl Drawn {
     }
 }
 
+/// What is wanted of draws.
+pub struct Wanted {
+    /// Slips of the bands [rad]: smallest and largest of each axle.
+    pub slip_range: [[f64; 2]; 2],
+    /// Whether the first distribution is that of variational inference.
+    pub svi: bool,
+    /// Standard deviation of the noise of the friction coefficient [-], to be told.
+    pub noise_std: f64,
+    /// Of the generators.
+    pub seed: u64,
+}
+
 /// From the posterior, the prior being flat in the box: with weights, from t distributions about the optima, which have the given
 /// costs. Where these do not come close to it, as with slip so low that only the stiffness is known, the status says so and the draws
 /// are from the normal distribution. `None` if the work was called off, or the cost has no curvature.
 pub fn posterior(
     explored: &Explored,
     optima: &[(Theta8, f64)],
-    slip_range: [[f64; 2]; 2],
-    seed: u64,
+    &Wanted { slip_range, svi, noise_std, seed }: &Wanted,
     go_on: impl Fn() -> bool,
 ) -> Option<Drawn> {
-    let coordinates = Coordinates(&explored.corners);
-    let log_density = |points: &[DVector<f64>]| {
-        let found: Vec<_> = points.iter().map(|z| coordinates.parameters(z)).collect();
-        let inside = found.iter().flatten().map(|(theta, _)| DVector::from_column_slice(theta));
-        let costs = explored.objective.costs(&inside.collect::<Vec<_>>());
-        let mut costs = costs.into_iter();
-        let mut log = |(_, log_volume): &(Theta8, f64)| {
-            costs.next().map(|cost| explored.cost - cost + log_volume)
-        };
-        let logs = found.iter().map(|found| found.as_ref().and_then(&mut log));
-        logs.map(|log| log.unwrap_or(f64::NEG_INFINITY)).collect::<Vec<f64>>()
-    };
+    let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
+    let coordinates = Coordinates::new(&explored.corners, &best);
+    let density = DriveDensity { explored, coordinates: &coordinates };
+    let log_density = |points: &[DVector<f64>]| density.logs(points);
     let about = |theta: &Theta8, information: &DMatrix<f64>| {
         let z = coordinates.point(theta);
         let covariance = inverse(&coordinates.information(&z, information));
         (z, covariance)
     };
-    let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
     let others =
         optima.iter().filter(|(theta, cost)| *theta != best && *cost < explored.cost + COMPETITIVE);
     let others = others.map(|(theta, _)| {
         let model = explored.objective.model(&DVector::from_column_slice(theta));
         about(theta, &model.hessian)
     });
-    let starts: Vec<_> =
+    let mut starts: Vec<_> =
         std::iter::once(about(&best, &explored.information)).chain(others).collect();
+    let variational = if svi { Variational::fit(&density, starts[0].clone(), seed) } else { None };
+    if let Some(variational) = &variational {
+        starts[0] = variational.moments();
+    }
     let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
     let even = sampled.is_exact();
     let axles = if even {
         let theta = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
         let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
         let chosen: Vec<Theta8> = chosen.filter_map(theta).collect();
-        [0, 4].map(|o| {
-            let draw =
-                |theta: &Theta8| [theta[o], theta[o + 1], theta[o + 2], theta[o + 3], 0.0, 0.0];
-            Posterior { draws: chosen.iter().map(draw).collect() }
-        })
+        [0, 4].map(|o| Posterior { draws: chosen.iter().map(|theta| of_axle(theta, o)).collect() })
     } else {
         // A handful of draws would look like certainty.
         normal(&best, &explored.in_box(), &explored.corners, seed).axles
@@ -108,7 +114,13 @@ pub fn posterior(
         }
     };
     let reports = Some([report(0), report(1)]);
-    Some(Drawn { axles, reports })
+    let svi = variational.map(|variational| {
+        let correction = sampled.diagnosis;
+        let told = |axle| variational.report(axle, explored, noise_std, correction, starts.len());
+        let told = [0, 1].map(told);
+        (variational.gaussian, told)
+    });
+    Some(Drawn { axles, reports, svi })
 }
 
 /// From the normal distribution about the best parameters, as far as it is in the box; none if its covariance is not positive
@@ -143,5 +155,5 @@ pub fn normal(
         };
         Posterior { draws: (0..DRAWS).map(&mut draw).collect() }
     });
-    Drawn { axles, reports: None }
+    Drawn { axles, reports: None, svi: None }
 }

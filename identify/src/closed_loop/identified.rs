@@ -104,6 +104,9 @@ pub struct Identified {
     /// likelihood, normal, as the curvature says, within the box.
     #[serde(skip)]
     pub posterior: [Posterior; 2],
+    /// Draws of both axles from the normal distribution of variational inference, where that was asked for.
+    #[serde(skip)]
+    pub gaussian: Option<[Posterior; 2]>,
     /// Points of both axles along the smoothed states.
     #[serde(skip)]
     pub samples: [Samples; 2],

@@ -122,6 +122,9 @@ pub struct Options {
     /// Whether standard deviations, intervals, bands and densities come from the posterior, if there is a likelihood; else from
     /// the curvature.
     pub posterior: bool,
+    /// Whether a normal distribution is fitted to that posterior first, by variational inference: it is judged, told, and where the
+    /// weighted draws start.
+    pub svi: bool,
     /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes as long as two fits.
     pub profile: bool,
 }
@@ -141,6 +144,7 @@ impl Default for Options {
             noises: Noises::Estimated,
             smoothing: Smoothing::default(),
             posterior: true,
+            svi: false,
             profile: true,
         }
     }

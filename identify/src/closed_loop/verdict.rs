@@ -161,7 +161,7 @@ impl Judge<'_> {
             seconds: self.seconds,
             source: self.exact(axle).map_or(Source::Likelihood, |_| Source::Importance),
             posterior: self.drawn.reports.as_ref().map(|reports| reports[axle].clone()),
-            svi: None,
+            svi: self.drawn.svi.as_ref().map(|(_, reports)| reports[axle].clone()),
         }
     }
 

@@ -43,6 +43,8 @@ pub struct ClosedLoop {
     /// Whether uncertainties come from draws of the posterior of `method = "pem"`, which take about as long as the fit; else from the
     /// curvature of the likelihood.
     pub posterior: bool,
+    /// Whether a normal distribution is fitted to the posterior by variational inference, and told with its k-hat beside the draws.
+    pub svi: bool,
     /// Whether intervals come from profiles of the likelihood, which takes as long as two fits; else from its curvature.
     pub profile: bool,
     /// Times that are used [s], from and until; all of them unless given.
@@ -115,6 +117,7 @@ impl Default for ClosedLoop {
             noise: None,
             em_passes: usual.smoothing.em_passes,
             posterior: usual.posterior,
+            svi: usual.svi,
             profile: false,
             windows: Vec::new(),
             validate: Vec::new(),
@@ -151,6 +154,11 @@ impl ClosedLoop {
             pem || !self.profile,
             "profile",
             "false, as only method = \"pem\" has a likelihood",
+        )?;
+        demand(
+            pem && self.posterior || !self.svi,
+            "svi",
+            "false, as it is fitted to the posterior of method = \"pem\" alone",
         )?;
         self.check_tires()?;
         self.check_noise()?;
@@ -245,6 +253,7 @@ impl ClosedLoop {
             noises: self.noise.map_or(Noises::Estimated, |noise| Noises::Known(noise.all())),
             smoothing: Smoothing { em_passes: self.em_passes },
             posterior: self.posterior,
+            svi: self.svi,
             profile: self.profile,
         }
     }

@@ -195,7 +195,8 @@ fn draw(
     let none = Posterior::default();
     let sections = axles.iter().enumerate().map(|(axle, (name, estimate))| {
         let posterior = &found.posterior[axle];
-        let first = page::Method { name: decisive, estimate, posterior, gaussian: None };
+        let gaussian = found.gaussian.as_ref().map(|axles| &axles[axle]);
+        let first = page::Method { name: decisive, estimate, posterior, gaussian };
         let rest =
             others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| page::Method {
                 name: fitted.formulation.title(),

@@ -23,6 +23,11 @@ pub trait LogDensity {
 
     /// Logarithm and gradient at a point.
     fn at(&self, x: &DVector<f64>) -> (f64, DVector<f64>);
+
+    /// Logarithms and gradients at several points.
+    fn all_at(&self, points: &[DVector<f64>]) -> Vec<(f64, DVector<f64>)> {
+        points.iter().map(|x| self.at(x)).collect()
+    }
 }
 
 /// The posterior of one tire.

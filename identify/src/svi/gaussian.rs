@@ -46,12 +46,12 @@ impl Gaussian {
             slope: DVector::zeros(dimension),
             bend: DMatrix::zeros(dimension, dimension),
         };
-        for e in points.column_iter() {
-            let e = e.into_owned();
-            let (log, gradient) = density.at(&self.at(&e));
+        let deviates: Vec<DVector<f64>> = points.column_iter().map(|e| e.into_owned()).collect();
+        let places: Vec<DVector<f64>> = deviates.iter().map(|e| self.at(e)).collect();
+        for (e, (log, gradient)) in deviates.iter().zip(density.all_at(&places)) {
             let whitened = self.factor.tr_mul(&gradient);
             sum.elbo += log;
-            sum.bend.ger(1.0 / count, &whitened, &e, 1.0);
+            sum.bend.ger(1.0 / count, &whitened, e, 1.0);
             sum.slope += whitened / count;
         }
         sum.elbo = sum.elbo / count + self.entropy();

@@ -128,7 +128,7 @@ fn every_formulation_can_be_asked_for() {
 #[test]
 fn what_was_kept_is_predicted_and_everything_is_told() {
     let mut log = Log::default();
-    let config = "compare = [\"smoothed_acceleration\"]\nwindows = [[0.0, 12.0], [14.0, 30.0]]\nem_passes = 30\n\
+    let config = "compare = [\"smoothed_acceleration\"]\nsvi = true\nwindows = [[0.0, 12.0], [14.0, 30.0]]\nem_passes = 30\n\
                   [[validate]]\nname = \"weave\"\nfrom = 8.0\nuntil = 11.0";
     let found = run(&LIMIT, config, &mut log).expect("tires");
     let windows: Vec<_> = found["recordings"]
@@ -153,6 +153,12 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
             ["Q", "R"].iter().flat_map(|name| smoothing[name].as_array().expect("a list"));
         assert!(variances.map(number).all(|variance| variance > 0.0), "{smoothing}");
         assert!(number(&smoothing["a_y_rmse"]) < 0.1);
+    }
+    for axle in ["front", "rear"] {
+        let [svi, posterior] = ["svi", "posterior"].map(|from| &found["pem"][axle][from]);
+        assert_eq!(svi["status"], "converged", "{svi}");
+        assert_eq!(svi["correction"]["k_hat"], posterior["k_hat"]);
+        assert!(number(&svi["std"]["peak_slip"]) > 0.0);
     }
     let weave = &found["validate"]["weave"];
     for (name, sensor) in [("a_y", 0.1), ("r", 0.01)] {
@@ -180,6 +186,7 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
         "Autocorrelation",
         "weave",
         "EM finds",
+        "its normal distribution",
     ] {
         assert!(page.contains(said), "{said}");
     }
@@ -220,6 +227,8 @@ fn mistakes_are_told() {
         ("methd = \"pem\"", "unknown field `methd`"),
         ("method = \"svi\"", "unknown variant `svi`, expected one of `pem`, `acceleration_and_yaw`, `axle_forces`"),
         ("compare = [\"a_y\"]", "unknown variant `a_y`"),
+        ("svi = true\nposterior = false", "`svi`: expected false, as it is fitted to the posterior of method = \"pem\" alone"),
+        ("svi = true\nmethod = \"axle_forces\"", "`svi`: expected false"),
         ("starts = 0", "`starts`: expected 1 or more"),
         ("regularisation = -1.0", "`regularisation`: expected 0 or above"),
         ("similarity = inf", "`similarity`: expected 0 or above"),
