@@ -95,6 +95,9 @@ pub fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, roug
         let high = range[0] + (last as f64 + 1.0) * step;
         range = [low.max(range[0]), high.min(range[1])];
         highest_of_all = top;
+        if 3 * (last - first) > values.len() {
+            break;
+        }
     }
     let mut sum =
         Sum { log: f64::NEG_INFINITY, mass: 0.0, above: 0.0, first: [0.0; 5], second: [0.0; 5] };
