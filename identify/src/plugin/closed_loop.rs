@@ -18,7 +18,7 @@ use crate::direction::Direction;
 use crate::page::{self, Drives, Page, Section};
 use crate::posterior::Posterior;
 use crate::prior::Prior;
-use crate::result::{ByName, Estimate};
+use crate::result::{ByName, Estimate, Source};
 use crate::start_values::{self, Tire};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
@@ -243,6 +243,9 @@ fn estimate(fitted: &Fitted, axle: usize, decisive: &Estimate) -> Estimate {
         noise_std: f64::NAN,
         convergence: fitted.convergence.clone(),
         seconds: fitted.seconds,
+        source: Source::Likelihood,
+        posterior: None,
+        svi: None,
         ..decisive.clone()
     }
 }
