@@ -123,7 +123,7 @@ pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, F
         return slip_noise::fit(problem, noise, options);
     }
     let cost = CurveCost::new(problem);
-    let rough = CurveCost::compressed(problem);
+    let rough = CurveCost::compressed(problem, options.starts);
     let rough = rough.as_ref().map(|cost| cost as &dyn sqp::Objective);
     let starts: Vec<DVector<f64>> = multistart::starts(&problem.bounds, &problem.held, options)
         .iter()

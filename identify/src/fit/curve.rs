@@ -13,8 +13,8 @@ use crate::loss::Loss;
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
 use crate::samples::Samples;
 
-/// Fewer samples are quicker as they are than as the nodes of [`Compressed`].
-const MANY: usize = 500;
+/// Fewer samples times starts are quicker as they are: compressing takes as long as some passes over them.
+const MANY: usize = 4000;
 /// Residuals that are this small beside the forces are rounding, not noise.
 const ROUNDING: f64 = 1e-4;
 
@@ -158,9 +158,9 @@ impl<'a> CurveCost<'a> {
         Self::of(problem, Data::Samples(problem.samples))
     }
 
-    /// Nearly the same cost for next to nothing, where there is one.
-    pub fn compressed(problem: &'a Problem<'a>) -> Option<Self> {
-        let pays = problem.loss == Loss::Square && problem.samples.len() >= MANY;
+    /// Nearly the same cost for next to nothing, where there is one and that many starts make it worth while.
+    pub fn compressed(problem: &'a Problem<'a>, starts: usize) -> Option<Self> {
+        let pays = problem.loss == Loss::Square && problem.samples.len() * starts >= MANY;
         pays.then(|| {
             Self::of(problem, Data::Compressed(Box::new(Compressed::new(problem.samples))))
         })
