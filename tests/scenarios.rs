@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use orchestrator::scenario::Scenario;
 use orchestrator::suite;
+use scenario::Scenario;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();

@@ -2,51 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use plugin::{Diagram, Host, Layer, Plugin, Request, Shape, Signal};
+use diagnostics::Error;
+use plugin::{Diagram, Host, Layer, Request, Shape, Signal};
+use recording::table::Table;
+use recording::{Derived, Sink};
+use scenario::plan::{AnalysisPlan, FILES, Origin, Wired};
 use serde_json::Value;
-
-use crate::error::Error;
-use crate::sink::{Derived, Sink};
-use crate::table::Table;
-
-/// An analysis, ready to run.
-#[derive(Debug)]
-pub struct AnalysisPlan {
-    /// What it is called.
-    pub name: String,
-    /// Who does it.
-    pub plugin: Plugin,
-    /// What it is to do, TOML.
-    pub config: String,
-    /// The signals that it gets.
-    pub wired: Vec<Wired>,
-    /// The file that some of them are in.
-    pub log: Option<Table>,
-}
-
-/// A signal of an analysis.
-#[derive(Debug)]
-pub struct Wired {
-    /// The name that the plugin knows it by.
-    pub name: String,
-    /// The unit that it is handed over in.
-    pub unit: String,
-    /// Where it comes from.
-    pub origin: Origin,
-    /// Unit conversion: what the values are multiplied by.
-    pub factor: f64,
-    /// Unit conversion: what is added after that.
-    pub offset: f64,
-}
-
-/// Where a signal of an analysis comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
-    /// A place in the rows of the run.
-    Run(usize),
-    /// A column of the analysis' file.
-    Log(usize),
-}
 
 /// The columns of a run that analyses want, kept until it is over.
 #[derive(Debug, Default)]
@@ -92,53 +53,47 @@ impl Collected {
 /// Takes a share done and what comes next; `false` asks the analysis to give up.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str) -> bool;
 
-impl AnalysisPlan {
-    /// Runs the analysis. What it records goes to `sink`, its files go to `folder`, and their names to `files`.
-    ///
-    /// # Errors
-    /// When the plugin fails, or what it leaves cannot be written.
-    pub fn run(
-        &self,
-        collected: &Collected,
-        (sink, folder, files): (&mut dyn Sink, &Path, &mut Vec<String>),
-        progress: Progress,
-    ) -> Result<Value, Error> {
-        let log_times = self.log.as_ref().map(Table::times).unwrap_or_default();
-        let columns: Vec<_> =
-            self.wired.iter().map(|wired| self.values(wired, collected)).collect();
-        let signals = self.wired.iter().zip(&columns).map(|(wired, values)| Signal {
-            name: &wired.name,
-            unit: &wired.unit,
-            time: match (wired.origin, &self.log) {
-                (Origin::Log(column), Some(log)) => &log_times[log.clock(column)],
-                _ => &collected.time,
-            },
-            values,
-        });
-        let request = Request { config: &self.config, signals: signals.collect() };
-        let name = &self.name;
-        let mut bench = Bench { name, sink, folder, files, progress, failed: None };
-        let outcome = self.plugin.run(&request, &mut bench);
-        if let Some(error) = bench.failed {
-            return Err(error);
-        }
-        let text = outcome.map_err(|what| Error::analysis(name, what))?;
-        serde_json::from_str(&text).map_err(|error| {
-            Error::analysis(
-                name,
-                format!("expected a result in JSON, found something else: {error}"),
-            )
-        })
+/// Runs the analysis. What it records goes to `sink`, its files go to `folder`, and their names to `files`.
+///
+/// # Errors
+/// When the plugin fails, or what it leaves cannot be written.
+pub fn run(
+    plan: &AnalysisPlan,
+    collected: &Collected,
+    (sink, folder, files): (&mut dyn Sink, &Path, &mut Vec<String>),
+    progress: Progress,
+) -> Result<Value, Error> {
+    let log_times = plan.log.as_ref().map(Table::times).unwrap_or_default();
+    let columns: Vec<_> = plan.wired.iter().map(|wired| values(plan, wired, collected)).collect();
+    let signals = plan.wired.iter().zip(&columns).map(|(wired, values)| Signal {
+        name: &wired.name,
+        unit: &wired.unit,
+        time: match (wired.origin, &plan.log) {
+            (Origin::Log(column), Some(log)) => &log_times[log.clock(column)],
+            _ => &collected.time,
+        },
+        values,
+    });
+    let request = Request { config: &plan.config, signals: signals.collect() };
+    let name = &plan.name;
+    let mut bench = Bench { name, sink, folder, files, progress, failed: None };
+    let outcome = plan.plugin.run(&request, &mut bench);
+    if let Some(error) = bench.failed {
+        return Err(error);
     }
+    let text = outcome.map_err(|what| Error::analysis(name, what))?;
+    serde_json::from_str(&text).map_err(|error| {
+        Error::analysis(name, format!("expected a result in JSON, found something else: {error}"))
+    })
+}
 
-    fn values(&self, wired: &Wired, collected: &Collected) -> Vec<f64> {
-        let values = match (wired.origin, &self.log) {
-            (Origin::Run(place), _) => collected.column(place),
-            (Origin::Log(column), Some(log)) => log.column(column),
-            (Origin::Log(_), None) => &[],
-        };
-        values.iter().map(|value| value * wired.factor + wired.offset).collect()
-    }
+fn values(plan: &AnalysisPlan, wired: &Wired, collected: &Collected) -> Vec<f64> {
+    let values = match (wired.origin, &plan.log) {
+        (Origin::Run(place), _) => collected.column(place),
+        (Origin::Log(column), Some(log)) => log.column(column),
+        (Origin::Log(_), None) => &[],
+    };
+    values.iter().map(|value| value * wired.factor + wired.offset).collect()
 }
 
 /// The program, as a plugin sees it. What goes wrong here ends the analysis at its next sign of progress.
@@ -154,7 +109,7 @@ struct Bench<'a> {
 impl Bench<'_> {
     fn write(&mut self, name: &str, text: &str) -> Result<(), Error> {
         let plain = Path::new(name).file_name().is_some_and(|file| file == name);
-        if !plain || crate::FILES.contains(&name) {
+        if !plain || FILES.contains(&name) {
             let what = format!("expected the name of a file of its own, found `{name}`");
             return Err(Error::analysis(self.name, what));
         }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::fmu::Fmu;
-use crate::fmu::description::{Variable, list};
+use fmu_import::Fmu;
+use fmu_import::description::{Variable, list};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]

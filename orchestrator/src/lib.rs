@@ -1,55 +1,32 @@
-//! Runs co-simulation scenarios: reads them, steps their FMUs, records and judges what happens.
-//!
-//! The data flows from `scenario` (the words that the user typed, with their place in the file) through
-//! `system` (a checked graph of indices) to the nodes, which `master` steps; each row goes to the sinks:
-//! recordings and checks. What was recorded goes to the analyses, whose results are checked too.
+//! A scenario's path goes in; a report of its run comes out: this crate builds what the scenario names, runs it, records it, lets
+//! analyses and validations follow, and judges all of it.
+#![forbid(unsafe_code)]
 
 pub mod analysis;
-pub mod check;
-#[cfg(feature = "rerun")]
-pub mod comparison;
-pub mod conform;
-pub mod effects;
-pub mod error;
-pub mod expression;
-pub mod fault;
-pub mod fmu;
 pub mod inspect;
-pub mod master;
-pub mod node;
 pub mod package;
-pub mod recording;
-pub mod recover;
 pub mod report;
-pub mod scenario;
-pub mod signal;
-pub mod sink;
-pub mod source;
-pub mod suggest;
 pub mod suite;
-pub mod system;
-pub mod table;
 pub mod validation;
-pub mod view;
-pub mod viewer;
 
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use analysis::{AnalysisPlan, Collected};
-use check::Checks;
-use error::Error;
-use fault::Faults;
-use master::Progress;
-use package::Built;
+use cosim::check::Checks;
+use cosim::fault::Faults;
+use cosim::master::{self, Progress};
+use cosim::node;
+use diagnostics::Error;
+use recording::{
+    Beside, Change, CsvSink, Derived, Event, Header, Lane, Level, McapSink, Row, Sink, State,
+};
+use scenario::plan::{AnalysisPlan, FILES, System};
+use scenario::resolve::Overrides;
+use scenario::{Built, Scenario, words};
+
+use analysis::Collected;
 use report::{Ending, Report, Validated};
-use scenario::Scenario;
-use sink::beside::Beside;
-use sink::csv::CsvSink;
-use sink::mcap::McapSink;
-use sink::{Change, Derived, Event, Header, Lane, Level, Row, Sink, State};
-use system::{Overrides, System};
 
 /// Where the replay goes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -125,7 +102,7 @@ fn drive(
 ) -> Result<Run, Error> {
     let mut system = System::resolve(scenario, built, &options.overrides, folder)?;
     validation::rehearse(scenario, built, &system)?;
-    let mut nodes = system.instantiate()?;
+    let mut nodes = node::instantiate(&mut system)?;
     let begin = Instant::now();
     let mut recorder = Recorder::new(&mut system, options)?;
     if let Some(url) = recorder.files.iter().find_map(|file| file.url()) {
@@ -174,7 +151,7 @@ fn drive(
 /// Runs a scenario that validates what the run of `scenario` found, and adds to the report how that went.
 fn validate(
     (scenario, system): (&Scenario, &System),
-    (validation, child): (&scenario::Validation, &Scenario),
+    (validation, child): (&words::Validation, &Scenario),
     built: &Built,
     options: &Options,
     report: &mut Report,
@@ -212,9 +189,6 @@ struct Recorder {
     files: Vec<Beside>,
     time: f64,
 }
-
-/// The files of a run.
-const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.csv.partial"];
 
 /// Removes what an earlier run left: it would pass for this one's if this one did not come to its end.
 fn clear(folder: &Path) -> Result<(), Error> {
@@ -273,7 +247,7 @@ impl Recorder {
             true
         };
         let leaves = (self as &mut dyn Sink, report.folder.as_path(), &mut report.files);
-        let result = plan.run(&collected, leaves, &mut progress);
+        let result = analysis::run(plan, &collected, leaves, &mut progress);
         self.collected = collected;
         report.analyses.insert(plan.name.clone(), result?);
         Ok(())
@@ -343,7 +317,7 @@ impl Sink for Recorder {
 
 #[cfg(feature = "rerun")]
 fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
-    use sink::rerun::{RerunSink, Target};
+    use ::replay::{RerunSink, Target};
     let target = match replay {
         Replay::Save => Target::File(header.folder.join("run.rrd")),
         Replay::Connect(url) => Target::Connect(url.clone()),

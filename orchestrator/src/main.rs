@@ -1,4 +1,5 @@
 //! Parses the command line, calls the library, prints what it says, and picks the exit code.
+#![forbid(unsafe_code)]
 
 use std::io::{IsTerminal as _, Write as _};
 use std::net::IpAddr;
@@ -8,14 +9,15 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use diagnostics::Error;
+use fmu_conformance::{self as conform, JudgeError};
+use fmu_import::Fmu;
 use indicatif::{ProgressBar, ProgressStyle};
-use orchestrator::conform;
-use orchestrator::error::Error;
-use orchestrator::fmu::Fmu;
-use orchestrator::package::{Product, Workspace};
+use orchestrator::package::Workspace;
 use orchestrator::suite::{self, Outcome, TestResult};
-use orchestrator::system::{Given, Overrides};
 use orchestrator::{News, Options, Replay};
+use scenario::Product;
+use scenario::resolve::{Given, Overrides};
 
 /// The packages whose FMUs make the closed loop.
 const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
@@ -163,7 +165,7 @@ fn main() -> ExitCode {
         Command::Pack { packages, example, out } => pack(&packages, &example, &out),
         Command::Inspect { fmu, json } => inspect(&fmu, json),
         Command::Conform(args) => conform(&args),
-        Command::View { run, other: None, .. } => orchestrator::viewer::view(&run).map(|()| 0),
+        Command::View { run, other: None, .. } => view(&run),
         Command::View { run, other: Some(other), save } => compare(&run, &other, save.as_deref()),
         Command::Recover { broken, out } => recover(&broken, out),
     };
@@ -192,7 +194,7 @@ fn run(args: &RunArgs) -> Result<u8, Error> {
     // The progress bar holds the line that the cursor is on.
     let patience = Duration::try_from_secs_f64(args.patience)
         .map_err(|error| Error::input(format!("--patience: {error}")))?;
-    orchestrator::fmu::watch(patience, |what| eprintln!("\n{what}"));
+    fmu_import::watch(patience, |what| eprintln!("\n{what}"));
     let mut worst = 0;
     for path in &args.scenarios {
         let out = args.out.as_ref().map(|out| match args.scenarios.len() {
@@ -354,9 +356,10 @@ fn conform(args: &ConformArgs) -> Result<u8, Error> {
         None => conform::TIME_LIMIT,
     };
     if let (Some(rule), Some(trail)) = (&args.rule, &args.trail) {
-        return conform::run_one(&args.fmu, rule, trail, limit).map(|()| 0);
+        let judged = conform::run_one(&args.fmu, rule, trail, limit);
+        return judged.map(|()| 0).map_err(not_judged);
     }
-    let findings = conform::run(&this_program()?, &args.fmu, limit)?;
+    let findings = conform::run(&this_program()?, &args.fmu, limit).map_err(not_judged)?;
     print(&match args.json {
         true => format!("{:#}\n", serde_json::json!(findings)),
         false => conform::lines(&findings),
@@ -364,10 +367,27 @@ fn conform(args: &ConformArgs) -> Result<u8, Error> {
     Ok(u8::from(findings.iter().any(|finding| finding.outcome == conform::Outcome::Fail)))
 }
 
+fn not_judged(error: JudgeError) -> Error {
+    match error {
+        JudgeError::Trail { path, source } => Error::output(&path, source),
+        error => Error::input(error.to_string()),
+    }
+}
+
+#[cfg(feature = "rerun")]
+fn view(run: &Path) -> Result<u8, Error> {
+    replay::viewer::view(run).map(|()| 0)
+}
+
+#[cfg(not(feature = "rerun"))]
+fn view(_run: &Path) -> Result<u8, Error> {
+    Err(without_rerun())
+}
+
 #[cfg(feature = "rerun")]
 fn compare(a: &Path, b: &Path, save: Option<&Path>) -> Result<u8, Error> {
     let mut note = |note: &str| eprintln!("note: {note}");
-    orchestrator::viewer::compare(a, b, save, &mut note)?;
+    replay::viewer::compare(a, b, save, &mut note)?;
     if let Some(path) = save {
         print(&format!("{}\n", path.display()));
     }
@@ -376,7 +396,12 @@ fn compare(a: &Path, b: &Path, save: Option<&Path>) -> Result<u8, Error> {
 
 #[cfg(not(feature = "rerun"))]
 fn compare(_a: &Path, _b: &Path, _save: Option<&Path>) -> Result<u8, Error> {
-    Err(Error::input("this program was built without the feature `rerun`"))
+    Err(without_rerun())
+}
+
+#[cfg(not(feature = "rerun"))]
+fn without_rerun() -> Error {
+    Error::input("this program was built without the feature `rerun`")
 }
 
 fn recover(broken: &Path, out: Option<PathBuf>) -> Result<u8, Error> {
@@ -384,7 +409,7 @@ fn recover(broken: &Path, out: Option<PathBuf>) -> Result<u8, Error> {
     if into == broken {
         return Err(Error::input("--out: expected another file than the broken one"));
     }
-    let found = orchestrator::recover::recover(broken, &into)?;
+    let found = recording::recover::recover(broken, &into)?;
     let (messages, channels, seconds) = (found.messages, found.channels, found.seconds);
     let end = match found.lost {
         Some(reason) => format!("up to where it is broken: {reason}"),

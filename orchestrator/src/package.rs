@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use diagnostics::closest;
+use scenario::{Built, Product};
 use serde::Deserialize;
 
-use crate::suggest::closest;
 pub use wanted::build;
 
 /// Why packages could not be built or packed.
@@ -98,15 +99,6 @@ impl Package {
             self.targets.iter().filter(|target| target.makes_library() && target.is_example());
         examples.map(|target| target.name.as_str())
     }
-}
-
-/// What an FMU is built from: the library of a package, or an example of it.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Product {
-    /// The package.
-    pub package: String,
-    /// Its example, when the FMU is not the package itself.
-    pub example: Option<String>,
 }
 
 /// A line of `cargo build --message-format=json`.
@@ -321,13 +313,4 @@ fn last_line(output: &Output) -> String {
         .unwrap_or("no message")
         .trim()
         .to_owned()
-}
-
-/// What was built for a scenario.
-#[derive(Debug, Clone, Default)]
-pub struct Built {
-    /// Archives of FMUs.
-    pub archives: BTreeMap<Product, PathBuf>,
-    /// Libraries of plugins.
-    pub plugins: BTreeMap<Product, PathBuf>,
 }

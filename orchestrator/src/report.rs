@@ -6,14 +6,14 @@ mod text;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use cosim::check::Verdict;
+use cosim::master::Progress;
+use diagnostics::Error;
+use fmu_import::sha256;
+use scenario::Scenario;
+use scenario::plan::{Body, System};
 use serde::Serialize;
 
-use crate::check::Verdict;
-use crate::error::Error;
-use crate::fmu::sha256;
-use crate::master::Progress;
-use crate::scenario::Scenario;
-use crate::system::{Body, System};
 pub(crate) use earlier::Earlier;
 
 /// How a run ended.

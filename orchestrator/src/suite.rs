@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use diagnostics::Error;
 use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
 use rayon::prelude::*;
+use scenario::Scenario;
 
-use crate::error::Error;
 use crate::package;
-use crate::scenario::Scenario;
 
 /// How a scenario ended as a test.
 #[derive(Debug, Clone)]

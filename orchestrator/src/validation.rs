@@ -1,40 +1,16 @@
 //! Says with which values the scenarios run that validate what a run found.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use fmi_rs::model_description::fmi2::Causality;
+use diagnostics::{Error, closest};
+use fmu_import::Causality;
+use fmu_import::description::Variable;
+use scenario::plan::{Body, NodePlan, Start, StartValue, System};
+use scenario::resolve::{Given, Overrides};
+use scenario::words::Validation;
+use scenario::{Built, Scenario};
 
-use crate::error::Error;
-use crate::fmu::description::Variable;
-use crate::package::Built;
 use crate::report::Report;
-use crate::scenario::{Scenario, Validation};
-use crate::suggest::closest;
-use crate::system::{Body, Given, NodePlan, Overrides, Start, StartValue, System};
-
-/// Makes sure that each validation has a name of its own, which a folder can have.
-///
-/// # Errors
-/// At the name.
-pub fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(), Error> {
-    let document = &scenario.document;
-    for (place, validation) in document.validation.iter().enumerate() {
-        let name = validation.name.get_ref();
-        let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
-        if !plain || crate::FILES.contains(&name.as_str()) {
-            let message = format!("expected a name that a folder can have, found `{name}`");
-            return Err(scenario.error(&validation.name, message));
-        }
-        let before = document.validation[..place].iter().map(|other| &other.name);
-        let analyses = document.analysis.iter().map(|analysis| &analysis.name);
-        let mut others = before.chain(analyses).map(toml::Spanned::get_ref);
-        if others.any(|other| other == name) || nodes.iter().any(|node| node.name == *name) {
-            let message = format!("something else is called `{name}` already");
-            return Err(scenario.error(&validation.name, message));
-        }
-    }
-    Ok(())
-}
 
 /// Finds what is wrong with the validations of a scenario, and with theirs, as far as that can be known before anything runs.
 ///
@@ -126,7 +102,7 @@ fn parameters(node: &NodePlan) -> impl Iterator<Item = (String, String)> {
 
 /// Whether a start value is that of a variable. References are unique within a type, Enumeration being Integer.
 fn is_of(start: &Start, variable: &Variable) -> bool {
-    use crate::fmu::description::Type;
+    use fmu_import::description::Type;
     let fits = matches!(
         (&start.value, variable.kind),
         (StartValue::Real(_), Type::Real)

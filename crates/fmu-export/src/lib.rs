@@ -146,13 +146,13 @@ mod log;
 #[cfg(feature = "pack")]
 pub mod pack;
 mod table;
-pub mod unit;
 mod value;
 mod variable;
 
 pub use derivative::{Derivatives, Equations, Number};
 pub use info::Info;
 pub use log::{LOG_CATEGORIES, log, warn};
+pub use units as unit;
 pub use value::Value;
 pub use variable::{
     Access, Causality, Depends, Initial, Kind, Row, Variability, Variable, calculated_parameter,

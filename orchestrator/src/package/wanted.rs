@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use diagnostics::Error;
+use scenario::{Built, Product, Scenario};
 use toml::Spanned;
 
-use super::{BuildError, Built, Product, Workspace};
-use crate::error::Error;
-use crate::scenario::Scenario;
+use super::{BuildError, Workspace};
 
 /// Something that a scenario names by `crate`.
 struct Wanted<'a> {

@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use cosim::check::Verdict;
+
 use super::{Ending, Report, Validated};
-use crate::check::Verdict;
 
 impl Report {
     /// The verdict as Markdown, for the recordings.

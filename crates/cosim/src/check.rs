@@ -1,0 +1,179 @@
+//! Judges a run while it happens: a sink that ends in verdicts.
+
+mod results;
+
+use std::collections::BTreeMap;
+
+use diagnostics::Error;
+use expression::{Monitor, Outcome};
+use recording::{Change, Lane, Row, Sink, State};
+use scenario::plan::{CheckPlan, Subject};
+use serde::Serialize;
+use serde_json::Value;
+
+/// What became of a check.
+#[derive(Debug, Clone, Serialize)]
+pub struct Verdict {
+    /// What the check is called.
+    pub name: String,
+    /// What had to hold.
+    pub that: String,
+    /// Whether it did.
+    pub passed: bool,
+    /// First and last moment of the window [s].
+    pub during: [f64; 2],
+    /// By how much a comparison was allowed to be off.
+    pub tolerance: f64,
+    /// Samples in the window.
+    pub samples: u64,
+    /// How far the worst sample was from failing, tolerance included; negative when it failed.
+    pub margin: Option<f64>,
+    /// The time of the worst sample [s].
+    pub at: Option<f64>,
+    /// The left side of the comparison there.
+    pub value: Option<f64>,
+    /// The right side of the comparison there.
+    pub limit: Option<f64>,
+    /// Why it failed, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// All checks of a run.
+pub struct Checks {
+    checks: Vec<(CheckPlan, Monitor)>,
+    /// What each check is, and what it became since that was asked for.
+    states: Vec<State>,
+    changes: Vec<Change>,
+    /// The last communication point so far [s].
+    reached: f64,
+    /// Half a communication step [s]: windows include the points at their ends whatever their digits.
+    slack: f64,
+}
+
+impl Checks {
+    /// Takes the checks of a system whose communication step is `step` [s].
+    #[must_use]
+    pub fn new(plans: Vec<CheckPlan>, step: f64) -> Self {
+        let monitor = |plan: CheckPlan| {
+            let monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
+            (plan, monitor)
+        };
+        Checks {
+            states: vec![State::Idle; plans.len()],
+            checks: plans.into_iter().map(monitor).collect(),
+            changes: Vec::new(),
+            reached: 0.0,
+            slack: 0.5 * step,
+        }
+    }
+
+    /// What became of the conditions on each sample since the last call.
+    pub fn changes(&mut self) -> Vec<Change> {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// What became of the conditions on a window as a whole: their verdict holds for all of it.
+    #[must_use]
+    pub fn reductions(&self, verdicts: &[Verdict]) -> Vec<Change> {
+        let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
+            plan.subject == Subject::Run && plan.expression.is_reduction()
+        });
+        let both = |(_, verdict): (_, &Verdict)| {
+            let state = if verdict.passed { State::Holds } else { State::Violated };
+            let [from, to] = verdict.during;
+            [(from, state), (to, State::Idle)]
+                .map(|(time, state)| change(&verdict.name, time, state))
+        };
+        judged.flat_map(both).collect()
+    }
+
+    /// The verdicts, in the order of the file, given the results of analyses and validations.
+    #[must_use]
+    pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
+        let judge = |(plan, monitor): &(CheckPlan, Monitor)| {
+            if let Subject::Results(names) = &plan.subject {
+                return judge_results(plan, results::look_up(results, names));
+            }
+            let mut verdict = verdict(plan, &monitor.verdict());
+            if plan.windowed && self.reached < plan.during[1] - self.slack {
+                verdict.passed = false;
+                let reached = self.reached;
+                verdict.reason =
+                    Some(format!("the run ended at {reached:.3} s, before the window did"));
+            }
+            verdict
+        };
+        self.checks.iter().map(judge).collect()
+    }
+}
+
+impl Sink for Checks {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+        self.reached = time;
+        let checks = self.checks.iter_mut().zip(&mut self.states);
+        for ((plan, monitor), state) in checks.filter(|((it, _), _)| it.subject == Subject::Run) {
+            let [from, to] = plan.during;
+            let inside = time > from - self.slack && time < to + self.slack;
+            let holds = inside.then(|| monitor.sample(time, &row.numbers, &row.texts)).flatten();
+            let now = holds.map_or(State::Idle, |holds| match holds {
+                true => State::Holds,
+                false => State::Violated,
+            });
+            if now != std::mem::replace(state, now) {
+                self.changes.push(change(&plan.name, time, now));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+fn change(name: &str, time: f64, state: State) -> Change {
+    Change { time, lane: Lane::Check, name: name.to_owned(), state }
+}
+
+/// Judges the results that a check is about, or says why there are none.
+fn judge_results(plan: &CheckPlan, found: Result<(Vec<f64>, Vec<String>), String>) -> Verdict {
+    let mut monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
+    if let Ok((numbers, texts)) = &found {
+        monitor.sample(0.0, numbers, texts);
+    }
+    let verdict = verdict(plan, &Outcome { at: None, ..monitor.verdict() });
+    match found {
+        Ok(_) => verdict,
+        Err(reason) => Verdict { reason: Some(reason), ..verdict },
+    }
+}
+
+fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
+    let reason =
+        match outcome {
+            Outcome { passed: true, .. } => None,
+            Outcome { samples: 0, .. } => Some("the run has no sample in the window".to_owned()),
+            Outcome { nan: true, .. } => Some("it is not a number".to_owned()),
+            Outcome { value: Some(value), limit: Some(limit), at, .. } => {
+                let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
+                Some(format!("{value:.6} against {limit:.6}{place}"))
+            }
+            Outcome { at, .. } => Some(at.map_or("it does not hold".to_owned(), |at| {
+                format!("it does not hold at {at:.3} s")
+            })),
+        };
+    Verdict {
+        name: plan.name.clone(),
+        that: plan.that.clone(),
+        passed: outcome.passed,
+        during: plan.during,
+        tolerance: plan.tolerance,
+        samples: outcome.samples,
+        margin: outcome.margin,
+        at: outcome.at,
+        value: outcome.value,
+        limit: outcome.limit,
+        reason,
+    }
+}

@@ -1,0 +1,186 @@
+//! Says what went wrong, whose matter it is, and so which exit code the program ends with.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+
+use crate::text_file::TextFile;
+
+/// Why a run could not be done, or not to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Something that the user wrote is wrong: a scenario, a table, an argument.
+    #[error("{0}")]
+    Input(Box<Input>),
+    /// An FMU failed.
+    #[error("{0}")]
+    Component(Box<Failure>),
+    /// An analysis failed.
+    #[error("analysis `{name}`: {what}")]
+    Analysis {
+        /// Its name in the scenario.
+        name: String,
+        /// What it says, or what it did.
+        what: String,
+    },
+    /// A validation did not come to its end.
+    #[error("validation `{name}`: {error}")]
+    Validation {
+        /// Its name in the scenario.
+        name: String,
+        /// Why.
+        error: Box<Error>,
+    },
+    /// A result could not be written.
+    #[error("{}: could not write: {what}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        what: String,
+    },
+}
+
+/// What is wrong with something that the user wrote, and where it stands.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct Input {
+    message: String,
+    file: Option<NamedSource<String>>,
+    labels: Vec<LabeledSpan>,
+    help: Option<String>,
+}
+
+/// What a node of the run did: which node, which call, at what time.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("node `{node}`: {call}{} {what}", .time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default())]
+pub struct Failure {
+    /// The node's name in the scenario.
+    pub node: String,
+    /// The call that failed: `fmi2DoStep`.
+    pub call: String,
+    /// Simulated time [s], once there is one.
+    pub time: Option<f64>,
+    /// What it returned or wrote, and what its log says about it.
+    pub what: String,
+}
+
+/// A time for people [s]: `k h` with the rounding error of the product left out.
+#[must_use]
+pub fn rounded(time: f64) -> f64 {
+    (time * 1e9).round() / 1e9
+}
+
+impl Error {
+    /// Something wrong that has no place in a file.
+    #[must_use]
+    pub fn input(message: impl Into<String>) -> Self {
+        Error::Input(Box::new(Input {
+            message: message.into(),
+            file: None,
+            labels: Vec::new(),
+            help: None,
+        }))
+    }
+
+    /// Something wrong at `span` (bytes of the file), with `label` under the place.
+    #[must_use]
+    pub(crate) fn at(
+        file: &TextFile,
+        span: Range<usize>,
+        message: impl Into<String>,
+        label: &str,
+    ) -> Self {
+        let named = NamedSource::new(file.path.display().to_string(), file.text.clone());
+        let label = (!label.is_empty()).then(|| label.to_owned());
+        Error::Input(Box::new(Input {
+            message: message.into(),
+            file: Some(named.with_language("toml")),
+            labels: vec![LabeledSpan::new_with_span(label, span)],
+            help: None,
+        }))
+    }
+
+    /// A failure of a node.
+    #[must_use]
+    pub fn component(node: &str, call: &str, time: Option<f64>, what: impl Into<String>) -> Self {
+        Error::Component(Box::new(Failure {
+            node: node.to_owned(),
+            call: call.to_owned(),
+            time,
+            what: what.into(),
+        }))
+    }
+
+    /// A failure of an analysis.
+    #[must_use]
+    pub fn analysis(name: &str, what: impl Into<String>) -> Self {
+        Error::Analysis { name: name.to_owned(), what: what.into() }
+    }
+
+    /// A result that could not be written.
+    #[must_use]
+    pub fn output(path: &Path, what: impl std::fmt::Display) -> Self {
+        Error::Output { path: path.to_owned(), what: what.to_string() }
+    }
+
+    /// Adds what to do about it.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        if let Error::Input(input) = &mut self {
+            input.help = Some(help.into());
+        }
+        self
+    }
+
+    /// The exit code of the program: 2 for the user's matters, 3 for an FMU's or a plugin's.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Input(_) | Error::Output { .. } => 2,
+            Error::Component(_) | Error::Analysis { .. } => 3,
+            Error::Validation { error, .. } => error.exit_code(),
+        }
+    }
+}
+
+impl Diagnostic for Input {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as _)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.file.as_ref().map(|file| file as _)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        Some(Box::new(self.labels.iter().cloned()))
+    }
+}
+
+impl Diagnostic for Error {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        match self {
+            Error::Input(input) => input.help(),
+            Error::Validation { error, .. } => Diagnostic::help(&**error),
+            _ => None,
+        }
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        match self {
+            Error::Input(input) => input.source_code(),
+            Error::Validation { error, .. } => error.source_code(),
+            _ => None,
+        }
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        match self {
+            Error::Input(input) => input.labels(),
+            Error::Validation { error, .. } => error.labels(),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! Text files and places in them go in; errors that point at words, and names that were probably meant, come out.
+#![forbid(unsafe_code)]
+
+mod error;
+mod source;
+mod suggest;
+mod text_file;
+
+pub use error::{Error, Failure, Input, rounded};
+pub use source::Source;
+pub use suggest::closest;
+pub use text_file::TextFile;

@@ -1,0 +1,133 @@
+//! Holds the text files that a scenario is made of, so that errors can point into them.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use toml::Spanned;
+
+use crate::error::Error;
+use crate::text_file::{TextFile, read};
+
+/// Text files, one behind the other: a place in any of them is a range of bytes of them all.
+#[derive(Debug, Clone, Default)]
+pub struct Source {
+    first: TextFile,
+    others: Vec<TextFile>,
+    /// Files that these name, as they were when a run was recorded.
+    kept: Vec<TextFile>,
+}
+
+impl Source {
+    /// Reads the file that the user named.
+    ///
+    /// # Errors
+    /// In words, when it cannot be read.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        Ok(Source { first: read(path)?, ..Source::default() })
+    }
+
+    /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
+    #[must_use]
+    pub fn recorded(first: TextFile, others: Vec<TextFile>, kept: Vec<TextFile>) -> Self {
+        Source { first, others, kept }
+    }
+
+    /// Keeps the text of another file, if it is one, for recordings.
+    pub fn keep(&mut self, path: &Path) {
+        self.kept.extend(read(path));
+    }
+
+    /// What a file said when it was kept.
+    #[must_use]
+    pub fn kept(&self, path: &Path) -> Option<&str> {
+        self.kept.iter().find(|file| file.path == path).map(|file| file.text.as_str())
+    }
+
+    /// All files that recordings keep, under their names in the folder of the first one: those of the scenario, and those that
+    /// they name.
+    #[must_use]
+    pub fn to_keep(&self) -> [Vec<TextFile>; 2] {
+        let folder = self.first.path.parent().unwrap_or(Path::new(""));
+        let named = |file: &TextFile| TextFile {
+            path: file.path.strip_prefix(folder).unwrap_or(&file.path).to_owned(),
+            text: file.text.clone(),
+        };
+        [self.files().map(named).collect(), self.kept.iter().map(named).collect()]
+    }
+
+    /// Reads another file, which the word at `place` names.
+    ///
+    /// # Errors
+    /// At that word, when it cannot be read.
+    pub fn add(&mut self, path: &Path, place: Range<usize>) -> Result<(), Error> {
+        self.others.push(read(path).map_err(|message| self.error(place, message, ""))?);
+        Ok(())
+    }
+
+    /// The files, that of the user first.
+    pub fn files(&self) -> impl Iterator<Item = &TextFile> {
+        std::iter::once(&self.first).chain(&self.others)
+    }
+
+    /// The file that the user named.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.first.path
+    }
+
+    /// The files, each with the place of its first byte. The place behind its last byte is its own, too.
+    fn placed(&self) -> impl Iterator<Item = (usize, &TextFile)> {
+        self.files().scan(0, |next, file| {
+            let begin = *next;
+            *next += file.text.len() + 1;
+            Some((begin, file))
+        })
+    }
+
+    fn find(&self, place: usize) -> (usize, &TextFile) {
+        let before = self.placed().take_while(|(begin, _)| *begin <= place);
+        before.last().unwrap_or((0, &self.first))
+    }
+
+    /// The texts of the files behind so many blanks that a parser finds each place where it is here.
+    #[must_use]
+    pub fn shifted(&self) -> Vec<String> {
+        self.placed().map(|(begin, file)| " ".repeat(begin) + &file.text).collect()
+    }
+
+    /// The letters at a place.
+    #[must_use]
+    pub fn letters(&self, place: Range<usize>) -> &str {
+        let (begin, file) = self.find(place.start);
+        file.text.get(place.start - begin..place.end - begin).unwrap_or_default()
+    }
+
+    /// The texts of all files, under their names if there are several.
+    #[must_use]
+    pub fn whole(&self) -> String {
+        if self.others.is_empty() {
+            return self.first.text.clone();
+        }
+        let named = |file: &TextFile| format!("# {}\n\n{}", file.path.display(), file.text);
+        self.files().map(named).collect::<Vec<_>>().join("\n")
+    }
+
+    /// A path that a word names, which is relative to the file that the word stands in.
+    #[must_use]
+    pub fn resolve(&self, word: &Spanned<String>) -> PathBuf {
+        self.folder(word.span()).join(word.get_ref())
+    }
+
+    /// The folder of the file that a place is in.
+    #[must_use]
+    pub fn folder(&self, place: Range<usize>) -> &Path {
+        self.find(place.start).1.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// An error at a place, with `label` under it.
+    #[must_use]
+    pub fn error(&self, place: Range<usize>, message: impl Into<String>, label: &str) -> Error {
+        let (begin, file) = self.find(place.start);
+        Error::at(file, place.start - begin..place.end - begin, message, label)
+    }
+}

@@ -1,0 +1,273 @@
+//! Drives instances with inputs that are the same on every run, and notes what comes out.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use fmu_import::description::{Description, Type, Variable};
+use fmu_import::{CallError, Causality, Instance, Library, Variability};
+
+use super::process::Trail;
+use super::{Objection, broken};
+
+/// The communication step of FMUs that do not name one [s].
+const STEP: f64 = 0.01;
+/// How many steps the runs that are compared have.
+pub(super) const STEPS: u32 = 20;
+/// How far an input goes from its start value, as a share of its nominal value: far enough to be
+/// noticed, and not so far that it leaves what a model is made for.
+const SHARE: f64 = 0.1;
+
+/// A library under test.
+pub(super) struct Bench<'a> {
+    pub(super) library: Arc<Library>,
+    pub(super) limit: Duration,
+    trail: &'a Trail,
+}
+
+/// A value of any type.
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    Real(f64),
+    Integer(i32),
+    Boolean(bool),
+    String(String),
+}
+
+/// Equal to the bit, since also what a run gives for NaN must be the same.
+impl PartialEq for Value {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Value::Real(a), Value::Real(b)) => a.to_bits() == b.to_bits(),
+            (Value::Integer(a), Value::Integer(b)) => a == b,
+            (Value::Boolean(a), Value::Boolean(b)) => a == b,
+            (Value::String(a), Value::String(b)) => a == b,
+            _ => false,
+        }
+    }
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Value::Real(value) => write!(out, "{value}"),
+            Value::Integer(value) => write!(out, "{value}"),
+            Value::Boolean(value) => write!(out, "{value}"),
+            Value::String(value) => write!(out, "{value:?}"),
+        }
+    }
+}
+
+/// The outputs at one communication point.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Row {
+    pub(super) time: f64,
+    pub(super) values: Vec<Value>,
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(library: Arc<Library>, trail: &'a Trail, limit: Duration) -> Self {
+        Bench { library, limit, trail }
+    }
+
+    pub(super) fn about(&self) -> &Description {
+        self.library.description()
+    }
+
+    /// The communication step [s].
+    pub(super) fn step(&self) -> f64 {
+        self.about().default_step.filter(|step| *step > 0.0).unwrap_or(STEP)
+    }
+
+    /// The time of a communication point [s].
+    pub(super) fn time(&self, tick: f64) -> f64 {
+        self.about().default_start + tick * self.step()
+    }
+
+    /// Says what comes next, should it be the last thing that happens.
+    pub(super) fn note(&self, what: &str) {
+        self.trail.note(what);
+    }
+
+    /// A fresh instance.
+    pub(super) fn instance(&self) -> Result<Instance, CallError> {
+        self.note("fmi2Instantiate");
+        self.quiet_instance()
+    }
+
+    /// A fresh instance without a note, for those who make many.
+    pub(super) fn quiet_instance(&self) -> Result<Instance, CallError> {
+        Instance::new(Arc::clone(&self.library), "conform", false)
+    }
+
+    /// Brings an instance into initialization mode.
+    pub(super) fn enter(&self, instance: &mut Instance) -> Result<(), CallError> {
+        self.note("fmi2SetupExperiment");
+        // Far enough away for every run here.
+        instance.setup_experiment(self.time(0.0), self.time(1000.0))?;
+        self.note("fmi2EnterInitializationMode");
+        instance.enter_initialization()
+    }
+
+    /// Brings an instance to its first communication point.
+    pub(super) fn initialise(&self, instance: &mut Instance) -> Result<(), CallError> {
+        self.enter(instance)?;
+        self.note("fmi2ExitInitializationMode");
+        instance.exit_initialization()
+    }
+
+    /// An instance at its first communication point.
+    pub(super) fn ready(&self) -> Result<Instance, CallError> {
+        let mut instance = self.instance()?;
+        self.initialise(&mut instance)?;
+        Ok(instance)
+    }
+
+    /// Sets the inputs of communication point `tick`, steps to the next one and reads the outputs.
+    /// Another `variant` is another set of inputs.
+    pub(super) fn advance(
+        &self,
+        instance: &mut Instance,
+        tick: u32,
+        variant: u32,
+    ) -> Result<Row, CallError> {
+        let (from, to) = (self.time(tick.into()), self.time((tick + 1).into()));
+        self.set_inputs(instance, tick, variant)?;
+        self.do_step(instance, from, self.step())?;
+        self.row(instance, to)
+    }
+
+    pub(super) fn do_step(
+        &self,
+        instance: &mut Instance,
+        time: f64,
+        step: f64,
+    ) -> Result<(), CallError> {
+        self.note(&format!("fmi2DoStep at t = {time} s"));
+        instance.do_step(time, step).map_err(|mut error| {
+            error.what = format!("of {step} s from t = {time} s {}", error.what);
+            error
+        })
+    }
+
+    /// The rows of the communication points after `ticks`.
+    pub(super) fn run(
+        &self,
+        instance: &mut Instance,
+        ticks: std::ops::Range<u32>,
+        variant: u32,
+    ) -> Result<Vec<Row>, CallError> {
+        ticks.map(|tick| self.advance(instance, tick, variant)).collect()
+    }
+
+    /// The outputs now.
+    pub(super) fn row(&self, instance: &mut Instance, time: f64) -> Result<Row, CallError> {
+        self.note(&format!("reading the outputs at t = {time} s"));
+        let outputs = self.with(Causality::Output);
+        let values = outputs.map(|output| read(instance, output)).collect::<Result<_, _>>()?;
+        Ok(Row { time, values })
+    }
+
+    pub(super) fn with(&self, causality: Causality) -> impl Iterator<Item = &Variable> {
+        let variables = self.about().variables.iter();
+        variables.filter(move |variable| variable.causality == causality)
+    }
+
+    /// The real variables with a causality that may change at any time.
+    pub(super) fn continuous(&self, causality: Causality) -> impl Iterator<Item = &Variable> {
+        self.with(causality).filter(|variable| {
+            variable.kind == Type::Real && variable.variability == Variability::Continuous
+        })
+    }
+
+    pub(super) fn set_inputs(
+        &self,
+        instance: &mut Instance,
+        tick: u32,
+        variant: u32,
+    ) -> Result<(), CallError> {
+        self.note(&format!("setting the inputs at t = {} s", self.time(tick.into())));
+        for (place, input) in self.with(Causality::Input).enumerate() {
+            match pattern(input, f64::from(tick) + 3.0 * place as f64 + 7.0 * f64::from(variant)) {
+                Some(Value::Real(value)) => instance.set_real(&[input.reference], &[value])?,
+                Some(Value::Integer(value)) => {
+                    instance.set_integer(&[input.reference], &[value])?
+                }
+                Some(Value::Boolean(value)) => {
+                    instance.set_boolean(&[input.reference], &[value.into()])?
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Insists that two runs are equal to the bit.
+    pub(super) fn same(&self, expected: &[Row], found: &[Row]) -> Result<(), Objection> {
+        for (expected, found) in expected.iter().zip(found) {
+            let values = expected.values.iter().zip(&found.values);
+            for (output, (expected, value)) in self.with(Causality::Output).zip(values) {
+                if expected != value {
+                    let (name, time) = (&output.name, found.time);
+                    return broken(format!(
+                        "expected `{name}` = {expected} at t = {time} s, found {value}"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What an input does over time: a slow wave around its start value, inside of its limits. Texts and
+/// enumerations stay, since only their author knows which other values mean anything.
+fn pattern(input: &Variable, phase: f64) -> Option<Value> {
+    let wave = (0.3 * phase).sin();
+    let start = input.start.as_ref().and_then(|start| start.parse().ok()).unwrap_or(0.0);
+    let (min, max) = (input.min.unwrap_or(f64::NEG_INFINITY), input.max.unwrap_or(f64::INFINITY));
+    // Not `clamp`, which panics when somebody's limits are the wrong way round.
+    let inside = |value: f64| value.min(max).max(min);
+    match input.kind {
+        _ if input.variability == Variability::Constant => None,
+        Type::Real => {
+            let nominal = input.nominal.unwrap_or_else(|| f64::abs(start).max(1.0));
+            Some(Value::Real(inside(start + SHARE * nominal * wave)))
+        }
+        // Integers of 32 bits are exact in f64, and the cast saturates.
+        Type::Integer => Some(Value::Integer(inside(start + (2.0 * wave).round()) as i32)),
+        Type::Boolean => Some(Value::Boolean(wave > 0.0)),
+        Type::Enumeration | Type::String => None,
+    }
+}
+
+/// Reads a variable.
+pub(super) fn read(instance: &mut Instance, variable: &Variable) -> Result<Value, CallError> {
+    let reference = [variable.reference];
+    let (mut real, mut integer) = ([0.0], [0]);
+    let value = match variable.kind {
+        Type::Real => instance.get_real(&reference, &mut real).map(|()| Value::Real(real[0])),
+        Type::Integer | Type::Enumeration => {
+            instance.get_integer(&reference, &mut integer).map(|()| Value::Integer(integer[0]))
+        }
+        Type::Boolean => {
+            instance.get_boolean(&reference, &mut integer).map(|()| Value::Boolean(integer[0] != 0))
+        }
+        Type::String => instance.get_string(variable.reference).map(Value::String),
+    };
+    value.map_err(|mut error| {
+        error.what = format!("of `{}` {}", variable.name, error.what);
+        error
+    })
+}
+
+/// Sets a variable to its start value, or else to nothing in particular.
+pub(super) fn set_start(instance: &mut Instance, variable: &Variable) -> Result<(), CallError> {
+    let start = variable.start.as_deref().unwrap_or_default().trim();
+    let (reference, number) = ([variable.reference], start.parse::<f64>().unwrap_or(0.0));
+    match variable.kind {
+        Type::Real => instance.set_real(&reference, &[number]),
+        // A value of 32 bits is exact in f64.
+        Type::Integer | Type::Enumeration => instance.set_integer(&reference, &[number as i32]),
+        Type::Boolean => instance.set_boolean(&reference, &[matches!(start, "true" | "1").into()]),
+        Type::String => instance.set_string(variable.reference, start),
+    }
+}

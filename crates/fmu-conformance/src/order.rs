@@ -1,0 +1,166 @@
+//! Checks that calls which FMI 2.0 does not allow in a state of an instance are refused and do no harm.
+
+use std::collections::BTreeMap;
+
+use fmu_import::{CallError, Causality, Instance};
+
+use super::bench::{Bench, Row, STEPS, read, set_start};
+use super::{Objection, Verdict, broken};
+
+/// A state of table 4.2.4 of FMI 2.0 that every master can bring every FMU to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    Instantiated,
+    InitializationMode,
+    StepComplete,
+    Terminated,
+}
+
+pub(super) use State::{InitializationMode, Instantiated, StepComplete, Terminated};
+
+type Call = fn(&Bench, &mut Instance) -> Result<(), CallError>;
+
+#[rustfmt::skip]
+/// The calls, and the states in which each of them is illegal by table 4.2.4.
+const ILLEGAL: &[(&str, Call, &[State])] = &[
+    ("fmi2SetupExperiment", setup, &[InitializationMode, StepComplete, Terminated]),
+    ("fmi2EnterInitializationMode", |_, instance| instance.enter_initialization(), &[InitializationMode, StepComplete, Terminated]),
+    ("fmi2ExitInitializationMode", |_, instance| instance.exit_initialization(), &[Instantiated, StepComplete, Terminated]),
+    ("fmi2Terminate", |_, instance| instance.terminate(), &[Instantiated, InitializationMode, Terminated]),
+    ("fmi2DoStep", step, &[Instantiated, InitializationMode, Terminated]),
+    ("fmi2CancelStep", |_, instance| instance.cancel_step(), &[Instantiated, InitializationMode, StepComplete, Terminated]),
+    ("reading a variable", get, &[Instantiated]),
+    ("setting a variable", set, &[Terminated]),
+    ("fmi2GetDirectionalDerivative", derivative, &[Instantiated]),
+    ("fmi2SetRealInputDerivatives", slope, &[Terminated]),
+    ("fmi2GetRealOutputDerivatives", output_slope, &[Instantiated, InitializationMode]),
+    ("fmi2GetStatus", |_, instance| instance.status().map(drop), &[Instantiated, InitializationMode]),
+    ("fmi2GetRealStatus", |_, instance| instance.last_successful_time().map(drop), &[Instantiated, InitializationMode]),
+    ("fmi2GetBooleanStatus", |_, instance| instance.ended().map(drop), &[Instantiated, InitializationMode]),
+];
+
+fn setup(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    instance.setup_experiment(bench.time(0.0), bench.time(1000.0))
+}
+
+/// A step that would be right if the state were.
+fn step(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    instance.do_step(bench.time(0.0), bench.step())
+}
+
+/// Whether there is a variable for the call that reads one: the first output, or else any.
+fn get(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let variable = bench.with(Causality::Output).next().or(bench.about().variables.first());
+    variable.map_or_else(none, |variable| read(instance, variable).map(drop))
+}
+
+/// Sets an input, or else a parameter, to its start value.
+fn set(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let mut settable = bench.with(Causality::Input).chain(bench.with(Causality::Parameter));
+    let variable = settable.find(|variable| variable.start.is_some());
+    variable.map_or_else(none, |variable| set_start(instance, variable))
+}
+
+/// What an FMU does not claim to do may end in any way, so it is not tried.
+fn derivative(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let [inputs, outputs] =
+        [Causality::Input, Causality::Output].map(|it| bench.continuous(it).next());
+    match inputs.zip(outputs).filter(|_| bench.about().directional_derivative) {
+        Some((input, output)) => instance.derivative(output.reference, input.reference).map(drop),
+        None => none(),
+    }
+}
+
+fn slope(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let input = bench.continuous(Causality::Input).next();
+    let input = input.filter(|_| bench.about().interpolated_inputs);
+    input.map_or_else(none, |input| instance.set_input_derivative(input.reference, 1, 0.0))
+}
+
+fn output_slope(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+    let output = bench.continuous(Causality::Output).next();
+    let output = output.filter(|_| bench.about().output_derivatives > 0);
+    output.map_or_else(none, |output| instance.output_derivative(output.reference, 1).map(drop))
+}
+
+/// Nothing can be called, so nothing illegal can be accepted.
+fn none() -> Result<(), CallError> {
+    Err(CallError { call: "none", what: String::new(), terminated: None })
+}
+
+pub(super) fn call_order(bench: &Bench) -> Verdict {
+    let mut count = 0;
+    // By what went wrong, the calls with which it did: an FMU that looks at nothing fails with most.
+    let mut wrong: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for state in [Instantiated, InitializationMode, StepComplete, Terminated] {
+        let expected = after_reset(bench, bring(bench, state)?)?;
+        for (name, call, _) in ILLEGAL.iter().filter(|(.., states)| states.contains(&state)) {
+            count += 1;
+            if let Some((what, detail)) = attempt(bench, state, (name, *call), &expected)? {
+                wrong.entry(what).or_default().push(format!("{name} in {state:?}{detail}"));
+            }
+        }
+    }
+    let lines: Vec<_> =
+        wrong.iter().map(|(what, calls)| format!("{what}: {}", calls.join(", "))).collect();
+    match wrong.is_empty() {
+        true => Ok(format!("{count} calls")),
+        false => broken(lines.join("; ")),
+    }
+}
+
+/// Makes the illegal call in the state, and says what is wrong with what came of it.
+fn attempt(
+    bench: &Bench,
+    state: State,
+    (name, call): (&str, Call),
+    expected: &[Row],
+) -> Result<Option<(&'static str, String)>, CallError> {
+    let mut instance = bring(bench, state)?;
+    bench.note(&format!("{name} in {state:?}"));
+    if call(bench, &mut instance).is_ok() {
+        return Ok(Some(("expected fmi2Error, found success", String::new())));
+    }
+    if instance.is_lost() {
+        return Ok(Some(("expected fmi2Error, found fmi2Fatal", String::new())));
+    }
+    bench.note(&format!("a reset and a run after {name} in {state:?}"));
+    let same = after_reset(bench, instance).and_then(|found| bench.same(expected, &found));
+    Ok(match same {
+        Err(Objection::Broken(what)) => Some(("a reset does not make good", format!(" ({what})"))),
+        _ => None,
+    })
+}
+
+/// A fresh instance in the state.
+pub(super) fn bring(bench: &Bench, state: State) -> Result<Instance, CallError> {
+    let mut instance = bench.instance()?;
+    match state {
+        Instantiated => {}
+        InitializationMode => bench.enter(&mut instance)?,
+        StepComplete | Terminated => bench.initialise(&mut instance)?,
+    }
+    if let Terminated = state {
+        instance.terminate()?;
+    }
+    Ok(instance)
+}
+
+/// The run of an instance that is reset first: an illegal call may leave it in the state of error, which
+/// only a reset ends.
+pub(super) fn after_reset(bench: &Bench, mut instance: Instance) -> Result<Vec<Row>, Objection> {
+    instance.reset()?;
+    bench.initialise(&mut instance)?;
+    Ok(bench.run(&mut instance, 0..STEPS / 4, 0)?)
+}
+
+/// FMI 2.0 asks masters to set up the experiment first, and FMUs for nothing.
+pub(super) fn experiment(bench: &Bench) -> Verdict {
+    let mut instance = bench.instance()?;
+    bench.note("fmi2EnterInitializationMode without fmi2SetupExperiment");
+    match instance.enter_initialization() {
+        Ok(()) => Ok("warning: fmi2EnterInitializationMode was accepted without one".to_owned()),
+        Err(_) if instance.is_lost() => broken("expected fmi2Error, found fmi2Fatal"),
+        Err(_) => Ok(String::new()),
+    }
+}

@@ -1,0 +1,49 @@
+//! Asks an instance for derivatives of outputs, and gives it those of inputs.
+
+use super::Instance;
+use crate::CallError;
+
+impl Instance {
+    /// `fmi2GetDirectionalDerivative` of one variable with respect to one other.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn derivative(&mut self, unknown: u32, known: u32) -> Result<f64, CallError> {
+        let (mut value, function) = (f64::NAN, self.library.directional_derivative);
+        // SAFETY: the component is alive, and each array has one element.
+        self.run(c"fmi2GetDirectionalDerivative", |c| unsafe {
+            function(c, &raw const unknown, 1, &raw const known, 1, &1.0, &raw mut value)
+        })?;
+        Ok(value)
+    }
+
+    /// `fmi2SetRealInputDerivatives` of one input.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn set_input_derivative(
+        &mut self,
+        reference: u32,
+        order: i32,
+        value: f64,
+    ) -> Result<(), CallError> {
+        let function = self.library.set_input_derivatives;
+        // SAFETY: the component is alive, and each array has one element.
+        self.run(c"fmi2SetRealInputDerivatives", |c| unsafe {
+            function(c, &raw const reference, 1, &raw const order, &raw const value)
+        })
+    }
+
+    /// `fmi2GetRealOutputDerivatives` of one output.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
+        let (mut value, function) = (f64::NAN, self.library.get_output_derivatives);
+        // SAFETY: the component is alive, and each array has one element.
+        self.run(c"fmi2GetRealOutputDerivatives", |c| unsafe {
+            function(c, &raw const reference, 1, &raw const order, &raw mut value)
+        })?;
+        Ok(value)
+    }
+}

@@ -1,0 +1,126 @@
+//! Reads and writes the variables of an instance, by their value references.
+
+use std::ffi::{CStr, CString, c_char};
+use std::ptr;
+
+use super::{Get, Instance, Set};
+use crate::CallError;
+
+impl Instance {
+    fn get<T>(
+        &mut self,
+        name: &'static CStr,
+        function: Get<T>,
+        references: &[u32],
+        values: &mut [T],
+    ) -> Result<(), CallError> {
+        assert_eq!(references.len(), values.len(), "one value for each reference");
+        if references.is_empty() {
+            return Ok(());
+        }
+        // SAFETY: the component is alive, and the arrays have the length that is stated.
+        self.run(name, |component| unsafe {
+            function(component, references.as_ptr(), references.len(), values.as_mut_ptr())
+        })
+    }
+
+    fn set<T>(
+        &mut self,
+        name: &'static CStr,
+        function: Set<T>,
+        references: &[u32],
+        values: &[T],
+    ) -> Result<(), CallError> {
+        assert_eq!(references.len(), values.len(), "one value for each reference");
+        if references.is_empty() {
+            return Ok(());
+        }
+        // SAFETY: the component is alive, and the arrays have the length that is stated.
+        self.run(name, |component| unsafe {
+            function(component, references.as_ptr(), references.len(), values.as_ptr())
+        })
+    }
+
+    /// `fmi2GetReal`.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
+        self.get(c"fmi2GetReal", self.library.get_real, references, values)
+    }
+
+    /// `fmi2GetInteger`.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
+        self.get(c"fmi2GetInteger", self.library.get_integer, references, values)
+    }
+
+    /// `fmi2GetBoolean`; any number but 0 is true.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
+        self.get(c"fmi2GetBoolean", self.library.get_boolean, references, values)
+    }
+
+    /// `fmi2GetString` for one variable.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn get_string(&mut self, reference: u32) -> Result<String, CallError> {
+        let mut text: [*const c_char; 1] = [ptr::null()];
+        self.get(c"fmi2GetString", self.library.get_string, &[reference], &mut text)?;
+        match text[0].is_null() {
+            true => Ok(String::new()),
+            // SAFETY: the FMU keeps the C string until it is called again.
+            false => Ok(unsafe { CStr::from_ptr(text[0]) }.to_string_lossy().into_owned()),
+        }
+    }
+
+    /// `fmi2SetReal`.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
+        self.set(c"fmi2SetReal", self.library.set_real, references, values)
+    }
+
+    /// `fmi2SetInteger`.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
+        self.set(c"fmi2SetInteger", self.library.set_integer, references, values)
+    }
+
+    /// `fmi2SetBoolean`, with 0 and 1.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
+        self.set(c"fmi2SetBoolean", self.library.set_boolean, references, values)
+    }
+
+    /// `fmi2SetString` for one variable.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn set_string(&mut self, reference: u32, value: &str) -> Result<(), CallError> {
+        let value = CString::new(value).unwrap_or_default();
+        self.set(c"fmi2SetString", self.library.set_string, &[reference], &[value.as_ptr()])
+    }
+
+    /// `fmi2GetReal` and `fmi2SetReal` of no variables, with null for the arrays.
+    ///
+    /// # Errors
+    /// When the FMU refuses.
+    pub fn touch_nothing(&mut self) -> Result<(), CallError> {
+        let (get, set) = (self.library.get_real, self.library.set_real);
+        // SAFETY: the component is alive, and arrays of no elements are not looked at.
+        self.run(c"fmi2GetReal", |c| unsafe { get(c, ptr::null(), 0, ptr::null_mut()) })?;
+        // SAFETY: as above.
+        self.run(c"fmi2SetReal", |c| unsafe { set(c, ptr::null(), 0, ptr::null()) })
+    }
+}

@@ -1,0 +1,182 @@
+//! Opens archives that somebody made to do harm, and a great many that chance made.
+
+use std::io::{Cursor, Write as _};
+
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64;
+use units::Unit;
+use zip::write::SimpleFileOptions;
+
+use super::*;
+
+const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="m" guid="{1}">
+  <CoSimulation modelIdentifier="m"/>
+  <UnitDefinitions><Unit name="m/s"><BaseUnit m="1" s="-1"/></Unit></UnitDefinitions>
+  <ModelVariables>
+    <ScalarVariable name="u" valueReference="0" causality="input"><Real unit="m/s" start="1"/></ScalarVariable>
+    <ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
+    <ScalarVariable name="n" valueReference="2" causality="parameter" variability="fixed"><Integer start="3"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="2" dependencies="1"/></Outputs>
+    <InitialUnknowns><Unknown index="2"/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"#;
+
+#[test]
+fn declared_types_and_units_are_read_all_of_them() {
+    let types = "<TypeDefinitions><SimpleType name='First'><Real unit='N'/></SimpleType>\
+                 <SimpleType name='Speed'><Real unit='kph' min='-2'/></SimpleType>\
+                 <SimpleType name='Mode'><Enumeration><Item name='b' value='2'/><Item name='a' value='-1'/>\
+                 </Enumeration></SimpleType></TypeDefinitions>\n  <ModelVariables>";
+    let kph = "<Unit name='kph'><BaseUnit m='1' s='-1' factor='0.25'/></Unit></UnitDefinitions>";
+    let xml = XML
+        .replace("</UnitDefinitions>", kph)
+        .replace("<ModelVariables>", types)
+        .replace("<Real unit=\"m/s\" start=\"1\"/>", "<Real declaredType=\"Speed\"/>")
+        .replace("<Integer start=\"3\"/>", "<Enumeration declaredType=\"Mode\" start=\"2\"/>");
+    let variables = Description::parse(&xml).expect("a description").variables;
+    let speed = variables[0].dimension.expect("a unit of the file");
+    let second = Unit::parse("m/s").expect("a unit");
+    assert_eq!(Unit::conversion(&speed, &second), Some((0.25, 0.0)));
+    assert_eq!((variables[0].unit.as_deref(), variables[0].min), (Some("kph"), Some(-2.0)));
+    assert_eq!(description::list(&variables[2].items), "a = -1, b = 2");
+    let broken = Description::parse(&xml.replace("value='2'", "value='two'"));
+    assert!(broken.is_err_and(|error| error.contains("value=\"two\" of <Item>")));
+}
+
+fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, content) in entries {
+        archive.start_file(*name, SimpleFileOptions::default()).expect("an entry");
+        archive.write_all(content).expect("a content");
+    }
+    archive.finish().expect("an archive").into_inner()
+}
+
+/// What opening an archive of these bytes says.
+fn open(bytes: &[u8]) -> Result<Fmu, String> {
+    let folder = TempDir::new().expect("a folder");
+    let path = folder.path().join("x.fmu");
+    std::fs::write(&path, bytes).expect("a file");
+    Fmu::open(&path).map_err(|error| error.to_string())
+}
+
+/// The same archive with a name in it replaced by one of the same length.
+fn renamed(entries: &[(&str, &[u8])], from: &str, to: &str) -> Vec<u8> {
+    assert_eq!(from.len(), to.len());
+    let mut bytes = archive(entries);
+    for start in 0..bytes.len() - from.len() {
+        if bytes[start..].starts_with(from.as_bytes()) {
+            bytes[start..start + to.len()].copy_from_slice(to.as_bytes());
+        }
+    }
+    bytes
+}
+
+#[test]
+fn harm_is_refused_with_a_reason() {
+    let xml = XML.as_bytes();
+    let good = archive(&[("modelDescription.xml", xml)]);
+    assert_eq!(open(&good).expect("a good archive").description.variables.len(), 3);
+    let described = |xml: &str| archive(&[("modelDescription.xml", xml.as_bytes())]);
+    let bomb = XML.replace("<fmi", "<!DOCTYPE x [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]>\n<fmi");
+    let long = XML.to_owned() + &" ".repeat(100 << 20);
+    let deep = XML.replace("<UnitDefinitions>", &("<a>".repeat(100_000) + "<UnitDefinitions>"));
+    let entries: [(&str, &[u8]); 2] = [("modelDescription.xml", xml), ("resources/aa/aa", b"1")];
+    let twice: [(&str, &[u8]); 3] = [("modelDescription.xml", xml), ("aa", b"1"), ("ab", b"2")];
+    for (what, bytes, reason) in [
+        (
+            "leaves the folder",
+            renamed(&entries, "resources/aa/aa", "../../../../aaa"),
+            "leaves the folder",
+        ),
+        ("absolute path", renamed(&entries, "resources/aa/aa", "/tmp/trackside/"), ""),
+        ("a name twice", renamed(&twice, "ab", "aa"), "different names"),
+        ("cut off", good[..good.len() / 2].to_vec(), "not an .fmu archive"),
+        ("no description", archive(&[("a", b"")]), "modelDescription.xml"),
+        ("no text", archive(&[("modelDescription.xml", &[0xff, 0xfe])]), "UTF-8"),
+        ("entities", described(&bomb), "document type"),
+        ("very long", described(&long), "expected at most"),
+        ("very deep", described(&deep), "modelDescription.xml"),
+        (
+            "value reference",
+            described(&XML.replace("\"1\" causality", "\"99999999999\" causality")),
+            "",
+        ),
+        ("index", described(&XML.replace("index=\"2\"", "index=\"-2\"")), ""),
+        (
+            "a path as name",
+            described(&XML.replace("Identifier=\"m", "Identifier=\"../../m")),
+            "not a name",
+        ),
+        ("another version", described(&XML.replace("fmiVersion=\"2", "fmiVersion=\"3")), "2.0"),
+    ] {
+        match open(&bytes) {
+            Err(error) => assert!(error.contains(reason), "{what}: {error}"),
+            // What leaves nothing outside of the folder may as well be unpacked.
+            Ok(_) => assert!(reason.is_empty() && !Path::new("/tmp/trackside").exists(), "{what}"),
+        }
+    }
+}
+
+/// References are any numbers of 32 bits, and any number of variables may share one: they are aliases.
+#[test]
+fn references_at_the_limit_and_thousands_of_aliases_are_read() {
+    let alias = |index: usize| {
+        format!(
+            "<ScalarVariable name=\"alias[{index}]\" valueReference=\"4294967295\" \
+             causality=\"local\"><Real/></ScalarVariable>\n"
+        )
+    };
+    let aliases: String = (0..20_000).map(alias).collect();
+    let found =
+        Description::parse(&XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")));
+    let found = found.expect("a legal description");
+    assert_eq!((found.variables.len(), found.problems), (20_003, Vec::new()));
+    assert_eq!(found.variables.last().map(|variable| variable.reference), Some(u32::MAX));
+
+    let twice =
+        Description::parse(&XML.replace("name=\"y\"", "name=\"u\"")).expect("a description");
+    assert!(twice.problems.iter().any(|problem| problem.contains('u')), "{:?}", twice.problems);
+}
+
+/// Opens so many descriptions and archives with random damage; none may panic or hang.
+fn damage(cases: usize) {
+    let mut random = Pcg64::seed_from_u64(7);
+    let archive =
+        archive(&[("modelDescription.xml", XML.as_bytes()), ("binaries/linux64/m.so", b"ELF")]);
+    for case in 0..cases {
+        // Archives cost files, so they get a tenth of the cases.
+        let whole = case % 10 == 0;
+        let mut bytes = if whole { archive.clone() } else { XML.as_bytes().to_vec() };
+        for _ in 0..random.random_range(1..8) {
+            let place = random.random_range(0..bytes.len());
+            match random.random_range(0..4) {
+                0 => bytes[place] = random.random(),
+                1 => drop(bytes.drain(place..(place + 20).min(bytes.len() - 1))),
+                2 => bytes.insert(place, random.random()),
+                _ => bytes.extend_from_within(place..(place + 30).min(bytes.len())),
+            }
+        }
+        if whole {
+            let _ = open(&bytes);
+        } else {
+            let _ = Description::parse(&String::from_utf8_lossy(&bytes));
+        }
+    }
+}
+
+#[test]
+fn random_damage_is_survived() {
+    damage(5_000);
+}
+
+/// The long version: `cargo test --workspace --lib random_damage -- --ignored`.
+#[test]
+#[ignore = "takes minutes"]
+fn random_damage_is_survived_for_long() {
+    damage(200_000);
+}

@@ -1,0 +1,17 @@
+//! The rows and events of a run go in, by the trait [`Sink`]; MCAP and CSV files come out. Such files, and those of others, go in
+//! again; rows, or columns over time, come out.
+#![forbid(unsafe_code)]
+
+mod reader;
+pub mod recover;
+mod row;
+mod sink;
+pub mod table;
+pub mod view;
+
+pub use reader::Recording;
+pub use row::{Column, Direction, Kind, Row};
+pub use sink::beside::Beside;
+pub use sink::csv::CsvSink;
+pub use sink::mcap::McapSink;
+pub use sink::{Change, Derived, Event, Header, Lane, Level, Sink, State};

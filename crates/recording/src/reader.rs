@@ -1,0 +1,273 @@
+//! Reads a run back from its `run.mcap`: what was known at its start, and then all that sinks were told.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ::mcap::records::{MessageHeader, Record, op};
+use ::mcap::{Channel, parse_record};
+use diagnostics::{Error, Source, TextFile};
+use prost::Message as _;
+use prost::encoding::{DecodeContext, WireType, decode_key, skip_field, string};
+use prost_types::field_descriptor_proto::Type;
+use prost_types::{DescriptorProto, FileDescriptorSet};
+
+use crate::sink::mcap::{KEPT, RUN, SCENARIO, SUMMARY, event};
+use crate::sink::{Column, Direction, Header, Kind, Row, Sink};
+use crate::table::{Mcap, TableError};
+use crate::view::View;
+
+/// A recorded run.
+pub struct Recording {
+    /// What recordings were told of it, but for its layout and the states of its checks.
+    pub header: Header,
+    /// Its verdict as Markdown; a run that was cut off has none.
+    pub summary: Option<String>,
+    /// Whether the recording was cut off.
+    pub cut: bool,
+    file: Mcap,
+    /// One side of each node, by the number of its channel.
+    sides: BTreeMap<u16, Side>,
+    log: Option<u16>,
+}
+
+/// What a field of a message is in a row.
+#[derive(Clone, Copy)]
+enum Place {
+    Number(usize),
+    Text(usize),
+}
+
+/// The fields of a channel by their numbers.
+type Side = BTreeMap<u32, Place>;
+
+impl Recording {
+    /// Opens the recording of a run, which is its folder, its `run.mcap`, or a file beside that.
+    ///
+    /// # Errors
+    /// When there is none, or it is damaged or not of this program.
+    pub fn open(run: &Path) -> Result<Self, Error> {
+        let path = find(run)?;
+        let wrong = |error: &TableError| {
+            Error::input(error.to_string()).help("`trackside recover` saves what can be read of it")
+        };
+        let file = Mcap::open(&path).map_err(|error| wrong(&error.into()))?;
+        let channels = file.channels().map_err(|error| wrong(&error))?;
+        let told = Told::read(&file).map_err(|error| wrong(&error))?;
+        let mut recording = Recording {
+            header: told.header(&path)?,
+            summary: told.summary,
+            cut: !file.finished,
+            file,
+            sides: BTreeMap::new(),
+            log: None,
+        };
+        // The outputs come first, as in every row: a name that is both is that of the output.
+        for direction in [Direction::Output, Direction::Input] {
+            for channel in channels.values() {
+                recording.add(channel, direction);
+            }
+        }
+        recording.log = channels.values().find(|it| it.topic == "/log").map(|channel| channel.id);
+        if recording.sides.is_empty() {
+            let message = format!("{} holds no signals of a run", path.display());
+            return Err(Error::input(message).help("expected a run with FMUs, signals or tables"));
+        }
+        Ok(recording)
+    }
+
+    /// Where the recording is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.file.path
+    }
+
+    /// Adds the variables of a channel that is this side of a node.
+    fn add(&mut self, channel: &Channel, direction: Direction) {
+        let word = match direction {
+            Direction::Input => "inputs",
+            Direction::Output => "outputs",
+        };
+        let parts = channel.topic.strip_prefix('/').and_then(|topic| topic.rsplit_once('/'));
+        let Some((node, _)) = parts.filter(|(_, side)| *side == word) else { return };
+        let Some(message) = message(channel) else { return };
+        let mut side = Side::new();
+        for field in &message.field {
+            let told = |what: &str| channel.metadata.get(&format!("{what}:{}", field.name()));
+            let Some(variable) = told("fmi") else { return };
+            let kind = match (field.r#type(), told("type").map(String::as_str)) {
+                (Type::String, _) => Kind::String,
+                (_, Some("Integer")) => Kind::Integer,
+                (_, Some("Boolean")) => Kind::Boolean,
+                _ => Kind::Real,
+            };
+            let (columns, place): (_, fn(usize) -> Place) = match kind {
+                Kind::String => (&mut self.header.texts, Place::Text),
+                _ => (&mut self.header.columns, Place::Number),
+            };
+            side.insert(field.number() as u32, place(columns.len()));
+            columns.push(Column {
+                node: node.to_owned(),
+                variable: variable.clone(),
+                direction,
+                kind,
+                unit: told("unit").filter(|unit| !unit.is_empty()).cloned(),
+                description: None,
+            });
+        }
+        self.sides.insert(channel.id, side);
+    }
+
+    /// Tells a sink the rows and the events, as the run did. A row that is not whole, at the end of a recording that was
+    /// cut off, is left out.
+    ///
+    /// # Errors
+    /// When the recording is damaged, or what the sink says.
+    pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
+        let Header { columns, texts, .. } = &self.header;
+        let mut row = Row::new(columns.len(), texts.len());
+        let (mut now, mut filled, mut failed) = (None, 0, None);
+        let mut take = |header: &MessageHeader, data: &[u8]| -> Result<(), Error> {
+            let time = header.log_time as f64 / 1e9;
+            if Some(header.channel_id) == self.log {
+                return event(time, data).map_or(Ok(()), |event| sink.event(&event));
+            }
+            let Some(side) = self.sides.get(&header.channel_id) else { return Ok(()) };
+            if now != Some(header.log_time) {
+                (now, filled) = (Some(header.log_time), 0);
+            }
+            decode(data, side, &mut row).map_err(|error| {
+                let path = self.path().display();
+                Error::input(format!("{path}: a message at {time} s cannot be read: {error}"))
+            })?;
+            filled += 1;
+            if filled < self.sides.len() {
+                return Ok(());
+            }
+            sink.row(u64::from(header.sequence), time, &row)
+        };
+        let read = self.file.messages(&mut |header, data| {
+            failed = take(header, data).err();
+            Ok(failed.is_none())
+        });
+        failed.map_or(Ok(()), Err)?;
+        read.map_err(|error| Error::input(error.to_string()))
+    }
+}
+
+/// The recording of a run.
+fn find(run: &Path) -> Result<PathBuf, Error> {
+    let path = match run.extension().is_some_and(|it| it == "mcap") {
+        true => run.to_owned(),
+        // `run.rrd` is thinned and has no units.
+        false if run.is_file() => run.with_file_name("run.mcap"),
+        false => run.join("run.mcap"),
+    };
+    if path.is_file() {
+        return Ok(path);
+    }
+    let error =
+        Error::input(format!("{}: there is no recording {}", run.display(), path.display()));
+    Err(error.help("expected the folder of a run, such as target/runs/limit_handling, or its run.mcap; `trackside run` makes both"))
+}
+
+/// What a recording says besides its messages.
+#[derive(Default)]
+struct Told {
+    /// The metadata of the run.
+    run: Option<BTreeMap<String, String>>,
+    scenario: Vec<TextFile>,
+    kept: Vec<TextFile>,
+    summary: Option<String>,
+}
+
+impl Told {
+    fn read(file: &Mcap) -> Result<Self, TableError> {
+        let mut told = Told::default();
+        file.records(&mut |opcode, data| {
+            if matches!(opcode, op::ATTACHMENT | op::METADATA) {
+                told.add(parse_record(opcode, data).map_err(|error| file.damaged(error))?);
+            }
+            Ok(true)
+        })?;
+        Ok(told)
+    }
+
+    fn add(&mut self, record: Record) {
+        match record {
+            Record::Metadata(it) if it.name == RUN => self.run = Some(it.metadata),
+            Record::Attachment { header, data, .. } => {
+                let text = String::from_utf8_lossy(&data).into_owned();
+                let file = TextFile { path: PathBuf::from(&header.name), text };
+                match header.media_type.as_str() {
+                    SCENARIO => self.scenario.push(file),
+                    KEPT => self.kept.push(file),
+                    _ if header.name == SUMMARY => self.summary = Some(file.text),
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn header(&self, path: &Path) -> Result<Header, Error> {
+        let told = |key: &str| self.run.as_ref().and_then(|run| run.get(key)).map(String::as_str);
+        let number = |key: &str| told(key).and_then(|text| text.parse::<f64>().ok());
+        let (Some(scenario), Some(step)) = (told("scenario"), number("step")) else {
+            let message =
+                format!("{} is not the recording of a run of this program", path.display());
+            let help = "expected the run.mcap of `trackside run`, which says what was run; other recordings can be \
+                        the [[table]] of a scenario";
+            return Err(Error::input(message).help(help));
+        };
+        let mut files = self.scenario.iter().cloned();
+        Ok(Header {
+            scenario: scenario.to_owned(),
+            title: told("title").unwrap_or(scenario).to_owned(),
+            source: Source::recorded(
+                files.next().unwrap_or_default(),
+                files.collect(),
+                self.kept.clone(),
+            ),
+            given: told("set").unwrap_or_default().lines().map(str::to_owned).collect(),
+            step,
+            stop: number("stop").unwrap_or_default(),
+            seed: told("seed").and_then(|seed| seed.parse().ok()).unwrap_or_default(),
+            columns: Vec::new(),
+            texts: Vec::new(),
+            lanes: Vec::new(),
+            view: View::default(),
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+        })
+    }
+}
+
+/// The description of a channel's messages.
+fn message(channel: &Channel) -> Option<DescriptorProto> {
+    let schema = channel.schema.as_ref()?;
+    let files = FileDescriptorSet::decode(&*schema.data).ok()?.file;
+    let name = schema.name.rsplit('.').next()?;
+    files.into_iter().flat_map(|file| file.message_type).find(|message| message.name() == name)
+}
+
+/// Puts the fields of a message into their places.
+fn decode(mut data: &[u8], side: &Side, row: &mut Row) -> Result<(), prost::DecodeError> {
+    while !data.is_empty() {
+        let (number, wire) = decode_key(&mut data)?;
+        match (wire, side.get(&number)) {
+            (WireType::SixtyFourBit, Some(Place::Number(place))) => {
+                prost::encoding::double::merge(
+                    wire,
+                    &mut row.numbers[*place],
+                    &mut data,
+                    DecodeContext::default(),
+                )?;
+            }
+            (WireType::LengthDelimited, Some(Place::Text(place))) => {
+                let text = &mut row.texts[*place];
+                string::merge(wire, text, &mut data, DecodeContext::default())?;
+            }
+            _ => skip_field(wire, number, &mut data, DecodeContext::default())?,
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,308 @@
+//! Writes a run as MCAP: protobuf messages whose schemas are made from the variables, a channel for each
+//! side of each node.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::PathBuf;
+
+use ::mcap::records::MessageHeader;
+use ::mcap::write::Metadata;
+use ::mcap::{Attachment, Compression, WriteOptions, Writer};
+use diagnostics::Error;
+use prost::Message as _;
+use prost_types::field_descriptor_proto::Type;
+
+use self::foxglove::{FrameTransform, Log};
+use super::{Column, Derived, Direction, Event, Header, Kind, Row, Sink};
+
+mod descriptor;
+mod foxglove;
+
+pub(crate) use foxglove::event;
+
+/// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
+/// a killed run loses, and what a reader must hold.
+const CHUNK: u64 = 240 << 10;
+/// Chunks are closed at least once in this simulated time [s].
+const FLUSH_EVERY: f64 = 1.0;
+
+/// The metadata that is known from the start, and that which only a whole recording has.
+pub(crate) const RUN: &str = "run";
+const END: &str = "end";
+/// The verdict.
+pub(crate) const SUMMARY: &str = "summary.md";
+/// Media type of the scenario's files, that of the user first, and of those that they name.
+pub(crate) const SCENARIO: &str = "application/toml";
+pub(crate) const KEPT: &str = "text/plain";
+
+/// An MCAP file, readable up to its last closed chunk at any moment.
+pub struct McapSink {
+    path: PathBuf,
+    writer: Writer<BufWriter<File>>,
+    channels: Vec<Channel>,
+    log: u16,
+    /// Where the moving body is, when the scenario names one.
+    transform: Option<u16>,
+    header: Header,
+    next_flush: f64,
+    sequence: u32,
+    message: Vec<u8>,
+}
+
+/// A channel: one side of one node.
+struct Channel {
+    id: u16,
+    /// Places of numbers, and what protobuf writes before each of them.
+    numbers: Vec<(usize, Vec<u8>)>,
+    /// Places of texts with the numbers of their fields.
+    texts: Vec<(usize, u32)>,
+}
+
+/// The recorded variables of one side of one node, by their places in the row.
+#[derive(Default)]
+struct Side {
+    numbers: Vec<usize>,
+    texts: Vec<usize>,
+}
+
+impl McapSink {
+    /// Begins the file `run.mcap` of the run's folder.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn new(header: &Header) -> Result<Self, Error> {
+        let path = header.folder.join("run.mcap");
+        let failed = |error: &dyn std::fmt::Display| Error::output(&path, error);
+        let file = File::create(&path).map_err(|error| failed(&error))?;
+        let options = WriteOptions::new()
+            .profile("")
+            .library(concat!("trackside ", env!("CARGO_PKG_VERSION")))
+            .chunk_size(Some(CHUNK))
+            .compression(Some(Compression::Lz4));
+        let mut writer = options.create(BufWriter::new(file)).map_err(|error| failed(&error))?;
+        begin(&mut writer, header).map_err(|error| failed(&error))?;
+        let mut sides: BTreeMap<(&str, Direction), Side> = BTreeMap::new();
+        for (place, column) in header.columns.iter().enumerate() {
+            sides.entry((&column.node, column.direction)).or_default().numbers.push(place);
+        }
+        for (place, column) in header.texts.iter().enumerate() {
+            sides.entry((&column.node, column.direction)).or_default().texts.push(place);
+        }
+        let channels = sides.into_iter().map(|((node, direction), side)| {
+            let word = match direction {
+                Direction::Input => "inputs",
+                Direction::Output => "outputs",
+            };
+            let numbers = side.numbers.iter().map(|&place| &header.columns[place]);
+            let texts = side.texts.iter().map(|&place| &header.texts[place]);
+            let id = channel(&mut writer, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
+            let first_text = 1 + side.numbers.len() as u32;
+            let numbers = side.numbers.into_iter().zip((1..).map(tag)).collect();
+            let texts = side.texts.into_iter().zip(first_text..).collect();
+            Ok::<_, ::mcap::McapError>(Channel { id, numbers, texts })
+        });
+        let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
+        let mut well_known = |topic, name, schema: Vec<u8>| {
+            let schema = writer.add_schema(name, "protobuf", &schema)?;
+            writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())
+        };
+        let log = well_known("/log", "foxglove.Log", foxglove::log_schema());
+        let log = log.map_err(|error| failed(&error))?;
+        let transform =
+            header.view.pose.as_ref().map(|_| {
+                well_known("/tf", "foxglove.FrameTransform", foxglove::transform_schema())
+            });
+        let transform = transform.transpose().map_err(|error| failed(&error))?;
+        Ok(McapSink {
+            path,
+            writer,
+            channels,
+            log,
+            transform,
+            header: header.clone(),
+            next_flush: FLUSH_EVERY,
+            sequence: 0,
+            message: Vec::new(),
+        })
+    }
+
+    fn write(&mut self, channel_id: u16, time: f64) -> Result<(), Error> {
+        let log_time = nanoseconds(time);
+        let header =
+            MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
+        let written = self.writer.write_to_known_channel(&header, &self.message);
+        written.map_err(|error| Error::output(&self.path, error))
+    }
+
+    fn close(&mut self, summary: &str, completed: bool) -> Result<(), ::mcap::McapError> {
+        metadata(&mut self.writer, END, [("completed", completed.to_string())])?;
+        attach(&mut self.writer, SUMMARY, "text/markdown", summary)?;
+        self.writer.finish().map(|_| ())
+    }
+}
+
+impl Sink for McapSink {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+        self.sequence = tick as u32;
+        for index in 0..self.channels.len() {
+            let channel = &self.channels[index];
+            self.message.clear();
+            for (place, tag) in &channel.numbers {
+                self.message.extend_from_slice(tag);
+                self.message.extend_from_slice(&row.numbers[*place].to_le_bytes());
+            }
+            for (place, field) in &channel.texts {
+                prost::encoding::string::encode(*field, &row.texts[*place], &mut self.message);
+            }
+            self.write(self.channels[index].id, time)?;
+        }
+        if let (Some(channel), Some(pose)) = (self.transform, &self.header.view.pose) {
+            let [x, y, heading] = [pose.x, pose.y, pose.heading].map(|it| row.numbers[it]);
+            self.message = FrameTransform::of_car(time, [x, y], heading).encode_to_vec();
+            self.write(channel, time)?;
+        }
+        if time >= self.next_flush {
+            self.next_flush = time + FLUSH_EVERY;
+            self.writer.flush().map_err(|error| Error::output(&self.path, error))?;
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Error> {
+        self.message = Log::from(event).encode_to_vec();
+        self.write(self.log, event.time)
+    }
+
+    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+        let columns: Vec<_> = derived.columns().collect();
+        let fields: Vec<_> = columns.iter().collect();
+        let id = channel(&mut self.writer, (derived.analysis, derived.group), &fields)
+            .map_err(|error| Error::output(&self.path, error))?;
+        let tags: Vec<_> = (1..=fields.len() as u32).map(tag).collect();
+        for (row, time) in derived.time.iter().enumerate() {
+            self.message.clear();
+            for (tag, column) in tags.iter().zip(derived.columns) {
+                self.message.extend_from_slice(tag);
+                self.message.extend_from_slice(&column.values[row].to_le_bytes());
+            }
+            self.write(id, *time)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
+        self.close(summary, completed).map_err(|error| Error::output(&self.path, error))
+    }
+}
+
+/// What is known from the start is written first, so that a run that is killed leaves it, too.
+fn begin(writer: &mut Writer<BufWriter<File>>, header: &Header) -> ::mcap::McapResult<()> {
+    let entries = [
+        ("scenario", header.scenario.clone()),
+        ("title", header.title.clone()),
+        ("step", format!("{}", header.step)),
+        ("stop", format!("{}", header.stop)),
+        ("seed", header.seed.to_string()),
+        ("set", header.given.join("\n")),
+        ("trackside", env!("CARGO_PKG_VERSION").to_owned()),
+    ];
+    metadata(writer, RUN, entries)?;
+    let [scenario, kept] = header.source.to_keep();
+    let scenario = scenario.iter().map(|file| (file, SCENARIO));
+    for (file, media_type) in scenario.chain(kept.iter().map(|file| (file, KEPT))) {
+        attach(writer, &file.path.display().to_string(), media_type, &file.text)?;
+    }
+    Ok(())
+}
+
+fn metadata<const N: usize>(
+    writer: &mut Writer<BufWriter<File>>,
+    name: &str,
+    entries: [(&str, String); N],
+) -> ::mcap::McapResult<()> {
+    let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
+}
+
+fn attach(
+    writer: &mut Writer<BufWriter<File>>,
+    name: &str,
+    media_type: &str,
+    text: &str,
+) -> ::mcap::McapResult<()> {
+    writer.attach(&Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: name.to_owned(),
+        media_type: media_type.to_owned(),
+        data: text.as_bytes().into(),
+    })
+}
+
+/// Simulated time is the time of the recording, from 0 on.
+fn nanoseconds(time: f64) -> u64 {
+    (time * 1e9).round() as u64
+}
+
+/// Adds a channel for the columns, whose fields count from 1, and returns its number.
+fn channel(
+    writer: &mut Writer<BufWriter<File>>,
+    (node, word): (&str, &str),
+    fields: &[&Column],
+) -> ::mcap::McapResult<u16> {
+    let names = field_names(fields);
+    let message = format!("{}_{}", identifier(node), identifier(word));
+    let kind = |column: &Column| match column.kind {
+        Kind::String => Type::String,
+        Kind::Real | Kind::Integer | Kind::Boolean => Type::Double,
+    };
+    let typed = names.iter().zip(fields).map(|(name, column)| (name.as_str(), kind(column)));
+    let schema = descriptor::schema("trackside", &message, &typed.collect::<Vec<_>>());
+    let schema = writer.add_schema(&format!("trackside.{message}"), "protobuf", &schema)?;
+    let mut metadata = BTreeMap::new();
+    for (field, column) in names.iter().zip(fields) {
+        metadata.insert(format!("fmi:{field}"), column.variable.clone());
+        metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
+        // Protobuf has only doubles for them.
+        if matches!(column.kind, Kind::Integer | Kind::Boolean) {
+            metadata.insert(format!("type:{field}"), format!("{:?}", column.kind));
+        }
+    }
+    writer.add_channel(schema, &format!("/{node}/{word}"), "protobuf", &metadata)
+}
+
+/// The key of a field of 64 bits (wire type 1).
+fn tag(number: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    prost::encoding::encode_key(number, prost::encoding::WireType::SixtyFourBit, &mut bytes);
+    bytes
+}
+
+/// The names of the fields: identifiers of protobuf, no two of them equal.
+fn field_names(columns: &[&Column]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for column in columns {
+        let wanted = identifier(&column.variable);
+        let mut name = wanted.clone();
+        // `a.b` and `a_b` become the same identifier.
+        for number in 2.. {
+            if !names.contains(&name) {
+                break;
+            }
+            name = format!("{wanted}_{number}");
+        }
+        names.push(name);
+    }
+    names
+}
+
+fn identifier(name: &str) -> String {
+    let letters = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
+    let name: String = letters.collect();
+    if name.starts_with(|first: char| first.is_ascii_alphabetic()) {
+        name
+    } else {
+        format!("v_{name}")
+    }
+}

@@ -1,0 +1,272 @@
+//! Says how a replay is laid out, by column and not by name: what the viewer needs to know of `[view]`.
+
+use expression::Expression;
+
+use crate::row::Row;
+
+/// The layout of a replay.
+#[derive(Debug, Clone, Default)]
+pub struct View {
+    /// The moving body, when the scenario names one.
+    pub pose: Option<Pose>,
+    /// What tells the distance that was covered; without it the replay has no such timeline.
+    pub distance: Option<Distance>,
+    /// The edges of the road.
+    pub track: Option<Track>,
+    /// Arrows that the body carries.
+    pub arrows: Vec<Arrow>,
+    /// Diagrams of one quantity over another.
+    pub planes: Vec<Plane>,
+    /// The time plots, from top to bottom.
+    pub plots: Vec<Plot>,
+}
+
+/// A number that each row gives.
+#[derive(Debug, Clone)]
+pub enum Quantity {
+    /// The number in this column.
+    Column(usize),
+    /// What is computed from the row; not a number where it cannot be.
+    Formula(Expression),
+}
+
+impl Quantity {
+    /// Its value in the row at `time` [s].
+    #[must_use]
+    pub fn value(&self, time: f64, row: &Row) -> f64 {
+        match self {
+            Quantity::Column(column) => row.numbers[*column],
+            Quantity::Formula(formula) => formula.value(time, &row.numbers, &row.texts),
+        }
+    }
+}
+
+impl View {
+    /// What can be shown of a run that lacks these columns; plots stay, if need be without a curve.
+    #[must_use]
+    pub fn without(&self, lacks: &[usize]) -> View {
+        let has = |quantity: &Quantity| match quantity {
+            Quantity::Column(column) => !lacks.contains(column),
+            Quantity::Formula(formula) => !formula.numbers().iter().any(|it| lacks.contains(it)),
+        };
+        let mut view = self.clone();
+        let whole = |it: &Pose| {
+            let columns = [Some(it.x), Some(it.y), Some(it.heading), it.steer, it.speed];
+            !columns.into_iter().flatten().any(|column| lacks.contains(&column))
+        };
+        view.pose = view.pose.filter(whole);
+        view.distance = view.distance.filter(|it| match it {
+            Distance::Given(quantity) | Distance::Driven(quantity) => has(quantity),
+            Distance::Along(place) => !place.iter().any(|column| lacks.contains(column)),
+        });
+        view.arrows.retain(|it| it.vector.iter().chain([&it.turn]).flatten().all(has));
+        for plane in &mut view.planes {
+            plane.points.retain(|it| it.place.iter().all(has));
+        }
+        for plot in &mut view.plots {
+            plot.series.retain(|it| has(&it.quantity));
+        }
+        view
+    }
+}
+
+/// Where the moving body is; `x` to `speed` are columns of the row.
+#[derive(Debug, Clone)]
+pub struct Pose {
+    /// Position east [m].
+    pub x: usize,
+    /// Position north [m].
+    pub y: usize,
+    /// Heading [rad], counter-clockwise from x.
+    pub heading: usize,
+    /// Road-wheel angle of the steered wheels [rad].
+    pub steer: Option<usize>,
+    /// Speed [m/s], which colours the driven line.
+    pub speed: Option<usize>,
+    /// Length of the drawn box [m].
+    pub length: f64,
+    /// Width of the drawn box [m].
+    pub width: f64,
+    /// How far the front and the rear axle are ahead of the position [m].
+    pub axles: [f64; 2],
+}
+
+/// What tells the distance that was covered [m].
+#[derive(Debug, Clone)]
+pub enum Distance {
+    /// This is it.
+    Given(Quantity),
+    /// The length of the line through these points [m].
+    Along([usize; 2]),
+    /// The integral of this speed [m/s].
+    Driven(Quantity),
+}
+
+/// The edges of the road [m].
+#[derive(Debug, Clone)]
+pub enum Track {
+    /// Known from the start: the left and the right edge.
+    Edges([Vec<[f64; 2]>; 2]),
+    /// Points of the left and the right edge from each row.
+    Sides([[Quantity; 2]; 2]),
+    /// A point of the centre line from each row, and how far the edges are to its left and right.
+    Center([Quantity; 2], [f64; 2]),
+}
+
+/// The left and the right edge of a road with this centre line; `widths` are from there to both [m]. Points that
+/// follow another one at less than 1 mm are left out, as they tell no direction.
+#[must_use]
+pub fn edges(center: &[[f64; 2]], widths: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
+    let mut kept: Vec<usize> = Vec::new();
+    for (place, point) in center.iter().enumerate() {
+        let far =
+            |&last: &usize| (point[0] - center[last][0]).hypot(point[1] - center[last][1]) >= 1e-3;
+        if kept.last().is_none_or(far) {
+            kept.push(place);
+        }
+    }
+    let mut edges = [Vec::new(), Vec::new()];
+    for (rank, &place) in kept.iter().enumerate() {
+        let neighbour = |rank: usize| center[kept[rank.min(kept.len() - 1)]];
+        let (before, after) = (neighbour(rank.saturating_sub(1)), neighbour(rank + 1));
+        let (dx, dy) = (after[0] - before[0], after[1] - before[1]);
+        let length = dx.hypot(dy);
+        if length == 0.0 {
+            continue;
+        }
+        let (left_x, left_y) = (-dy / length, dx / length);
+        for (edge, side) in edges.iter_mut().zip([widths[place][0], -widths[place][1]]) {
+            edge.push([center[place][0] + side * left_x, center[place][1] + side * left_y]);
+        }
+    }
+    edges
+}
+
+/// An arrow on the body.
+#[derive(Debug, Clone)]
+pub struct Arrow {
+    /// Its name.
+    pub label: String,
+    /// What it stands for.
+    pub role: Role,
+    /// Where it starts, in the frame of the body [m].
+    pub at: [f64; 3],
+    /// Its components ahead and to the left, 0 where there is none.
+    pub vector: [Option<Quantity>; 2],
+    /// The angle by which the frame of these components is turned to the left against the body [rad].
+    pub turn: Option<Quantity>,
+    /// Its length [m] for a vector of length 1.
+    pub scale: f64,
+}
+
+/// A diagram of one quantity over another.
+#[derive(Debug, Clone)]
+pub struct Plane {
+    /// Its title.
+    pub title: String,
+    /// What the axes show, x and y, with units.
+    pub labels: [String; 2],
+    /// The ends of the axes, x and y; the first one is at the left or at the bottom.
+    pub ranges: [[f64; 2]; 2],
+    /// Radius of a circle around the origin, such as a limit.
+    pub circle: Option<f64>,
+    /// How long a point leaves a trail [s].
+    pub trail: f64,
+    /// Moving points.
+    pub points: Vec<Point>,
+    /// Curves y(x).
+    pub curves: Vec<Function>,
+}
+
+/// A point of a plane that moves.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// Its name.
+    pub label: String,
+    /// What it stands for.
+    pub role: Role,
+    /// Its coordinates.
+    pub place: [Quantity; 2],
+}
+
+/// A curve of a plane.
+#[derive(Debug, Clone)]
+pub struct Function {
+    /// Its name.
+    pub label: String,
+    /// What it stands for.
+    pub role: Role,
+    /// Its y, from a row with one more number, which is its x.
+    pub y: Expression,
+    /// Whether it depends on more than x.
+    pub moves: bool,
+}
+
+/// One time plot.
+#[derive(Debug, Clone)]
+pub struct Plot {
+    /// Its title, with the unit in brackets.
+    pub title: String,
+    /// Plots of one group are shown together, apart from other groups.
+    pub group: Option<String>,
+    /// The lower and the upper end of its axis, when they are given.
+    pub range: Option<[f64; 2]>,
+    /// Its curves.
+    pub series: Vec<Series>,
+}
+
+/// One curve of a plot.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// What it shows.
+    pub quantity: Quantity,
+    /// What the value is multiplied by to get the plot's unit.
+    pub factor: f64,
+    /// What is added after that.
+    pub offset: f64,
+    /// Its name in the legend.
+    pub label: String,
+    /// What the curve stands for, which decides its colour.
+    pub role: Role,
+    /// Whether it is a side of the band around the curve of the same label.
+    pub bound: bool,
+}
+
+/// What a curve stands for; one role has one colour in every view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Nothing in particular: a colour by position.
+    #[default]
+    Other,
+    /// A set point.
+    Reference,
+    /// The truth.
+    Plant,
+    /// What a sensor says.
+    Measurement,
+    /// What an estimator says.
+    Estimate,
+    /// A disturbance, a limit or a fault.
+    Limit,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::edges;
+
+    #[test]
+    fn the_edges_of_a_round_track_are_circles_and_points_that_are_there_twice_do_no_harm() {
+        let angles = (0..=360).map(|degree| f64::from(degree).to_radians());
+        // Counter-clockwise: the left edge is inside.
+        let center: Vec<_> = angles.flat_map(|a| [[100.0 * a.cos(), 100.0 * a.sin()]; 2]).collect();
+        let [left, right] = edges(&center, &vec![[3.0, 4.0]; center.len()]);
+        assert_eq!((left.len(), right.len()), (361, 361));
+        for (edge, radius) in [(left, 97.0), (right, 104.0)] {
+            for [x, y] in edge {
+                assert!((x.hypot(y) - radius).abs() < 1e-3, "{x} {y}");
+            }
+        }
+        assert!(edges(&[[1.0, 1.0]; 3], &[[1.0; 2]; 3])[0].is_empty());
+    }
+}

@@ -1,0 +1,276 @@
+//! Brings two recorded runs together: rows of one form for both, one layout, and words on what differs.
+
+mod card;
+
+use std::path::Path;
+
+use diagnostics::Error;
+use recording::view::View;
+use recording::{Change, Column, Derived, Event, Header, Recording, Row, Sink};
+use scenario::Scenario;
+use scenario::resolve::{by_unit, layout};
+use units::Unit;
+
+/// Two recorded runs.
+pub struct Comparison {
+    /// The runs, A and B.
+    pub runs: [Recorded; 2],
+    /// What is odd about them, but no error.
+    pub notes: Vec<String>,
+}
+
+/// One of them.
+pub struct Recorded {
+    /// What tells it from the other one.
+    pub name: String,
+    /// What it is about, with the columns of both runs and what can be shown of this one.
+    pub header: Header,
+    /// Where it was recorded.
+    pub recording: Recording,
+    fit: Fit,
+}
+
+/// Where the values of a row are in the run, with factor and offset of the unit; nothing for what it lacks.
+struct Fit {
+    numbers: Vec<Option<(usize, f64, f64)>>,
+    texts: Vec<Option<usize>>,
+}
+
+impl Comparison {
+    /// Opens both runs. The layout is that of the scenario of A; without plots there is one for each unit of each node.
+    ///
+    /// # Errors
+    /// When one of them cannot be read, or they have no signal in common.
+    pub fn open(a: &Path, b: &Path) -> Result<Self, Error> {
+        let recordings = [Recording::open(a)?, Recording::open(b)?];
+        let names = names([a, b]);
+        let mut notes = Vec::new();
+        for recording in recordings.iter().filter(|it| it.cut) {
+            let path = recording.path().display();
+            notes.push(format!("{path} was cut off: it is shown up to its last whole chunk"));
+        }
+        let [of_a, of_b] = [&recordings[0].header, &recordings[1].header];
+        let (columns, numbers) = unite(&of_a.columns, &of_b.columns, &mut notes);
+        let (texts, words) = unite(&of_a.texts, &of_b.texts, &mut notes);
+        if numbers.common + words.common == 0 {
+            return Err(strangers(&recordings));
+        }
+        for (only, name) in [(&numbers.only[0], &names[0]), (&numbers.only[1], &names[1])] {
+            let only: Vec<_> = only.iter().map(|&place| columns[place].name()).collect();
+            if !only.is_empty() {
+                notes.push(format!("only {name} has {}", only.join(", ")));
+            }
+        }
+        let header = Header { columns, texts, ..of_a.clone() };
+        let view = view(&recordings, &header, &numbers.only[1], &names[1], &mut notes);
+        let fits = numbers.fits.into_iter().zip(words.fits).map(|(numbers, texts)| {
+            let texts = texts.into_iter().map(|it| it.map(|(place, ..)| place)).collect();
+            Fit { numbers, texts }
+        });
+        let lacks = [numbers.only[1].clone(), numbers.only[0].clone()];
+        let runs = recordings.into_iter().zip(names).zip(fits.zip(lacks));
+        let runs = runs.map(|((recording, name), (fit, lacks))| {
+            let Header { columns, texts, .. } = header.clone();
+            let view = view.without(&lacks);
+            let header = Header { columns, texts, view, ..recording.header.clone() };
+            Recorded { name, header, recording, fit }
+        });
+        let mut runs = runs.collect::<Vec<_>>().into_iter();
+        match (runs.next(), runs.next()) {
+            (Some(a), Some(b)) => Ok(Comparison { runs: [a, b], notes }),
+            _ => Err(Error::input("expected two runs")),
+        }
+    }
+}
+
+impl Recorded {
+    /// Tells a sink the rows and events in the form of both runs, with NaN for what this one lacks.
+    ///
+    /// # Errors
+    /// When the recording is damaged, or what the sink says.
+    pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
+        let row = Row::new(self.fit.numbers.len(), self.fit.texts.len());
+        self.recording.play(&mut Fitted { fit: &self.fit, row, sink })
+    }
+
+    /// The places of the numbers that the run lacks.
+    #[must_use]
+    pub fn lacks(&self) -> Vec<usize> {
+        let places = self.fit.numbers.iter().enumerate();
+        places.filter(|(_, from)| from.is_none()).map(|(place, _)| place).collect()
+    }
+}
+
+/// Brings rows into the form of both runs.
+struct Fitted<'a> {
+    fit: &'a Fit,
+    row: Row,
+    sink: &'a mut dyn Sink,
+}
+
+impl Sink for Fitted<'_> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+        for (number, from) in self.row.numbers.iter_mut().zip(&self.fit.numbers) {
+            *number = match *from {
+                Some((place, factor, offset)) => row.numbers[place] * factor + offset,
+                None => f64::NAN,
+            };
+        }
+        for (text, from) in self.row.texts.iter_mut().zip(&self.fit.texts) {
+            if let Some(place) = from {
+                text.clone_from(&row.texts[*place]);
+            }
+        }
+        self.sink.row(tick, time, &self.row)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Error> {
+        self.sink.event(event)
+    }
+
+    fn change(&mut self, change: &Change) -> Result<(), Error> {
+        self.sink.change(change)
+    }
+
+    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+        self.sink.derived(derived)
+    }
+
+    fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
+        self.sink.finish(summary, completed)
+    }
+}
+
+/// How columns of two runs fit together.
+struct United {
+    /// Of each run, where the columns are and how they are converted.
+    fits: [Vec<Option<(usize, f64, f64)>>; 2],
+    /// How many both have.
+    common: usize,
+    /// The places of those that only one has.
+    only: [Vec<usize>; 2],
+}
+
+/// The columns of A, in its units, and behind them those that only B has.
+fn unite(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>, United) {
+    let mut columns = a.to_vec();
+    let as_it_is = |place| Some((place, 1.0, 0.0));
+    let mut fits = [(0..a.len()).map(as_it_is).collect::<Vec<_>>(), vec![None; a.len()]];
+    for (place, column) in b.iter().enumerate() {
+        let same = |it: &Column| {
+            (&it.node, &it.variable, it.direction)
+                == (&column.node, &column.variable, column.direction)
+        };
+        let known = a.iter().position(same);
+        match known.and_then(|known| Some((known, conversion(column, &a[known])?))) {
+            Some((known, (factor, offset))) => fits[1][known] = Some((place, factor, offset)),
+            None => {
+                if let Some(known) = known {
+                    let [in_a, in_b] =
+                        [&a[known], column].map(|it| it.unit.as_deref().unwrap_or("1"));
+                    let name = column.name();
+                    notes.push(format!(
+                        "`{name}` is in {in_a} and in {in_b}, which do not fit; it is shown as two signals"
+                    ));
+                }
+                columns.push(column.clone());
+                fits[0].push(None);
+                fits[1].push(as_it_is(place));
+            }
+        }
+    }
+    let pairs = || fits[0].iter().zip(&fits[1]).enumerate();
+    let only = |run: usize| {
+        let other = |(place, (a, b)): (usize, (&Option<_>, &Option<_>))| {
+            [b, a][run].is_none().then_some(place)
+        };
+        pairs().filter_map(other).collect()
+    };
+    let only = [only(0), only(1)];
+    let common = pairs().filter(|(_, (a, b))| a.is_some() && b.is_some()).count();
+    (columns, United { fits, common, only })
+}
+
+/// Factor and offset from one column to another one, if they can be compared. A unit that one of them does not tell is that
+/// of the other one.
+fn conversion(from: &Column, to: &Column) -> Option<(f64, f64)> {
+    let (Some(from), Some(to)) = (&from.unit, &to.unit) else { return Some((1.0, 0.0)) };
+    if from == to {
+        return Some((1.0, 0.0));
+    }
+    Unit::conversion(&Unit::parse(from).ok()?, &Unit::parse(to).ok()?)
+}
+
+/// The scenario of a run.
+fn scenario(recording: &Recording) -> Result<Scenario, Error> {
+    Scenario::recorded(&recording.header.scenario, recording.header.source.clone())
+}
+
+/// The layout of both runs; what only B has gets plots of its own.
+fn view(
+    recordings: &[Recording; 2],
+    header: &Header,
+    only_b: &[usize],
+    name: &str,
+    notes: &mut Vec<String>,
+) -> View {
+    let columns = || header.columns.iter().enumerate();
+    let usual = || View { plots: by_unit(columns()), ..View::default() };
+    let laid = scenario(&recordings[0])
+        .and_then(|it| Ok((layout(&it, header)?, it.document.view.plot.is_empty())));
+    let (mut view, complete) = match laid {
+        Ok(laid) => laid,
+        Err(error) => {
+            let path = recordings[0].path().display();
+            notes.push(format!("the [view] of {path} is not used: {error}"));
+            return usual();
+        }
+    };
+    if !complete {
+        let mut more = by_unit(columns().filter(|(place, _)| only_b.contains(place)));
+        more.iter_mut().for_each(|plot| plot.group = Some(format!("Only {name}")));
+        view.plots.extend(more);
+    }
+    view
+}
+
+fn strangers(recordings: &[Recording; 2]) -> Error {
+    let nodes = |recording: &Recording| {
+        let mut nodes: Vec<_> = recording.header.columns.iter().map(|it| it.node.clone()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        format!("{} has {}", recording.path().display(), nodes.join(", "))
+    };
+    let message = "the two runs have no signal in common";
+    Error::input(message).help(format!(
+        "expected two runs of one scenario, or of scenarios whose nodes and variables have the same names: {}; {}",
+        nodes(&recordings[0]),
+        nodes(&recordings[1])
+    ))
+}
+
+/// What tells two runs apart: the ends of their paths, as far as it takes.
+fn names(paths: [&Path; 2]) -> [String; 2] {
+    let parts = paths.map(|path| {
+        let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let folder =
+            if path.is_file() { path.parent().unwrap_or(&path).to_owned() } else { path.clone() };
+        // Two recordings in one folder are told apart by their files.
+        let parts = |path: &Path| -> Vec<String> {
+            path.components().map(|it| it.as_os_str().to_string_lossy().into_owned()).collect()
+        };
+        (parts(&folder), parts(&path))
+    });
+    let [(a, file_a), (b, file_b)] = parts;
+    let (a, b) = if a == b { (file_a, file_b) } else { (a, b) };
+    let count = a.len().max(b.len());
+    let end = |parts: &[String], count: usize| parts[parts.len().saturating_sub(count)..].join("/");
+    let differing = (1..=count).find(|&count| end(&a, count) != end(&b, count));
+    match differing {
+        Some(count) => [end(&a, count), end(&b, count)],
+        None => ["A".to_owned(), "B".to_owned()],
+    }
+}
+
+#[cfg(test)]
+mod tests;

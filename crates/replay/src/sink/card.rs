@@ -1,0 +1,65 @@
+//! Writes the run card: what was run, with what, and how it ended.
+
+use recording::Header;
+use rerun::TextDocument;
+
+/// What the recording says about itself.
+pub(super) struct Card {
+    title: String,
+    scenario: String,
+    /// Communication step [s].
+    step: f64,
+    stop: f64,
+    seed: u64,
+    /// The last time that was recorded [s].
+    pub end: f64,
+}
+
+impl Card {
+    pub fn new(header: &Header) -> Self {
+        Self {
+            title: header.title.clone(),
+            scenario: header.scenario.clone(),
+            step: header.step,
+            stop: header.stop,
+            seed: header.seed,
+            end: 0.0,
+        }
+    }
+
+    /// What it says until the end is reached.
+    pub fn running(&self) -> TextDocument {
+        let state = "*This run has not ended yet, or it was cut off.*";
+        TextDocument::from_markdown(format!("# {}\n\n{state}\n\n{}", self.title, self.facts("")))
+    }
+
+    /// What it says in the end; `speeds` [m/s] are those of the ends of the colour scale.
+    pub fn finished(
+        &self,
+        summary: &str,
+        completed: bool,
+        speeds: Option<(f32, f32)>,
+    ) -> TextDocument {
+        let colors = speeds.map_or(String::new(), |(slow, fast)| {
+            let (slow, fast) = (slow * 3.6, fast * 3.6);
+            format!("| Driven line | blue {slow:.0} km/h to yellow {fast:.0} km/h |\n")
+        });
+        let state = match completed {
+            true => String::new(),
+            false => {
+                format!("## ⚠ NOT COMPLETED: stopped at {:.3} s of {} s\n\n", self.end, self.stop)
+            }
+        };
+        let facts = self.facts(&colors);
+        TextDocument::from_markdown(format!("# {}\n\n{state}{summary}\n\n{facts}", self.title))
+    }
+
+    fn facts(&self, more: &str) -> String {
+        let Self { scenario, step, stop, seed, .. } = self;
+        format!(
+            "| Scenario | {scenario} |\n|:--|:--|\n| Time | {stop} s in steps of {} ms |\n\
+             | Seed | {seed} |\n{more}",
+            step * 1e3
+        )
+    }
+}

@@ -1,0 +1,276 @@
+//! Draws the diagrams that analyses hand over, which do not change with time.
+
+use plugin::{Diagram, Layer, Shape};
+use recording::view::Role;
+use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult};
+
+use super::frame::{Frame, Strip};
+use super::palette::{Palette, dimmed, faded};
+use super::planes::Shown;
+use super::signals::entity;
+
+/// Of the first diagram of a group, and of the others: width by height, height of a line of text, and spaces between ticks.
+const FIRST: (f64, f32, f64) = (2.8, 0.065, 6.0);
+const OTHERS: (f64, f32, f64) = (1.3, 0.12, 3.5);
+/// The viewer fills no areas: vertical lines side by side do it.
+const COLUMNS: usize = 240;
+
+/// What analyses found, in the order in which it came.
+#[derive(Default)]
+pub(super) struct Diagrams(Vec<Group>);
+
+/// Diagrams that belong together.
+pub(super) struct Group {
+    pub analysis: String,
+    pub name: String,
+    /// The first one is the largest, and has the legend.
+    pub shown: Vec<Shown>,
+    /// What has a colour already, so that it has the same one in all diagrams of the group.
+    known: Vec<(Role, String)>,
+}
+
+impl Diagrams {
+    /// The groups of each analysis.
+    pub fn analyses(&self) -> Vec<(&str, Vec<&Group>)> {
+        let mut analyses: Vec<(&str, Vec<&Group>)> = Vec::new();
+        for group in &self.0 {
+            match analyses.iter_mut().find(|(name, _)| *name == group.analysis) {
+                Some((_, groups)) => groups.push(group),
+                None => analyses.push((&group.analysis, vec![group])),
+            }
+        }
+        analyses
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Sends a diagram.
+    pub fn draw(
+        &mut self,
+        stream: &RecordingStream,
+        (analysis, name): (&str, &str),
+        diagram: &Diagram,
+    ) -> RecordingStreamResult<()> {
+        let known = self.0.iter().position(|it| it.analysis == analysis && it.name == name);
+        let place = known.unwrap_or_else(|| {
+            let (analysis, name) = (analysis.to_owned(), name.to_owned());
+            self.0.push(Group { analysis, name, shown: Vec::new(), known: Vec::new() });
+            self.0.len() - 1
+        });
+        self.0[place].draw(stream, diagram)
+    }
+}
+
+impl Group {
+    fn draw(&mut self, stream: &RecordingStream, diagram: &Diagram) -> RecordingStreamResult<()> {
+        let number = self.shown.len() + 1;
+        let (width, line, ticks) = if number == 1 { FIRST } else { OTHERS };
+        let root = entity(["diagrams", &self.analysis, &self.name, &number.to_string()]);
+        let frame = Frame {
+            root: root.to_string().trim_start_matches('/').to_owned(),
+            labels: diagram.axes.map(str::to_owned),
+            ranges: [0, 1].map(|axis| range(diagram, axis)),
+            width,
+            line,
+            ticks,
+        };
+        for layer in &diagram.layers {
+            let entry = (role(layer.role), layer.name.to_owned());
+            if !self.known.contains(&entry) {
+                self.known.push(entry);
+            }
+        }
+        let mut palette = Palette::default();
+        self.known.iter().for_each(|(role, name)| {
+            palette.color(*role, name);
+        });
+        frame.describe(stream)?;
+        let mut legend: Vec<(Color, &str)> = Vec::new();
+        for (rank, layer) in diagram.layers.iter().enumerate() {
+            let color = palette.color(role(layer.role), layer.name);
+            let path = format!("{}/{:02}", frame.root, rank + 1);
+            match layer.shape {
+                Shape::Line => stream.log_static(path, &line_of(&frame, layer, color, rank))?,
+                Shape::Points => stream.log_static(path, &points(&frame, layer, color, rank))?,
+                Shape::Band => stream.log_static(path, &band(&frame, layer, color, rank))?,
+            }
+            if !layer.name.is_empty() && !legend.iter().any(|(_, name)| *name == layer.name) {
+                legend.push((color, layer.name));
+            }
+        }
+        if number == 1 {
+            frame.describe_legend(stream, format!("{}/legend", frame.root).into(), 0, &legend)?;
+        }
+        let (title, root) = (diagram.title, frame.root);
+        let title = if number == 1 { format!("{}: {title}", self.name) } else { title.to_owned() };
+        self.shown.push(Shown { title, root, width, line, trails: Vec::new(), trail: 0.0 });
+        Ok(())
+    }
+}
+
+/// The ends of an axis; what is not told of them is where the layers end.
+fn range(diagram: &Diagram, axis: usize) -> [f64; 2] {
+    let values = diagram.layers.iter().flat_map(|layer| match axis {
+        0 => layer.x.iter().chain(&[]),
+        _ => layer.y.iter().chain(layer.upper),
+    });
+    let finite = || values.clone().copied().filter(|it| it.is_finite());
+    let found = [finite().fold(f64::INFINITY, f64::min), finite().fold(-f64::INFINITY, f64::max)];
+    let [from, to] = [0, 1].map(|end| {
+        let told = diagram.ranges[axis][end];
+        if told.is_finite() { told } else { found[end] }
+    });
+    match (to - from).is_finite() && from != to {
+        true => [from, to],
+        // Nothing to see, or all of it at one place.
+        false if from.is_finite() => [from - 0.5, from + 0.5],
+        false => [0.0, 1.0],
+    }
+}
+
+fn line_of(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> LineStrips2D {
+    LineStrips2D::new(strips(frame, layer.x, layer.y))
+        .with_colors([color])
+        .with_radii([Radius::new_ui_points(1.0)])
+        .with_draw_order(10.0 + rank as f32)
+}
+
+fn points(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> Points2D {
+    let shares = layer.x.iter().zip(layer.y).map(|(&x, &y)| frame.shares([x, y]));
+    let inside = shares.filter(|it| it.iter().all(|share| (0.0..=1.0).contains(share)));
+    Points2D::new(inside.map(|it| frame.at(it)))
+        .with_colors([faded(color, 170)])
+        .with_radii([Radius::new_ui_points(1.5)])
+        .with_draw_order(10.0 + rank as f32)
+}
+
+/// Behind the grid.
+fn band(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> LineStrips2D {
+    let half = 0.5 / COLUMNS as f64;
+    // Twice as wide as need be: they overlap, so that no gap shows.
+    let radius = Radius::new_scene_units((2.0 * half * frame.width) as f32);
+    let columns = (0..COLUMNS).filter_map(|column| {
+        let share = (2 * column + 1) as f64 * half;
+        let [from, to] = frame.ranges[0];
+        let ends = between(layer, from + share * (to - from))?;
+        let [low, high] = ends.map(|y| frame.shares([from, y])[1].clamp(0.0, 1.0));
+        (low != high).then(|| [low, high].map(|y| frame.at([share, y])))
+    });
+    LineStrips2D::new(columns.map(Vec::from))
+        .with_colors([dimmed(color)])
+        .with_radii([radius])
+        .with_draw_order(-100.0 + rank as f32)
+}
+
+/// The ends of a band at a place, on straight lines between its points, which rise.
+fn between(layer: &Layer, x: f64) -> Option<[f64; 2]> {
+    let after = layer.x.partition_point(|it| *it <= x).min(layer.x.len().saturating_sub(1));
+    let before = after.checked_sub(1)?;
+    let share = (x - layer.x[before]) / (layer.x[after] - layer.x[before]);
+    let ends = [layer.y, layer.upper].map(|y| y[before] + share * (y[after] - y[before]));
+    let inside = (0.0..=1.0).contains(&share) && ends.iter().all(|end| end.is_finite());
+    inside.then_some(ends)
+}
+
+/// The parts of a line that lie within the axes.
+fn strips(frame: &Frame, x: &[f64], y: &[f64]) -> Vec<Strip> {
+    let points: Vec<_> = x.iter().zip(y).map(|(&x, &y)| frame.shares([x, y])).collect();
+    let mut strips: Vec<Strip> = Vec::new();
+    let mut end = None;
+    for pair in points.windows(2) {
+        let Some([from, to]) = clip([pair[0], pair[1]]) else {
+            end = None;
+            continue;
+        };
+        match strips.last_mut().filter(|_| end == Some(from)) {
+            Some(strip) => strip.push(frame.at(to)),
+            None => strips.push(vec![frame.at(from), frame.at(to)]),
+        }
+        end = Some(to);
+    }
+    strips
+}
+
+/// The part of a line from `a` to `b` that lies in the unit square (Liang and Barsky 1984).
+fn clip([a, b]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+    if !a.iter().chain(&b).all(|it| it.is_finite()) {
+        return None;
+    }
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for axis in [0, 1] {
+        let length = b[axis] - a[axis];
+        for (room, outward) in [(a[axis], -length), (1.0 - a[axis], length)] {
+            if outward > 0.0 {
+                to = to.min(room / outward);
+            } else if outward < 0.0 {
+                from = from.max(room / outward);
+            } else if room < 0.0 {
+                return None;
+            }
+        }
+    }
+    let at = |share: f64| match share {
+        0.0 => a,
+        1.0 => b,
+        _ => [0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])),
+    };
+    (from < to).then(|| [at(from), at(to)])
+}
+
+fn role(role: plugin::Role) -> Role {
+    match role {
+        plugin::Role::Other => Role::Other,
+        plugin::Role::Reference => Role::Reference,
+        plugin::Role::Plant => Role::Plant,
+        plugin::Role::Measurement => Role::Measurement,
+        plugin::Role::Estimate => Role::Estimate,
+        plugin::Role::Limit => Role::Limit,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LINE: Layer = Layer {
+        name: "",
+        shape: Shape::Line,
+        role: plugin::Role::Other,
+        x: &[0.0, 1.0, 2.0, 3.0],
+        y: &[0.0, 20.0, f64::NAN, 5.0],
+        upper: &[],
+    };
+
+    fn diagram(ranges: [[f64; 2]; 2], layer: Layer<'static>) -> Diagram<'static> {
+        Diagram { title: "", axes: ["x", "y"], ranges, layers: vec![layer] }
+    }
+
+    #[test]
+    fn an_axis_ends_where_it_is_told_to_or_where_the_layers_end() {
+        let told = diagram([[f64::NAN, 4.0], [f64::NAN; 2]], LINE);
+        assert_eq!([0, 1].map(|axis| range(&told, axis)), [[0.0, 4.0], [0.0, 20.0]]);
+        let empty = diagram([[f64::NAN; 2]; 2], Layer { x: &[], y: &[], ..LINE });
+        assert_eq!(range(&empty, 0), [0.0, 1.0]);
+        let single = diagram([[f64::NAN; 2]; 2], Layer { x: &[7.0], y: &[7.0], ..LINE });
+        assert_eq!(range(&single, 1), [6.5, 7.5]);
+    }
+
+    #[test]
+    fn lines_end_at_the_edge_and_where_there_is_no_number() {
+        let frame = Frame {
+            root: String::new(),
+            labels: [String::new(), String::new()],
+            ranges: [[0.0, 2.0], [0.0, 10.0]],
+            width: 2.0,
+            line: 0.1,
+            ticks: 6.0,
+        };
+        assert_eq!(strips(&frame, LINE.x, LINE.y), [vec![[0.0, 1.0], [0.5, 0.0]]]);
+        assert_eq!(strips(&frame, &[0.0, 1.0, 2.0], &[5.0, 5.0, 10.0])[0].len(), 3);
+        let band = Layer { y: &[1.0, 2.0, 3.0, f64::NAN], upper: &[2.0, 4.0, 6.0, 8.0], ..LINE };
+        assert_eq!(between(&band, 1.5), Some([2.5, 5.0]));
+        assert_eq!([-0.1, 2.5, 3.1].map(|x| between(&band, x)), [None; 3]);
+    }
+}

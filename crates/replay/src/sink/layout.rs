@@ -1,0 +1,368 @@
+//! Lays out the viewer: which views there are, where they are, and how their cameras and axes are set.
+
+use recording::view::Role;
+use rerun::blueprint::{
+    Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,
+    Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
+    TimeSeriesView, Vertical, VisualizableArchetype,
+};
+use rerun::components::InterpolationMode;
+use rerun::external::re_sdk_types::blueprint::archetypes::{
+    Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
+    VisibleTimeRanges, VisualBounds2D,
+};
+use rerun::external::re_sdk_types::blueprint::components::{
+    BackgroundKind, Corner2D, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
+};
+use rerun::external::re_sdk_types::blueprint::datatypes::{
+    TextLogColumn, TextLogColumnKind, TimelineColumn,
+};
+use rerun::external::re_sdk_types::datatypes::{
+    Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange,
+};
+use rerun::{
+    ApplicationId, Color, EntityPath, RecordingStream, RecordingStreamResult, SeriesLines,
+};
+
+use super::contender::OTHER;
+use super::diagrams::{Diagrams, Group};
+use super::moments::{DISTANCE, TIME};
+use super::palette::{Palette, faded};
+use super::planes::Shown;
+use super::properties::Properties;
+use super::signals::{Chart, Line};
+use super::trace::Bounds;
+use super::{arrows, states};
+
+/// Plots that are visible at once; the last place holds all that are left, as tabs.
+const PLOTS_VISIBLE: usize = 5;
+/// Width by height of the map, which decides how high its camera is.
+const MAP_ASPECT: f32 = 2.2;
+/// Half the viewer's vertical field of view: tan(55 deg / 2).
+const HALF_VIEW: f32 = 0.5206;
+
+/// How a recording is shown.
+pub(super) struct Layout {
+    pub application: ApplicationId,
+    pub charts: Vec<Chart>,
+    /// What analyses added: a name and its plots.
+    pub derived: Vec<(String, Vec<Chart>)>,
+    /// Diagrams of one quantity over another.
+    pub planes: Vec<Shown>,
+    /// Diagrams that analyses handed over.
+    pub diagrams: Diagrams,
+    /// Whether there are lanes of states.
+    pub states: bool,
+    /// The entities of texts, which are shown among the events.
+    pub texts: Vec<EntityPath>,
+    /// Whether there is another run beside it.
+    pub compared: bool,
+    /// Length of the moving body [m], when there is one.
+    pub body: Option<f32>,
+    /// Whether the run is watched while it happens.
+    pub live: bool,
+}
+
+impl Layout {
+    /// Sends the layout. The map shows `bounds` as a whole; without them it follows the body.
+    pub fn send(
+        &self,
+        stream: &RecordingStream,
+        bounds: Option<Bounds>,
+    ) -> RecordingStreamResult<()> {
+        let mut properties = Properties::default();
+        let root = self.with_diagrams(&mut properties, bounds);
+        let (play, repeat) = match self.live {
+            true => (PlayState::Following, LoopMode::Off),
+            false => (PlayState::Playing, LoopMode::All),
+        };
+        let blueprint = Blueprint::new(root)
+            .with_auto_views(false)
+            .with_auto_layout(false)
+            .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
+            .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
+            .with_time_panel(
+                TimePanel::new()
+                    .with_state(PanelState::Collapsed)
+                    .with_timeline(TIME)
+                    .with_play_state(play)
+                    .with_loop_mode(repeat),
+            );
+        properties.send(stream, &self.application, &blueprint)
+    }
+
+    /// The run, and beside it a tab for what each analysis found.
+    fn with_diagrams(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
+        let run = self.root(properties, bounds);
+        if self.diagrams.is_empty() {
+            return run;
+        }
+        let found = self.diagrams.analyses().into_iter().map(|(analysis, groups)| {
+            let name = format!("Found: {analysis}");
+            let mut pairs = Vec::new();
+            for pair in groups.chunks(2) {
+                let columns: Vec<_> = pair.iter().map(|it| group(properties, it)).collect();
+                let names: Vec<_> = pair.iter().map(|it| it.name.as_str()).collect();
+                pairs.push(Horizontal::new(columns).with_name(names.join(" | ")));
+            }
+            match <[Horizontal; 1]>::try_from(pairs) {
+                Ok([only]) => only.with_name(name).into(),
+                Err(pairs) => {
+                    Tabs::new(pairs.into_iter().map(ContainerLike::from)).with_name(name).into()
+                }
+            }
+        });
+        let whole = Vertical::new([run]).with_name("The run").into();
+        Tabs::new([whole].into_iter().chain(found.collect::<Vec<_>>())).into()
+    }
+
+    fn root(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
+        let texts = self.texts(properties);
+        let left = match self.body {
+            Some(length) => {
+                let (chase, map) = (chase(properties, length), map(properties, bounds));
+                let left = Vertical::new([chase, map, texts]);
+                left.with_row_shares(vec![1.2, 1.0, 0.75]).into()
+            }
+            None => texts,
+        };
+        let mut columns = vec![(left, if self.body.is_some() { 1.0 } else { 0.5 })];
+        if !self.planes.is_empty() {
+            let planes: Vec<_> = self.planes.iter().map(|it| plane(properties, it)).collect();
+            columns.push((Vertical::new(planes).into(), 0.65));
+        }
+        if !self.charts.is_empty() || !self.derived.is_empty() || self.states {
+            columns.push((self.right(properties), 1.25));
+        }
+        let (columns, shares): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        Horizontal::new(columns).with_column_shares(shares).into()
+    }
+
+    /// The plots of the run, and beside them a tab for all that belongs together of an analysis.
+    fn right(&self, properties: &mut Properties) -> ContainerLike {
+        let mut tabs = Vec::new();
+        if !self.charts.is_empty() || self.states {
+            tabs.push(Vertical::new([self.run(properties)]).with_name("Run").into());
+        }
+        for (name, charts) in &self.derived {
+            let plots: Vec<_> = charts.iter().map(|it| plot(properties, it)).collect();
+            tabs.push(Vertical::new(plots).with_name(name.as_str()).into());
+        }
+        match <[ContainerLike; 1]>::try_from(tabs) {
+            Ok([only]) => only,
+            Err(tabs) => Tabs::new(tabs).into(),
+        }
+    }
+
+    /// The plots of the run, a tab for each group of them, above the states.
+    fn run(&self, properties: &mut Properties) -> ContainerLike {
+        let mut groups: Vec<&Option<String>> = self.charts.iter().map(|it| &it.group).collect();
+        groups.dedup();
+        let visible = PLOTS_VISIBLE - usize::from(self.states);
+        let mut tabs: Vec<_> = groups
+            .iter()
+            .map(|group| {
+                let charts = self.charts.iter().filter(|it| it.group == **group);
+                let plots = stacked(charts.map(|it| plot(properties, it)).collect(), visible);
+                plots.with_name(group.as_deref().unwrap_or("Plots"))
+            })
+            .collect();
+        let plots = match tabs.len() {
+            0 => None,
+            1 => tabs.pop().map(ContainerLike::from),
+            _ => Some(Tabs::new(tabs.into_iter().map(ContainerLike::from)).into()),
+        };
+        let states = self.states.then(|| self.lanes(properties));
+        let shares = match (&plots, &states) {
+            (Some(_), Some(_)) => vec![visible as f32, 1.0],
+            _ => vec![1.0],
+        };
+        Vertical::new(plots.into_iter().chain(states)).with_row_shares(shares).into()
+    }
+
+    /// The run card, the events and the scenario.
+    fn texts(&self, properties: &mut Properties) -> ContainerLike {
+        let texts = self.texts.iter().map(|path| format!("+ {path}"));
+        let contents = ["+ /events/**".to_owned(), format!("+ /{OTHER}/events/**")];
+        let contents = contents.into_iter().chain(texts);
+        let events = TextLogView::new("Events").with_origin("/").with_contents(contents);
+        let time = TimelineColumn { visible: true.into(), timeline: TIME.into() };
+        let shown = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
+            .map(|kind| TextLogColumn { visible: true.into(), kind });
+        let columns =
+            TextLogColumns::new().with_timeline_columns([time]).with_text_log_columns(shown);
+        let events = properties.add(events, [("TextLogColumns", &columns)]);
+        let scenario = |name: &str, path: &str| {
+            ContainerLike::from(TextDocumentView::new(name).with_origin(path))
+        };
+        let run = TextDocumentView::new("Run").with_origin("/run").into();
+        let mut tabs = vec![run, events, scenario("Scenario", "/scenario")];
+        if self.compared {
+            tabs.push(scenario("Other scenario", &format!("/{OTHER}/scenario")));
+        }
+        Tabs::new(tabs).into()
+    }
+
+    /// Checks, faults and texts over time.
+    fn lanes(&self, properties: &mut Properties) -> ContainerLike {
+        let texts = self.texts.iter().map(|path| format!("+ {path}"));
+        let contents =
+            states::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);
+        let view = StateTimelineView::new("Checks and states").with_origin("/");
+        let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
+        properties.add(view.with_contents(contents), [("TimeAxis", &linked)])
+    }
+}
+
+/// Plots one below the other; the last place holds all that are too many, as tabs.
+fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
+    if plots.len() > visible {
+        let rest = plots.split_off(visible - 1);
+        plots.push(Tabs::new(rest).into());
+    }
+    Vertical::new(plots)
+}
+
+/// The first diagram of a group above the others.
+fn group(properties: &mut Properties, group: &Group) -> ContainerLike {
+    let mut views = group.shown.iter().map(|it| plane(properties, it)).collect::<Vec<_>>();
+    let others = views.split_off(views.len().min(1));
+    let mut shares = vec![1.0];
+    if !others.is_empty() {
+        shares.push(1.2);
+        views.push(Grid::new(others).with_grid_columns(4).into());
+    }
+    Vertical::new(views).with_row_shares(shares).with_name(group.name.as_str()).into()
+}
+
+/// A diagram with some air around it for the numbers of its axes.
+fn plane(properties: &mut Properties, shown: &Shown) -> ContainerLike {
+    let view = Spatial2DView::new(shown.title.as_str())
+        .with_origin(format!("/{}", shown.root))
+        .with_contents([format!("+ /{}/**", shown.root)]);
+    let (width, line) = (shown.width, f64::from(shown.line));
+    let bounds = Range2D {
+        x_range: [-4.0 * line, width + 2.0 * line].into(),
+        y_range: [-2.8 * line, 1.0 + 5.2 * line].into(),
+    };
+    let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
+    let trail = past(shown.trail);
+    for entity in &shown.trails {
+        properties.of_entity(&view, entity, &trail);
+    }
+    view
+}
+
+/// What happened in the last `seconds`; on the axis of distance what was driven in them at 100 km/h.
+fn past(seconds: f64) -> VisibleTimeRanges {
+    let range = |timeline: &str, length: f64| VisibleTimeRange {
+        timeline: timeline.into(),
+        range: TimeRange {
+            start: TimeRangeBoundary::CursorRelative(TimeInt(-length as i64)),
+            end: TimeRangeBoundary::CursorRelative(TimeInt(0)),
+        },
+    };
+    VisibleTimeRanges::new([range(TIME, seconds * 1e9), range(DISTANCE, seconds * 2_780.0)])
+}
+
+fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
+    let contents = chart.lines.iter().map(|it| format!("+ {}", it.path));
+    let mut view = TimeSeriesView::new(chart.title.as_str()).with_contents(contents);
+    let mut palette = Palette::default();
+    for line in &chart.lines {
+        let color = line.contender.color(palette.color(line.role, &line.label));
+        let style = style(line, color);
+        view = view.with_override(line.path.clone(), style.visualizer());
+    }
+    let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
+    let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
+    let axis = ScalarAxis::new();
+    let axis = chart.range.map_or(axis.clone(), |range| axis.with_range(range));
+    properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked), ("ScalarAxis", &axis)])
+}
+
+fn style(line: &Line, color: Color) -> SeriesLines {
+    let width = match line.role {
+        Role::Plant => 2.0,
+        Role::Measurement => 0.75,
+        Role::Other | Role::Reference | Role::Estimate | Role::Limit => 1.5,
+    };
+    // Where both runs are the same, both are seen.
+    let width = if line.contender.is_first() { width } else { 0.6 * width };
+    let label = line.contender.label(&line.label);
+    let (name, color, width) = match line.bound {
+        true => (format!("{label} ± 2σ"), faded(color, 110), 1.0),
+        false => (label, color, width),
+    };
+    let style = SeriesLines::new().with_names([name]).with_colors([color]).with_widths([width]);
+    match line.stepped {
+        true => style.with_interpolation_mode(InterpolationMode::StepAfter),
+        false => style,
+    }
+}
+
+/// The camera is fixed to the body, because the origin of the view is the body.
+fn chase(properties: &mut Properties, length: f32) -> ContainerLike {
+    let eye = EyeControls3D::new()
+        .with_kind(Eye3DKind::Orbital)
+        .with_position([-1.6 * length, 0.0, 0.95 * length])
+        .with_look_target([0.5 * length, 0.0, 0.1 * length])
+        .with_eye_up([0.0, 0.0, 1.0]);
+    let view = Spatial3DView::new("Chase camera").with_origin("/world/car").with_contents([
+        "+ /world/**".to_owned(),
+        "- /world/car/marker".to_owned(),
+        "- /world/car/heading".to_owned(),
+        "- /world/path/marks".to_owned(),
+        format!("- /world/{OTHER}/car/marker"),
+        format!("- /world/{OTHER}/car/heading"),
+    ]);
+    // The viewer's own grid would move with the origin of the view, which is the body.
+    spatial(properties, view, &eye, &LineGrid3D::new().with_visible(false))
+}
+
+fn map(properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
+    // The ground is a patch around the car; seen from high above the viewer's own grid does better.
+    let view = Spatial3DView::new("Map (top)").with_origin("/world").with_contents([
+        "+ /world/**".to_owned(),
+        "- /world/ground".to_owned(),
+        format!("- /{}/**", arrows::ROOT),
+    ]);
+    let grid = LineGrid3D::new().with_spacing(10.0).with_color([54, 54, 62, 255]);
+    let eye = EyeControls3D::new().with_kind(Eye3DKind::Orbital);
+    let eye = match bounds {
+        Some(bounds) => above(eye, bounds),
+        None => eye
+            .with_eye_up([0.0, 1.0, 0.0])
+            .with_position([0.0, -1.0, 200.0])
+            .with_look_target([0.0, 0.0, 0.0])
+            .with_tracking_entity("/world/car/frame"),
+    };
+    spatial(properties, view, &eye, &grid)
+}
+
+/// Looks straight down at all of `bounds`, with the longer edge of them from left to right.
+fn above(eye: EyeControls3D, bounds: Bounds) -> EyeControls3D {
+    let [width, depth] = [0, 1].map(|axis| bounds.high[axis] - bounds.low[axis]);
+    let [x, y] = [0, 1].map(|axis| 0.5 * (bounds.high[axis] + bounds.low[axis]));
+    let up = if depth > width { [-1.0, 0.0] } else { [0.0, 1.0] };
+    let (wide, tall) = (width.max(depth), width.min(depth));
+    // 20 % and 10 m of air around the line.
+    let height = 1.2 * tall.max(wide / MAP_ASPECT) + 10.0;
+    let distance = 0.5 * height / HALF_VIEW;
+    // Exactly above its target the eye would have no direction to call up.
+    let aside = -1e-3 * distance;
+    eye.with_eye_up([up[0], up[1], 0.0])
+        .with_position([x + aside * up[0], y + aside * up[1], distance])
+        .with_look_target([x, y, 0.0])
+}
+
+fn spatial(
+    properties: &mut Properties,
+    view: Spatial3DView,
+    eye: &EyeControls3D,
+    grid: &LineGrid3D,
+) -> ContainerLike {
+    let background = Background::new(BackgroundKind::SolidColor).with_color([18, 18, 22, 255]);
+    properties
+        .add(view, [("EyeControls3D", eye), ("LineGrid3D", grid), ("Background", &background)])
+}

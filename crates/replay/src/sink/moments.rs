@@ -1,0 +1,191 @@
+//! Knows the time, the step and the distance of every row, which are the timelines of a recording.
+
+use recording::Row;
+use recording::view::Distance;
+use rerun::TimeColumn;
+
+use super::thinned::Thinned;
+
+/// Timeline of the simulated time.
+pub(super) const TIME: &str = "sim_time";
+/// Timeline of the communication points' numbers.
+const STEP: &str = "step";
+/// Timeline of the distance that was covered, in the viewer's whole numbers.
+pub(super) const DISTANCE: &str = "distance_cm";
+
+/// A moment on every timeline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Moment {
+    /// Simulated time [ns].
+    pub time: i64,
+    step: i64,
+    /// [cm]
+    distance: Option<i64>,
+}
+
+/// Moments, in the order of their rows.
+#[derive(Default)]
+pub(super) struct Moments(Vec<Moment>);
+
+impl Moments {
+    pub fn push(&mut self, moment: Moment) {
+        self.0.push(moment);
+    }
+
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Forgets all but the last `count`.
+    pub fn keep_last(&mut self, count: usize) {
+        self.0.drain(..self.0.len().saturating_sub(count));
+    }
+
+    /// The axes that every column has; without one of them it would vanish from that timeline.
+    pub fn axes(&self) -> Vec<TimeColumn> {
+        let mut axes = vec![
+            TimeColumn::new_duration_nanos(TIME, self.0.iter().map(|it| it.time)),
+            TimeColumn::new_sequence(STEP, self.0.iter().map(|it| it.step)),
+        ];
+        if self.0.iter().all(|it| it.distance.is_some()) {
+            let distances = self.0.iter().filter_map(|it| it.distance);
+            axes.push(TimeColumn::new_sequence(DISTANCE, distances));
+        }
+        axes
+    }
+}
+
+impl FromIterator<Moment> for Moments {
+    fn from_iter<I: IntoIterator<Item = Moment>>(moments: I) -> Self {
+        Self(moments.into_iter().collect())
+    }
+}
+
+/// Tells the moments of rows, and of all that happens between them.
+pub(super) struct Clock {
+    /// Communication step [s].
+    step: f64,
+    odometer: Option<Odometer>,
+}
+
+impl Clock {
+    pub fn new(step: f64, distance: Option<Distance>) -> Self {
+        Self { step, odometer: distance.map(Odometer::new) }
+    }
+
+    /// The moment of a row; rows come in the order of their time [s].
+    pub fn row(&mut self, time: f64, row: &Row) -> Moment {
+        if let Some(odometer) = &mut self.odometer {
+            odometer.push(time, row);
+        }
+        self.at(time)
+    }
+
+    /// The distance at the last row [m].
+    pub fn distance(&self) -> Option<f64> {
+        self.odometer.as_ref()?.last.map(|(_, distance, _)| distance)
+    }
+
+    /// The moment of a time [s] that is not after the last row.
+    pub fn at(&self, time: f64) -> Moment {
+        let distance = self.odometer.as_ref().map(|it| (it.at(time) * 100.0).round() as i64);
+        Moment { time: nanoseconds(time), step: (time / self.step).round() as i64, distance }
+    }
+}
+
+pub(super) fn nanoseconds(time: f64) -> i64 {
+    (time * 1e9).round() as i64
+}
+
+/// Measures the distance that was covered.
+struct Odometer {
+    source: Distance,
+    /// Time [s], distance [m], and what the next distance is computed from.
+    last: Option<(f64, f64, [f64; 2])>,
+    /// Times [s] and distances [m].
+    passed: Thinned<(f64, f64)>,
+}
+
+impl Odometer {
+    fn new(source: Distance) -> Self {
+        Self { source, last: None, passed: Thinned::default() }
+    }
+
+    fn push(&mut self, time: f64, row: &Row) {
+        let (_, before, from) = self.last.unwrap_or((time, 0.0, [f64::NAN; 2]));
+        let state = match &self.source {
+            Distance::Given(distance) => [distance.value(time, row), 0.0],
+            Distance::Along(place) => place.map(|column| row.numbers[column]),
+            Distance::Driven(speed) => [speed.value(time, row), time],
+        };
+        let distance = match &self.source {
+            Distance::Given(_) => state[0],
+            Distance::Along(_) => before + (state[0] - from[0]).hypot(state[1] - from[1]),
+            Distance::Driven(_) => before + 0.5 * (state[0] + from[0]) * (state[1] - from[1]),
+        };
+        // The first row, and a value that is no number, cover no distance.
+        let distance = if distance.is_finite() { distance } else { before };
+        self.last = Some((time, distance, state));
+        self.passed.push((time, distance));
+    }
+
+    /// The distance at a time [s], on the straight line between rows that are kept.
+    fn at(&self, time: f64) -> f64 {
+        let Some((end, distance, _)) = self.last else {
+            return 0.0;
+        };
+        if time >= end {
+            return distance;
+        }
+        let passed = self.passed.kept();
+        let after = passed.partition_point(|(t, _)| *t <= time);
+        let (t0, s0) = passed[after.saturating_sub(1)];
+        let (t1, s1) = passed.get(after).copied().unwrap_or((end, distance));
+        let share = if t1 > t0 { ((time - t0) / (t1 - t0)).clamp(0.0, 1.0) } else { 0.0 };
+        s0 + share * (s1 - s0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Clock, Distance, Moment};
+    use recording::Row;
+    use recording::view::Quantity;
+
+    /// 300 s around a circle of 100 m at 20 m/s, in steps of 10 ms: more rows than are kept.
+    fn distances(source: Distance) -> Vec<Option<i64>> {
+        let mut clock = Clock::new(0.01, Some(source));
+        for step in 0..=30_000 {
+            let time = 0.01 * f64::from(step);
+            let (sin, cos) = (0.2 * time).sin_cos();
+            let numbers = vec![100.0 * cos, 100.0 * sin, 20.0, 20.0 * time];
+            clock.row(time, &Row { numbers, texts: Vec::new() });
+        }
+        let distance = |time| {
+            let Moment { time: nanoseconds, step, distance } = clock.at(time);
+            assert_eq!((nanoseconds, step), ((time * 1e9) as i64, (time * 100.0) as i64));
+            distance
+        };
+        [0.0, 123.0, 299.0, 300.0].map(distance).to_vec()
+    }
+
+    #[test]
+    fn the_distance_is_told_by_positions_by_speed_or_by_itself() {
+        let driven = [0, 246_000, 598_000, 600_000].map(Some);
+        for source in [
+            Distance::Along([0, 1]),
+            Distance::Driven(Quantity::Column(2)),
+            Distance::Given(Quantity::Column(3)),
+        ] {
+            assert_eq!(distances(source.clone()), driven, "{source:?}");
+        }
+    }
+}

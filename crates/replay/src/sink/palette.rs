@@ -1,0 +1,59 @@
+//! Gives each role its colour, the same in every view.
+
+use recording::view::Role;
+use rerun::Color;
+
+use super::{ESTIMATE, LIMIT, MEASUREMENT, PLANT, REFERENCE, WHITE};
+
+/// Colours of curves that stand for nothing in particular: Okabe and Ito's purple and yellow, and two
+/// that can be told from them and from the roles' colours without red-green vision.
+const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], WHITE];
+
+/// Gives every curve of one view its own colour.
+#[derive(Default)]
+pub(super) struct Palette<'a> {
+    used: Vec<(Role, &'a str)>,
+}
+
+impl<'a> Palette<'a> {
+    /// Curves of one role and one name, such as two sides of a limit, share their colour, because they
+    /// share their place in the legend.
+    pub fn color(&mut self, role: Role, label: &'a str) -> Color {
+        if !self.used.contains(&(role, label)) {
+            self.used.push((role, label));
+        }
+        let same_role = self.used.iter().filter(|it| it.0 == role);
+        let before = same_role.take_while(|it| it.1 != label).count();
+        let (color, rounds) = match role {
+            Role::Other => (OTHERS[before % OTHERS.len()], before / OTHERS.len()),
+            Role::Reference => (REFERENCE, before),
+            Role::Plant => (PLANT, before),
+            Role::Measurement => (MEASUREMENT, before),
+            Role::Estimate => (ESTIMATE, before),
+            Role::Limit => (LIMIT, before),
+        };
+        Color::from(shade(color, rounds))
+    }
+}
+
+/// The second curve of a role is lighter, the third darker.
+fn shade(color: [u8; 3], round: usize) -> [u8; 3] {
+    let (toward, share) = match round % 3 {
+        0 => return color,
+        1 => (255.0, 0.5),
+        _ => (0.0, 0.4),
+    };
+    color.map(|it| (f32::from(it) * (1.0 - share) + toward * share) as u8)
+}
+
+/// The colour of an area behind lines of this colour, on the viewer's dark background.
+pub(super) fn dimmed(color: Color) -> Color {
+    let [red, green, blue, _] = color.to_array();
+    Color::from([red, green, blue].map(|it| (0.3 * f32::from(it) + 10.0) as u8))
+}
+
+/// The colour, so opaque from 0 to 255.
+pub(super) fn faded(color: Color, opacity: u8) -> Color {
+    let [red, green, blue, _] = color.to_array();
+    Color::from_unmultiplied_rgba(red, green, blue, opacity)
+}

@@ -1,0 +1,58 @@
+//! Draws the edges of the road.
+
+use recording::Row;
+use recording::view::{Track, edges};
+use rerun::{LineStrips3D, RecordingStream, RecordingStreamResult};
+
+use super::thinned::Thinned;
+
+const EDGE: [u8; 3] = [205, 205, 205];
+/// Half the width of the line that marks an edge [m].
+const RADIUS: f32 = 0.08;
+
+/// The road, as far as it is known.
+pub(super) struct Road {
+    track: Track,
+    /// What the rows tell: points of the left and the right edge, or of the centre line and nothing [m].
+    told: Thinned<[[f64; 2]; 2]>,
+}
+
+impl Road {
+    pub fn new(track: Track) -> Self {
+        Self { track, told: Thinned::default() }
+    }
+
+    pub fn push(&mut self, time: f64, row: &Row) {
+        let point =
+            |of: &[recording::view::Quantity; 2]| of.each_ref().map(|it| it.value(time, row));
+        let told = match &self.track {
+            Track::Edges(_) => return,
+            Track::Sides([left, right]) => [point(left), point(right)],
+            Track::Center(center, _) => [point(center), [0.0; 2]],
+        };
+        if told.as_flattened().iter().all(|it| it.is_finite()) {
+            self.told.push(told);
+        }
+    }
+
+    /// Sends the edges that are known.
+    pub fn draw(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        let told = self.told.kept().iter();
+        let edges = match &self.track {
+            Track::Edges(edges) => edges.clone(),
+            Track::Sides(_) => [0, 1].map(|side| told.clone().map(|it| it[side]).collect()),
+            Track::Center(_, widths) => {
+                let center: Vec<_> = told.map(|it| it[0]).collect();
+                edges(&center, &vec![*widths; center.len()])
+            }
+        };
+        // As high above the ground as the driven line.
+        let strips = edges.map(|edge| edge.iter().map(on_ground).collect::<Vec<_>>());
+        let edges = LineStrips3D::new(strips).with_colors([EDGE]).with_radii([RADIUS]);
+        stream.log_static("world/road", &edges)
+    }
+}
+
+fn on_ground([x, y]: &[f64; 2]) -> [f32; 3] {
+    [*x as f32, *y as f32, 0.02]
+}

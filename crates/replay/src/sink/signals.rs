@@ -1,0 +1,236 @@
+//! Collects recorded scalars in columns and decides under which entity each curve of a plot is found.
+
+use recording::view::{Plot, Quantity, Role, Series};
+use recording::{Column, Derived, Direction, Header, Kind, Row};
+use rerun::external::re_log_types::EntityPathPart;
+use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
+
+use super::contender::Contender;
+
+/// One curve of a plot, as the layout needs it.
+pub(super) struct Line {
+    /// The entity that holds its values.
+    pub path: EntityPath,
+    /// The run that it is of.
+    pub contender: Contender,
+    /// Its name in the legend, which is the same for all runs.
+    pub label: String,
+    /// What it stands for.
+    pub role: Role,
+    /// Whether its values hold until the next sample.
+    pub stepped: bool,
+    /// Whether it is a side of the band around the line of the same label.
+    pub bound: bool,
+}
+
+/// One plot, as the layout needs it.
+pub(super) struct Chart {
+    /// Its title.
+    pub title: String,
+    /// Charts of one group are shown together.
+    pub group: Option<String>,
+    /// The ends of its axis, when they are given.
+    pub range: Option<[f64; 2]>,
+    /// Its curves.
+    pub lines: Vec<Line>,
+}
+
+/// One scalar entity with the samples that were not sent yet.
+struct Curve {
+    path: EntityPath,
+    quantity: Quantity,
+    factor: f64,
+    offset: f64,
+    samples: Vec<f64>,
+}
+
+/// Every scalar entity of a recording.
+pub(super) struct Signals {
+    curves: Vec<Curve>,
+    /// Those of the columns, which come first.
+    names: Vec<String>,
+}
+
+impl Signals {
+    /// Plans the entities: one per column under `/signals`, and one under `/plots` for each curve that
+    /// is drawn in another unit than the column's.
+    pub fn new(header: &Header, contender: &Contender, lacks: &[usize]) -> (Self, Vec<Chart>) {
+        let columns = &header.columns;
+        let own = || columns.iter().enumerate().filter(|(column, _)| !lacks.contains(column));
+        let mut curves: Vec<Curve> = own()
+            .map(|(column, it)| {
+                let path = contender.path(signal_path(it));
+                Curve::new(path, Quantity::Column(column), 1.0, 0.0)
+            })
+            .collect();
+        let names = own().map(|(_, it)| contender.label(&name_with_unit(it))).collect();
+        let charts = header
+            .view
+            .plots
+            .iter()
+            .enumerate()
+            .map(|(number, plot)| chart((number, plot), columns, contender, &mut curves))
+            .collect();
+        (Self { curves, names }, charts)
+    }
+
+    /// Names every column with its unit, for plots that the user makes by hand.
+    pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        for (curve, name) in self.curves.iter().zip(&self.names) {
+            let style = SeriesLines::new().with_names([name.as_str()]);
+            stream.log_static(curve.path.clone(), &style)?;
+        }
+        Ok(())
+    }
+
+    /// Takes one row.
+    pub fn push(&mut self, time: f64, row: &Row) {
+        for curve in &mut self.curves {
+            let sample = curve.quantity.value(time, row) * curve.factor + curve.offset;
+            curve.samples.push(sample);
+        }
+    }
+
+    /// Sends what was collected, against the given time axes, and forgets it.
+    pub fn send(
+        &mut self,
+        stream: &RecordingStream,
+        axes: &[TimeColumn],
+    ) -> RecordingStreamResult<()> {
+        for curve in &mut self.curves {
+            let scalars = Scalars::new(curve.samples.drain(..));
+            stream.send_columns(
+                curve.path.clone(),
+                axes.to_vec(),
+                scalars.columns_of_unit_batches()?,
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Sends what an analysis adds, beside the signals of the nodes.
+pub(super) fn add(
+    stream: &RecordingStream,
+    derived: &Derived,
+    axes: &[TimeColumn],
+) -> RecordingStreamResult<()> {
+    for (column, signal) in derived.columns().zip(derived.columns) {
+        let path = entity(["signals", derived.analysis, derived.group, signal.name]);
+        let name = name_with_unit(&column);
+        stream.log_static(path.clone(), &SeriesLines::new().with_names([name.as_str()]))?;
+        let scalars = Scalars::new(signal.values.iter().copied());
+        stream.send_columns(path, axes.to_vec(), scalars.columns_of_unit_batches()?)?;
+    }
+    Ok(())
+}
+
+/// Plots of what an analysis adds, one for each unit.
+pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
+    let mut charts: Vec<Chart> = Vec::new();
+    for signal in derived.columns {
+        let title = if signal.unit.is_empty() { "-" } else { signal.unit };
+        let line = Line {
+            path: entity(["signals", derived.analysis, derived.group, signal.name]),
+            contender: Contender::default(),
+            label: signal.name.to_owned(),
+            role: Role::Other,
+            stepped: false,
+            bound: false,
+        };
+        match charts.iter_mut().find(|chart| chart.title == title) {
+            Some(chart) => chart.lines.push(line),
+            None => {
+                let (title, lines) = (title.to_owned(), vec![line]);
+                charts.push(Chart { title, group: None, range: None, lines });
+            }
+        }
+    }
+    charts
+}
+
+impl Curve {
+    fn new(path: EntityPath, quantity: Quantity, factor: f64, offset: f64) -> Self {
+        Self { path, quantity, factor, offset, samples: Vec::new() }
+    }
+}
+
+/// Makes an entity path of names; separators in a name are escaped, so `std.v_x` stays one part.
+pub(super) fn entity<const N: usize>(parts: [&str; N]) -> EntityPath {
+    EntityPath::new(parts.into_iter().map(EntityPathPart::from).collect())
+}
+
+/// The entity of a column.
+pub(super) fn signal_path(column: &Column) -> EntityPath {
+    let side = match column.direction {
+        Direction::Input => "inputs",
+        Direction::Output => "outputs",
+    };
+    entity(["signals", &column.node, side, &column.variable])
+}
+
+fn name_with_unit(column: &Column) -> String {
+    match &column.unit {
+        Some(unit) => format!("{} [{unit}]", column.name()),
+        None => column.name(),
+    }
+}
+
+/// The viewer paints the curves of a plot, and lists them in the legend, in the order of their paths.
+/// A measurement is noisy and must lie below the others, so it gets a path that comes first, and if
+/// need be an entity of its own; a band lies between them.
+fn chart(
+    (number, plot): (usize, &Plot),
+    columns: &[Column],
+    contender: &Contender,
+    curves: &mut Vec<Curve>,
+) -> Chart {
+    let mut series: Vec<&Series> = plot.series.iter().collect();
+    series.sort_by_key(|it| (it.role != Role::Measurement, !it.bound));
+    let first_of_others = series
+        .iter()
+        .enumerate()
+        .filter(|(_, it)| it.role != Role::Measurement)
+        .map(|(rank, it)| natural_path(number, rank, it, columns))
+        .min();
+    let mut lines = Vec::new();
+    for (rank, it) in series.into_iter().enumerate() {
+        let natural = natural_path(number, rank, it, columns);
+        let covered = it.role == Role::Measurement
+            && first_of_others.as_ref().is_some_and(|other| *other < natural);
+        let path = if covered { plot_path(number, rank) } else { natural };
+        let made = path == plot_path(number, rank);
+        let path = contender.path(path);
+        if made {
+            curves.push(Curve::new(path.clone(), it.quantity.clone(), it.factor, it.offset));
+        }
+        lines.push(Line {
+            path,
+            contender: contender.clone(),
+            label: it.label.clone(),
+            role: it.role,
+            stepped: column(it).is_some_and(|place| columns[place].kind != Kind::Real),
+            bound: it.bound,
+        });
+    }
+    let (title, group) = (plot.title.clone(), plot.group.clone());
+    Chart { title, group, range: plot.range, lines }
+}
+
+fn natural_path(number: usize, rank: usize, series: &Series, columns: &[Column]) -> EntityPath {
+    match column(series) {
+        Some(place) if (series.factor, series.offset) == (1.0, 0.0) => signal_path(&columns[place]),
+        _ => plot_path(number, rank),
+    }
+}
+
+fn column(series: &Series) -> Option<usize> {
+    match series.quantity {
+        Quantity::Column(place) => Some(place),
+        Quantity::Formula(_) => None,
+    }
+}
+
+fn plot_path(number: usize, rank: usize) -> EntityPath {
+    entity(["plots", &(number + 1).to_string(), &(rank + 1).to_string()])
+}

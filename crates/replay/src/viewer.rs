@@ -1,0 +1,92 @@
+//! Finds the Rerun viewer and opens a run in it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use diagnostics::Error;
+
+use crate::comparison::Comparison;
+
+/// The version that the recordings are written for; viewers read no others.
+pub const VERSION: &str = "0.36.3";
+
+/// Opens a run, which is a folder with `run.rrd` or the recording itself, and waits until the viewer is closed.
+///
+/// # Errors
+/// When there is no such recording, no viewer or one of another version, and when the viewer fails.
+pub fn view(run: &Path) -> Result<(), Error> {
+    open(&recording(run)?)
+}
+
+/// Puts two runs into one recording, and opens it; with `save` that is written and not opened. Tells `note` what is odd.
+///
+/// # Errors
+/// When a run cannot be read, they have nothing in common, or as with [`view`].
+pub fn compare(
+    a: &Path,
+    b: &Path,
+    save: Option<&Path>,
+    note: &mut dyn FnMut(&str),
+) -> Result<(), Error> {
+    if save.is_none() {
+        find()?;
+    }
+    let mut comparison = Comparison::open(a, b)?;
+    let failed = |error: std::io::Error| Error::output(&std::env::temp_dir(), error);
+    let folder = tempfile::tempdir().map_err(failed)?;
+    let path = save.map_or_else(|| folder.path().join("comparison.rrd"), Path::to_owned);
+    if let Err(error) = comparison.write(&path) {
+        // A part of it would pass for the whole.
+        let _ = std::fs::remove_file(&path);
+        return Err(error);
+    }
+    comparison.notes.iter().for_each(|it| note(it));
+    if save.is_some() { Ok(()) } else { open(&path) }
+}
+
+/// Opens a recording.
+fn open(recording: &Path) -> Result<(), Error> {
+    let viewer = find()?;
+    let status = Command::new(viewer).arg(recording).status();
+    let status =
+        status.map_err(|error| Error::input(format!("cannot start the viewer: {error}")))?;
+    if status.success() {
+        return Ok(());
+    }
+    let error = Error::input(format!("the viewer ended with {status}"));
+    Err(error.help("without a graphics card: apt install mesa-vulkan-drivers"))
+}
+
+/// The recording of a run.
+fn recording(run: &Path) -> Result<PathBuf, Error> {
+    let path = if run.is_dir() { run.join("run.rrd") } else { run.to_owned() };
+    if path.is_file() {
+        return Ok(path);
+    }
+    let error = Error::input(format!("{} has no recording for the viewer", run.display()));
+    Err(error.help(
+        "expected a folder with run.rrd, such as target/runs/limit_handling, or a file .rrd or .mcap; \
+         `trackside run --rerun save` makes one",
+    ))
+}
+
+/// The viewer on the search path, if it is the right one.
+fn find() -> Result<&'static str, Error> {
+    const VIEWER: &str = "rerun";
+    let install = format!("install it: pip install rerun-sdk=={VERSION}");
+    let output = Command::new(VIEWER).arg("--version").stdin(Stdio::null()).output();
+    let Ok(output) = output else {
+        return Err(
+            Error::input("there is no Rerun viewer (`rerun`) on the search path").help(install)
+        );
+    };
+    let text = String::from_utf8_lossy(&output.stdout);
+    // `rerun-cli 0.36.3 [rustc ...]`
+    let found = text.split_whitespace().nth(1).unwrap_or("unknown");
+    if found == VERSION {
+        return Ok(VIEWER);
+    }
+    let message =
+        format!("the Rerun viewer on the search path is version {found}, expected {VERSION}");
+    Err(Error::input(message).help(install))
+}

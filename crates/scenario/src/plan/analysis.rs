@@ -1,0 +1,43 @@
+//! An analysis of what a run recorded, by columns.
+
+use plugin::Plugin;
+use recording::table::Table;
+
+/// An analysis, ready to run.
+#[derive(Debug)]
+pub struct AnalysisPlan {
+    /// What it is called.
+    pub name: String,
+    /// Who does it.
+    pub plugin: Plugin,
+    /// What it is to do, TOML.
+    pub config: String,
+    /// The signals that it gets.
+    pub wired: Vec<Wired>,
+    /// The file that some of them are in.
+    pub log: Option<Table>,
+}
+
+/// A signal of an analysis.
+#[derive(Debug)]
+pub struct Wired {
+    /// The name that the plugin knows it by.
+    pub name: String,
+    /// The unit that it is handed over in.
+    pub unit: String,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Unit conversion: what the values are multiplied by.
+    pub factor: f64,
+    /// Unit conversion: what is added after that.
+    pub offset: f64,
+}
+
+/// Where a signal of an analysis comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// A place in the rows of the run.
+    Run(usize),
+    /// A column of the analysis' file.
+    Log(usize),
+}

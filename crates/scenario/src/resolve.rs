@@ -1,0 +1,158 @@
+//! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
+
+mod analyses;
+mod checks;
+mod given;
+mod links;
+mod logs;
+mod nodes;
+mod order;
+mod place;
+mod quantity;
+mod recorded;
+mod starts;
+mod types;
+mod validations;
+mod view;
+
+use std::path::PathBuf;
+
+use diagnostics::{Error, Source as TextSource};
+use recording::view::View;
+use recording::{Column, Header, Lane};
+
+pub use self::view::{by_unit, view as layout};
+use crate::plan::{CheckPlan, Clock, NodePlan, Subject, System};
+use crate::product::Built;
+use crate::words::Scenario;
+pub use given::Given;
+
+/// The files of a scenario, and those that its view names.
+fn source(scenario: &Scenario) -> TextSource {
+    let mut source = scenario.source.clone();
+    let track = scenario.document.view.track.as_ref();
+    if let Some(path) = track.and_then(|track| track.get_ref().path.as_ref()) {
+        source.keep(&scenario.source.resolve(path));
+    }
+    source
+}
+
+/// What is added to a scenario from outside.
+#[derive(Debug, Clone, Default)]
+pub struct Overrides {
+    /// Start values that give way to those of the scenario.
+    pub defaults: Vec<Given>,
+    /// Start values that those of the scenario give way to.
+    pub starts: Vec<Given>,
+    /// The seed.
+    pub seed: Option<u64>,
+}
+
+impl Overrides {
+    /// All start values, those that count in the end last.
+    fn all(&self) -> impl Iterator<Item = &Given> {
+        self.defaults.iter().chain(&self.starts)
+    }
+}
+
+impl System {
+    /// Checks a scenario against its FMUs, tables and plugins. `built` holds what the scenario names by
+    /// `crate`; recordings are to go to `folder`.
+    ///
+    /// # Errors
+    /// With the place in the file, when something does not fit.
+    pub fn resolve(
+        scenario: &Scenario,
+        built: &Built,
+        overrides: &Overrides,
+        folder: PathBuf,
+    ) -> Result<Self, Error> {
+        let document = &scenario.document;
+        let clock = clock(scenario)?;
+        let seed = overrides.seed.unwrap_or(document.seed);
+        let mut warnings = Vec::new();
+        let drafts =
+            nodes::drafts(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
+        let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
+        let order = order::order(scenario, &drafts, &links)?;
+        let (nodes, columns, texts) = place::place(drafts, links);
+        let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
+        validations::check_names(scenario, &nodes)?;
+        let checks = checks::resolve(scenario, &columns, &texts, clock)?;
+        let (recorded, recorded_texts) = recorded::places(scenario, &columns, &texts)?;
+        let picked = |columns: &[Column], places: &[usize]| -> Vec<Column> {
+            places.iter().map(|&place| columns[place].clone()).collect()
+        };
+        let header = Header {
+            scenario: scenario.name.clone(),
+            title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
+            source: source(scenario),
+            given: overrides.all().map(Given::text).collect(),
+            step: clock.step,
+            stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
+            seed,
+            columns: picked(&columns, &recorded),
+            texts: picked(&texts, &recorded_texts),
+            lanes: lanes(&checks, &nodes, &columns),
+            view: View::default(),
+            folder,
+        };
+        let view = view::view(scenario, &header)?;
+        let header = Header { view, ..header };
+        Ok(System {
+            clock,
+            nodes,
+            order,
+            columns,
+            texts,
+            analyses,
+            checks,
+            recorded,
+            recorded_texts,
+            header,
+            warnings,
+        })
+    }
+}
+
+/// What has a state that recordings are told: the checks of the run, and the inputs with faults.
+fn lanes(checks: &[CheckPlan], nodes: &[NodePlan], columns: &[Column]) -> Vec<(Lane, String)> {
+    let checks = checks.iter().filter(|check| check.subject == Subject::Run);
+    let checks = checks.map(|check| (Lane::Check, check.name.clone()));
+    let links = nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.clone()));
+    let faulty = links.filter(|(link, _)| !link.treatment.faults.is_empty());
+    checks.chain(faulty.map(|(_, place)| (Lane::Fault, columns[place].name()))).collect()
+}
+
+fn clock(scenario: &Scenario) -> Result<Clock, Error> {
+    let document = &scenario.document;
+    let Some(time) = &document.time else {
+        let idle =
+            document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
+        if idle {
+            return Ok(Clock { step: 1.0, steps: 0 });
+        }
+        let path = scenario.source.path().display();
+        let error = Error::input(format!("{path}: the scenario does not say how long it runs"));
+        return Err(error.help("add [time] with a communication `step` [s] and a `stop` time [s]"));
+    };
+    let (step, stop) = (*time.step.get_ref(), *time.stop.get_ref());
+    if !(step > 0.0 && step.is_finite()) {
+        let message = format!("the communication step must be positive, found {step} s");
+        return Err(scenario.error(&time.step, message));
+    }
+    if !(stop > 0.0 && stop.is_finite()) {
+        let message = format!("the stop time must be positive, found {stop} s");
+        return Err(scenario.error(&time.stop, message));
+    }
+    let steps = (stop / step).round();
+    if steps < 1.0 || (steps * step - stop).abs() > 1e-6 * step {
+        let message = format!("the stop time {stop} s is no multiple of the step {step} s");
+        return Err(scenario.error(&time.stop, message));
+    }
+    if steps > 1e12 {
+        let message = format!("{steps} steps are more than a run can have");
+        return Err(scenario.error(&time.step, message));
+    }
+    Ok(Clock { step, steps: steps as u64 })
+}

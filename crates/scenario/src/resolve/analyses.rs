@@ -1,0 +1,254 @@
+//! Finds the plugins and the signals of `[[analysis]]`, and asks each plugin what it thinks of its part of the scenario.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use diagnostics::{Error, closest};
+use plugin::{Plugin, Request, Signal, Wanted};
+use recording::Column;
+use toml::Spanned;
+use units::Unit;
+
+use super::logs::{self, Wanted as Columns};
+use crate::plan::{AnalysisPlan, Origin, Wired};
+use crate::product::Product;
+use crate::words::{Analysis, Log, Scenario};
+
+pub(super) fn resolve(
+    scenario: &Scenario,
+    plugins: &BTreeMap<Product, PathBuf>,
+    columns: &[Column],
+    warnings: &mut Vec<String>,
+) -> Result<Vec<AnalysisPlan>, Error> {
+    let analyses = &scenario.document.analysis;
+    for (i, analysis) in analyses.iter().enumerate() {
+        let name = analysis.name.get_ref();
+        let twice = analyses[..i].iter().any(|other| other.name.get_ref() == name);
+        if twice || columns.iter().any(|column| column.node == *name) {
+            let message = format!("something else is called `{name}` already");
+            return Err(scenario.error(&analysis.name, message));
+        }
+    }
+    analyses.iter().map(|analysis| plan(scenario, analysis, plugins, columns, warnings)).collect()
+}
+
+fn plan(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    plugins: &BTreeMap<Product, PathBuf>,
+    columns: &[Column],
+    warnings: &mut Vec<String>,
+) -> Result<AnalysisPlan, Error> {
+    let plugin = load(scenario, analysis, plugins)?;
+    let read = |Log { path, time, origin, columns }: &Log| {
+        let wanted = Columns { path, time: time.as_ref(), origin: *origin, columns };
+        logs::read(scenario, &wanted, warnings)
+    };
+    let (log, units) = match analysis.table.as_ref().map(read).transpose()? {
+        Some(log) => (Some(log.table), log.units),
+        None => (None, Vec::new()),
+    };
+    let mut wired = Vec::new();
+    for (name, signal) in &analysis.signals {
+        let wanted = wanted(scenario, &plugin, name)?;
+        let full = signal.get_ref();
+        let Some(place) = columns.iter().position(|column| column.name() == *full) else {
+            let names: Vec<_> = columns.iter().map(Column::name).collect();
+            let hint = closest(full, names.iter().map(String::as_str));
+            let error = scenario.error(signal, format!("the run has no signal `{full}`"));
+            return Err(match hint {
+                Some(hint) => error.help(format!("did you mean `{hint}`?")),
+                None => error.help("a signal is written `node.variable`"),
+            });
+        };
+        let unit = columns[place].unit.as_deref();
+        let written = (signal.span(), full.as_str());
+        wired.push(wire(scenario, wanted, Origin::Run(place), unit, written, warnings)?);
+    }
+    for (column, (name, entry)) in
+        analysis.table.iter().flat_map(|table| &table.columns).enumerate()
+    {
+        let wanted = wanted(scenario, &plugin, name)?;
+        if wired.iter().any(|other| other.name == wanted.name) {
+            let message = format!("`{}` comes from the run already", wanted.name);
+            return Err(scenario.error(name, message));
+        }
+        let entry = entry.get_ref();
+        let unit = units[column].as_deref();
+        let place = entry.unit.as_ref().unwrap_or(&entry.column).span();
+        let written = (place, entry.column.get_ref().as_str());
+        wired.push(wire(scenario, wanted, Origin::Log(column), unit, written, warnings)?);
+    }
+    complete(scenario, analysis, &plugin, &wired)?;
+    Ok(AnalysisPlan {
+        name: analysis.name.get_ref().clone(),
+        config: config(scenario, analysis, &plugin, &wired)?,
+        plugin,
+        wired,
+        log,
+    })
+}
+
+fn load(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    plugins: &BTreeMap<Product, PathBuf>,
+) -> Result<Plugin, Error> {
+    let (word, path) = match (&analysis.path, &analysis.package, analysis.product()) {
+        (Some(path), None, _) if analysis.example.is_none() => {
+            (path, scenario.source.resolve(path))
+        }
+        (None, Some(package), Some(product)) => match plugins.get(&product) {
+            Some(path) => (package, path.clone()),
+            None => {
+                let message = format!("`{}` was not built", package.get_ref());
+                return Err(scenario.error(package, message));
+            }
+        },
+        _ => {
+            let message = format!(
+                "the analysis `{}` needs either `path` or `crate`, and `example` goes with `crate`",
+                analysis.name.get_ref()
+            );
+            return Err(scenario.error(&analysis.name, message));
+        }
+    };
+    // A path without a folder would be looked up among the libraries of the system.
+    let path = std::path::absolute(&path).unwrap_or(path);
+    Plugin::load(&path).map_err(|error| scenario.error(word, error.to_string()))
+}
+
+/// What the plugin says of the signal that it is to get under this name.
+fn wanted<'a>(
+    scenario: &Scenario,
+    plugin: &'a Plugin,
+    name: &Spanned<String>,
+) -> Result<&'a Wanted, Error> {
+    let known = plugin.needs();
+    if let Some(wanted) = known.iter().find(|wanted| wanted.name == *name.get_ref()) {
+        return Ok(wanted);
+    }
+    let names: Vec<_> = known.iter().map(|wanted| wanted.name.as_str()).collect();
+    let error = scenario.error(name, format!("the plugin knows no signal `{}`", name.get_ref()));
+    Err(match closest(name.get_ref(), names.iter().copied()) {
+        Some(hint) => error.help(format!("did you mean `{hint}`?")),
+        None => error.help(format!("it can be given: {}", names.join(", "))),
+    })
+}
+
+/// Converts to the unit that the plugin wants.
+fn wire(
+    scenario: &Scenario,
+    wanted: &Wanted,
+    origin: Origin,
+    unit: Option<&str>,
+    (place, signal): (Range<usize>, &str),
+    warnings: &mut Vec<String>,
+) -> Result<Wired, Error> {
+    let wired = |unit: &str, (factor, offset)| Wired {
+        name: wanted.name.clone(),
+        unit: unit.to_owned(),
+        origin,
+        factor,
+        offset,
+    };
+    let Wanted { name, unit: to, .. } = wanted;
+    let Some(from) = unit else {
+        if !to.is_empty() {
+            warnings.push(format!("`{signal}` has no unit, `{name}` takes it as [{to}]"));
+        }
+        return Ok(wired(to, (1.0, 0.0)));
+    };
+    if to.is_empty() {
+        return Ok(wired(from, (1.0, 0.0)));
+    }
+    let parse = |unit: &str| {
+        Unit::parse(unit).map_err(|error| {
+            scenario.source.error(place.clone(), format!("`{signal}`: {error}"), "")
+        })
+    };
+    let conversion = Unit::conversion(&parse(from)?, &parse(to)?);
+    let conversion = conversion.ok_or_else(|| {
+        let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{from}]");
+        scenario.source.error(place.clone(), message, "")
+    })?;
+    Ok(wired(to, conversion))
+}
+
+/// Whether the plugin gets all that it cannot do without.
+fn complete(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    plugin: &Plugin,
+    wired: &[Wired],
+) -> Result<(), Error> {
+    let given = |wanted: &&Wanted| wired.iter().any(|wired| wired.name == wanted.name);
+    let mut missing = plugin.needs().iter().filter(|wanted| wanted.required && !given(wanted));
+    let Some(Wanted { name, description, unit, .. }) = missing.next() else { return Ok(()) };
+    let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
+    let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+    let help = format!(
+        "add it{unit} to [analysis.signals], such as {name} = \"node.variable\", or to the columns of [analysis.table]"
+    );
+    Err(scenario.error(&analysis.name, message).help(help))
+}
+
+/// The configuration as text, if the plugin agrees to it.
+fn config(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    plugin: &Plugin,
+    wired: &[Wired],
+) -> Result<String, Error> {
+    let mut table =
+        analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
+    if !analysis.files.is_empty() {
+        let texts = files(scenario, analysis)?;
+        if table.insert("files".to_owned(), texts.into()).is_some() {
+            let message = "`files` in the configuration is where the texts of [analysis.files] go";
+            return Err(scenario.error(&analysis.name, message));
+        }
+    }
+    let text = toml::to_string(&table).map_err(|error| {
+        scenario.error(&analysis.name, format!("the configuration cannot be handed over: {error}"))
+    })?;
+    let signals =
+        wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
+    plugin.check(&Request { config: &text, signals: signals.collect() }).map_err(|message| {
+        let name = analysis.name.get_ref();
+        let span = mentioned(scenario, analysis, &message).unwrap_or(analysis.name.span());
+        scenario.source.error(span, format!("`{name}`: {}", message.trim()), "")
+    })?;
+    Ok(text)
+}
+
+/// The contents of the text files.
+fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
+    let read = |(name, path): (&Spanned<String>, &Spanned<String>)| {
+        let file = scenario.source.resolve(path);
+        let text = std::fs::read_to_string(&file).map_err(|error| {
+            scenario.error(path, format!("{} cannot be read: {error}", file.display()))
+        })?;
+        Ok((name.get_ref().clone(), text.into()))
+    };
+    analysis.files.iter().map(read).collect()
+}
+
+/// The place of the first word in backticks that stands in the analysis' part of the scenario.
+fn mentioned(scenario: &Scenario, analysis: &Analysis, message: &str) -> Option<Range<usize>> {
+    let letter = |c: char| c.is_alphanumeric() || c == '_';
+    // Of `smooth.yaw_rate` the last part, too: tables are nested in more ways than one.
+    let words = message.split('`').skip(1).step_by(2);
+    let words = words.flat_map(|word| [Some(word), word.rsplit_once('.').map(|(_, last)| last)]);
+    words.flatten().filter(|word| !word.is_empty()).find_map(|word| {
+        analysis.places.iter().find_map(|place| {
+            let part = scenario.source.letters(place.clone());
+            let alone = |at: &usize| {
+                !part[..*at].ends_with(letter) && !part[at + word.len()..].starts_with(letter)
+            };
+            let at = place.start + part.match_indices(word).map(|(at, _)| at).find(alone)?;
+            Some(at..at + word.len())
+        })
+    })
+}

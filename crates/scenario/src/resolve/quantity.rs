@@ -1,0 +1,137 @@
+//! Resolves what a layout shows: names of recorded signals, and what is computed from them.
+
+use diagnostics::{Error, closest};
+use expression::{Expression, Operand};
+use recording::Column;
+use recording::view::Quantity;
+use toml::Spanned;
+
+use super::checks::inside;
+use crate::words::Scenario;
+
+/// What a name on the axis x of a curve is called.
+const ABSCISSA: &str = "x";
+
+/// The signals that a layout can show.
+pub(super) struct Names<'a> {
+    scenario: &'a Scenario,
+    columns: &'a [Column],
+    /// The names of the numbers, then those of the texts.
+    names: Vec<String>,
+}
+
+impl<'a> Names<'a> {
+    pub(super) fn new(scenario: &'a Scenario, columns: &'a [Column], texts: &[Column]) -> Self {
+        let names = columns.iter().chain(texts).map(Column::name).collect();
+        Names { scenario, columns, names }
+    }
+
+    /// An error at a word of the file.
+    pub(super) fn error<T>(&self, at: &Spanned<T>, message: impl Into<String>) -> Error {
+        self.scenario.error(at, message)
+    }
+
+    /// The unit of a column.
+    pub(super) fn unit(&self, column: usize) -> Option<&'a str> {
+        self.columns[column].unit.as_deref()
+    }
+
+    /// A signal that is a number.
+    pub(super) fn column(&self, word: &Spanned<String>) -> Result<usize, Error> {
+        let name = word.get_ref();
+        match self.find(name) {
+            Some(Operand::Number(column)) => Ok(column),
+            Some(Operand::Text(_)) => {
+                let error = self.error(word, format!("`{name}` is a text, which no plot can show"));
+                Err(error.help("texts are among the events and states of the replay"))
+            }
+            None => {
+                let error = self.error(word, format!("no signal `{name}` is recorded"));
+                Err(match self.hint(name) {
+                    Some(hint) => error.help(hint),
+                    None => error,
+                })
+            }
+        }
+    }
+
+    /// A signal, or what is computed from signals.
+    pub(super) fn quantity(&self, word: &Spanned<String>) -> Result<Quantity, Error> {
+        let text = word.get_ref();
+        if self.find(text).is_some() || is_name(text) {
+            return self.column(word).map(Quantity::Column);
+        }
+        self.parse(word, text, &mut |name| self.find(name)).map(Quantity::Formula)
+    }
+
+    /// A curve over [`ABSCISSA`], which comes after the numbers of a row; and whether it depends on more than that.
+    pub(super) fn function(&self, word: &Spanned<String>) -> Result<(Expression, bool), Error> {
+        let text = word.get_ref();
+        let mut moves = text.contains("time");
+        let function = self.parse(word, text, &mut |name| {
+            if name == ABSCISSA {
+                return Some(Operand::Number(self.columns.len()));
+            }
+            moves = true;
+            self.find(name)
+        })?;
+        Ok((function, moves))
+    }
+
+    /// The quantity `word` plus so many times its standard deviation.
+    pub(super) fn shifted(
+        &self,
+        word: &Spanned<String>,
+        sigmas: f64,
+        std: &Spanned<String>,
+    ) -> Result<Quantity, Error> {
+        self.quantity(std)?;
+        let quoted = |word: &Spanned<String>| match self.find(word.get_ref()) {
+            Some(_) => format!("`{}`", word.get_ref()),
+            None => format!("({})", word.get_ref()),
+        };
+        let sum = format!("{} + {sigmas} * {}", quoted(word), quoted(std));
+        self.parse(std, &sum, &mut |name| self.find(name)).map(Quantity::Formula)
+    }
+
+    fn find(&self, name: &str) -> Option<Operand> {
+        let place = self.names.iter().position(|known| known == name)?;
+        Some(match place.checked_sub(self.columns.len()) {
+            Some(text) => Operand::Text(text),
+            None => Operand::Number(place),
+        })
+    }
+
+    /// Parses what stands at `word`, or was made of it.
+    fn parse(
+        &self,
+        word: &Spanned<String>,
+        text: &str,
+        resolve: &mut dyn FnMut(&str) -> Option<Operand>,
+    ) -> Result<Expression, Error> {
+        let parsed = Expression::parse(text, resolve).map_err(|error| {
+            let span = inside(self.scenario, word, error.span.clone());
+            let pointed = self.scenario.source.error(span, error.message, "here");
+            match error.unknown.and_then(|name| self.hint(&name)).or(error.help) {
+                Some(help) => pointed.help(help),
+                None => pointed,
+            }
+        })?;
+        if parsed.is_reduction() {
+            let message = "expected a value at each moment, found one of the run as a whole";
+            return Err(self.error(word, message));
+        }
+        Ok(parsed)
+    }
+
+    /// What a name that is not known was probably meant to be.
+    fn hint(&self, name: &str) -> Option<String> {
+        let known = closest(name, self.names.iter().map(String::as_str))?;
+        Some(format!("did you mean `{known}`?"))
+    }
+}
+
+/// Whether a text that names no signal was probably meant to.
+fn is_name(text: &str) -> bool {
+    text.chars().all(|c| c.is_alphanumeric() || "._[],".contains(c)) && text.parse::<f64>().is_err()
+}

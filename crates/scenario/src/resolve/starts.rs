@@ -1,0 +1,126 @@
+//! Reads start values from the scenario and the command line, and checks that they fit their variables.
+
+use std::collections::BTreeMap;
+
+use diagnostics::{Error, closest};
+use fmu_import::description::{Type, Variable, list};
+use fmu_import::{Causality, Variability};
+
+use super::{Given, Overrides};
+use crate::plan::{Start, StartValue};
+use crate::words::{self, Scenario};
+
+/// The start values of an FMU, and the names of those that are inputs.
+pub(super) fn starts(
+    scenario: &Scenario,
+    node: &words::Fmu,
+    variables: &[Variable],
+    overrides: &Overrides,
+) -> Result<(Vec<Start>, Vec<String>), Error> {
+    // The last one counts, whichever way it is written.
+    let mut written = BTreeMap::new();
+    let of_this = |given: &&Given| given.node == *node.name.get_ref();
+    let outer = |given: &Given, written: &mut BTreeMap<_, _>| {
+        let Given { variable, value, .. } = given;
+        let value = typed(variables, variable, value);
+        let (place, start) =
+            start(variable, &value, variables).map_err(|message| given.error(&message))?;
+        written.insert(place, start);
+        Ok(())
+    };
+    for given in overrides.defaults.iter().filter(of_this) {
+        outer(given, &mut written)?;
+    }
+    for (name, value) in &node.start {
+        let at = |message: String| scenario.error(name, message);
+        flatten(name.get_ref(), value.get_ref(), &mut |name, value| {
+            let (place, start) = start(name, value, variables).map_err(at)?;
+            written.insert(place, start);
+            Ok(())
+        })?;
+    }
+    for given in overrides.starts.iter().filter(of_this) {
+        outer(given, &mut written)?;
+    }
+    let inputs = written.keys().filter(|place| variables[**place].causality == Causality::Input);
+    let started = inputs.map(|place| variables[*place].name.clone()).collect();
+    Ok((written.into_values().collect(), started))
+}
+
+/// What a value on the command line is: TOML, or the letters as they are. A text needs no quotes, so
+/// that `3` and `true` are texts too where the variable is one.
+fn typed(variables: &[Variable], name: &str, written: &str) -> toml::Value {
+    let text = || toml::Value::String(written.to_owned());
+    let is_text = |variable: &Variable| variable.name == name && variable.kind == Type::String;
+    match written.parse() {
+        Ok(toml::Value::String(quoted)) => toml::Value::String(quoted),
+        Ok(value) if !variables.iter().any(is_text) => value,
+        _ => text(),
+    }
+}
+
+/// Joins the keys of nested tables with dots, so that `tire_f.B = 22` and `"tire_f.B" = 22` are the same.
+pub(super) fn flatten<E>(
+    name: &str,
+    value: &toml::Value,
+    take: &mut impl FnMut(&str, &toml::Value) -> Result<(), E>,
+) -> Result<(), E> {
+    match value {
+        toml::Value::Table(table) => {
+            table.iter().try_for_each(|(key, value)| flatten(&format!("{name}.{key}"), value, take))
+        }
+        value => take(name, value),
+    }
+}
+
+fn start(
+    name: &str,
+    value: &toml::Value,
+    variables: &[Variable],
+) -> Result<(usize, Start), String> {
+    let Some(place) = variables.iter().position(|variable| variable.name == name) else {
+        let hint = closest(name, variables.iter().map(|variable| variable.name.as_str()));
+        let hint = hint.map(|hint| format!("; did you mean `{hint}`?")).unwrap_or_default();
+        return Err(format!("the FMU has no variable `{name}`{hint}"));
+    };
+    let variable = &variables[place];
+    let settable = variable.start.is_some() && variable.variability != Variability::Constant;
+    if !settable {
+        return Err(format!("`{name}` is computed by the FMU and takes no start value"));
+    }
+    let value = match (variable.kind, value) {
+        (Type::Real, toml::Value::Float(value)) => StartValue::Real(*value),
+        (Type::Real, toml::Value::Integer(value)) => StartValue::Real(*value as f64),
+        (Type::Integer, toml::Value::Integer(value)) => match i32::try_from(*value) {
+            Ok(value) => StartValue::Integer(value),
+            Err(_) => return Err(format!("`{name}` is a 32-bit integer, {value} does not fit")),
+        },
+        (Type::Enumeration, value) => StartValue::Integer(item(variable, value)?),
+        (Type::Boolean, toml::Value::Boolean(value)) => StartValue::Boolean(*value),
+        (Type::String, toml::Value::String(value)) if value.contains('\0') => {
+            return Err(format!("`{name}` is a text for C, which ends at its first NUL character"));
+        }
+        (Type::String, toml::Value::String(value)) => StartValue::String(value.clone()),
+        (kind, value) => {
+            return Err(format!("`{name}` is {kind:?}, found {} {value}", value.type_str()));
+        }
+    };
+    Ok((place, Start { reference: variable.reference, value }))
+}
+
+/// The value of an item of an enumeration, which is written by name or by value.
+fn item(variable: &Variable, value: &toml::Value) -> Result<i32, String> {
+    let (name, items) = (&variable.name, &variable.items);
+    let found = match value {
+        // The FMU does not say what its enumeration may be.
+        toml::Value::Integer(value) if items.is_empty() => {
+            return i32::try_from(*value).map_err(|error| format!("`{name}`: {error}"));
+        }
+        toml::Value::String(value) => items.iter().find(|item| item.name == *value),
+        toml::Value::Integer(value) => items.iter().find(|item| i64::from(item.value) == *value),
+        _ => None,
+    };
+    found.map(|item| item.value).ok_or_else(|| {
+        format!("`{name}` is an Enumeration, expected one of {}, found {value}", list(items))
+    })
+}

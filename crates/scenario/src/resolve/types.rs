@@ -1,0 +1,107 @@
+//! Says which types fit each other, what must be asked for, and which values an input can take.
+
+use diagnostics::Error;
+use fmu_import::description::{Type, list};
+use recording::Kind;
+
+use super::nodes::Port;
+use crate::plan::Accepts;
+use crate::words::{Connect, Convert, Scenario};
+
+/// How values of a type travel and are recorded: enumerations as integers.
+pub(super) fn recorded_kind(of: Type) -> Kind {
+    match of {
+        Type::Real => Kind::Real,
+        Type::Integer | Type::Enumeration => Kind::Integer,
+        Type::Boolean => Kind::Boolean,
+        Type::String => Kind::String,
+    }
+}
+
+/// A start value that the variable could have, as it is written in a scenario.
+pub(super) fn example(port: &Port) -> String {
+    match (port.kind, port.items.first()) {
+        (Type::Real, _) => "0.0".to_owned(),
+        (Type::Boolean, _) => "false".to_owned(),
+        (Type::String, _) => "\"\"".to_owned(),
+        (Type::Enumeration, Some(item)) => format!("\"{}\"", item.name),
+        (Type::Integer | Type::Enumeration, _) => "0".to_owned(),
+    }
+}
+
+/// The change of type that one type takes to become the other, if there is one.
+fn conversion(from: Type, to: Type) -> Option<(Convert, &'static str)> {
+    Some(match (from, to) {
+        (Type::Boolean, Type::Integer) => (Convert::BooleanToInteger, "boolean_to_integer"),
+        (Type::Integer, Type::Boolean) => (Convert::IntegerToBoolean, "integer_to_boolean"),
+        (Type::Enumeration, Type::Integer) => {
+            (Convert::EnumerationToInteger, "enumeration_to_integer")
+        }
+        (Type::Integer, Type::Enumeration) => {
+            (Convert::IntegerToEnumeration, "integer_to_enumeration")
+        }
+        (Type::Integer, Type::Real) => (Convert::IntegerToReal, "integer_to_real"),
+        _ => return None,
+    })
+}
+
+/// Checks that values of one port fit the other. A number may have to be one of those that the input
+/// accepts; a text arrives as it is, and there is nothing to say about it.
+pub(super) fn fit(
+    scenario: &Scenario,
+    connect: &Connect,
+    (from, to): (&Port, &Port),
+) -> Result<Option<Accepts>, Error> {
+    let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
+    types_fit(scenario, connect, &names, (from, to))?;
+    if from.kind == Type::Enumeration && to.kind == from.kind && from.items != to.items {
+        let message = format!("cannot connect {names}: the enumerations differ");
+        let help = format!("one has {}, the other {}", list(&from.items), list(&to.items));
+        return Err(scenario.error(&connect.to, message).help(help));
+    }
+    Ok(Some(match to.kind {
+        Type::String => {
+            let Some((effect, place)) = connect.first_effect() else { return Ok(None) };
+            let message = format!("{names} carries texts, and `{effect}` acts on numbers only");
+            return Err(scenario.source.error(place, message, ""));
+        }
+        Type::Real => Accepts::Real,
+        Type::Integer => Accepts::Integer,
+        Type::Boolean => Accepts::Boolean,
+        Type::Enumeration => Accepts::Enumeration(to.items.clone()),
+    }))
+}
+
+/// Checks that the types are the same, or that the scenario asks for the change that they need.
+///
+/// What signals and tables deliver has no type, so it fits every number, as long as its values do.
+fn types_fit(
+    scenario: &Scenario,
+    connect: &Connect,
+    names: &str,
+    (from, to): (&Port, &Port),
+) -> Result<(), Error> {
+    let same = from.kind == to.kind || (!from.typed && to.kind != Type::String);
+    let differ = || {
+        let message = format!("cannot connect {names}: {:?} does not fit {:?}", from.kind, to.kind);
+        scenario.error(&connect.to, message)
+    };
+    match (conversion(from.kind, to.kind), &connect.convert) {
+        (_, None) if same => Ok(()),
+        (_, Some(asked)) if same => {
+            let message = format!("{names}: there is no type to convert");
+            Err(scenario.error(asked, message).help("leave `convert` out"))
+        }
+        (Some((needed, _)), Some(asked)) if needed == *asked.get_ref() => Ok(()),
+        (Some((_, needed)), Some(asked)) => {
+            let message =
+                format!("{names}: {:?} to {:?} is another conversion", from.kind, to.kind);
+            Err(scenario.error(asked, message).help(format!("write `convert = \"{needed}\"`")))
+        }
+        (Some((_, needed)), None) => Err(differ()
+            .help(format!("if that is meant, add `convert = \"{needed}\"` to the connection"))),
+        (None, _) => {
+            Err(differ().help(format!("no `convert` makes {:?} into {:?}", from.kind, to.kind)))
+        }
+    }
+}

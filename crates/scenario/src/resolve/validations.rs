@@ -1,0 +1,29 @@
+//! Checks the names of validations.
+
+use std::path::Path;
+
+use diagnostics::Error;
+
+use crate::plan::{FILES, NodePlan};
+use crate::words::Scenario;
+
+/// Makes sure that each validation has a name of its own, which a folder can have.
+pub(super) fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(), Error> {
+    let document = &scenario.document;
+    for (place, validation) in document.validation.iter().enumerate() {
+        let name = validation.name.get_ref();
+        let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+        if !plain || FILES.contains(&name.as_str()) {
+            let message = format!("expected a name that a folder can have, found `{name}`");
+            return Err(scenario.error(&validation.name, message));
+        }
+        let before = document.validation[..place].iter().map(|other| &other.name);
+        let analyses = document.analysis.iter().map(|analysis| &analysis.name);
+        let mut others = before.chain(analyses).map(toml::Spanned::get_ref);
+        if others.any(|other| other == name) || nodes.iter().any(|node| node.name == *name) {
+            let message = format!("something else is called `{name}` already");
+            return Err(scenario.error(&validation.name, message));
+        }
+    }
+    Ok(())
+}

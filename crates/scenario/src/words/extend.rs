@@ -1,0 +1,215 @@
+//! Merges a scenario into the one that it extends, with each word's place.
+
+use std::ops::Range;
+
+use diagnostics::closest;
+use toml::Spanned;
+use toml::de::{DeArray, DeString, DeTable, DeValue};
+
+use crate::pattern::matches;
+
+/// What one entry of a list is told from the others by.
+const NAMES: [&str; 5] = ["name", "to", "title", "input", "label"];
+
+/// What is wrong with a word, and where it stands.
+#[derive(Debug)]
+pub(super) struct Wrong {
+    pub place: Range<usize>,
+    pub message: String,
+}
+
+type Outcome<T = ()> = Result<T, Wrong>;
+
+/// What `changes` makes of `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
+/// name of an inherited one changes that one, others are added; all other values replace the inherited ones.
+pub(super) fn extend<'a>(
+    base: Spanned<DeTable<'a>>,
+    changes: Spanned<DeTable<'a>>,
+) -> Outcome<Spanned<DeTable<'a>>> {
+    let mut merged = base.into_inner();
+    for key in ["extends", "without"] {
+        merged.remove(key);
+    }
+    let (place, changes) = (changes.span(), changes.into_inner());
+    if let Some(DeValue::Table(without)) = changes.get("without").map(Spanned::get_ref) {
+        leave_out(&mut merged, without)?;
+    }
+    merge(&mut merged, changes, &mut |key, old, new| {
+        if key != "view" {
+            return merge_value(key, old, new);
+        }
+        match (old, new) {
+            (DeValue::Table(mut old), DeValue::Table(new)) => {
+                merge(&mut old, new, &mut merge_value)?;
+                Ok(DeValue::Table(old))
+            }
+            (_, new) => Ok(new),
+        }
+    })?;
+    Ok(Spanned::new(place, merged))
+}
+
+/// Merges key by key; `both` says what becomes of a key that both have.
+fn merge<'a>(
+    old: &mut DeTable<'a>,
+    new: DeTable<'a>,
+    both: &mut dyn FnMut(&str, DeValue<'a>, DeValue<'a>) -> Outcome<DeValue<'a>>,
+) -> Outcome {
+    for (key, value) in new {
+        // The key goes, too: its place is that of the new one from now on.
+        let merged = match old.remove(key.get_ref().as_ref()) {
+            Some(inherited) => {
+                let place = value.span();
+                let merged = both(key.get_ref(), inherited.into_inner(), value.into_inner())?;
+                Spanned::new(place, merged)
+            }
+            None => value,
+        };
+        old.insert(key, merged);
+    }
+    Ok(())
+}
+
+/// Merges a value that lists are merged in, too.
+fn merge_value<'a>(key: &str, old: DeValue<'a>, new: DeValue<'a>) -> Outcome<DeValue<'a>> {
+    match (old, new) {
+        (DeValue::Array(old), DeValue::Array(new)) => {
+            Ok(DeValue::Array(merge_list(key, old, new)?))
+        }
+        (old, new) => overlay(key, old, new),
+    }
+}
+
+/// Merges tables; any other value is replaced.
+fn overlay<'a>(_: &str, old: DeValue<'a>, new: DeValue<'a>) -> Outcome<DeValue<'a>> {
+    match (old, new) {
+        (DeValue::Table(mut old), DeValue::Table(new)) => {
+            merge(&mut old, new, &mut overlay)?;
+            Ok(DeValue::Table(old))
+        }
+        (_, new) => Ok(new),
+    }
+}
+
+fn merge_list<'a>(list: &str, old: DeArray<'a>, new: DeArray<'a>) -> Outcome<DeArray<'a>> {
+    let mut all: Vec<_> = old.into_iter().collect();
+    let inherited = all.len();
+    for entry in new {
+        let same = |i: &usize| match (name_of(&entry), name_of(&all[*i])) {
+            (Some((name, _)), Some((known, _))) => name == known,
+            _ => false,
+        };
+        let places: Vec<_> = match list {
+            // An input may have several faults.
+            "fault" => Vec::new(),
+            _ => (0..inherited).filter(same).collect(),
+        };
+        match places[..] {
+            [] => all.push(entry),
+            // Of a signal's shapes only one can hold.
+            [place] if list == "signal" => all[place] = entry,
+            [place] => change(&mut all[place], entry)?,
+            _ => {
+                let message = format!(
+                    "what is extended has {} [[{list}]] of this name, so it is open which one is changed",
+                    places.len()
+                );
+                let place = name_of(&entry).map_or(entry.span(), |(_, place)| place);
+                return Err(Wrong { place, message });
+            }
+        }
+    }
+    Ok(all.into_iter().collect())
+}
+
+/// Changes an entry of a list key by key.
+fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) -> Outcome {
+    let place = changes.span();
+    let mut merged = std::mem::replace(entry, Spanned::new(place, DeValue::Boolean(false)));
+    match (merged.get_mut(), changes.into_inner()) {
+        (DeValue::Table(old), DeValue::Table(mut new)) => {
+            // An FMU or a plugin comes from one place.
+            if new.contains_key("path") || new.contains_key("crate") {
+                ["path", "crate", "example"].iter().for_each(|key| drop(old.remove(*key)));
+            }
+            for table in [&mut *old, &mut new] {
+                if let Some(DeValue::Table(start)) = table.get_mut("start").map(Spanned::get_mut) {
+                    *start = flat(std::mem::take(start), "");
+                }
+            }
+            merge(old, new, &mut overlay)?;
+        }
+        (old, new) => *old = new,
+    }
+    *entry = Spanned::new(entry.span(), merged.into_inner());
+    Ok(())
+}
+
+/// The table with the keys of nested ones joined by dots, so that `tire_f.B` and `"tire_f.B"` are the same.
+fn flat<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
+    let mut flattened = DeTable::new();
+    for (key, value) in table {
+        let (place, name) = (key.span(), format!("{prefix}{}", key.get_ref()));
+        match (value.span(), value.into_inner()) {
+            (_, DeValue::Table(inner)) => flattened.extend(flat(inner, &format!("{name}."))),
+            (span, value) => {
+                let key = Spanned::new(place, DeString::from(name));
+                flattened.insert(key, Spanned::new(span, value));
+            }
+        }
+    }
+    flattened
+}
+
+/// Takes the entries out of lists that `without` names.
+fn leave_out(base: &mut DeTable, without: &DeTable) -> Outcome {
+    for (kind, names) in without {
+        let DeValue::Array(names) = names.get_ref() else { continue };
+        let list = list(base, kind)?;
+        for name in names {
+            let Some(pattern) = name.get_ref().as_str() else { continue };
+            let (gone, kept): (Vec<_>, Vec<_>) =
+                std::mem::replace(list, DeArray::new()).into_iter().partition(|entry| {
+                    name_of(entry).is_some_and(|(known, _)| matches(pattern, known))
+                });
+            if gone.is_empty() {
+                let known = kept.iter().filter_map(|entry| Some(name_of(entry)?.0));
+                let hint = closest(pattern, known);
+                let hint = hint.map(|hint| format!("; did you mean `{hint}`?")).unwrap_or_default();
+                let message =
+                    format!("no inherited [[{}]] is called `{pattern}`{hint}", kind.get_ref());
+                return Err(Wrong { place: name.span(), message });
+            }
+            *list = kept.into_iter().collect();
+        }
+    }
+    Ok(())
+}
+
+/// The list of this name at the top level or in `[view]`.
+fn list<'t, 'a>(
+    base: &'t mut DeTable<'a>,
+    name: &Spanned<DeString>,
+) -> Outcome<&'t mut DeArray<'a>> {
+    let key = name.get_ref().as_ref();
+    let table = match base.contains_key(key) {
+        true => Some(base),
+        false => match base.get_mut("view").map(Spanned::get_mut) {
+            Some(DeValue::Table(view)) => Some(view),
+            _ => None,
+        },
+    };
+    match table.and_then(|table| table.get_mut(key)).map(Spanned::get_mut) {
+        Some(DeValue::Array(list)) => Ok(list),
+        _ => {
+            Err(Wrong { place: name.span(), message: format!("what is extended has no [[{key}]]") })
+        }
+    }
+}
+
+/// What an entry of a list is called, and where that stands.
+pub(super) fn name_of<'t>(entry: &'t Spanned<DeValue>) -> Option<(&'t str, Range<usize>)> {
+    let DeValue::Table(table) = entry.get_ref() else { return None };
+    let name = NAMES.iter().find_map(|key| table.get(*key))?;
+    Some((name.get_ref().as_str()?, name.span()))
+}

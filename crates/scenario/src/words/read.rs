@@ -1,0 +1,208 @@
+//! Reads a scenario from its file and those that it extends, and the scenarios that it is validated by.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use diagnostics::{Error, Source, closest};
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer};
+
+use super::{Document, Scenario, Validation, extend};
+
+impl Scenario {
+    /// Reads the file at `path`, those that it extends, and the scenarios that it is validated by.
+    ///
+    /// # Errors
+    /// When one of them cannot be read or does not have the form of a scenario.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        read(Source::read(path).map_err(Error::input)?, &[])
+    }
+
+    /// The scenario that was kept with a recording, without those that it is validated by.
+    ///
+    /// # Errors
+    /// When it does not have the form of a scenario, such as one of another version.
+    pub fn recorded(name: &str, source: Source) -> Result<Self, Error> {
+        let document = document(&source)?;
+        Ok(Scenario { name: name.to_owned(), source, document, validations: Vec::new() })
+    }
+
+    /// What its files say together: each value as it stands there, by its keys with dots in between. Entries of lists go by
+    /// their names.
+    ///
+    /// # Errors
+    /// As when it was read.
+    pub fn values(&self) -> Result<BTreeMap<String, String>, Error> {
+        let texts = self.source.shifted();
+        let mut values = BTreeMap::new();
+        collect_values(
+            &self.source,
+            &DeValue::Table(merged(&self.source, &texts)?),
+            "",
+            &mut values,
+        );
+        Ok(values)
+    }
+}
+
+fn collect_values(
+    source: &Source,
+    value: &DeValue,
+    name: &str,
+    values: &mut BTreeMap<String, String>,
+) {
+    let under = |key: &str| if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
+    let mut add = |key: &str, value: &Spanned<DeValue>| match value.get_ref() {
+        DeValue::Table(_) | DeValue::Array(_) => {
+            collect_values(source, value.get_ref(), &under(key), values);
+        }
+        _ => {
+            values.insert(under(key), source.letters(value.span()).to_owned());
+        }
+    };
+    match value {
+        DeValue::Table(table) => table.iter().for_each(|(key, value)| add(key.get_ref(), value)),
+        DeValue::Array(list) => list.iter().enumerate().for_each(|(place, value)| {
+            let key = extend::name_of(value).map(|(name, _)| name.to_owned());
+            add(&key.unwrap_or_else(|| place.to_string()), value);
+        }),
+        _ => {}
+    }
+}
+
+/// The scenario whose file is the source; `above` are those that it validates.
+fn read(mut source: Source, above: &[PathBuf]) -> Result<Scenario, Error> {
+    let path = source.path().to_owned();
+    follow(&mut source)?;
+    let document = document(&source)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let (mut validations, above) = (Vec::new(), [above, &[path]].concat());
+    for Validation { scenario: word, .. } in &document.validation {
+        let path = source.resolve(word);
+        if let Some(trail) = trail(&above, &path) {
+            let message = format!("the scenario is validated by itself: {trail}");
+            return Err(source.error(word.span(), message, ""));
+        }
+        let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
+        validations.push(read(other, &above)?);
+    }
+    Ok(Scenario { name, source, document, validations })
+}
+
+/// Adds the file that the source extends, the one that this extends, and so on.
+fn follow(source: &mut Source) -> Result<(), Error> {
+    #[derive(Deserialize)]
+    struct Head {
+        extends: Option<Spanned<String>>,
+    }
+    let mut paths = vec![source.path().to_owned()];
+    loop {
+        let text = source.shifted().pop().unwrap_or_default();
+        let head: Head = toml::from_str(&text).map_err(|error| wrong(source, &error))?;
+        let Some(word) = head.extends else { return Ok(()) };
+        let path = source.resolve(&word);
+        if let Some(trail) = trail(&paths, &path) {
+            let message = format!("the scenario extends itself: {trail}");
+            return Err(source.error(word.span(), message, ""));
+        }
+        source.add(&path, word.span())?;
+        paths.push(path);
+    }
+}
+
+/// How `path` comes back to one of `paths`, if it does.
+fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
+    let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let begin = paths.iter().position(|other| real(other) == real(path))?;
+    let way = paths[begin..].iter().map(|path| path.display().to_string());
+    Some(way.chain([path.display().to_string()]).collect::<Vec<_>>().join(" -> "))
+}
+
+/// The tables of all files, merged; `texts` are the shifted ones.
+fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+    let mut merged = None;
+    for text in texts.iter().rev() {
+        let changes = DeTable::parse(text).map_err(|error| wrong(source, &error))?;
+        merged = Some(match merged {
+            None => changes,
+            Some(base) => extend::extend(base, changes)
+                .map_err(|wrong| source.error(wrong.place, wrong.message, ""))?,
+        });
+    }
+    Ok(merged.map(Spanned::into_inner).unwrap_or_default())
+}
+
+/// What the files say together.
+fn document(source: &Source) -> Result<Document, Error> {
+    let texts = source.shifted();
+    let merged = Spanned::new(0..0, merged(source, &texts)?);
+    let places = places_of_analyses(merged.get_ref());
+    let mut document =
+        Document::deserialize(Deserializer::from(merged)).map_err(|error| wrong(source, &error))?;
+    for (analysis, places) in document.analysis.iter_mut().zip(places) {
+        analysis.places = places;
+    }
+    match document.without.values().flatten().next() {
+        Some(name) if document.extends.is_none() => {
+            let message = "there is nothing to leave out: the scenario extends no other";
+            Err(source.error(name.span(), message, ""))
+        }
+        _ => Ok(document),
+    }
+}
+
+/// The places of keys and values of each analysis, in their order.
+fn places_of_analyses(document: &DeTable) -> Vec<Vec<Range<usize>>> {
+    let Some(DeValue::Array(analyses)) = document.get("analysis").map(Spanned::get_ref) else {
+        return Vec::new();
+    };
+    let sorted = |analysis| {
+        let mut places = Vec::new();
+        collect_places(analysis, &mut places);
+        places.sort_by_key(|place| place.start);
+        places
+    };
+    analyses.iter().map(sorted).collect()
+}
+
+fn collect_places(value: &Spanned<DeValue>, places: &mut Vec<Range<usize>>) {
+    match value.get_ref() {
+        DeValue::Table(table) => {
+            for (key, value) in table {
+                places.push(key.span());
+                collect_places(value, places);
+            }
+        }
+        DeValue::Array(list) => list.iter().for_each(|value| collect_places(value, places)),
+        _ => places.push(value.span()),
+    }
+}
+
+/// What a parser says, at its place, with what was probably meant.
+fn wrong(source: &Source, error: &toml::de::Error) -> Error {
+    let end = source.files().next().map_or(0, |file| file.text.len());
+    let span = error.span().unwrap_or(end..end);
+    let (message, known) = expected_names(error.message());
+    let closest = closest(source.letters(span.clone()).trim(), known.iter().map(String::as_str));
+    let help = match closest {
+        Some(closest) => format!("did you mean `{closest}`?"),
+        None if known.is_empty() => String::new(),
+        None => format!("known here: {}", known.join(", ")),
+    };
+    let error = source.error(span, message, "here");
+    if help.is_empty() { error } else { error.help(help) }
+}
+
+/// Splits serde's "unknown field `x`, expected one of `a`, `b`" into the message and the names.
+fn expected_names(message: &str) -> (String, Vec<String>) {
+    let Some((found, expected)) = message.split_once(", expected ") else {
+        return (message.to_owned(), Vec::new());
+    };
+    if !found.starts_with("unknown ") {
+        return (message.to_owned(), Vec::new());
+    }
+    let names = expected.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+    (found.replacen("unknown field", "unknown key", 1), names)
+}
