@@ -3,14 +3,14 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use identify::compressed::Compressed;
-use identify::direction::Direction;
-use identify::parameters::curve;
-use identify::posterior::{Options, draw};
-use identify::prior::Prior;
-use identify::study::excitation::{Excitation, samples};
-use identify::verdict::{Evidence, judge};
 use identify::{design, sobol};
+use preparation::direction::Direction;
+use tire_inference::compressed::Compressed;
+use tire_inference::parameters::curve;
+use tire_inference::posterior::{Options, draw};
+use tire_inference::prior::Prior;
+use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::verdict::{Evidence, judge};
 
 /// The shortest of some runs, in milliseconds: what the work takes when nothing disturbs it.
 fn time<T>(runs: usize, mut work: impl FnMut() -> T) -> f64 {

@@ -5,18 +5,18 @@ mod closed_loop;
 use std::collections::BTreeMap;
 
 pub use closed_loop::{ClosedLoop, HoldOut};
+use preparation::direction::Direction;
+use preparation::{Pipeline, Shift};
 use serde::Deserialize;
+use tire_inference::fit::{Constraints, Options, Pull, SlipNoise};
+use tire_inference::noise::Noise;
+use tire_inference::parameters::{COUNT, Normal, Parameter, Theta, from_parameters};
+use tire_inference::settings::{Method, Settings};
+use tire_inference::synthetic::Excitation;
+use tire_inference::variational::Optimiser;
+use tire_inference::variational::adam::Adam;
 
-use crate::direction::Direction;
-use crate::earlier::Files;
-use crate::fit::{Constraints, Options, Pull, SlipNoise};
-use crate::noise::Noise;
-use crate::normal::Normal;
-use crate::parameters::{COUNT, Parameter, Theta, from_parameters};
-use crate::prepare::{Pipeline, Shift};
-use crate::settings::{Method, Settings};
-use crate::study::excitation::Excitation;
-use crate::svi::{Optimiser, adam::Adam};
+use crate::prior_from_file::Files;
 
 /// What is to be done.
 #[derive(Clone, Debug, Deserialize)]

@@ -7,10 +7,9 @@
 
 use nalgebra::{Cholesky, Const, Matrix4, Vector4};
 use serde::Serialize;
+use tire_inference::kernel::value_and_gradient;
+use tire_inference::parameters::theta;
 use vehicle::MagicFormula;
-
-use crate::kernel::value_and_gradient;
-use crate::parameters::theta;
 
 /// Slips that are considered, evenly spaced from limit / `CANDIDATES` to the limit.
 const CANDIDATES: usize = 1000;

@@ -3,6 +3,7 @@
 mod axis;
 mod curves;
 mod drives;
+mod escape;
 mod plot;
 mod replay;
 mod studies;
@@ -12,16 +13,21 @@ use std::fmt::Write;
 
 use curves::Figures;
 pub use drives::Drives;
+use numerics::convergence::Status;
+use numerics::text::{significant, with_std};
 use plugin::Host;
+use preparation::direction::Direction;
+use preparation::samples::Samples;
+use tire_inference::estimate::Estimate;
+use tire_inference::posterior::Posterior;
+use tire_inference::posterior::predictive::Predictive;
+use tire_inference::posterior::report::Source;
+use tire_inference::prior::Prior;
+use tire_inference::quantity::ByName;
+use tire_inference::verdict::Verdict;
 
-use crate::direction::Direction;
-use crate::posterior::Posterior;
-use crate::posterior::predictive::Predictive;
-use crate::prior::Prior;
-use crate::result::{ByName, Estimate, Source, Status, Verdict};
-use crate::samples::Samples;
-use crate::study::{excitation, sensitivity};
-use crate::text::{escape, significant, with_std};
+use crate::page::escape::escape;
+use crate::studies::{excitation, sensitivity};
 
 /// All that the page shows. What is absent has no section.
 #[derive(Clone, Debug, Default)]
@@ -186,7 +192,8 @@ fn write_check(html: &mut String, check: &Predictive) {
 fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) {
     html.push_str("<table>\n<tr><th>Quantity</th><th>Value</th><th>95 % interval</th><th>Verdict</th><th>Why</th></tr>\n");
     for name in ORDER.into_iter().filter(|&name| estimate.mean.contains_key(name)) {
-        let number = |map: &crate::result::ByName| map.get(name).copied().unwrap_or(f64::NAN);
+        let number =
+            |map: &tire_inference::quantity::ByName| map.get(name).copied().unwrap_or(f64::NAN);
         let interval = estimate.interval.get(name).copied().unwrap_or([f64::NAN; 2]);
         let verdict = estimate.identified.get(name).copied();
         let held = if estimate.fixed.iter().any(|fixed| fixed == name) {

@@ -5,15 +5,16 @@ mod curve;
 mod tires;
 
 use plugin::{Analysis, Host, Need, Request};
+use preparation::Recording;
 use serde_json::{Value, json};
+use tire_inference::estimate::{Answer, Estimate};
+use tire_inference::posterior::report::Source;
+use tire_inference::settings::Method;
+use tire_inference::synthetic::Excitation;
 
 use crate::config::{Config, Sensitivity};
-use crate::estimate::Answer;
 use crate::page::{self, Page};
-use crate::prepare::Recording;
-use crate::result::{Estimate, Source};
-use crate::settings::Method;
-use crate::study::{excitation, sensitivity};
+use crate::studies::{excitation, sensitivity};
 
 /// The plugin.
 struct Identify;
@@ -90,14 +91,14 @@ fn methods<'a>(found: &'a Answer) -> Vec<page::Method<'a>> {
 
 fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
     let Sensitivity { tire, spread, limit, count } = *config;
-    let study = sensitivity::run(&crate::parameters::curve(&tire), spread, limit, count);
+    let study = sensitivity::run(&tire_inference::parameters::curve(&tire), spread, limit, count);
     let page =
         Page { title: "Which parameter matters", sensitivity: Some(&study), ..Page::default() };
     page::leave(&page, host);
     json!({ "sensitivity": study })
 }
 
-fn excitation_study(config: &excitation::Excitation, host: &mut dyn Host) -> Result<Value, String> {
+fn excitation_study(config: &Excitation, host: &mut dyn Host) -> Result<Value, String> {
     let mut go_on = |place: usize| {
         let (level, count) = (config.levels[place], config.levels.len());
         host.progress(place as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))

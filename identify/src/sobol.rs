@@ -4,11 +4,10 @@
 //! gives the indices to rounding where random sampling gives two or three digits.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use numerics::quadrature::gauss_legendre;
 use serde::Serialize;
+use tire_inference::parameters::by_parameter;
 use vehicle::MagicFormula;
-
-use crate::parameters::by_parameter;
-use crate::quadrature::gauss_legendre;
 
 /// Nodes per axis: the error of an index is below 1e-8 for ±10 % about the usual tires, see the tests.
 const NODES: usize = 8;

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use crate::direction::Direction;
-use crate::parameters::Parameter;
-use crate::result::{Estimate, Verdict};
-use crate::text::with_std;
+use numerics::text::with_std;
+use preparation::direction::Direction;
+use tire_inference::estimate::Estimate;
+use tire_inference::parameters::Parameter;
+use tire_inference::verdict::Verdict;
 
 /// A tire of the plant and what was found of it.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +60,8 @@ fn remark(estimate: &Estimate, name: &str) -> String {
     };
     let held =
         if estimate.fixed.iter().any(|fixed| fixed == name) { ", held at the prior" } else { "" };
-    let number = |map: &crate::result::ByName| map.get(name).copied().unwrap_or(f64::NAN);
+    let number =
+        |map: &tire_inference::quantity::ByName| map.get(name).copied().unwrap_or(f64::NAN);
     format!("{verdict}{held}: {}", with_std(number(&estimate.mean), number(&estimate.std)))
 }
 
@@ -86,8 +88,10 @@ fn quote(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use numerics::convergence::{Convergence, Status};
+    use tire_inference::posterior::report::Source;
+
     use super::*;
-    use crate::result::{Convergence, Source, Status};
 
     fn estimate() -> Estimate {
         let values = [("B", 15.1), ("C", 2.0), ("D", f64::NAN), ("E", 1e-7), ("K", 45.0)];

@@ -1,19 +1,19 @@
 //! Checks that runs can be identified one after the other, each starting from what those before it found.
 
-use identify::compressed::Compressed;
-use identify::direction::Direction;
-use identify::earlier;
-use identify::estimate::{Answer, identify};
-use identify::normal::Normal;
-use identify::parameters::{COUNT, Parameter};
-use identify::posterior::{self, grid, mean, std};
-use identify::prior::Prior;
-use identify::quantity::Quantity;
-use identify::result::Verdict;
-use identify::samples::Samples;
-use identify::settings::{Method, Settings};
-use identify::study::excitation::{Excitation, samples};
+use identify::prior_from_file;
+use numerics::statistics::{mean, std};
+use preparation::direction::Direction;
+use preparation::samples::Samples;
 use serde_json::json;
+use tire_inference::compressed::Compressed;
+use tire_inference::estimate::{Answer, identify};
+use tire_inference::parameters::{COUNT, Normal, Parameter};
+use tire_inference::posterior::{self, grid};
+use tire_inference::prior::Prior;
+use tire_inference::quantity::Quantity;
+use tire_inference::settings::{Method, Settings};
+use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::verdict::Verdict;
 
 fn data(count: usize, level: f64, seed: u64) -> Samples {
     let excitation = Excitation { samples: count, slip_std: 0.0, seed, ..Excitation::default() };
@@ -36,7 +36,7 @@ fn passed_on(answer: &Answer) -> Normal {
         "preparation": {}, "least_squares": { "front": answer.estimates[0].1 },
     } } });
     let free = Prior::longitudinal().free;
-    earlier::read(&report.to_string(), "front", &free).expect("reads").expect("is told of")
+    prior_from_file::read(&report.to_string(), "front", &free).expect("reads").expect("is told of")
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn what_the_bench_knows_the_run_need_not_tell() {
     // Low slips tell the stiffness and nothing else; the bench knows the shape.
     let run = data(1000, 0.08, 3);
     let bench = "[front]\nmean = { C = 2.0, E = 0.8 }\nstd = { C = 0.01, E = 0.01 }\n";
-    let bench = earlier::read(bench, "front", &[true; COUNT]).expect("reads");
+    let bench = prior_from_file::read(bench, "front", &[true; COUNT]).expect("reads");
     let (alone, helped) = (found(&run, None), found(&run, bench));
     let verdict = |answer: &Answer, name: &str| answer.estimates[0].1.identified[name];
     assert_eq!(verdict(&alone, "B"), Verdict::NotIdentifiable);

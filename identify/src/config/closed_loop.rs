@@ -3,12 +3,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use drive_inference::likelihood::Noise;
+use drive_inference::regression::Weights;
+use drive_inference::smoothing::Smoothing;
+use drive_inference::{Bounds, Formulation, Noises, Options, Pull};
 use serde::Deserialize;
+use tire_inference::parameters::Parameter;
 use vehicle::{Aero, Body, Vehicle};
 
-use super::{demand, plant, rise, rising};
-use crate::closed_loop::{Bounds, Formulation, Noise, Noises, Options, Pull, Smoothing, Weights};
-use crate::parameters::Parameter;
+use crate::config::{demand, plant, rise, rising};
 
 /// `task = "closed_loop"`.
 #[derive(Clone, Debug, Deserialize)]

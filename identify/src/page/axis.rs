@@ -1,6 +1,6 @@
 //! Places values on an axis and finds round ones for its ticks.
 
-use crate::text::significant;
+use numerics::text::significant;
 
 /// An axis of a plot.
 #[derive(Clone, Debug)]

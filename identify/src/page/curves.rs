@@ -1,16 +1,17 @@
 //! Plots what was found of one tire: its curve with the data and the band, the densities of its parameters, and how the fits
 //! came to their ends.
 
+use numerics::statistics::{quantile, std};
 use plugin::Host;
+use preparation::samples::Samples;
+use tire_inference::estimate::Estimate;
+use tire_inference::parameters::{Parameter, Theta, curve, theta};
+use tire_inference::posterior::Posterior;
+use tire_inference::quantity::Quantity;
 
-use super::axis::Axis;
-use super::plot::{Class, Plot};
-use super::{Section, replay, unit};
-use crate::parameters::{Parameter, Theta, curve, theta};
-use crate::posterior::{Posterior, quantile, std};
-use crate::quantity::Quantity;
-use crate::result::Estimate;
-use crate::samples::Samples;
+use crate::page::axis::Axis;
+use crate::page::plot::{Class, Plot};
+use crate::page::{Section, replay, unit};
 
 /// Colours of the methods, in their order.
 const COLOURS: [Class; 5] = ["c0", "c1", "c2", "c3", "c4"];

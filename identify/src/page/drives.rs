@@ -2,10 +2,13 @@
 
 use std::fmt::Write;
 
-use super::axis::Axis;
-use super::plot::{Class, Plot};
-use crate::closed_loop::{Identified, Recording, Replay};
-use crate::text::{escape, significant};
+use drive_inference::replay::Replay;
+use drive_inference::{Identified, Recording};
+use numerics::text::significant;
+
+use crate::page::axis::Axis;
+use crate::page::escape::escape;
+use crate::page::plot::{Class, Plot};
 
 /// What was identified from drives.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Holds what a plot shows: lines, bands and points between axes. Who draws it decides how it looks.
 
-use super::axis::Axis;
+use crate::page::axis::Axis;
 
 /// A plot. Points that are no numbers are left out.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use plugin::{Diagram, Host, Layer, Role, Shape};
 
-use super::plot::{self, Class, Plot};
+use crate::page::plot::{self, Class, Plot};
 
 /// A dashed line of two points is drawn in so many pieces; and how many dashes a line has.
 const PIECES: usize = 60;
@@ -30,7 +30,8 @@ pub fn show(plot: &Plot, (group, title): (&str, &str), methods: &[&str], host: &
         Layer { name, shape, role, x, y: lower, upper }
     });
     let labels = [&plot.x, &plot.y].map(|axis| axis.linear_label());
-    let ends = |axis: &super::axis::Axis| [axis.low(), axis.high()].map(|end| axis.on_linear(end));
+    let ends =
+        |axis: &crate::page::axis::Axis| [axis.low(), axis.high()].map(|end| axis.on_linear(end));
     host.diagram(
         group,
         &Diagram {

@@ -1,11 +1,12 @@
 //! Draws the studies: estimates over the excitation, and sensitivities over slip.
 
-use super::axis::Axis;
-use super::plot::{Class, Plot};
-use crate::parameters::Parameter;
-use crate::quantity::Quantity;
-use crate::result::Verdict;
-use crate::study::{excitation, sensitivity};
+use tire_inference::parameters::Parameter;
+use tire_inference::quantity::Quantity;
+use tire_inference::verdict::Verdict;
+
+use crate::page::axis::Axis;
+use crate::page::plot::{Class, Plot};
+use crate::studies::{excitation, sensitivity};
 
 const SIZE: [f64; 2] = [530.0, 290.0];
 const NAMES: [&str; 4] = ["B", "C", "D", "E"];

@@ -1,14 +1,16 @@
 //! Checks that the page is well formed, needs nothing else, and shows the numbers of its structs.
 
+use numerics::convergence::Convergence;
+use tire_inference::compressed::Compressed;
+use tire_inference::estimate::{assemble, identify};
+use tire_inference::fit::Solution;
+use tire_inference::posterior::{Options, draw};
+use tire_inference::settings::{Method as Asked, Settings};
+use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::verdict::{Evidence, judge};
+
 use super::*;
-use crate::compressed::Compressed;
-use crate::estimate::{assemble, identify};
-use crate::fit::Solution;
-use crate::posterior::{Options, draw};
-use crate::result::Convergence;
-use crate::settings::{Method as Asked, Settings};
-use crate::study::excitation::{Excitation, Level, Study, samples};
-use crate::verdict::{Evidence, judge};
+use crate::studies::excitation::{Level, Study};
 
 struct Found {
     samples: Samples,
@@ -78,7 +80,7 @@ fn page(found: &Found, title: &str) -> String {
         prior: &found.prior,
         methods: vec![method],
     };
-    let tire = crate::parameters::curve(&found.study.excitation.truth);
+    let tire = tire_inference::parameters::curve(&found.study.excitation.truth);
     let sensitivity = sensitivity::run(&tire, 0.1, 1.0, 50);
     rendered(&Page {
         title,

@@ -5,20 +5,22 @@ mod columns;
 
 use std::collections::BTreeMap;
 
+use drive_inference::likelihood::curve;
+use drive_inference::replay::{Replay, replay};
+use drive_inference::{Fitted, Identified, Options, Recording, SHORTEST, identify, smoothing};
 use plugin::{Host, Request};
+use preparation::direction::Direction;
 use serde_json::{Map, Value, json};
+use tire_inference::estimate::Estimate;
+use tire_inference::posterior::Posterior;
+use tire_inference::posterior::report::Source;
+use tire_inference::prior::Prior;
+use tire_inference::quantity::ByName;
 use vehicle::State;
 
-use super::go_on;
-use crate::closed_loop::{
-    Fitted, Identified, Options, Recording, Replay, SHORTEST, curve, identify, replay, smoothing,
-};
 use crate::config::{ClosedLoop, HoldOut};
-use crate::direction::Direction;
 use crate::page::{self, Drives, Page, Section};
-use crate::posterior::Posterior;
-use crate::prior::Prior;
-use crate::result::{ByName, Estimate, Source};
+use crate::plugin::go_on;
 use crate::start_values::{self, Tire};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
@@ -140,7 +142,7 @@ fn validation(
             .map_err(|error| failed(error.to_string()))?;
     let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
     let start = State { v_x, v_y, r, ..State::default() };
-    let [front, rear] = found.curves.map(|theta| crate::parameters::curve(&theta));
+    let [front, rear] = found.curves.map(|theta| tire_inference::parameters::curve(&theta));
     let replay = replay(&options.car.with_tires(front, rear), &recording, start, &found.noise);
     Ok(Validation { name, recording, replay })
 }

@@ -1,15 +1,15 @@
 //! Identifies one tire curve from its slip and its force, such as a test bench or a wheel that measures forces gives.
 
 use plugin::{Host, Request};
+use preparation::samples::Samples;
 use serde_json::{Map, Value, json};
+use tire_inference::estimate::identify;
+use tire_inference::fit::FitError;
+use tire_inference::settings::Settings;
 
-use super::{go_on, methods};
 use crate::config::OneCurve;
-use crate::estimate::identify;
-use crate::fit::FitError;
 use crate::page::{self, Page, Section};
-use crate::samples::Samples;
-use crate::settings::Settings;
+use crate::plugin::{go_on, methods};
 
 /// The columns of slip and force, which belong together row by row.
 ///

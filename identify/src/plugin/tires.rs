@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 
 use plugin::{Host, Request, Signal};
+use preparation::direction::Direction;
+use preparation::{Column, Points, Prepared, Recording, Stage};
 use serde_json::{Map, Value, json};
+use tire_inference::axle_coupling::{self, draw_together};
+use tire_inference::estimate::{Answer, identify};
+use tire_inference::fit::FitError;
+use tire_inference::settings::Settings;
 
-use super::{go_on, methods};
 use crate::config::Tires;
 use crate::design::d_optimal;
-use crate::direction::Direction;
-use crate::estimate::{Answer, identify};
-use crate::fit::FitError;
 use crate::page::{self, Page, Section};
-use crate::prepare::{Column, Points, Prepared, Recording, Stage};
-use crate::settings::Settings;
-use crate::similar::{self, draw_together};
+use crate::plugin::{go_on, methods};
 use crate::start_values::{self, Tire};
 
 /// One curve of the car.
@@ -92,7 +92,7 @@ fn alike(curves: &[Curve], found: &mut [(Settings, Answer)], weight: f64) -> Res
     let lateral =
         curves.iter().zip(found).filter(|(curve, _)| curve.direction == Direction::Lateral);
     let axles: Vec<_> = lateral
-        .map(|(curve, (settings, answer))| similar::Axle {
+        .map(|(curve, (settings, answer))| axle_coupling::Axle {
             samples: &curve.points.samples,
             settings,
             answer,
@@ -106,7 +106,7 @@ fn alike(curves: &[Curve], found: &mut [(Settings, Answer)], weight: f64) -> Res
 /// most about this tire.
 fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
     let [low, high] = curve.points.samples.slip_range()?;
-    let tire = crate::parameters::curve(&found.unrestricted.first()?.1.theta);
+    let tire = tire_inference::parameters::curve(&found.unrestricted.first()?.1.theta);
     let design = d_optimal(&tire, 1.5 * low.abs().max(high.abs()))?;
     Some(json!({ "slips": design.slips, "shares": design.shares }))
 }

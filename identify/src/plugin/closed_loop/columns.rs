@@ -1,10 +1,10 @@
 //! Shows in the recording what was found along each drive: states, slip angles, innovations, accelerations.
 
+use drive_inference::{Identified, Recording};
 use plugin::{Host, Signal};
 use vehicle::Vehicle;
 
-use super::Validation;
-use crate::closed_loop::{Identified, Recording};
+use crate::plugin::closed_loop::Validation;
 
 /// Names and units of the states of the nominal car.
 const NOMINAL: [[&str; 3]; 6] = [

@@ -1,16 +1,17 @@
 //! Asks the plugin for tires from closed-loop drives as the program does, and looks at all that it leaves.
 
-#[path = "../../../tests/support/drive.rs"]
+#[path = "../../../../crates/drive-inference/tests/support/drive.rs"]
 mod drive;
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
+use drive_inference::likelihood::Theta8;
+use drive_inference::{Formulation, Recording};
 use plugin::{Analysis, Host, Request, Signal};
 use serde_json::Value;
 use vehicle::Vehicle;
 
-use crate::closed_loop::{Formulation, Recording, Theta8};
 use crate::plugin::{CANCELLED, Identify};
 
 const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];

@@ -1,0 +1,348 @@
+//! Prints how well both axles are identified from closed-loop drives, for noises, tires, cars and seeds.
+//!
+//! `closed_loop [--known-noise] [--profile] [--compare] [--svi] [--em PASSES] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
+//! peak; `closed_loop run.csv` identifies from a recording of
+//! `scenarios/limit_handling.toml`, of the default tires unless `--tires B,C,D,E,B,C,D,E` says otherwise.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+#[path = "../tests/support/drive.rs"]
+mod drive;
+
+use drive_inference::likelihood::{Likelihood, Noise, Theta8, curve};
+use drive_inference::regression::Target;
+use drive_inference::smoothing::Smoothing;
+use drive_inference::validation::{Manoeuvre, compare};
+use drive_inference::{Formulation, Identified, Noises, Options, Recording, identify};
+use numerics::statistics;
+use tire_inference::parameters::Parameter;
+use tire_inference::quantity::{ByName, Quantity};
+use tire_inference::verdict::Verdict;
+use vehicle::{Body, Vehicle};
+
+const EQUAL: Theta8 = [22.0, 1.8, 1.6, 0.8, 22.0, 1.8, 1.6, 0.8];
+const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+
+/// Processor time of this process [s], with a resolution of 0.01 s; not a number where the system does not tell.
+fn processor() -> f64 {
+    let Ok(text) = std::fs::read_to_string("/proc/self/stat") else { return f64::NAN };
+    let after_name = text.rsplit(')').next().unwrap_or_default();
+    let ticks = after_name.split_whitespace().skip(11).take(2);
+    ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
+}
+
+/// Largest distance of two curves of an axle over 0 to 0.3 rad, in % of the peak.
+fn curve_error(found: &Theta8, truth: &Theta8, o: usize) -> f64 {
+    let (found, expected) = (curve(found, o), curve(truth, o));
+    let off = |k: usize| {
+        let slip = 0.001 * k as f64;
+        (found.coefficient(slip) - expected.coefficient(slip)).abs()
+    };
+    100.0 * (0..=300).map(off).fold(0.0, f64::max) / expected.D
+}
+
+fn stiffness(theta: &Theta8, o: usize) -> f64 {
+    theta[o] * theta[o + 1] * theta[o + 2]
+}
+
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most, value| most.max(value.abs()))
+}
+
+fn line(name: &str, theta: &Theta8, truth: &Theta8, car: &Vehicle) {
+    let parameter = largest((0..8).map(|i| 100.0 * (theta[i] / truth[i] - 1.0)));
+    let K = largest(
+        [0, 4].map(|o| 100.0 * (stiffness(theta, o) / stiffness(truth, o) - 1.0)).into_iter(),
+    );
+    let curves = |theta: &Theta8| [curve(theta, 0), curve(theta, 4)];
+    let rmse = Manoeuvre::ALL.map(|manoeuvre| {
+        let off = compare(manoeuvre, car, curves(theta), curves(truth));
+        100.0 * off[0].max(off[1])
+    });
+    println!(
+        "{name:28} {parameter:9.3} {:9.4} {:9.4} {K:9.4}   {:8.3} {:8.3} {:8.3} {:8.3}",
+        curve_error(theta, truth, 0),
+        curve_error(theta, truth, 4),
+        rmse[0],
+        rmse[1],
+        rmse[2],
+        rmse[3]
+    );
+}
+
+fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds: f64) {
+    for fitted in &found.formulations {
+        let kind = match fitted.formulation {
+            Formulation::Points(Target::SmoothedAcceleration) => "A",
+            Formulation::Points(Target::Acceleration) => "B",
+            Formulation::Points(Target::AxleForces) => "C",
+            Formulation::Points(Target::AccelerationAndYaw) => "E",
+            Formulation::PredictionError => "D",
+        };
+        line(&format!("{name} {kind}"), &fitted.theta, truth, car);
+        println!("    {:.4?}", fitted.theta);
+        let convergence = &fitted.convergence;
+        println!(
+            "    {:?} {:.3} s wall, {} evaluations, kkt {:.1e}, {} optima of {} starts",
+            convergence.status,
+            fitted.seconds,
+            convergence.evaluations,
+            convergence.kkt_residual.unwrap_or(f64::NAN),
+            convergence.optima,
+            convergence.starts
+        );
+    }
+    for explained in &found.explained {
+        let told = &explained.report;
+        println!(
+            "    smoothing: log-likelihood {:.0}, a_y {:.4} m/s2",
+            told.log_likelihood, told.a_y_rmse
+        );
+        let exponents =
+            |values: &[f64]| -> Vec<String> { values.iter().map(|v| format!("{v:.2e}")).collect() };
+        println!("      Q {:?}, R {:?}", exponents(&told.Q), exponents(&told.R));
+        if let Some(em) = &told.em {
+            println!(
+                "      EM: {} passes, converged {}, {:?}",
+                em.passes, em.converged, em.violations
+            );
+            println!("      {:.1?}", em.log_likelihood);
+        }
+    }
+    let innovations = &found.innovations;
+    println!(
+        "    innovations {:.3} of expected, squares {:.3?}, autocorrelation {:.3?}; {seconds:.2} s of processor in all",
+        innovations.cost / innovations.expected_cost,
+        innovations.mean_square,
+        innovations.autocorrelation
+    );
+}
+
+/// Errors in standard deviations, and what the data themselves say of the truth: twice the rise of the cost from the optimum to
+/// it is a sample of χ² with 8 degrees of freedom, if all is well.
+fn limits(found: &Identified, truth: &Theta8, car: &Vehicle, recording: &Recording) {
+    let likelihood = Likelihood::new(car, std::slice::from_ref(recording));
+    let Some(best) = found.formulations.last() else { return };
+    let std: [f64; 8] = std::array::from_fn(|i| found.covariance[i][i].sqrt());
+    let rise = likelihood.cost(truth, &found.noise) - likelihood.cost(&best.theta, &found.noise);
+    println!(
+        "    standard deviations [%] {:.2?}, errors over them {:.2?}, twice the rise of the cost to the truth {:.2}",
+        std::array::from_fn::<f64, 8, _>(|i| 100.0 * std[i] / truth[i]),
+        std::array::from_fn::<f64, 8, _>(|i| (best.theta[i] - truth[i]) / std[i]),
+        2.0 * rise
+    );
+    let short = |stds: [f64; 4]| stds.map(|std| format!("{std:.3e}")).join(" ");
+    println!(
+        "    noises {}, of the process {}",
+        short(found.noise.sensor),
+        short(found.noise.process)
+    );
+}
+
+/// What the posterior says beside the bound of Cramér and Rao, and how many of its 95 % intervals hold the truth.
+fn exact(found: &Identified, truth: &Theta8) {
+    let (mut held, mut all) = (0, 0);
+    for (axle, (name, estimate)) in
+        [("front", &found.front), ("rear", &found.rear)].into_iter().enumerate()
+    {
+        let Some(told) = &estimate.posterior else { return };
+        let o = 4 * axle;
+        let truths = [truth[o], truth[o + 1], truth[o + 2], truth[o + 3], stiffness(truth, o)];
+        let holds = |name: &str, truth: f64| {
+            let [low, high] = estimate.interval[name];
+            (low..=high).contains(&truth)
+        };
+        let names = ["B", "C", "D", "E", "K"];
+        held += names.iter().zip(truths).filter(|(name, truth)| holds(name, *truth)).count();
+        all += names.len();
+        let ratio = |i: usize| estimate.std[names[i]] / found.covariance[o + i][o + i].sqrt();
+        println!(
+            "    {name:5} posterior {:?}, {} evaluations in {} rounds, {:.2} of the draws count, k-hat {:.2}; standard deviations over the bound {:.2?}",
+            told.status,
+            told.cells,
+            told.levels,
+            told.effective_share,
+            told.k_hat.unwrap_or(f64::NAN),
+            std::array::from_fn::<f64, 4, _>(ratio)
+        );
+    }
+    println!("    intervals that hold the truth: {held} of {all}");
+}
+
+/// How the normal distribution of variational inference compares with the weighted draws.
+fn variational(found: &Identified) {
+    for (axle, (name, estimate)) in
+        [("front", &found.front), ("rear", &found.rear)].into_iter().enumerate()
+    {
+        let Some(told) = &estimate.svi else { return };
+        let quantities: Vec<Quantity> = Parameter::ALL[..4]
+            .iter()
+            .map(|p| Quantity::Parameter(*p))
+            .chain([Quantity::K])
+            .collect();
+        let compared = quantities.iter().map(|quantity| {
+            let draws = found.posterior[axle].values(*quantity);
+            let std = statistics::std(&draws);
+            let off = (told.mean[quantity.name()] - statistics::mean(&draws)) / std;
+            (off, told.std[quantity.name()] / std)
+        });
+        let (off, ratios): (Vec<f64>, Vec<f64>) = compared.unzip();
+        println!(
+            "    {name:5} svi {:?} in {} steps, {} evaluations, {:.2} s, gradient norm {:.1e}, k-hat {:.2}, {}trusted; means off {off:.3?} std, ratios {ratios:.3?}",
+            told.status,
+            told.steps,
+            told.evaluations,
+            told.seconds,
+            told.gradient_norm,
+            told.diagnosis.k_hat,
+            if told.trusted { "" } else { "not " },
+        );
+    }
+}
+
+fn verdicts(found: &Identified) {
+    for (axle, estimate) in [("front", &found.front), ("rear", &found.rear)] {
+        let identified: &ByName<Verdict> = &estimate.identified;
+        for (name, verdict) in identified {
+            let (value, std, ends) =
+                (estimate.mean[name], estimate.std[name], estimate.interval[name]);
+            println!(
+                "    {axle:5} {name:2} {value:9.4} ± {std:.4} {ends:.4?} {verdict:?}: {}",
+                estimate.reason[name]
+            );
+        }
+    }
+}
+
+fn read(path: &str) -> Result<Recording, Box<dyn std::error::Error>> {
+    let text = std::fs::read_to_string(path)?;
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().ok_or("an empty file")?.split(',').collect();
+    let parsed: Result<Vec<Vec<f64>>, _> =
+        lines.map(|line| line.split(',').map(str::parse).collect()).collect();
+    let rows = parsed?;
+    let column = |name: &str| -> Result<Vec<f64>, String> {
+        let i = head.iter().position(|h| *h == name).ok_or(format!("no column {name}"))?;
+        Ok(rows.iter().map(|row| row[i]).collect())
+    };
+    Ok(Recording {
+        t: column("time")?,
+        v_x: column("estimator.v_x_meas")?,
+        v_y: column("estimator.v_y_meas")?,
+        r: column("estimator.r_meas")?,
+        a_y: column("estimator.a_y_meas")?,
+        F_x: column("plant.F_x")?,
+        delta: column("plant.delta")?,
+    })
+}
+
+struct Wishes {
+    known_noise: bool,
+    profile: bool,
+    compare: bool,
+    svi: bool,
+    em_passes: usize,
+}
+
+fn run(
+    name: &str,
+    recording: &Recording,
+    truth: &Theta8,
+    car: &Vehicle,
+    noise: &[f64; 4],
+    wishes: &Wishes,
+) {
+    let noises = if wishes.known_noise {
+        Noises::Known(Noise::of_sensors(*noise))
+    } else {
+        Noises::Estimated
+    };
+    let others = [Target::SmoothedAcceleration, Target::Acceleration, Target::AxleForces];
+    let compare =
+        if wishes.compare { others.map(Formulation::Points).to_vec() } else { Vec::new() };
+    let smoothing = Smoothing { em_passes: wishes.em_passes };
+    let options = Options {
+        car: *car,
+        noises,
+        profile: wishes.profile,
+        compare,
+        svi: wishes.svi,
+        smoothing,
+        ..Options::default()
+    };
+    let begin = processor();
+    match identify(std::slice::from_ref(recording), &options, &mut |_, _| true) {
+        Ok(found) => {
+            report(name, &found, truth, car, processor() - begin);
+            limits(&found, truth, car, recording);
+            exact(&found, truth);
+            variational(&found);
+            if wishes.profile {
+                verdicts(&found);
+            }
+        }
+        Err(error) => println!("{name}: {error}"),
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let has = |flag: &str| arguments.iter().any(|a| a == flag);
+    let after =
+        |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
+    let wishes = Wishes {
+        known_noise: has("--known-noise"),
+        profile: has("--profile"),
+        compare: has("--compare"),
+        svi: has("--svi"),
+        em_passes: after("--em").map_or(Ok(Smoothing::default().em_passes), |n| n.parse())?,
+    };
+    println!(
+        "{:28} {:>9} {:>9} {:>9} {:>9}   {:>8} {:>8} {:>8} {:>8}",
+        "[%]", "parameter", "front", "rear", "BCD", "ramp", "step", "dwell", "lane"
+    );
+    let default = Vehicle::default();
+    if let Some(path) = arguments.first().filter(|a| a.ends_with(".csv")) {
+        let tires: Vec<f64> = match after("--tires") {
+            Some(text) => text.split(',').map(str::parse).collect::<Result<_, _>>()?,
+            None => EQUAL.to_vec(),
+        };
+        let truth: Theta8 = tires.try_into().map_err(|_| "eight numbers after --tires")?;
+        run("recording", &read(path)?, &truth, &default, &drive::USUAL, &wishes);
+        return Ok(());
+    }
+    if has("--chirp") {
+        let recording = drive::drive(&default, &drive::chirp(145.0), &drive::CLEAN, 1);
+        run("chirp", &recording, &EQUAL, &default, &drive::CLEAN, &wishes);
+        return Ok(());
+    }
+    let seeds: u64 = after("--seeds").map_or(Ok(3), |n| n.parse())?;
+    let light =
+        Vehicle { body: Body { m: 620.0, I_zz: 800.0, l_f: 1.5, l_r: 1.5, h: 0.3 }, ..default };
+    let heavy =
+        Vehicle { body: Body { m: 1500.0, I_zz: 2400.0, l_f: 1.3, l_r: 1.5, h: 0.5 }, ..default };
+    let reference = drive::limit(&[15.0, 25.0, 40.0, 60.0, 80.0], 6.0);
+    let cars = [
+        ("demo", default, EQUAL),
+        ("demo", default, UNEQUAL),
+        ("light", light, UNEQUAL),
+        ("heavy", heavy, UNEQUAL),
+    ];
+    let only = after("--only");
+    for (noise_name, noise) in
+        [("clean", drive::CLEAN), ("usual", drive::USUAL), ("harsh", drive::HARSH)]
+    {
+        for (car_name, car, truth) in &cars {
+            for seed in 1..=seeds {
+                let tires = if *truth == EQUAL { "equal" } else { "unequal" };
+                let name = format!("{noise_name} {car_name} {tires} {seed}");
+                if only.is_some_and(|part| !name.contains(part.as_str())) {
+                    continue;
+                }
+                let on_tires = drive::on_tires(car, truth);
+                let recording = drive::drive(&on_tires, &reference, &noise, seed);
+                run(&name, &recording, truth, car, &noise, &wishes);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,142 @@
+//! The likelihood at one point with its derivatives, summed up from innovations.
+
+use nalgebra::{DMatrix, DVector};
+use numerics::simd_batch::{LANES, SimdBatch};
+use numerics::tangent::{DIRECTIONS, Products, Tangent};
+
+use crate::filter::{Belief, Innovation};
+
+/// The likelihood at one point, with its derivatives.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// ½ Σ (e²/s + ln s).
+    pub cost: f64,
+    /// Its derivatives.
+    pub gradient: [f64; DIRECTIONS],
+    /// Fisher's information.
+    pub information: [[f64; DIRECTIONS]; DIRECTIONS],
+    /// Mean of e²/s for v_x, v_y, r and a_y; 1 if model and noises are right.
+    pub mean_square: [f64; 4],
+}
+
+impl Evaluation {
+    /// What is told instead once nobody wants to know.
+    pub const CANCELLED: Self = Self {
+        cost: f64::INFINITY,
+        gradient: [0.0; DIRECTIONS],
+        information: [[0.0; DIRECTIONS]; DIRECTIONS],
+        mean_square: [0.0; 4],
+    };
+
+    /// As the model that a minimiser wants.
+    pub fn model(&self, samples: usize) -> numerics::sqp::Model {
+        numerics::sqp::Model {
+            cost: self.cost,
+            gradient: DVector::from_column_slice(&self.gradient),
+            hessian: DMatrix::from_fn(DIRECTIONS, DIRECTIONS, |i, j| self.information[i][j]),
+            scale: (4.0 * samples as f64).sqrt(),
+        }
+    }
+}
+
+/// Takes what a pass gives.
+pub trait Visit<T> {
+    /// The recording, its row, the innovation and the state after it.
+    fn visit(
+        &mut self,
+        recording: usize,
+        row: usize,
+        innovation: &Innovation<T>,
+        belief: &Belief<T>,
+    );
+}
+
+impl<T, F: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> Visit<T> for F {
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        recording: usize,
+        row: usize,
+        innovation: &Innovation<T>,
+        belief: &Belief<T>,
+    ) {
+        self(recording, row, innovation, belief);
+    }
+}
+
+/// The costs of several parameter vectors while they grow.
+pub struct Costs(pub [f64; LANES]);
+
+impl Visit<SimdBatch> for Costs {
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        _: usize,
+        _: usize,
+        innovation: &Innovation<SimdBatch>,
+        _: &Belief<SimdBatch>,
+    ) {
+        let [e, s] = [innovation.residual, innovation.variance];
+        for lane in 0..LANES {
+            let (mut squares, mut determinant) = (0.0, 1.0);
+            for i in 0..4 {
+                squares += e[i].0[lane] * e[i].0[lane] / s[i].0[lane];
+                determinant *= s[i].0[lane];
+            }
+            self.0[lane] += 0.5 * (squares + determinant.ln());
+        }
+    }
+}
+
+/// An [`Evaluation`] while it grows.
+pub struct Sums<S: pulp::Simd, const N: usize> {
+    cost: Tangent<S, N>,
+    products: Products<S, N>,
+    squares: [f64; 4],
+}
+
+impl<S: pulp::Simd, const N: usize> Sums<S, N> {
+    /// Nothing yet.
+    pub fn new(simd: S) -> Self {
+        Self {
+            cost: Tangent::seed(simd, 0.0, 0, 0.0),
+            products: Products::new(simd),
+            squares: [0.0; 4],
+        }
+    }
+
+    /// All of it, over a number of samples.
+    pub fn evaluation(&self, samples: usize) -> Evaluation {
+        Evaluation {
+            cost: self.cost.value(),
+            gradient: self.cost.derivatives(),
+            information: self.products.matrix(),
+            mean_square: self.squares.map(|square| square / samples as f64),
+        }
+    }
+}
+
+impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Sums<S, N> {
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        _: usize,
+        _: usize,
+        innovation: &Innovation<Tangent<S, N>>,
+        _: &Belief<Tangent<S, N>>,
+    ) {
+        let mut determinant = 1.0;
+        for i in 0..4 {
+            let (e, s) = (innovation.residual[i], innovation.variance[i]);
+            let inverse = 1.0 / s.value();
+            let square = e.value() * e.value() * inverse;
+            self.squares[i] += square;
+            determinant *= s.value();
+            let by_s = 0.5 * inverse * (1.0 - square);
+            self.cost = self.cost + e.chain(0.5 * square, e.value() * inverse) + s.chain(0.0, by_s);
+            let (e, s) = (e * inverse.sqrt(), s * (0.5_f64.sqrt() * inverse));
+            self.products.add(&[*e.along(), *s.along()]);
+        }
+        self.cost = self.cost + 0.5 * determinant.ln();
+    }
+}

@@ -1,0 +1,239 @@
+//! One step of the extended Kalman filter that has the Magic Formula inside, for numbers that carry derivatives.
+//!
+//! The mean moves by the trapezoidal rule of fourth order, x₁ = x₀ + h/2 (f₀ + f₁) + h²/12 (A₀ f₀ − A₁ f₁), with one step of
+//! Newton's method from a Taylor series of third order. Its covariance moves with the derivative of that,
+//! F = (I − A₁ h/2 + A₁² h²/12)⁻¹ (I + A₀ h/2 + A₀² h²/12), for constant A the second diagonal Padé approximant of e^(Ah), which is
+//! stable for any A h and off by (A h)⁵/720. Two linearisations are all that a step needs. Measurements have independent noises
+//! and are taken one after the other, which whitens them in that order: residual over standard deviation is the innovation
+//! multiplied by the inverse Cholesky factor of its covariance.
+
+use numerics::scalar::Scalar;
+use vehicle::Vehicle;
+
+use crate::car::{Held, Linear, Tires, linearise};
+
+/// Variances of the noises.
+#[derive(Clone, Copy, Debug)]
+pub struct Variances<T> {
+    /// Growth of the variances of v_x, v_y, r and ξ_x [their squares per second].
+    pub process: [T; 4],
+    /// Of the measured v_x, v_y, r and a_y [their squares].
+    pub sensor: [T; 4],
+}
+
+/// State and covariance.
+#[derive(Clone, Copy, Debug)]
+pub struct Belief<T> {
+    /// v_x, v_y, r, ξ_x.
+    pub x: [T; 4],
+    /// Covariance, symmetric.
+    pub P: [[T; 4]; 4],
+}
+
+/// Residuals of v_x, v_y, r and a_y, each given those before it, and their variances.
+#[derive(Clone, Copy, Debug)]
+pub struct Innovation<T> {
+    /// Measured less expected.
+    pub residual: [T; 4],
+    /// Variance of that.
+    pub variance: [T; 4],
+}
+
+/// What stays the same from sample to sample.
+pub struct Filter<'a, T> {
+    /// The car; its own tires are not used.
+    pub car: &'a Vehicle,
+    /// The tires.
+    pub tires: Tires<T>,
+    /// The noises.
+    pub noise: Variances<T>,
+}
+
+impl<T: Scalar> Filter<'_, T> {
+    /// Moves state and covariance over `h` [s] under a held input. The measured acceleration is linearised at the state that is
+    /// returned, which is near the one that was moved to.
+    #[inline(always)]
+    fn predict(&self, belief: &mut Belief<T>, u: &Held, h: f64) -> ([T; 4], Linear<T>) {
+        let x = belief.x;
+        let start = linearise(self.car, &self.tires, &x, u);
+        let [first, second] = [start.rates, times(&start.A, &start.rates)];
+        let third = times(&start.A, &second);
+        let mut near = x;
+        for i in 0..3 {
+            let tail = (second[i] * (h * h / 2.0)).plus_scaled(third[i], h * h * h / 6.0);
+            near[i] = (x[i] + tail).plus_scaled(first[i], h);
+        }
+        let end = linearise(self.car, &self.tires, &near, u);
+        let bent = times(&end.A, &end.rates);
+        let [M, N] = [side(&start.A, 0.5 * h), side(&end.A, -0.5 * h)];
+        let inverse = inverse(&N);
+        let zero = x[0].constant(0.0);
+        let mut off = [zero; 3];
+        for i in 0..3 {
+            off[i] = ((first[i] - end.rates[i]) * (0.5 * h))
+                .plus_scaled(bent[i].plus_scaled(second[i], 5.0), h * h / 12.0)
+                .plus_scaled(third[i], h * h * h / 6.0);
+        }
+        belief.x = near;
+        let mut F = [[zero; 4]; 3];
+        for i in 0..3 {
+            let row = &inverse[i];
+            belief.x[i] = near[i] - dot(row, &off);
+            for j in 0..3 {
+                F[i][j] = dot(row, &[M[0][j], M[1][j], M[2][j]]);
+            }
+            F[i][3] = dot(row, &[M[0][3] - N[0][3], M[1][3] - N[1][3], M[2][3] - N[2][3]]);
+        }
+        move_along(&F, &mut belief.P);
+        for i in 0..4 {
+            belief.P[i][i] = belief.P[i][i].plus_scaled(self.noise.process[i], h);
+        }
+        (near, end)
+    }
+
+    /// Predicts over `h` [s] under a held input in `steps`, and corrects by what is measured at the end.
+    #[inline(always)]
+    pub fn step(
+        &self,
+        belief: &mut Belief<T>,
+        u: &Held,
+        h: f64,
+        steps: usize,
+        measured: &[f64; 4],
+    ) -> Innovation<T> {
+        let part = h / steps as f64;
+        let mut left = steps;
+        // One call: each is a copy of all that is called.
+        let (near, end) = loop {
+            let there = self.predict(belief, u, part);
+            left -= 1;
+            if left == 0 {
+                break there;
+            }
+        };
+        self.correct(belief, &near, end.a_y, &end.C, measured)
+    }
+
+    #[inline(always)]
+    fn correct(
+        &self,
+        belief: &mut Belief<T>,
+        prior: &[T; 4],
+        a_y: T,
+        C: &[T; 4],
+        measured: &[f64; 4],
+    ) -> Innovation<T> {
+        let zero = a_y.constant(0.0);
+        let mut innovation = Innovation { residual: [zero; 4], variance: [zero; 4] };
+        for i in 0..4 {
+            let P = &belief.P;
+            // Covariance of the state with the measured quantity, and what is expected of the latter.
+            let (with, expected) = if i < 3 {
+                (P[i], belief.x[i])
+            } else {
+                let mut with = [zero; 4];
+                let mut expected = a_y;
+                for j in 0..4 {
+                    expected = expected.plus(C[j], belief.x[j] - prior[j]);
+                    with[j] =
+                        dot(&[C[0], C[1], C[2]], &[P[0][j], P[1][j], P[2][j]]).plus(C[3], P[3][j]);
+                }
+                (with, expected)
+            };
+            let own = if i < 3 {
+                with[i]
+            } else {
+                dot(&[C[0], C[1], C[2]], &[with[0], with[1], with[2]]).plus(C[3], with[3])
+            };
+            let variance = own + self.noise.sensor[i];
+            let inverse = variance.recip();
+            let residual = -expected + measured[i];
+            for j in 0..4 {
+                let gain = with[j] * inverse;
+                belief.x[j] = belief.x[j].plus(gain, residual);
+                for (l, with) in with.iter().enumerate().skip(j) {
+                    let less = belief.P[j][l].minus(gain, *with);
+                    belief.P[j][l] = less;
+                    belief.P[l][j] = less;
+                }
+            }
+            innovation.residual[i] = residual;
+            innovation.variance[i] = variance;
+        }
+        innovation
+    }
+}
+
+#[inline(always)]
+fn dot<T: Scalar>(a: &[T; 3], b: &[T; 3]) -> T {
+    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
+}
+
+/// Change of the rates of v_x, v_y and r as these move on.
+#[inline(always)]
+fn times<T: Scalar>(A: &[[T; 4]; 3], rates: &[T; 3]) -> [T; 3] {
+    let mut change = *rates;
+    for i in 0..3 {
+        change[i] = dot(&[A[i][0], A[i][1], A[i][2]], rates);
+    }
+    change
+}
+
+/// The first three rows of I + A s + A² s²/3.
+#[inline(always)]
+fn side<T: Scalar>(A: &[[T; 4]; 3], s: f64) -> [[T; 4]; 3] {
+    let mut sum = [[A[0][0]; 4]; 3];
+    for i in 0..3 {
+        for j in 0..4 {
+            let square = dot(&[A[i][0], A[i][1], A[i][2]], &[A[0][j], A[1][j], A[2][j]]);
+            sum[i][j] = (A[i][j] * s).plus_scaled(square, s * s / 3.0);
+        }
+        sum[i][i] = sum[i][i] + 1.0;
+    }
+    sum
+}
+
+#[inline(always)]
+fn cross<T: Scalar>(a: &[T; 4], b: &[T; 4]) -> [T; 3] {
+    [
+        (a[1] * b[2]).minus(a[2], b[1]),
+        (a[2] * b[0]).minus(a[0], b[2]),
+        (a[0] * b[1]).minus(a[1], b[0]),
+    ]
+}
+
+/// Inverse of the first three columns, by Cramer's rule: columns of the adjugate are cross products of rows.
+#[inline(always)]
+fn inverse<T: Scalar>(N: &[[T; 4]; 3]) -> [[T; 3]; 3] {
+    let adjugate = [cross(&N[1], &N[2]), cross(&N[2], &N[0]), cross(&N[0], &N[1])];
+    let scale = dot(&[N[0][0], N[0][1], N[0][2]], &adjugate[0]).recip();
+    let mut inverse = [[scale; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            inverse[i][j] = adjugate[j][i] * scale;
+        }
+    }
+    inverse
+}
+
+/// F P Fᵀ, with the fourth row of F being that of the identity.
+#[inline(always)]
+fn move_along<T: Scalar>(F: &[[T; 4]; 3], P: &mut [[T; 4]; 4]) {
+    let mut FP = [[P[0][0]; 4]; 3];
+    for i in 0..3 {
+        for j in 0..4 {
+            FP[i][j] = dot(&[F[i][0], F[i][1], F[i][2]], &[P[0][j], P[1][j], P[2][j]])
+                .plus(F[i][3], P[3][j]);
+        }
+    }
+    for i in 0..3 {
+        for j in i..3 {
+            let entry = dot(&[FP[i][0], FP[i][1], FP[i][2]], &[F[j][0], F[j][1], F[j][2]])
+                .plus(FP[i][3], F[j][3]);
+            P[i][j] = entry;
+            P[j][i] = entry;
+        }
+        P[i][3] = FP[i][3];
+        P[3][i] = FP[i][3];
+    }
+}

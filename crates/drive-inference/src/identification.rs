@@ -1,0 +1,275 @@
+//! Runs an identification from its recordings to what is told: states, fits, posterior, verdicts.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
+
+use std::time::Instant;
+
+use nalgebra::{DMatrix, DVector};
+use numerics::convergence::Convergence;
+use numerics::sqp::Minimum;
+use rayon::prelude::*;
+use tire_inference::parameters::Theta;
+
+use crate::error::Error;
+use crate::identified::{Fitted, Identified, Innovations};
+use crate::likelihood::{Likelihood, Noise, Theta8, curve};
+use crate::options::{Formulation, Noises, Options};
+use crate::points::{self, Point};
+use crate::posterior_samples::{self, Drawn, Wanted};
+use crate::profile::{self, Explored};
+use crate::progress::{Board, watched};
+use crate::recording::Recording;
+use crate::regression::Target;
+use crate::smoothing::{self, Explained};
+use crate::{pem, search, series, verdict};
+
+/// What prediction errors start from.
+const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
+
+/// Identifies both axles from recordings of one car. `progress` is told the share that is done and what comes next, again and
+/// again; `false` calls the work off.
+///
+/// # Errors
+///
+/// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was called off.
+pub fn identify(
+    recordings: &[Recording],
+    options: &Options,
+    progress: &mut dyn FnMut(f64, &str) -> bool,
+) -> Result<Identified, Error> {
+    let begin = Instant::now();
+    for (i, recording) in recordings.iter().enumerate() {
+        recording.check(i)?;
+    }
+    let Some(first) = recordings.first() else { return Err(Error::NoRecording) };
+    let noise = match options.noises {
+        Noises::Known(noise) => noise,
+        Noises::Estimated => Noise::of_sensors(first.rough_noise()),
+    };
+    watched(progress, |board| {
+        board.tell(0.0, "smoothing")?;
+        let explained = explain(recordings, options, &noise, board)?;
+        let points = |(recording, explained)| points::points(&options.car, recording, explained);
+        let states = explained.iter().map(|explained| &explained.smoothed);
+        let points = recordings.iter().zip(states).map(points).collect();
+        let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), board };
+        let mut decisive = None;
+        for formulation in run.formulations() {
+            board.tell(0.2, formulation.title())?;
+            let best = run.fit(formulation)?;
+            if formulation == options.method {
+                decisive = Some(best);
+            }
+        }
+        run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
+        let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
+        board.tell(0.3, "drawing from the posterior")?;
+        run.identified(decisive, explained, begin)
+    })
+}
+
+/// The nominal car along each recording.
+fn explain(
+    recordings: &[Recording],
+    options: &Options,
+    noise: &Noise,
+    board: &Board,
+) -> Result<Vec<Explained>, Error> {
+    let of = |(recording, drive)| {
+        let go_on = || !board.cancel.is_cancelled();
+        smoothing::explain(&options.car, drive, noise, &options.smoothing, go_on)
+            .map_err(|source| Error::Smoothing { recording, source })
+    };
+    recordings.par_iter().enumerate().map(of).collect()
+}
+
+struct Run<'a> {
+    recordings: &'a [Recording],
+    options: &'a Options,
+    noise: Noise,
+    points: Vec<Vec<Point>>,
+    fitted: Vec<Fitted>,
+    board: &'a Board,
+}
+
+/// A minimum with the covariance that it means.
+struct Best {
+    theta: Theta8,
+    information: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+    cost: f64,
+    optima: Vec<(Theta8, f64)>,
+    convergence: Convergence,
+    likelihood: Likelihood,
+}
+
+impl Run<'_> {
+    /// All formulations to fit, each once: that which prediction errors start from, those to compare, the deciding one.
+    fn formulations(&self) -> Vec<Formulation> {
+        let wanted = self.options.compare.iter().copied().chain([self.options.method]);
+        let mut all: Vec<Formulation> = wanted.collect();
+        if all.contains(&Formulation::PredictionError) {
+            all.insert(0, START);
+        }
+        let mut once = Vec::new();
+        for formulation in all {
+            if !once.contains(&formulation) {
+                once.push(formulation);
+            }
+        }
+        once
+    }
+
+    fn fit(&mut self, formulation: Formulation) -> Result<Best, Error> {
+        let begin = Instant::now();
+        let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
+        likelihood.cancel = self.board.cancel.clone();
+        let mut optima = Vec::new();
+        let (theta, minimum, convergence, found) = match formulation {
+            Formulation::Points(target) => {
+                let found = self.search(target).run(&self.options.car.body, &self.points)?;
+                let extra = (found.odd, Some(found.std));
+                (found.theta, found.minimum, found.convergence, extra)
+            }
+            Formulation::PredictionError => {
+                let maximum = self.problem(&likelihood).maximise(&self.starts())?;
+                (self.noise, optima) = (maximum.noise, maximum.optima);
+                (maximum.theta, maximum.minimum, maximum.convergence, ([0.0; 3], None))
+            }
+        };
+        let (information, covariance) = curvature(&minimum);
+        let cost = minimum.model.cost;
+        let at_bound = std::array::from_fn(|i| minimum.at_bound[i]);
+        let best = Best { theta, information, covariance, cost, optima, convergence, likelihood };
+        let (odd, residual_std) = found;
+        self.fitted.push(Fitted {
+            formulation,
+            theta: best.theta,
+            std: std::array::from_fn(|i| best.covariance[(i, i)].max(0.0).sqrt()),
+            at_bound,
+            odd,
+            residual_std,
+            convergence: best.convergence.clone(),
+            seconds: begin.elapsed().as_secs_f64(),
+        });
+        Ok(best)
+    }
+
+    fn search(&self, target: Target) -> search::Search {
+        let [_, _, s_r, s_y] = self.noise.sensor;
+        search::Search {
+            target,
+            weights: self.options.weights,
+            pull: self.options.pull,
+            odd: self.options.odd,
+            starts: self.options.starts,
+            seed: self.options.seed,
+            bounds: self.options.bounds,
+            // Errors of slip and load come on top of the noises; the fit corrects these guesses.
+            std: [s_y.max(0.02), 1.5 * s_r + 1e-3, 200.0, 200.0],
+        }
+    }
+
+    fn problem<'a>(&self, likelihood: &'a Likelihood) -> pem::Problem<'a> {
+        pem::Problem {
+            likelihood,
+            bounds: self.options.bounds,
+            pull: self.options.pull,
+            noise: self.noise,
+            estimate_noise: self.options.noises == Noises::Estimated,
+        }
+    }
+
+    /// What fits to points ended with.
+    fn starts(&self) -> Vec<Theta8> {
+        let is_start = |fitted: &&Fitted| fitted.formulation == START;
+        self.fitted.iter().filter(is_start).map(|fitted| fitted.theta).collect()
+    }
+
+    fn identified(
+        self,
+        best: Best,
+        explained: Vec<Explained>,
+        begin: Instant,
+    ) -> Result<Identified, Error> {
+        let Best { theta, information, covariance, cost, optima, convergence, likelihood } = best;
+        let options = self.options;
+        let series =
+            series::series(&options.car, self.recordings, &likelihood, &theta, &self.noise);
+        let problem = self.problem(&likelihood);
+        let objective =
+            pem::OfTires { likelihood: &likelihood, noise: self.noise, pull: options.pull };
+        let explored = Explored {
+            objective: &objective,
+            x: DVector::from_column_slice(&theta),
+            cost,
+            information,
+            corners: problem.corners(),
+        };
+        let slip_range = [series::slip_range(&series, 0), series::slip_range(&series, 1)];
+        let noise_std = self.noise.sensor[3] / vehicle::G;
+        let drawn = self.draw(&explored, &optima, slip_range, noise_std)?;
+        self.board.tell(0.7, "judging")?;
+        let judge = verdict::Judge {
+            explored: &explored,
+            drawn: &drawn,
+            covariance: &covariance,
+            profile: options.profile && options.method == Formulation::PredictionError,
+            pull: options.pull,
+            slip_range,
+            samples: likelihood.samples(),
+            noise_std,
+            convergence: convergence.clone(),
+            seconds: begin.elapsed().as_secs_f64(),
+        };
+        let [front, rear] = judge.estimates();
+        let row = |i: usize| (0..8).map(|j| covariance[(i, j)]).collect();
+        Ok(Identified {
+            front,
+            rear,
+            curves: [0, 4]
+                .map(|o| -> Theta { tire_inference::parameters::theta(&curve(&theta, o)) }),
+            covariance: (0..8).map(row).collect(),
+            noise: self.noise,
+            convergence,
+            innovations: Innovations::of(&series),
+            formulations: self.fitted,
+            posterior: drawn.axles,
+            gaussian: drawn.svi.map(|(gaussian, _)| gaussian),
+            samples: points::samples(&self.points),
+            series,
+            explained,
+            seconds: begin.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Draws from the posterior where there is a likelihood, else what the curvature of the cost has it.
+    fn draw(
+        &self,
+        explored: &Explored,
+        optima: &[(Theta8, f64)],
+        slip_range: [[f64; 2]; 2],
+        noise_std: f64,
+    ) -> Result<Drawn, Error> {
+        let Options { method, posterior, svi, seed, .. } = *self.options;
+        if posterior && method == Formulation::PredictionError {
+            let go_on = || !self.board.cancel.is_cancelled();
+            let wanted = Wanted { slip_range, svi, noise_std, seed };
+            let drawn = posterior_samples::posterior(explored, optima, &wanted, go_on);
+            if self.board.cancel.is_cancelled() {
+                return Err(Error::Cancelled);
+            }
+            if let Some(drawn) = drawn {
+                return Ok(drawn);
+            }
+        }
+        let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
+        Ok(posterior_samples::normal(&best, &explored.in_box(), &explored.corners, seed))
+    }
+}
+
+/// Second derivatives of B, C, D, E of both axles, and their inverse together with whatever else was fitted.
+fn curvature(minimum: &Minimum) -> (DMatrix<f64>, DMatrix<f64>) {
+    let H = &minimum.model.hessian;
+    let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (8, 8)).into_owned();
+    (of_tires(H), of_tires(&profile::inverse(H)))
+}

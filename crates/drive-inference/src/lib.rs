@@ -1,0 +1,56 @@
+//! Identifies the tires of both axles at once from drives under closed-loop control: recordings of one car go in; the parameters of
+//! both tires, their joint posterior and verdicts come out.
+//!
+//! States are smoothed with a car of linear tires, parameters fitted to points along them, and the result is the start from
+//! which the likelihood of the recordings themselves is maximised: by the prediction errors of an extended Kalman filter with
+//! the Magic Formula inside. That is unbiased where fits to smoothed states are not, as these are most wrong near the peak.
+#![forbid(unsafe_code)]
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "units stand in brackets, which rustdoc takes for links"
+)]
+
+// The drives of the integration tests name this crate.
+#[cfg(test)]
+extern crate self as drive_inference;
+
+mod car;
+mod coordinates;
+mod error;
+mod evaluation;
+mod filter;
+mod identification;
+mod identified;
+pub mod likelihood;
+mod options;
+pub mod pem;
+pub mod points;
+mod posterior_samples;
+pub mod profile;
+mod progress;
+mod pull;
+mod recording;
+pub mod regression;
+pub mod replay;
+mod ridge;
+pub mod search;
+mod series;
+pub mod smoothing;
+#[cfg(test)]
+mod tests;
+pub mod validation;
+mod variational;
+mod verdict;
+
+pub use error::Error;
+pub use identification::identify;
+pub use identified::{Fitted, Identified, Innovations};
+pub use likelihood::{Likelihood, Noise, Theta8, curve};
+pub use options::{Bounds, Formulation, Noises, Options};
+pub use pull::Pull;
+pub use recording::{Recording, SHORTEST};
+pub use regression::{Target, Weights};
+pub use replay::{Replay, replay};
+pub use series::Series;
+pub use smoothing::{Explained, Smoothing};

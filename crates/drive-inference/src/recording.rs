@@ -1,0 +1,130 @@
+//! Holds what was recorded of a drive: measured motion and the inputs that acted.
+
+use crate::error::Error;
+
+/// Columns of one drive, all of the same length.
+///
+/// A row holds what was measured at the end of a step, and the inputs that were held during that step. The inputs of the first
+/// row are not used.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// Time [s], rising.
+    pub t: Vec<f64>,
+    /// Measured forward speed [m/s].
+    pub v_x: Vec<f64>,
+    /// Measured speed to the left [m/s].
+    pub v_y: Vec<f64>,
+    /// Measured yaw rate [rad/s].
+    pub r: Vec<f64>,
+    /// Measured inertial acceleration to the left [m/s²].
+    pub a_y: Vec<f64>,
+    /// Longitudinal force, braking when negative [N].
+    pub F_x: Vec<f64>,
+    /// Road-wheel angle of the front axle [rad].
+    pub delta: Vec<f64>,
+}
+
+/// Fewest rows from which tires can be identified.
+pub const SHORTEST: usize = 50;
+
+impl Recording {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Names and columns.
+    pub fn columns(&self) -> [(&'static str, &[f64]); 7] {
+        [
+            ("t", &self.t),
+            ("v_x", &self.v_x),
+            ("v_y", &self.v_y),
+            ("r", &self.r),
+            ("a_y", &self.a_y),
+            ("F_x", &self.F_x),
+            ("delta", &self.delta),
+        ]
+    }
+
+    /// The measurements of a row: v_x, v_y, r, a_y.
+    pub fn measured(&self, k: usize) -> [f64; 4] {
+        [self.v_x[k], self.v_y[k], self.r[k], self.a_y[k]]
+    }
+
+    /// Rows `range` as a recording of their own.
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
+        let cut = |column: &[f64]| column[range.clone()].to_vec();
+        Self {
+            t: cut(&self.t),
+            v_x: cut(&self.v_x),
+            v_y: cut(&self.v_y),
+            r: cut(&self.r),
+            a_y: cut(&self.a_y),
+            F_x: cut(&self.F_x),
+            delta: cut(&self.delta),
+        }
+    }
+
+    /// Whether a time is within a window, ends included, for each row.
+    pub fn during(&self, [from, until]: [f64; 2]) -> Vec<bool> {
+        self.t.iter().map(|t| (from..=until).contains(t)).collect()
+    }
+
+    /// The stretches of marked rows that are long enough to be used, each as a recording of its own.
+    pub fn stretches(&self, marked: &[bool]) -> Vec<Self> {
+        let mut stretches = Vec::new();
+        let mut from = 0;
+        for stretch in marked.chunk_by(|a, b| a == b) {
+            let until = from + stretch.len();
+            if stretch[0] && stretch.len() >= SHORTEST {
+                stretches.push(self.slice(from..until));
+            }
+            from = until;
+        }
+        stretches
+    }
+
+    /// Checks that the columns fit each other and hold numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`], [`Error::NotFinite`], [`Error::Time`] and [`Error::TooShort`], with the number of the recording.
+    pub fn check(&self, recording: usize) -> Result<(), Error> {
+        let expected = self.len();
+        for (column, values) in self.columns() {
+            if values.len() != expected {
+                return Err(Error::Length { recording, column, expected, found: values.len() });
+            }
+            if let Some(row) = values.iter().position(|value| !value.is_finite()) {
+                return Err(Error::NotFinite { recording, column, row, found: values[row] });
+            }
+        }
+        if expected < SHORTEST {
+            return Err(Error::TooShort { recording, expected: SHORTEST, found: expected });
+        }
+        match self.t.windows(2).position(|pair| pair[1] <= pair[0]) {
+            Some(k) => {
+                Err(Error::Time { recording, row: k + 1, found: self.t[k + 1], before: self.t[k] })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Standard deviations of the noise of v_x, v_y, r and a_y as third differences show it: a first guess, too high where the
+    /// motion itself is not smooth.
+    pub fn rough_noise(&self) -> [f64; 4] {
+        [&self.v_x, &self.v_y, &self.r, &self.a_y].map(|column| {
+            let mut size: Vec<f64> =
+                column.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+            size.sort_by(f64::total_cmp);
+            // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise; the median of
+            // |N(0, 1)| is 0.6745.
+            size[size.len() / 2] / (0.6745 * 20_f64.sqrt())
+        })
+    }
+}

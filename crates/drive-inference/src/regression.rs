@@ -1,0 +1,260 @@
+//! Fits both tires to points by least squares: residuals that are linear in the friction coefficients, given slip and load.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use numerics::sqp;
+use tire_inference::kernel::value_and_gradient;
+use vehicle::Body;
+
+use crate::points::{Point, Side};
+use crate::pull::Pull;
+
+/// Parameters of both tires and three odd residual terms of the lateral acceleration.
+pub const COLUMNS: usize = 11;
+type Row = [f64; COLUMNS];
+
+/// What the tires have to explain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// The lateral acceleration of smoothed states: lumped disturbances as a virtual force sensor.
+    SmoothedAcceleration,
+    /// The measured lateral acceleration.
+    Acceleration,
+    /// The lateral forces of the axles, of smoothed states.
+    AxleForces,
+    /// The measured lateral acceleration, and the change of the measured yaw rate over a window as the integral of the yaw
+    /// moment.
+    AccelerationAndYaw,
+}
+
+/// How residuals are weighed.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Weights {
+    /// All of a kind alike.
+    Plain,
+    /// By the variance of the smoothed state, or this share of its mean where it is smaller.
+    Variance {
+        /// Least variance, relative to the mean one [-].
+        clamp: f64,
+    },
+}
+
+/// Samples over which the yaw moment is integrated.
+const WINDOW: usize = 20;
+
+/// Residuals over stretches of points.
+pub struct Regression<'a> {
+    /// Masses and lengths.
+    pub body: Body,
+    /// Points of each recording.
+    pub points: &'a [Vec<Point>],
+    /// Stretches that are used: recording and samples.
+    pub blocks: Vec<(usize, Range<usize>)>,
+    /// What is fitted.
+    pub target: Target,
+    /// How residuals are weighed.
+    pub weights: Weights,
+    /// Standard deviations of the residuals: accelerations [m/s²], yaw-rate changes [rad/s], front and rear forces [N].
+    pub std: [f64; 4],
+    /// Whether the odd terms are free.
+    pub odd: bool,
+    /// What pulls the parameters.
+    pub pull: Pull,
+}
+
+/// Sums of squares while they grow.
+struct Sums {
+    cost: f64,
+    gradient: Row,
+    hessian: [Row; COLUMNS],
+    squares: [f64; 4],
+    counts: [usize; 4],
+}
+
+impl Sums {
+    #[inline(always)]
+    fn add(&mut self, kind: usize, residual: f64, by: &Row, weight: f64) {
+        self.cost += 0.5 * weight * residual * residual;
+        self.squares[kind] += residual * residual;
+        self.counts[kind] += 1;
+        for (i, by_i) in by.iter().enumerate() {
+            let weighted = weight * by_i;
+            self.gradient[i] += weighted * residual;
+            for (sum, by_j) in self.hessian[i].iter_mut().zip(by) {
+                *sum += weighted * by_j;
+            }
+        }
+    }
+}
+
+/// A sum of axle forces, with derivatives by the parameters of both tires.
+#[inline(always)]
+fn combined(share_f: f64, share_r: f64, f: &(f64, [f64; 6]), r: &(f64, [f64; 6])) -> (f64, Row) {
+    let mut by = [0.0; COLUMNS];
+    for i in 0..4 {
+        by[i] = share_f * f.1[i];
+        by[i + 4] = share_r * r.1[i];
+    }
+    (share_f * f.0 + share_r * r.0, by)
+}
+
+impl Regression<'_> {
+    /// Root mean squares of the residuals of each kind at these parameters; those that do not occur stay as they are.
+    pub fn residual_std(&self, x: &DVector<f64>) -> [f64; 4] {
+        let sums = self.sums(x);
+        std::array::from_fn(|i| match sums.counts[i] {
+            0 => self.std[i],
+            count => (sums.squares[i] / count as f64).sqrt(),
+        })
+    }
+
+    fn sums(&self, x: &DVector<f64>) -> Sums {
+        let mut sums = Sums {
+            cost: 0.0,
+            gradient: [0.0; COLUMNS],
+            hessian: [[0.0; COLUMNS]; COLUMNS],
+            squares: [0.0; 4],
+            counts: [0; 4],
+        };
+        let tire = |o: usize| [x[o], x[o + 1], x[o + 2], x[o + 3], 0.0, 0.0];
+        let tires = [tire(0), tire(4)];
+        let odd: [f64; 3] = std::array::from_fn(|i| if self.odd { x[8 + i] } else { 0.0 });
+        for (recording, range) in &self.blocks {
+            let points = &self.points[*recording][range.clone()];
+            pulp::Arch::new().dispatch(Block { of: self, points, tires, odd, sums: &mut sums });
+        }
+        sums
+    }
+
+    /// Weight of a residual of a kind, given the variance of what is fitted.
+    #[inline(always)]
+    fn weight(&self, kind: usize, variance: f64) -> f64 {
+        let plain = self.std[kind] * self.std[kind];
+        match self.weights {
+            Weights::Plain => 1.0 / plain,
+            Weights::Variance { clamp } => 1.0 / variance.max(clamp * plain),
+        }
+    }
+}
+
+/// One stretch; a type of its own as [`crate::likelihood`] explains.
+struct Block<'a> {
+    of: &'a Regression<'a>,
+    points: &'a [Point],
+    tires: [[f64; 6]; 2],
+    odd: [f64; 3],
+    sums: &'a mut Sums,
+}
+
+impl pulp::WithSimd for Block<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { of, points, tires, odd, sums } = self;
+        let yaw = of.target == Target::AccelerationAndYaw;
+        // Integral of the yaw moment over I_zz since the start of the stretch, with derivatives, at the last samples.
+        let mut integrals = [(0.0, [0.0; COLUMNS]); WINDOW];
+        let mut integral = (0.0, [0.0; COLUMNS]);
+        let mut rate_after = (0.0, [0.0; COLUMNS]);
+        for (k, point) in points.iter().enumerate() {
+            let rear = value_and_gradient(&tires[1], point.alpha_r);
+            let front = value_and_gradient(&tires[0], point.before.alpha_f);
+            if of.target == Target::AxleForces {
+                forces(of, point, &front, &rear, sums);
+                continue;
+            }
+            acceleration(of, point, &front, &rear, &odd, sums);
+            if !yaw {
+                continue;
+            }
+            if k > 0 {
+                let rate_before = yaw_rate(&of.body, &point.before, &front, &rear);
+                let half = 0.5 * points[k - 1].h;
+                integral.0 += half * (rate_after.0 + rate_before.0);
+                for i in 0..8 {
+                    integral.1[i] += half * (rate_after.1[i] + rate_before.1[i]);
+                }
+            }
+            if k >= WINDOW {
+                let from = &integrals[k % WINDOW];
+                let change = point.measured[1] - points[k - WINDOW].measured[1];
+                let mut by = integral.1;
+                for (by, from) in by.iter_mut().zip(&from.1) {
+                    *by -= from;
+                }
+                sums.add(1, integral.0 - from.0 - change, &by, of.std[1].powi(-2));
+            }
+            integrals[k % WINDOW] = integral;
+            let front = value_and_gradient(&tires[0], point.after.alpha_f);
+            rate_after = yaw_rate(&of.body, &point.after, &front, &rear);
+        }
+    }
+}
+
+/// Yaw acceleration [rad/s²].
+#[inline(always)]
+fn yaw_rate(body: &Body, side: &Side, f: &(f64, [f64; 6]), r: &(f64, [f64; 6])) -> (f64, Row) {
+    let share_f = body.l_f * side.F_z[0] * side.cos / body.I_zz;
+    let (value, by) = combined(share_f, -body.l_r * side.F_z[1] / body.I_zz, f, r);
+    (value + body.l_f * side.braking / body.I_zz, by)
+}
+
+#[inline(always)]
+fn acceleration(
+    of: &Regression,
+    point: &Point,
+    f: &(f64, [f64; 6]),
+    r: &(f64, [f64; 6]),
+    odd: &[f64; 3],
+    sums: &mut Sums,
+) {
+    let (side, m) = (&point.before, of.body.m);
+    let (force, mut by) = combined(side.F_z[0] * side.cos / m, side.F_z[1] / m, f, r);
+    let mut residual = force + side.braking / m;
+    for i in 0..3 {
+        residual += odd[i] * point.odd[i];
+        by[8 + i] = if of.odd { point.odd[i] } else { 0.0 };
+    }
+    let smoothed = of.target == Target::SmoothedAcceleration;
+    residual -= if smoothed { point.a_y[0] } else { point.measured[0] };
+    // What was measured has its own noise as well.
+    let own = if smoothed { 0.0 } else { of.std[0] * of.std[0] };
+    sums.add(0, residual, &by, of.weight(0, own + point.a_y[1]));
+}
+
+#[inline(always)]
+fn forces(
+    of: &Regression,
+    point: &Point,
+    f: &(f64, [f64; 6]),
+    r: &(f64, [f64; 6]),
+    sums: &mut Sums,
+) {
+    let side = &point.before;
+    let shares = [[side.F_z[0] * side.cos, 0.0], [0.0, side.F_z[1]]];
+    for (axle, [share_f, share_r]) in shares.into_iter().enumerate() {
+        let [target, variance] = point.forces[axle];
+        let known = if axle == 0 { side.braking } else { 0.0 };
+        let (force, by) = combined(share_f, share_r, f, r);
+        sums.add(2 + axle, force + known - target, &by, of.weight(2 + axle, variance));
+    }
+}
+
+impl sqp::Objective for Regression<'_> {
+    fn model(&self, x: &DVector<f64>) -> sqp::Model {
+        let sums = self.sums(x);
+        let n = x.len();
+        let rows: usize = sums.counts.iter().sum();
+        let mut model = sqp::Model {
+            cost: sums.cost,
+            gradient: DVector::from_fn(n, |i, _| sums.gradient[i]),
+            hessian: DMatrix::from_fn(n, n, |i, j| sums.hessian[i][j]),
+            scale: (rows as f64).sqrt().max((2.0 * sums.cost).sqrt()),
+        };
+        self.pull.add(x, &mut model);
+        model
+    }
+}

@@ -1,0 +1,78 @@
+//! Drives a car in open loop along a recording, and says how far it is from what was measured.
+
+use serde::Serialize;
+use vehicle::{Input, State, Vehicle};
+
+use crate::likelihood::Noise;
+use crate::recording::Recording;
+use crate::smoothing::rmse;
+
+/// Longest step of the integrator [s].
+const SUBSTEP: f64 = 0.002;
+
+/// A number for each measured quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Sensors {
+    /// Forward speed.
+    pub v_x: f64,
+    /// Speed to the left.
+    pub v_y: f64,
+    /// Yaw rate.
+    pub r: f64,
+    /// Lateral acceleration.
+    pub a_y: f64,
+}
+
+impl From<[f64; 4]> for Sensors {
+    fn from([v_x, v_y, r, a_y]: [f64; 4]) -> Self {
+        Self { v_x, v_y, r, a_y }
+    }
+}
+
+/// How a car drove along a recording, with its inputs and nothing else.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Replay {
+    /// Times of the first and the last row [s].
+    pub window: [f64; 2],
+    /// Root mean square differences from what was measured [m/s, m/s, rad/s, m/s²]. They hold the noise of the sensors.
+    pub rmse: Sensors,
+    /// The same in units of the root mean square of what was measured [-].
+    pub normalised: Sensors,
+    /// What is left of `normalised` if the car is the true one: the noise of the sensors [-].
+    pub floor: Sensors,
+    /// `rmse` in units of the noise of the sensors [-]: 1 if the car is the true one.
+    pub in_noise: Sensors,
+    /// v_x, v_y [m/s], r [rad/s] and a_y [m/s²] of the car.
+    #[serde(skip)]
+    pub columns: [Vec<f64>; 4],
+}
+
+/// Drives a car along a recording from a state at its first row.
+pub fn replay(car: &Vehicle, recording: &Recording, start: State, noise: &Noise) -> Replay {
+    let mut state = start;
+    let mut columns = [(); 4].map(|()| Vec::with_capacity(recording.len()));
+    for k in 0..recording.len() {
+        let input = Input { F_x: recording.F_x[k], delta: recording.delta[k] };
+        if k > 0 {
+            let h = recording.t[k] - recording.t[k - 1];
+            state = car.advance(&state, &input, h, SUBSTEP);
+        }
+        let a_y = car.evaluate(&state, &input).a_y;
+        for (column, value) in columns.iter_mut().zip([state.v_x, state.v_y, state.r, a_y]) {
+            column.push(value);
+        }
+    }
+    let measured = [&recording.v_x, &recording.v_y, &recording.r, &recording.a_y];
+    let still = vec![0.0; recording.len()];
+    let size = measured.map(|column| rmse(column, &still));
+    let off: [f64; 4] = std::array::from_fn(|i| rmse(&columns[i], measured[i]));
+    let over = |a: &[f64; 4], b: &[f64; 4]| Sensors::from(std::array::from_fn(|i| a[i] / b[i]));
+    Replay {
+        window: [recording.t[0], recording.t[recording.len() - 1]],
+        rmse: off.into(),
+        normalised: over(&off, &size),
+        floor: over(&noise.sensor, &size),
+        in_noise: over(&off, &noise.sensor),
+        columns,
+    }
+}

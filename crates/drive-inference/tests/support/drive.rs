@@ -1,0 +1,163 @@
+//! Drives the car in a closed loop: an observer with a wrong nominal car, a controller that inverts it, noisy sensors.
+#![allow(
+    non_snake_case,
+    dead_code,
+    reason = "symbols as in vehicle dynamics; each user needs a part"
+)]
+
+use std::f64::consts::{PI, TAU};
+
+use drive_inference::Recording;
+use drive_inference::likelihood::{Theta8, curve};
+use kalman::{Gaussian, discretise, predict, update};
+use nalgebra::{SMatrix, SVector};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use vehicle::{Input, NominalCar, State, Vehicle};
+
+/// Period of the loop [s].
+pub const STEP: f64 = 0.01;
+
+/// Wanted speed [m/s] and yaw rate [rad/s] over time.
+pub type Reference = Vec<[f64; 2]>;
+
+/// Noises of v_x, v_y, r and a_y.
+pub const CLEAN: [f64; 4] = [0.1, 0.00316, 0.00316, 0.00316];
+pub const USUAL: [f64; 4] = [0.05, 0.01, 0.01, 0.1];
+pub const HARSH: [f64; 4] = [0.05, 0.05, 0.005, 0.1];
+
+fn samples(seconds: f64) -> impl Iterator<Item = f64> {
+    (0..(seconds / STEP).round() as usize).map(|k| k as f64 * STEP)
+}
+
+/// A multisine of the given peak with phases after Schroeder, faded in and out.
+fn multisine(t: f64, duration: f64, peak: f64, turn: f64) -> f64 {
+    let parts = [(0.25, 1.0), (0.45, 0.8), (0.7, 0.6), (1.0, 0.5), (1.4, 0.35)];
+    let wave = |t: f64| -> f64 {
+        let part = |(n, (f, w)): (usize, &(f64, f64))| {
+            w * (TAU * f * t + turn - PI * (n * n) as f64 / 5.0).sin()
+        };
+        parts.iter().enumerate().map(part).sum()
+    };
+    let highest = samples(duration).map(|t| wave(t).abs()).fold(0.0, f64::max);
+    let fade = (t.min(duration - t) / 0.5).clamp(0.0, 1.0);
+    peak * fade * wave(t) / highest
+}
+
+/// At each speed: 4 s to reach it, multisines of 0.9 g and 1.7 g for `long` seconds each, and up to 40 m/s flicks of 1.9 g for 8 s
+/// in which the speed reference is switched, so that load transfer takes first the rear, then the front axle past its peak.
+pub fn limit(speeds: &[f64], long: f64) -> Reference {
+    let g = vehicle::G;
+    let mut reference = Vec::new();
+    let mut before = speeds[0];
+    for &v in speeds {
+        reference.extend(samples(4.0).map(|t| [before + (v - before) * (t / 3.5).min(1.0), 0.0]));
+        for (share, turn) in [(0.9, 0.3), (1.7, 1.7)] {
+            reference
+                .extend(samples(long).map(|t| [v, multisine(t, long, share * g / v, turn + v)]));
+        }
+        if v <= 40.0 {
+            reference.extend(samples(8.0).map(|t| {
+                let flick = (3.0 * (TAU * t / 4.0).sin()).tanh() * ((8.0 - t) / 0.5).min(1.0);
+                [v + 3.0 * (PI * t + 0.8 * PI).sin().signum(), 1.9 * g / v * flick]
+            }));
+        }
+        before = v;
+    }
+    reference
+}
+
+/// A heading chirp at changing speed that stays far below the limits of the tires.
+pub fn chirp(seconds: f64) -> Reference {
+    let speed = |t: f64| 45.0 + 35.0 * (TAU * t / 100.0 - 0.5 * PI).sin();
+    let heading = |t: f64| 3.5 / speed(t) * (TAU * (0.001 * t + 0.1 * 0.799 / 150.0 * t * t)).sin();
+    samples(seconds).map(|t| [speed(t), (heading(t + STEP) - heading(t)) / STEP]).collect()
+}
+
+/// The car on these tires.
+pub fn on_tires(car: &Vehicle, theta: &Theta8) -> Vehicle {
+    car.with_tires(curve(theta, 0), curve(theta, 4))
+}
+
+struct Observer {
+    car: NominalCar,
+    belief: Gaussian<6>,
+    Q_c: SMatrix<f64, 6, 6>,
+    R: SMatrix<f64, 4, 4>,
+}
+
+impl Observer {
+    fn new(car: NominalCar, v_x: f64, noise: &[f64; 4]) -> Self {
+        let square = |stds: [f64; 6]| SMatrix::from_diagonal(&SVector::from(stds.map(|s| s * s)));
+        Self {
+            car,
+            belief: Gaussian {
+                mean: [v_x, 0.0, 0.0, 0.0, 0.0, 0.0].into(),
+                cov: square([noise[0], noise[1], noise[2], 1e3, 1e3, 1e3]),
+            },
+            Q_c: square([1e-3, 1e-3, 1e-3, 300.0, 1500.0, 1500.0]),
+            R: SMatrix::from_diagonal(&SVector::from(noise.map(|s| s * s))),
+        }
+    }
+
+    fn step(&mut self, input: &Input, y: &SVector<f64, 4>) {
+        let x = self.belief.mean;
+        let (F, Q) = discretise(&self.car.jacobian(&x), &self.Q_c, STEP);
+        let after = self.car.advance(&x, input.F_x, input.delta, STEP);
+        let prior = predict(&self.belief, after, &F, &Q);
+        let residual = y - self.car.measurement(&prior.mean, input.delta);
+        let H = self.car.measurement_jacobian(&prior.mean);
+        self.belief = update(&prior, &residual, &H, &self.R).expect("finite measurements").0;
+    }
+
+    /// Driving force and steering that make the nominal car with its disturbances follow the reference.
+    fn command(&self, [v, r]: [f64; 2], r_next: f64) -> Input {
+        let (car, x) = (&self.car, &self.belief.mean);
+        let F_x = car.m * (4.0 * (v - x[0]) - x[1] * x[2]) - x[3];
+        let moment = car.I_zz * ((r_next - r) / STEP + 12.0 * (r - x[2]));
+        let delta = (moment - car.unsteered_moment(x) - x[5]) / (car.C_f * car.l_f);
+        // The front axle may go past its peak, but not so far that more steering helps no longer.
+        let rolling = (x[1] + car.l_f * x[2]).atan2(x[0].max(1.0));
+        let delta = delta.clamp(rolling - 0.25, rolling + 0.25).clamp(-0.3, 0.3);
+        Input { F_x: F_x.clamp(-6000.0, 6000.0), delta }
+    }
+}
+
+/// What sensors record while a car follows a reference.
+pub fn drive(car: &Vehicle, reference: &Reference, noise: &[f64; 4], seed: u64) -> Recording {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let mut state = State { v_x: reference[0][0], ..State::default() };
+    let [C_f, C_r] = car.body.static_loads().map(|load| 50.0 * load);
+    let vehicle::Body { m, I_zz, l_f, l_r, .. } = car.body;
+    let nominal = NominalCar { m, I_zz, l_f, l_r, C_f, C_r };
+    let mut observer = Observer::new(nominal, state.v_x, noise);
+    let mut input = Input::default();
+    let mut recording = Recording::default();
+    for k in 0..reference.len() {
+        if k > 0 {
+            state = car.advance(&state, &input, STEP, 0.002);
+        }
+        let a_y = car.evaluate(&state, &input).a_y;
+        let mut e = || -> f64 { StandardNormal.sample(&mut rng) };
+        let y = SVector::from([
+            state.v_x + noise[0] * e(),
+            state.v_y + noise[1] * e(),
+            state.r + noise[2] * e(),
+            a_y + noise[3] * e(),
+        ]);
+        recording.t.push(k as f64 * STEP);
+        recording.v_x.push(y[0]);
+        recording.v_y.push(y[1]);
+        recording.r.push(y[2]);
+        recording.a_y.push(y[3]);
+        recording.F_x.push(input.F_x);
+        recording.delta.push(input.delta);
+        if k > 0 {
+            observer.step(&input, &y);
+        }
+        let next = reference[(k + 1).min(reference.len() - 1)];
+        input = observer.command(reference[k], next[1]);
+    }
+    recording
+}

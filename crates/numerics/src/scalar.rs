@@ -1,0 +1,93 @@
+//! What an algorithm calculates with: a plain number, several at once, or one that carries derivatives.
+//!
+//! All sums of products are fused, as one rounding each, on every machine alike.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use crate::elementary;
+
+/// The value of a function of `N` numbers, and its derivatives with respect to each.
+pub type Graded<const N: usize> = (f64, [f64; N]);
+
+/// `M` smooth functions of `N` numbers. A type and not a closure: those are not always inlined into the code for wide vectors.
+pub trait Function<const N: usize, const M: usize> {
+    /// Their values and derivatives.
+    fn at(x: [f64; N]) -> [Graded<N>; M];
+}
+
+/// A number to calculate with.
+pub trait Scalar:
+    Copy
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Add<f64, Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// A number of the same kind without derivatives.
+    fn constant(self, value: f64) -> Self;
+
+    /// `above` where this number is above a limit, elsewhere `other`; a branch would be the same for several numbers at once.
+    fn where_above(self, limit: f64, above: Self, other: Self) -> Self;
+
+    /// self + a b, where each of the sums is rounded together with its product.
+    fn plus(self, a: Self, b: Self) -> Self;
+
+    /// self − a b, in the same way.
+    fn minus(self, a: Self, b: Self) -> Self;
+
+    /// self + a b with a factor b that has no derivatives.
+    fn plus_scaled(self, a: Self, b: f64) -> Self;
+
+    /// Functions of several numbers, by the chain rule.
+    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M];
+
+    /// 1 / x.
+    fn recip(self) -> Self;
+
+    /// Arc tangent.
+    fn atan(self) -> Self;
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+        if self > limit { above } else { other }
+    }
+
+    #[inline(always)]
+    fn plus(self, a: Self, b: Self) -> Self {
+        a.mul_add(b, self)
+    }
+
+    #[inline(always)]
+    fn minus(self, a: Self, b: Self) -> Self {
+        (-a).mul_add(b, self)
+    }
+
+    #[inline(always)]
+    fn plus_scaled(self, a: Self, b: f64) -> Self {
+        a.mul_add(b, self)
+    }
+
+    #[inline(always)]
+    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
+        F::at(of.map(|x| *x)).map(|(value, _)| value)
+    }
+
+    #[inline(always)]
+    fn recip(self) -> Self {
+        1.0 / self
+    }
+
+    #[inline(always)]
+    fn atan(self) -> Self {
+        elementary::atan(self)
+    }
+}

@@ -1,0 +1,130 @@
+//! Several plain numbers at once, one for each of as many parameter vectors: in a chain where each operation waits for the one
+//! before, four of them take hardly longer than one.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use crate::elementary;
+use crate::scalar::{Function, Scalar};
+
+/// How many there are.
+pub const LANES: usize = 4;
+
+/// A number for each parameter vector.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct SimdBatch(pub [f64; LANES]);
+
+/// The same for each of them. Not a function of a closure: those are not always inlined into the code for wide vectors, and without it
+/// a fused multiplication and addition is a call.
+macro_rules! each {
+    ($like:expr, $index:ident => $number:expr) => {{
+        let mut all = $like;
+        for $index in 0..LANES {
+            all.0[$index] = $number;
+        }
+        all
+    }};
+}
+
+impl Neg for SimdBatch {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        each!(self, i => -self.0[i])
+    }
+}
+
+impl Add for SimdBatch {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        each!(self, i => self.0[i] + other.0[i])
+    }
+}
+
+impl Sub for SimdBatch {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        each!(self, i => self.0[i] - other.0[i])
+    }
+}
+
+impl Mul for SimdBatch {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        each!(self, i => self.0[i] * other.0[i])
+    }
+}
+
+impl Add<f64> for SimdBatch {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: f64) -> Self {
+        each!(self, i => self.0[i] + other)
+    }
+}
+
+impl Mul<f64> for SimdBatch {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        each!(self, i => self.0[i] * other)
+    }
+}
+
+impl Scalar for SimdBatch {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        Self([value; LANES])
+    }
+
+    #[inline(always)]
+    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+        each!(self, i => if self.0[i] > limit { above.0[i] } else { other.0[i] })
+    }
+
+    #[inline(always)]
+    fn plus(self, a: Self, b: Self) -> Self {
+        each!(self, i => a.0[i].mul_add(b.0[i], self.0[i]))
+    }
+
+    #[inline(always)]
+    fn minus(self, a: Self, b: Self) -> Self {
+        each!(self, i => (-a.0[i]).mul_add(b.0[i], self.0[i]))
+    }
+
+    #[inline(always)]
+    fn plus_scaled(self, a: Self, b: f64) -> Self {
+        each!(self, i => a.0[i].mul_add(b, self.0[i]))
+    }
+
+    #[inline(always)]
+    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
+        let mut values = [Self([0.0; LANES]); M];
+        for lane in 0..LANES {
+            let at = F::at(std::array::from_fn(|k| of[k].0[lane]));
+            for (values, (value, _)) in values.iter_mut().zip(at) {
+                values.0[lane] = value;
+            }
+        }
+        values
+    }
+
+    #[inline(always)]
+    fn recip(self) -> Self {
+        each!(self, i => 1.0 / self.0[i])
+    }
+
+    #[inline(always)]
+    fn atan(self) -> Self {
+        each!(self, i => elementary::atan(self.0[i]))
+    }
+}

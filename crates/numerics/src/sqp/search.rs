@@ -1,0 +1,219 @@
+//! Carries out the parts of a step: the subproblem, the point after it, and how far it is from an optimum.
+#![allow(non_snake_case, reason = "matrices as in the literature")]
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use crate::convergence::Status;
+use crate::sqp::qp::{self, Place, Step, Subproblem};
+use crate::sqp::secant::Secant;
+use crate::sqp::{Minimum, Model, Objective};
+
+/// A price beyond this share of the scale says that the inequalities contradict each other or the box.
+const MOST_PRICE: f64 = 1e7;
+
+/// A point with everything that is known there.
+pub struct Point {
+    pub x: DVector<f64>,
+    pub model: Model,
+    pub values: DVector<f64>,
+    pub rows: DMatrix<f64>,
+    /// √H_ii, or 1 where it vanishes.
+    pub width: DVector<f64>,
+}
+
+/// What a minimisation carries along.
+pub struct Search<'a> {
+    objective: &'a dyn Objective,
+    lower: &'a DVector<f64>,
+    upper: &'a DVector<f64>,
+    evaluations: usize,
+    price: f64,
+    secant: Secant,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(
+        objective: &'a dyn Objective,
+        lower: &'a DVector<f64>,
+        upper: &'a DVector<f64>,
+    ) -> Self {
+        Self {
+            objective,
+            lower,
+            upper,
+            evaluations: 0,
+            price: 0.0,
+            secant: Secant::new(lower.len()),
+        }
+    }
+
+    pub fn at(&mut self, x: DVector<f64>) -> Point {
+        self.evaluations += 1;
+        let model = self.objective.model(&x);
+        let inequalities = self.objective.inequalities(&x);
+        let values =
+            DVector::from_iterator(inequalities.len(), inequalities.iter().map(|c| c.value));
+        let rows =
+            DMatrix::from_fn(inequalities.len(), x.len(), |r, i| inequalities[r].gradient[i]);
+        let width = model.hessian.diagonal().map(|h| if h > 0.0 { h.sqrt() } else { 1.0 });
+        Point { x, model, values, rows, width }
+    }
+
+    /// The damped step in scaled variables; the price rises until it suffices.
+    pub fn step(&mut self, point: &Point, hessian: DMatrix<f64>) -> Option<Step> {
+        let n = point.x.len();
+        let width = &point.width;
+        let gradient = point.model.gradient.component_div(width);
+        let rows = DMatrix::from_fn(point.values.len(), n, |r, i| point.rows[(r, i)] / width[i]);
+        // What the rows must be able to pull with; where they have no slope yet, the price rises later.
+        let steepest = if rows.is_empty() { 0.0 } else { rows.amax() };
+        if steepest > 0.0 {
+            self.price = self
+                .price
+                .max((10.0 * gradient.amax() / steepest).min(MOST_PRICE * point.model.scale));
+        }
+        let mut subproblem = Subproblem {
+            hessian,
+            gradient,
+            lower: (self.lower - &point.x).component_mul(width),
+            upper: (self.upper - &point.x).component_mul(width),
+            rows,
+            values: point.values.clone(),
+            price: self.price,
+        };
+        let mut step = qp::solve(&subproblem)?;
+        while step.rows.contains(&Place::Violated)
+            && subproblem.price < MOST_PRICE * point.model.scale
+        {
+            subproblem.price = 10.0 * subproblem.price.max(point.model.scale);
+            step = qp::solve(&subproblem)?;
+        }
+        if !step.rows.contains(&Place::Violated) {
+            self.price = subproblem.price;
+        }
+        Some(step)
+    }
+
+    /// Keeps what a step tells of second derivatives, also if it is not accepted.
+    pub fn learn(&mut self, point: &Point, next: &Point, multipliers: &DVector<f64>) {
+        let lagrangian = |p: &Point| &p.model.gradient - p.rows.transpose() * multipliers;
+        let change = lagrangian(next) - lagrangian(point);
+        let step = &next.x - &point.x;
+        self.secant.learn(&step, &change, &point.model.hessian, &next.model.hessian, &point.width);
+    }
+
+    /// Second derivatives as well as they are known, with a positive definite scaled and damped form; else those of Gauss and
+    /// Newton.
+    pub fn curvature(&self, point: &Point, damping: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+        let n = point.x.len();
+        let width = &point.width;
+        let scaled = |hessian: &DMatrix<f64>| {
+            DMatrix::from_fn(n, n, |i, j| {
+                hessian[(i, j)] / (width[i] * width[j]) + if i == j { damping } else { 0.0 }
+            })
+        };
+        if let Some(missing) = self.secant.trusted() {
+            let hessian = &point.model.hessian + missing;
+            let damped = scaled(&hessian);
+            if Cholesky::new(damped.clone()).is_some() {
+                return (hessian, damped);
+            }
+        }
+        (point.model.hessian.clone(), scaled(&point.model.hessian))
+    }
+
+    /// The point after a step, on the bounds to the last bit.
+    pub fn moved(&self, point: &Point, step: &Step) -> DVector<f64> {
+        DVector::from_fn(point.x.len(), |i, _| match step.places[i] {
+            Place::Lower => self.lower[i],
+            Place::Upper => self.upper[i],
+            _ => (point.x[i] + step.d[i] / point.width[i]).clamp(self.lower[i], self.upper[i]),
+        })
+    }
+
+    pub fn merit(&self, point: &Point) -> f64 {
+        point.model.cost + self.price * violation(&point.values)
+    }
+
+    /// Decrease of the merit that the undamped model promises.
+    pub fn predicted(&self, point: &Point, hessian: &DMatrix<f64>, change: &DVector<f64>) -> f64 {
+        let linear = &point.rows * change + &point.values;
+        let curved = 0.5 * change.dot(&(hessian * change));
+        -point.model.gradient.dot(change) - curved
+            + self.price * (violation(&point.values) - violation(&linear))
+    }
+
+    /// Side of the box that a point stands on: −1, 0 or +1; `None` where the sides coincide.
+    fn side(&self, x: &DVector<f64>, i: usize) -> Option<i8> {
+        let side = i8::from(x[i] >= self.upper[i]) - i8::from(x[i] <= self.lower[i]);
+        (self.lower[i] < self.upper[i]).then_some(side)
+    }
+
+    /// Largest violation of the conditions of optimality. The multipliers come in as those of the subproblem and leave as the
+    /// best ones for this point, by least squares over the rows that hold.
+    pub fn kkt_residual(&self, point: &Point, multipliers: &mut DVector<f64>) -> f64 {
+        let n = point.x.len();
+        let scale = point.model.scale;
+        let free: Vec<usize> = (0..n).filter(|&i| self.side(&point.x, i) == Some(0)).collect();
+        let held: Vec<usize> = (0..multipliers.len()).filter(|&r| multipliers[r] > 0.0).collect();
+        if !held.is_empty() && held.len() <= free.len() {
+            let A = DMatrix::from_fn(free.len(), held.len(), |i, r| {
+                point.rows[(held[r], free[i])] / point.width[free[i]]
+            });
+            let g = DVector::from_fn(free.len(), |i, _| {
+                point.model.gradient[free[i]] / point.width[free[i]]
+            });
+            if let Ok(best) = A.svd(true, true).solve(&g, 1e-12) {
+                for (k, &r) in held.iter().enumerate() {
+                    multipliers[r] = best[k].max(0.0);
+                }
+            }
+        }
+        let lagrangian = &point.model.gradient - point.rows.transpose() * &*multipliers;
+        let slope = |i: usize| {
+            let slope = lagrangian[i] / (point.width[i] * scale);
+            match self.side(&point.x, i) {
+                Some(-1) => (-slope).max(0.0),
+                Some(1) => slope.max(0.0),
+                Some(_) => slope.abs(),
+                None => 0.0,
+            }
+        };
+        let stationarity = (0..n).map(slope).fold(0.0, f64::max);
+        let rows = (0..multipliers.len()).map(|r| {
+            let value = point.values[r];
+            (-value).max((multipliers[r] * value).abs() / scale.powi(2))
+        });
+        rows.fold(stationarity, f64::max)
+    }
+
+    pub fn minimum(
+        self,
+        point: Point,
+        multipliers: &DVector<f64>,
+        kkt_residual: f64,
+        status: Status,
+        iterations: usize,
+    ) -> Minimum {
+        let n = point.x.len();
+        let active: Vec<usize> = (0..multipliers.len()).filter(|&r| multipliers[r] > 0.0).collect();
+        let worst = point.values.iter().fold(0.0_f64, |worst, v| worst.max(-v));
+        Minimum {
+            active_rows: point.rows.select_rows(&active),
+            at_bound: (0..n).map(|i| self.side(&point.x, i) != Some(0)).collect(),
+            violation: worst,
+            kkt_residual,
+            status,
+            iterations,
+            evaluations: self.evaluations,
+            trace: Vec::new(),
+            x: point.x,
+            model: point.model,
+        }
+    }
+}
+
+/// Sum of the violations.
+fn violation(values: &DVector<f64>) -> f64 {
+    values.iter().map(|v| (-v).max(0.0)).sum()
+}

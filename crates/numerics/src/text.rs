@@ -1,0 +1,62 @@
+//! Writes numbers and names for people.
+
+/// A number with some significant digits, plain where that is short, otherwise with an exponent; `–` if it is none.
+///
+/// Digits before the point are never rounded away: 1234.6 to two digits is 1235.
+pub fn significant(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if value == 0.0 {
+        return "0".into();
+    }
+    let digits = digits.max(1);
+    // Rounding may carry into a further digit: the exponent is that of the rounded number.
+    let scientific = format!("{value:.*e}", digits - 1);
+    let exponent: i32 =
+        scientific.split('e').nth(1).and_then(|text| text.parse().ok()).unwrap_or(0);
+    if !(-4..6).contains(&exponent) {
+        return scientific;
+    }
+    let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// A value with as many decimals as two digits of its uncertainty have.
+pub fn with_std(value: f64, std: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if !std.is_finite() || std <= 0.0 {
+        return significant(value, 4);
+    }
+    let decimals = (1.0 - std.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$} ± {std:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_with_their_significant_digits() {
+        for (value, text) in [
+            (0.0, "0"),
+            (15.1234, "15.1"),
+            (0.087_73, "0.0877"),
+            (-0.5, "-0.500"),
+            (9.999, "10.0"),
+            (1234.6, "1235"),
+            (2e-7, "2.00e-7"),
+            (3e9, "3.00e9"),
+            (f64::NAN, "–"),
+            (f64::INFINITY, "–"),
+        ] {
+            assert_eq!(significant(value, 3), text);
+        }
+        assert_eq!(with_std(15.4567, 0.2345), "15.46 ± 0.23");
+        assert_eq!(with_std(1523.4, 123.0), "1523 ± 123");
+        assert_eq!(with_std(1.5, f64::NAN), "1.500");
+        assert_eq!(with_std(f64::NAN, 1.0), "–");
+    }
+}

@@ -1,0 +1,21 @@
+//! Fits a normal distribution with full covariance to a density by maximising the evidence lower bound.
+
+pub mod adam;
+pub mod gaussian;
+pub mod newton;
+
+use nalgebra::DVector;
+
+/// A density on all of space, and its logarithm's gradient. Constants may be left out.
+pub trait LogDensity {
+    /// How many coordinates there are.
+    fn dimension(&self) -> usize;
+
+    /// Logarithm and gradient at a point.
+    fn at(&self, x: &DVector<f64>) -> (f64, DVector<f64>);
+
+    /// Logarithms and gradients at several points.
+    fn all_at(&self, points: &[DVector<f64>]) -> Vec<(f64, DVector<f64>)> {
+        points.iter().map(|x| self.at(x)).collect()
+    }
+}

@@ -1,0 +1,65 @@
+//! Refuses settings that make no sense, before anything is done with them.
+
+use crate::error::Error;
+use crate::filter::Filter;
+use crate::settings::Pipeline;
+use crate::shift::Shifts;
+use crate::slip_resampling::Even;
+
+fn positive(name: &'static str, found: f64) -> Result<(), Error> {
+    Error::unless(found > 0.0 && found.is_finite(), name, found, "a positive number")
+}
+
+fn not_negative(name: &'static str, found: f64) -> Result<(), Error> {
+    Error::unless(found >= 0.0, name, found, "zero or a positive number")
+}
+
+fn filter(name: &'static str, filter: Filter) -> Result<(), Error> {
+    match filter {
+        Filter::None => Ok(()),
+        Filter::SavitzkyGolay { window, order } => {
+            Error::unless(order <= 8, name, order as f64, "a degree of at most 8")?;
+            positive(name, window)
+        }
+        Filter::MovingAverage { window } => positive(name, window),
+        Filter::Gaussian { sigma } => positive(name, sigma),
+    }
+}
+
+impl Pipeline {
+    /// # Errors
+    /// The first setting that makes no sense.
+    /// Whether the settings make sense.
+    ///
+    /// # Errors
+    /// With the name of the first that does not, what was expected and what was found.
+    pub fn check(&self) -> Result<(), Error> {
+        self.car.check()?;
+        positive("rate", self.rate)?;
+        positive("gap", self.gap)?;
+        let enough =
+            "at least five times `gap`, so that no signal has fewer than five rows in a stretch";
+        Error::unless(self.shortest >= 5.0 * self.gap, "shortest", self.shortest, enough)?;
+        positive("min_speed", self.min_speed)?;
+        not_negative("gear_shift", self.gear_shift)?;
+        self.smooth.filters().into_iter().try_for_each(|(name, found)| filter(name, found))?;
+        positive("offsets.straight", self.offsets.straight)?;
+        not_negative("offsets.steady", self.offsets.steady)?;
+        positive("offsets.enough", self.offsets.enough)?;
+        let neighbours = self.outliers.neighbours;
+        Error::unless(neighbours >= 10, "outliers.neighbours", neighbours as f64, "at least 10")?;
+        positive("outliers.threshold", self.outliers.threshold)?;
+        not_negative("outliers.floor", self.outliers.floor)?;
+        if let Shifts::TwoStep { limit, horizontal_share } = self.shifts {
+            positive("shifts.limit", limit)?;
+            let right = (0.0..=1.0).contains(&horizontal_share);
+            Error::unless(right, "shifts.horizontal_share", horizontal_share, "0 to 1")?;
+        }
+        match self.even {
+            Even::Nearest { count } | Even::Weighted { count } => {
+                Error::unless(count >= 2, "even.count", count as f64, "at least 2")
+            }
+            Even::Off => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Names the two directions of a tire force, with the units of their slips.
+
+use numerics::text::significant;
+use serde::{Deserialize, Serialize};
+
+/// Which force of a tire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Side force over slip angle.
+    Lateral,
+    /// Traction over slip ratio.
+    Longitudinal,
+}
+
+impl Direction {
+    /// Label of an axis of slip.
+    pub fn slip_label(self) -> &'static str {
+        match self {
+            Self::Lateral => "slip angle α [rad]",
+            Self::Longitudinal => "slip ratio λ [–]",
+        }
+    }
+
+    /// Label of an axis of friction coefficients.
+    pub fn force_label(self) -> &'static str {
+        match self {
+            Self::Lateral => "F_y / F_z [–]",
+            Self::Longitudinal => "F_x / F_z [–]",
+        }
+    }
+
+    /// A slip in a sentence.
+    pub fn slip(self, slip: f64) -> String {
+        match self {
+            Self::Lateral => {
+                format!("{} rad ({}°)", significant(slip, 2), significant(slip.to_degrees(), 2))
+            }
+            Self::Longitudinal => format!("{} %", significant(100.0 * slip, 2)),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Turns the raw signals of a car into the points of its tires' curves: signals with their own time stamps go in; slip, force over
+//! load and weight of each axle and direction come out, with what each step did.
+//!
+//! The steps, in their order: repeated rows dropped, stretches without gaps, slow driving and gear shifts found in the
+//! raw signals, each stretch smoothed and brought to common instants, offsets taken off, forces, loads and slips of the
+//! axles, outliers rejected, the density over slip evened out. They are those of Goblirsch et al., "Bayesian
+//! Optimization-based Tire Parameter and Uncertainty Estimation for Real-World Data", IV 2025, with its signs in eq. 11
+//! corrected: l_f F_yf − l_r F_yr + M_LSD = I_zz r' gives F_yf = (l_r m a_y + I_zz r' − M_LSD) / l. Its F_x,cog (eq. 8)
+//! holds the part of the front's lateral force that points backwards, too, which is not shared like a braking force.
+#![forbid(unsafe_code)]
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "units stand in brackets, which rustdoc takes for links"
+)]
+
+mod car;
+mod check;
+pub mod direction;
+mod error;
+mod filter;
+mod local_polynomial;
+mod mask;
+mod noise;
+mod offset;
+mod outlier;
+mod pipeline;
+mod points;
+mod recording;
+mod resample;
+mod robust;
+mod row;
+pub mod samples;
+mod settings;
+mod shift;
+mod slip_resampling;
+mod span;
+mod stage;
+#[cfg(test)]
+mod tests;
+
+pub use car::{AxleRow, BrakeShare, Car, ShareRule};
+pub use error::Error;
+pub use filter::Filter;
+pub use mask::Lost;
+pub use noise::NoiseOf;
+pub use offset::{Offset, Offsets, Source};
+pub use outlier::Outliers;
+pub use pipeline::{Axle, Prepared, Report};
+pub use points::{Counts, Points};
+pub use recording::{Recording, SIGNALS, Signal};
+pub use resample::Interpolation;
+pub use row::{Row, Smoothing};
+pub use settings::Pipeline;
+pub use shift::{Shift, Shifts};
+pub use slip_resampling::Even;
+pub use span::Span;
+pub use stage::{Column, Stage};

@@ -1,0 +1,38 @@
+//! Weighs points by what is known of their noise.
+
+use serde::{Deserialize, Serialize};
+
+/// What has noise of one standard deviation at all loads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoiseOf {
+    /// The force over the load: noise in the force grows with the load.
+    #[default]
+    Coefficient,
+    /// The force: that of the coefficient falls with the load, and points count with the square of their load over the mean one.
+    Force,
+}
+
+impl NoiseOf {
+    /// Weights of points with these loads.
+    pub fn weights(self, loads: &[f64]) -> Vec<f64> {
+        let mean = loads.iter().sum::<f64>() / loads.len() as f64;
+        let weight = |load: &f64| match self {
+            Self::Coefficient => 1.0,
+            Self::Force => (load / mean).powi(2),
+        };
+        loads.iter().map(weight).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_count_by_the_noise_of_their_coefficient() {
+        assert_eq!(NoiseOf::Coefficient.weights(&[2e3, 6e3]), [1.0, 1.0]);
+        // A force of the same noise, over half the load: twice the noise.
+        assert_eq!(NoiseOf::Force.weights(&[2e3, 6e3]), [0.25, 2.25]);
+    }
+}

@@ -1,0 +1,238 @@
+//! Finds constant errors of the sensors from straight driving, where the car itself says what they should show.
+
+use serde::{Deserialize, Serialize};
+
+use crate::car::Car;
+use crate::robust::{line, median, spread};
+use crate::row::Row;
+
+/// What is known of the offsets, and where to look for the others. What is given is taken; what is not is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Offsets {
+    /// Yaw rate that the sensor shows at rest [rad/s].
+    pub r: Option<f64>,
+    /// Longitudinal acceleration that the sensor shows at rest [m/s²].
+    pub a_x: Option<f64>,
+    /// Lateral acceleration that the sensor shows at rest [m/s²].
+    pub a_y: Option<f64>,
+    /// λ_v, the sideslip angle that the sensor shows when there is none [rad].
+    pub sideslip: Option<f64>,
+    /// Largest yaw rate [rad/s] of driving that counts as straight.
+    pub straight: f64,
+    /// Shortest time [s] of it.
+    pub steady: f64,
+    /// Time [s] of straight driving below which nothing is estimated.
+    pub enough: f64,
+}
+
+impl Default for Offsets {
+    fn default() -> Self {
+        Self {
+            r: None,
+            a_x: None,
+            a_y: None,
+            sideslip: None,
+            straight: 0.03,
+            steady: 0.5,
+            enough: 2.0,
+        }
+    }
+}
+
+/// Where an offset comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The user gave it.
+    Given,
+    /// From straight driving.
+    Estimated,
+    /// There is too little straight driving to tell; zero was taken.
+    TooFewStraightSamples,
+}
+
+/// An offset that was taken off.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Offset {
+    /// Its name in [`Offsets`].
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub value: f64,
+    /// Where it comes from.
+    pub source: Source,
+    /// How many samples of straight driving there are.
+    pub samples: usize,
+    /// Standard deviation of the bulk of single samples about it; none if it was given or could not be told.
+    pub spread: Option<f64>,
+}
+
+/// Values of r, a_x, a_y and sideslip, in this order.
+const NAMES: [(&str, &str); 4] =
+    [("r", "rad/s"), ("a_x", "m/s²"), ("a_y", "m/s²"), ("sideslip", "rad")];
+
+/// Takes the offsets, in the order of [`estimate`], off a row.
+pub fn correct(row: &Row, [r, a_x, a_y, sideslip]: [f64; 4]) -> Row {
+    let (sin, cos) = sideslip.sin_cos();
+    let turn = |x: f64, y: f64| (x * cos + y * sin, y * cos - x * sin);
+    let (v_x, v_y) = turn(row.v_x, row.v_y);
+    let (v_x_dot, v_y_dot) = turn(row.v_x_dot, row.v_y_dot);
+    Row { v_x, v_y, v_x_dot, v_y_dot, r: row.r - r, a_x: row.a_x - a_x, a_y: row.a_y - a_y, ..*row }
+}
+
+/// Offsets of r, a_x, a_y and of the sideslip angle, in this order.
+///
+/// While driving straight, the yaw rate is zero at the median; the accelerations are v_x' − v_y r and v_y' + v_x r; and
+/// the rear axle has no slip where there is no lateral acceleration: sideslip is the intercept of its slip angle over
+/// a_y. A shift S_h of the rear tires' curve is the same to all signals as a turned velocity sensor, and goes with it.
+/// All of it by medians and Tukey's weights, round and round until each knows the others.
+///
+/// On a level road the rest a_y − v_y' − v_x r over v_x would tell the yaw rate's error from the acceleration's by slope
+/// and intercept. Real straights fall to one side, and fast ones are not slow ones: on the track of
+/// `scenarios/replay_250lm.toml` that slope says 0.007 rad/s, where the turn of two whole laps says −0.0007 rad/s and
+/// the median −0.0005 rad/s. Hence the median; what the road falls goes into the offset of a_y.
+pub fn estimate(rows: &[Row], car: &Car, settings: &Offsets) -> [Offset; 4] {
+    let given = [settings.r, settings.a_x, settings.a_y, settings.sideslip];
+    let mut value = given.map(|g| g.unwrap_or(0.0));
+    let mut scatter = [None; 4];
+    let mut samples = 0;
+    let mut enough = false;
+    for _ in 0..10 {
+        let straight = straight(rows, value[0], settings);
+        samples = straight.len();
+        enough = seconds(&straight) >= settings.enough;
+        if !enough {
+            break;
+        }
+        for i in 0..4 {
+            let now: Vec<Row> = straight.iter().map(|row| correct(row, value)).collect();
+            if let (None, Some((error, std))) = (given[i], remaining(i, &now, car)) {
+                value[i] += error;
+                scatter[i] = Some(std);
+            }
+        }
+    }
+    std::array::from_fn(|i| {
+        let (name, unit) = NAMES[i];
+        let source = match given[i] {
+            Some(_) => Source::Given,
+            None if enough => Source::Estimated,
+            None => Source::TooFewStraightSamples,
+        };
+        // Rounds that ended early leave nothing half done.
+        let told = source != Source::TooFewStraightSamples;
+        let value = if told { value[i] } else { 0.0 };
+        Offset { name, unit, value, source, samples, spread: scatter[i].filter(|_| told) }
+    })
+}
+
+/// What is left of offset `i` in corrected rows, and the spread of single samples.
+fn remaining(i: usize, rows: &[Row], car: &Car) -> Option<(f64, f64)> {
+    let rear = |row: &Row| (row.v_y - car.body.l_r * row.r).atan2(row.v_x);
+    let errors: Vec<f64> = match i {
+        0 => rows.iter().map(|row| row.r).collect(),
+        1 => rows.iter().map(|row| row.a_x - (row.v_x_dot - row.v_y * row.r)).collect(),
+        2 => rows.iter().map(|row| row.a_y - (row.v_y_dot + row.v_x * row.r)).collect(),
+        _ => {
+            let a_y: Vec<f64> = rows.iter().map(|row| row.a_y).collect();
+            let slip: Vec<f64> = rows.iter().map(rear).collect();
+            let slope = line(&a_y, &slip).map_or(0.0, |[_, slope]| slope);
+            slip.iter().zip(&a_y).map(|(s, a)| s - slope * a).collect()
+        }
+    };
+    let centre = median(&mut errors.clone())?;
+    Some((centre, spread(&errors, centre)?))
+}
+
+/// Rows of stretches in which the yaw rate stays small for long enough.
+fn straight(rows: &[Row], r: f64, settings: &Offsets) -> Vec<Row> {
+    let is_straight = |row: &Row| (row.r - r).abs() <= settings.straight;
+    rows.chunk_by(|a, b| a.stretch == b.stretch && is_straight(a) == is_straight(b))
+        .filter(|run| {
+            is_straight(&run[0]) && run[run.len() - 1].time - run[0].time >= settings.steady
+        })
+        .flatten()
+        .copied()
+        .collect()
+}
+
+/// Time that neighbouring rows cover [s].
+fn seconds(rows: &[Row]) -> f64 {
+    let steps: Vec<f64> = rows.windows(2).map(|w| w[1].time - w[0].time).collect();
+    median(&mut steps.clone()).map_or(0.0, |step| step * rows.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    /// A car at varying speed that goes straight, with some wander, but for corners of `share` of the time.
+    fn drive(share: f64) -> Vec<Row> {
+        let row = |i: usize| {
+            let time = 0.01 * i as f64;
+            let corner = (time % 10.0) / 10.0 < share;
+            let (v_x, v_x_dot) = (40.0 + 10.0 * (0.3 * time).sin(), 3.0 * (0.3 * time).cos());
+            let wander = 0.01 * (std::f64::consts::PI * time).sin();
+            let r = if corner { 0.5 } else { wander };
+            // Rear tires of 14 per rad carry the lateral acceleration.
+            let a_y = v_x * r;
+            let v_y = 1.6 * r - v_x * a_y / (14.0 * 9.81);
+            let a_x = v_x_dot - v_y * r;
+            Row { time, v_x, v_y, v_x_dot, r, a_x, a_y, a_z: 9.81, ..Row::default() }
+        };
+        (0..6000).map(row).collect()
+    }
+
+    const TRUE: [f64; 4] = [-0.004, -0.11, 0.16, 0.0035];
+
+    fn disturbed(row: &Row) -> Row {
+        let clean = correct(row, [0.0, 0.0, 0.0, -TRUE[3]]);
+        Row { r: row.r + TRUE[0], a_x: row.a_x + TRUE[1], a_y: row.a_y + TRUE[2], ..clean }
+    }
+
+    #[test]
+    fn found_from_straights() {
+        let rows: Vec<Row> = drive(0.4).iter().map(disturbed).collect();
+        let found = estimate(&rows, &Car::default(), &Offsets::default());
+        for (offset, (expected, close)) in
+            found.iter().zip(TRUE.iter().zip([3e-4, 0.01, 0.03, 3e-4]))
+        {
+            assert_eq!(offset.source, Source::Estimated);
+            assert!(offset.samples > 2000, "{offset:?}");
+            assert_relative_eq!(offset.value, *expected, epsilon = close);
+        }
+    }
+
+    #[test]
+    fn given_ones_are_taken() {
+        let rows: Vec<Row> = drive(0.4).iter().map(disturbed).collect();
+        let settings = Offsets { a_y: Some(0.5), r: Some(-0.004), ..Offsets::default() };
+        let found = estimate(&rows, &Car::default(), &settings);
+        assert_eq!((found[2].value, found[2].source), (0.5, Source::Given));
+        assert_eq!(found[0].value, -0.004);
+        assert_relative_eq!(found[1].value, TRUE[1], epsilon = 0.01);
+    }
+
+    #[test]
+    fn too_few_straight_samples_are_said() {
+        let rows = drive(1.0);
+        for offset in estimate(&rows, &Car::default(), &Offsets::default()) {
+            assert_eq!((offset.value, offset.source), (0.0, Source::TooFewStraightSamples));
+            assert_eq!((offset.samples, offset.spread), (0, None));
+        }
+    }
+
+    #[test]
+    fn correction_is_what_takes_the_disturbance_off() {
+        for row in drive(0.4).iter().step_by(97) {
+            let found = correct(&disturbed(row), TRUE);
+            assert_relative_eq!(found.v_x, row.v_x, epsilon = 1e-12);
+            assert_relative_eq!(found.v_y, row.v_y, epsilon = 1e-12);
+            assert_relative_eq!(found.a_y, row.a_y, epsilon = 1e-12);
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Rejects points whose force does not belong to their slip, however high that slip is.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use crate::local_polynomial::projection;
+use crate::robust::{bisquare, spread};
+use crate::samples::Samples;
+
+/// When a point is an outlier.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Outliers {
+    /// Whether to reject any.
+    pub reject: bool,
+    /// How many neighbours in slip say which force belongs to a slip.
+    pub neighbours: usize,
+    /// Distance from that force, in standard deviations of the neighbours, from which on a point is an outlier.
+    pub threshold: f64,
+    /// Distance from that force, over load [-], below which no point is an outlier.
+    pub floor: f64,
+}
+
+impl Default for Outliers {
+    fn default() -> Self {
+        Self { reject: true, neighbours: 101, threshold: 5.0, floor: 0.02 }
+    }
+}
+
+/// Rounds of weights by the residuals of the round before.
+const ROUNDS: usize = 4;
+
+impl Outliers {
+    /// Which points to keep, in their order.
+    ///
+    /// The force that belongs to a slip is a local parabola through the neighbours, weighted by distance and, against
+    /// outliers, by residual (Cleveland, "Robust Locally Weighted Regression and Smoothing Scatterplots", 1979). Only
+    /// the residual is judged: slip decides who the neighbours are and nothing else, and where neighbours are far they
+    /// differ more and a point may as well. Fewer than 10 points are all kept.
+    pub fn keep(&self, samples: &Samples) -> Vec<bool> {
+        let n = samples.len();
+        let mut keep = vec![true; n];
+        if !self.reject || n < 10 {
+            return keep;
+        }
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|&a, &b| samples.slip[a].total_cmp(&samples.slip[b]));
+        let slip: Vec<f64> = order.iter().map(|&i| samples.slip[i]).collect();
+        let force: Vec<f64> = order.iter().map(|&i| samples.force[i]).collect();
+
+        let windows = nearest(&slip, self.neighbours);
+        let close = nearest(&slip, self.neighbours.div_ceil(4));
+        let residual = residuals(&slip, &force, &windows);
+        for (rank, &i) in order.iter().enumerate() {
+            let scales =
+                [&windows, &close].map(|w| spread(&residual[w[rank].clone()], 0.0).unwrap_or(0.0));
+            let scale = scales[0].max(scales[1]);
+            keep[i] = residual[rank].abs() <= (self.threshold * scale).max(self.floor);
+        }
+        keep
+    }
+}
+
+/// Residuals of points that are sorted by slip, each with its window of neighbours.
+fn residuals(slip: &[f64], force: &[f64], windows: &[Range<usize>]) -> Vec<f64> {
+    let mut trust = vec![1.0; slip.len()];
+    let mut residual = vec![0.0; slip.len()];
+    for _ in 0..ROUNDS {
+        residual = (0..slip.len())
+            .map(|i| force[i] - belonging(slip, force, &trust, i, &windows[i]))
+            .collect();
+        for (rank, trust) in trust.iter_mut().enumerate() {
+            let scale = spread(&residual[windows[rank].clone()], 0.0).unwrap_or(0.0);
+            *trust = if scale > 0.0 { bisquare(residual[rank] / scale) } else { 1.0 };
+        }
+    }
+    residual
+}
+
+/// The force that belongs to the slip of a point.
+fn belonging(slip: &[f64], force: &[f64], trust: &[f64], i: usize, window: &Range<usize>) -> f64 {
+    let offsets: Vec<f64> = slip[window.clone()].iter().map(|s| s - slip[i]).collect();
+    let reach = offsets.iter().fold(0.0f64, |most, t| most.max(t.abs())).max(f64::MIN_POSITIVE);
+    let tricube = |t: f64| (1.0 - (0.999 * t.abs() / reach).powi(3)).powi(3);
+    let trusted = offsets.iter().zip(&trust[window.clone()]);
+    let weights: Vec<f64> = trusted.map(|(t, trust)| tricube(*t) * trust).collect();
+    if weights.iter().sum::<f64>() <= 0.0 {
+        return force[i];
+    }
+    let h = projection(&offsets, &weights, 2, 0);
+    h.iter().zip(&force[window.clone()]).map(|(h, f)| h * f).sum()
+}
+
+/// For each of the points, sorted by slip, the ranks of the `count` points nearest in slip, itself included.
+fn nearest(slip: &[f64], count: usize) -> Vec<Range<usize>> {
+    let count = count.clamp(1, slip.len());
+    let mut first = 0;
+    let window = |i: usize| {
+        while first + count < slip.len() && slip[first + count] - slip[i] < slip[i] - slip[first] {
+            first += 1;
+        }
+        first..first + count
+    };
+    (0..slip.len()).map(window).collect()
+}
+
+/// The samples to keep, unchanged and in their order.
+pub fn filtered(samples: &Samples, keep: &[bool]) -> Samples {
+    let kept =
+        |values: &[f64]| values.iter().zip(keep).filter(|(_, k)| **k).map(|(v, _)| *v).collect();
+    Samples {
+        slip: kept(&samples.slip),
+        force: kept(&samples.force),
+        weight: kept(&samples.weight),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::{Distribution, Normal};
+    use rand_pcg::Pcg64;
+    use vehicle::MagicFormula;
+
+    use super::*;
+
+    /// Points of the demo tire, dense up to a third of the reach and ever sparser beyond, as driving has them; noise
+    /// grows with slip.
+    fn driven(seed: u64, n: usize, reach: f64) -> Samples {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let normal = Normal::new(0.0, 1.0).expect("one is a standard deviation");
+        let tire = MagicFormula::default();
+        let point = |_| {
+            let u: f64 = random.random_range(-1.0..1.0);
+            let slip = reach * u.powi(5);
+            let noise = 0.02 + 0.3 * slip.abs();
+            (slip, tire.coefficient(slip) + noise * normal.sample(&mut random))
+        };
+        let (slip, force) = (0..n).map(point).unzip();
+        Samples::new(slip, force)
+    }
+
+    #[test]
+    fn high_slip_is_never_cut() {
+        for seed in 0..5 {
+            let samples = driven(seed, 3000, 0.3);
+            let keep = Outliers::default().keep(&samples);
+            let high = |i: &usize| samples.slip[*i].abs() > 0.1;
+            let cut = (0..samples.len()).filter(high).filter(|&i| !keep[i]).count();
+            assert_eq!(cut, 0, "seed {seed}");
+            let all = keep.iter().filter(|k| !**k).count();
+            assert!(all <= 6, "5 standard deviations cut {all} of 3000 good points, seed {seed}");
+        }
+    }
+
+    #[test]
+    fn wrong_forces_are_cut_at_any_slip() {
+        let mut samples = driven(7, 3000, 0.3);
+        let wrong: Vec<usize> = (0..samples.len()).step_by(25).collect();
+        for &i in &wrong {
+            samples.force[i] += if i % 2 == 0 { 0.8 } else { -0.8 };
+        }
+        let keep = Outliers::default().keep(&samples);
+        let missed = wrong.iter().filter(|&&i| keep[i]).count();
+        assert!(missed <= wrong.len() / 20, "{missed} of {} remain", wrong.len());
+        let good = (0..samples.len()).filter(|i| !keep[*i] && i % 25 != 0).count();
+        assert!(good <= 6, "{good} good points are gone");
+    }
+
+    #[test]
+    fn others_are_unchanged_and_nothing_is_cut_without_noise() {
+        let samples = driven(3, 500, 0.3);
+        let keep: Vec<bool> = (0..500).map(|i| i % 3 != 0).collect();
+        let left = filtered(&samples, &keep);
+        let expected: Vec<f64> =
+            (0..500).filter(|i| i % 3 != 0).map(|i| samples.force[i]).collect();
+        assert_eq!(left.force, expected);
+        let tire = MagicFormula::default();
+        let clean: Vec<f64> = samples.slip.iter().map(|s| tire.coefficient(*s)).collect();
+        assert!(Outliers::default().keep(&Samples::new(samples.slip, clean)).iter().all(|k| *k));
+    }
+}

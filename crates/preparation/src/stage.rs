@@ -1,0 +1,110 @@
+//! Keeps what went into and what came out of each step of the preparation, to be looked at.
+
+use std::sync::Arc;
+
+use crate::car::AxleRow;
+use crate::recording::Signal;
+use crate::row::{Row, Signals};
+use crate::span::Span;
+
+/// Values over time that went into or came out of a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Name of the signal.
+    pub name: String,
+    /// Unit.
+    pub unit: &'static str,
+    /// Time stamps [s]; columns of the same stamps share them.
+    pub time: Arc<[f64]>,
+    /// Values, one for each stamp.
+    pub values: Vec<f64>,
+}
+
+/// A step of the preparation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// What was done.
+    pub name: String,
+    /// What went in.
+    pub inputs: Vec<Column>,
+    /// What came out, which may have other time stamps.
+    pub outputs: Vec<Column>,
+}
+
+/// A column of rows: name, unit, and what it shows of a row.
+pub type View<R> = (&'static str, &'static str, fn(&R) -> f64);
+
+/// Unit of a signal or a derivative by its name.
+fn unit(name: &str) -> &'static str {
+    match name {
+        "v_x" | "v_y" => "m/s",
+        "a_x" | "a_y" | "a_z" | "v_x_dot" | "v_y_dot" => "m/s²",
+        "delta" => "rad",
+        "r_dot" => "rad/s²",
+        "gear" => "-",
+        _ => "rad/s",
+    }
+}
+
+/// Signals as columns.
+pub fn signals(signals: &Signals) -> Vec<Column> {
+    let column = |(name, signal): (&&'static str, &Signal)| Column {
+        name: name.to_string(),
+        unit: unit(name),
+        time: signal.time.as_slice().into(),
+        values: signal.value.clone(),
+    };
+    signals.iter().map(column).collect()
+}
+
+/// Rows as columns over the same stamps.
+pub fn rows<R>(time: &Arc<[f64]>, rows: &[R], views: &[View<R>]) -> Vec<Column> {
+    let column = |(name, unit, of): &View<R>| Column {
+        name: name.to_string(),
+        unit,
+        time: time.clone(),
+        values: rows.iter().map(of).collect(),
+    };
+    views.iter().map(column).collect()
+}
+
+/// The signals of the car at common instants.
+pub const MOTION: [View<Row>; 7] = [
+    ("v_x", "m/s", |row| row.v_x),
+    ("v_y", "m/s", |row| row.v_y),
+    ("a_x", "m/s²", |row| row.a_x),
+    ("a_y", "m/s²", |row| row.a_y),
+    ("r", "rad/s", |row| row.r),
+    ("r_dot", "rad/s²", |row| row.r_dot),
+    ("delta", "rad", |row| row.delta),
+];
+
+/// What the axles do.
+pub const AXLES: [View<AxleRow>; 8] = [
+    ("F_zf", "N", |row| row.F_z[0]),
+    ("F_zr", "N", |row| row.F_z[1]),
+    ("F_xf", "N", |row| row.force.F_x[0]),
+    ("F_xr", "N", |row| row.force.F_x[1]),
+    ("F_yf", "N", |row| row.force.F_y[0]),
+    ("F_yr", "N", |row| row.force.F_y[1]),
+    ("alpha_f", "rad", |row| row.alpha[0]),
+    ("alpha_r", "rad", |row| row.alpha[1]),
+];
+
+/// Slip ratios of the front and the rear axle, where they are known.
+pub const SLIP_RATIOS: [View<AxleRow>; 2] = [
+    ("kappa_f", "-", |row| row.kappa[0].unwrap_or(f64::NAN)),
+    ("kappa_r", "-", |row| row.kappa[1].unwrap_or(f64::NAN)),
+];
+
+/// The rows of a signal that are in one of the stretches, which rise.
+pub fn within(signals: &Signals, stretches: &[Span]) -> Signals {
+    let part = |signal: &Signal| {
+        let rows = || stretches.iter().flat_map(|s| s.rows(&signal.time));
+        Signal {
+            time: rows().map(|i| signal.time[i]).collect(),
+            value: rows().map(|i| signal.value[i]).collect(),
+        }
+    };
+    signals.iter().map(|(name, signal)| (*name, part(signal))).collect()
+}

@@ -1,0 +1,60 @@
+//! Compares what variational inference tells with the exact posterior, over many data sets: `svi_check SEEDS LEVEL...`.
+
+use preparation::direction::Direction;
+use tire_inference::estimate::identify;
+use tire_inference::fit::Options;
+use tire_inference::settings::{Method, Settings};
+use tire_inference::synthetic::{Excitation, samples};
+
+const NAMES: [&str; 5] = ["B", "C", "D", "E", "K"];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let seeds: u64 = arguments.next().ok_or("expected SEEDS LEVEL...")?.parse()?;
+    for level in arguments {
+        let level: f64 = level.parse()?;
+        let mut trusted = 0;
+        // Of those that were trusted: what is told, and what the normal distribution itself said.
+        let mut worst = [[0.0_f64; 5]; 2];
+        let mut ratios = [[[f64::INFINITY, 0.0]; 5]; 2];
+        for seed in 0..seeds {
+            let excitation =
+                Excitation { seed, samples: 1500, slip_std: 0.0, ..Excitation::default() };
+            let usual = Settings::new(Direction::Longitudinal);
+            let settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            let samples = samples(&excitation, level);
+            let answer = identify(&samples, &settings, &[Method::Svi, Method::Reference])?;
+            let [(_, svi), (_, exact)] = &answer.estimates[..] else { continue };
+            let Some(own) = &svi.svi else { continue };
+            if let Some(warning) = &own.warning {
+                println!("    seed {seed}: {warning}");
+                continue;
+            }
+            trusted += 1;
+            for (k, (mean, std)) in
+                [(&svi.mean, &svi.std), (&own.mean, &own.std)].into_iter().enumerate()
+            {
+                for (i, name) in NAMES.into_iter().enumerate() {
+                    let error = (mean[name] - exact.mean[name]) / exact.std[name];
+                    let ratio: f64 = std[name] / exact.std[name];
+                    worst[k][i] = worst[k][i].max(error.abs());
+                    let [low, high] = &mut ratios[k][i];
+                    (*low, *high) = (low.min(ratio), high.max(ratio));
+                }
+            }
+        }
+        println!("{:>5} %: {trusted} of {seeds} trusted", 100.0 * level);
+        if trusted == 0 {
+            continue;
+        }
+        for (k, what) in ["told", "normal distribution"].into_iter().enumerate() {
+            let of = |i: usize| {
+                let [low, high] = ratios[k][i];
+                format!("{} {:.3} x{low:.2}-{high:.2}", NAMES[i], worst[k][i])
+            };
+            let line: Vec<String> = (0..NAMES.len()).map(of).collect();
+            println!("    {what:20} {}", line.join("  "));
+        }
+    }
+    Ok(())
+}

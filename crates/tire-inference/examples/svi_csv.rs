@@ -1,0 +1,44 @@
+//! Finds the posterior of the curve in a CSV file (columns slip and force) by variational inference, and what it really is:
+//! `svi_csv FILE [FITS]`. Prints JSON; the fit is made nine times, or FITS times, and the median time is told.
+use std::error::Error;
+use std::time::Instant;
+
+use preparation::direction::Direction;
+use tire_inference::compressed::Compressed;
+use tire_inference::estimate::identify;
+use tire_inference::settings::{Method, Settings};
+use tire_inference::variational::{self, Start};
+
+mod csv;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let file = arguments.next().ok_or("which file? usage: svi_csv FILE [FITS]")?;
+    let fits: usize = arguments.next().map_or(Ok(9), |fits| fits.parse())?;
+    let samples = csv::read(&file)?;
+    let settings = Settings::new(Direction::Longitudinal);
+    let mut seconds = (0..fits.max(1))
+        .map(|_| {
+            let clock = Instant::now();
+            let best = settings.fit(&samples, &settings.prior, Method::LeastSquares)?;
+            let data = Compressed::new(&samples);
+            let best = (&best.theta, best.noise_std);
+            let start = Start { samples: &samples, data: &data, prior: &settings.prior, best };
+            std::hint::black_box(variational::fit(start, settings.svi, 0));
+            Ok(clock.elapsed().as_secs_f64())
+        })
+        .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+    seconds.sort_by(f64::total_cmp);
+    let clock = Instant::now();
+    let answer = identify(&samples, &settings, &[Method::Svi, Method::Reference])?;
+    let all = clock.elapsed().as_secs_f64();
+    let [(_, svi), (_, exact)] = &answer.estimates[..] else { return Err("two methods".into()) };
+    let report = serde_json::json!({
+        "seconds": seconds[seconds.len() / 2],
+        "svi": svi.svi,
+        "published": { "source": svi.source, "mean": svi.mean, "std": svi.std, "seconds": all },
+        "exact": { "mean": exact.mean, "std": exact.std, "seconds": exact.seconds },
+    });
+    println!("{report}");
+    Ok(())
+}

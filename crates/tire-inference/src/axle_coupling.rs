@@ -1,0 +1,92 @@
+//! Draws the tires of two axles to each other, where it is known that they are alike.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use preparation::samples::Samples;
+
+use crate::estimate::{Answer, hold};
+use crate::fit::joint::{Similarity, joint_least_squares};
+use crate::fit::{FitError, Problem};
+use crate::parameters::Parameter;
+use crate::settings::{Method, Settings};
+
+/// One axle: what was fitted, how, and what was found, of which the values of least squares are replaced.
+pub struct Axle<'a> {
+    /// The points.
+    pub samples: &'a Samples,
+    /// How they were fitted.
+    pub settings: &'a Settings,
+    /// What was found of the axle alone.
+    pub answer: &'a mut Answer,
+}
+
+/// Fits both axles at once with ½ `weight` Σ ((θ_front − θ_rear)/std)² added to the cost; std is that of the prior. What was
+/// held before is held again. Uncertainty and verdicts stay those of each axle's own data.
+///
+/// # Errors
+/// As for a fit; and for noise in the slip, which a joint fit cannot take.
+pub fn draw_together(axles: [Axle; 2], weight: f64) -> Result<(), FitError> {
+    let [front, rear] = axles.each_ref().map(problem);
+    let std = Parameter::ALL.map(|parameter| axles[0].settings.prior.std(parameter));
+    let similarity = Similarity { weight, std };
+    let solutions = joint_least_squares([&front, &rear], similarity, &axles[0].settings.options)?;
+    for (axle, solution) in axles.into_iter().zip(solutions) {
+        let judgements = &axle.answer.judgements;
+        let fitted = axle.answer.estimates.iter_mut();
+        for (_, estimate) in fitted.filter(|(method, _)| *method == Method::LeastSquares) {
+            for quantity in judgements.iter().map(|judgement| judgement.quantity) {
+                estimate.mean.insert(quantity.name().to_owned(), quantity.value(&solution.theta));
+            }
+            estimate.at_bound = solution.at_bound.iter().map(|p| p.name().to_owned()).collect();
+            estimate.noise_std = solution.noise_std;
+            estimate.convergence = solution.convergence.clone();
+        }
+    }
+    Ok(())
+}
+
+/// What was fitted last: with what was held then.
+fn problem<'a>(axle: &Axle<'a>) -> Problem<'a> {
+    let mut fits = axle.answer.estimates.iter().filter(|(m, _)| *m == Method::LeastSquares);
+    let fixed = fits.next().map_or(&[][..], |(_, fit)| &fit.fixed);
+    let fixed = Parameter::ALL.into_iter().filter(|p| fixed.iter().any(|name| name == p.name()));
+    let noise = axle
+        .answer
+        .estimates
+        .first()
+        .map(|(_, first)| axle.settings.loss.variance(first.noise_std));
+    let prior = hold(&axle.settings.prior, &fixed.collect::<Vec<_>>());
+    axle.settings.problem(axle.samples, &prior, noise)
+}
+
+#[cfg(test)]
+mod tests {
+    use preparation::direction::Direction;
+
+    use super::*;
+    use crate::estimate::identify;
+    use crate::synthetic::{Excitation, samples};
+
+    #[test]
+    fn the_heavier_the_pull_the_more_alike_are_the_axles() {
+        let tire = |B: f64, seed| {
+            let truth = [B, 2.0, 1.5, 0.8, 0.0, 0.0];
+            let excitation = Excitation { truth, seed, samples: 300, ..Excitation::default() };
+            samples(&Excitation { slip_std: 0.0, ..excitation }, 0.5)
+        };
+        let (front, rear) = (tire(14.0, 1), tire(16.0, 2));
+        let settings = Settings::new(Direction::Longitudinal);
+        let found = |samples| identify(samples, &settings, &[Method::LeastSquares]).expect("a fit");
+        let alone = (found(&front), found(&rear));
+        let apart = |weight: f64| {
+            let (mut a, mut b) = alone.clone();
+            let axle = |samples, answer| Axle { samples, settings: &settings, answer };
+            draw_together([axle(&front, &mut a), axle(&rear, &mut b)], weight).expect("a fit");
+            let B = |answer: &Answer| answer.estimates[0].1.mean["B"];
+            (B(&b) - B(&a)).abs()
+        };
+        let distances = [0.0, 1.0, 100.0].map(apart);
+        let own = alone.1.estimates[0].1.mean["B"] - alone.0.estimates[0].1.mean["B"];
+        assert!((distances[0] / own.abs() - 1.0).abs() < 1e-6, "{distances:?} {own}");
+        assert!(distances[1] < distances[0] && distances[2] < 0.2 * distances[0], "{distances:?}");
+    }
+}

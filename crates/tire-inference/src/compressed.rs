@@ -1,0 +1,289 @@
+//! Compresses samples to about a hundred numbers that give the sum of squares of any Magic Formula.
+//!
+//! Between Chebyshev nodes on short intervals the curve is its interpolant to 1e-8, so that sums over samples become
+//! sums over nodes: Σ f(xᵢ)² = Σ aⱼ f(xⱼ)² with aⱼ = Σ Lⱼ(xᵢ), and likewise with the measured forces. What needs
+//! thousands of evaluations, as a posterior or a profile, costs the same for a thousand samples and for a million.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::f64::consts::PI;
+
+use nalgebra::{SMatrix, SVector};
+use preparation::samples::Samples;
+
+use crate::kernel::{self, shapes, value_and_gradient};
+use crate::parameters::{COUNT, Normal, Theta};
+
+/// Nodes per interval.
+const NODES: usize = 8;
+/// Length of an interval in t = ln(1 + |x| / `SCALE`), which stretches low slip, where curves bend.
+const WIDTH: f64 = 0.3;
+const SCALE: f64 = 0.02;
+
+/// Weighted sum of squares of residuals as a function of the parameters.
+#[derive(Clone, Debug)]
+pub struct Compressed {
+    slips: Vec<f64>,
+    /// Σ w L at each node.
+    weights: Vec<f64>,
+    /// Σ w y L at each node.
+    forces: Vec<f64>,
+    /// Σ w, Σ w y, Σ w y².
+    weight: f64,
+    force: f64,
+    square: f64,
+    count: usize,
+    /// What counts as further observations, and the variance of their noise.
+    earlier: Option<(Normal, f64)>,
+}
+
+/// The sum of squares near a point: value, half its gradient, and half its Hessian without second derivatives of the
+/// curve (Gauss-Newton).
+pub struct Quadratic {
+    /// Sum of squares.
+    pub squares: f64,
+    /// Half the gradient.
+    pub gradient: SVector<f64, COUNT>,
+    /// Half the Hessian.
+    pub hessian: SMatrix<f64, COUNT, COUNT>,
+}
+
+impl Compressed {
+    /// Samples of finite numbers; others would spoil all sums.
+    pub fn new(samples: &Samples) -> Self {
+        let products = samples.force.iter().zip(&samples.weight).map(|(y, w)| [*w, w * y]);
+        let points = samples.slip.iter().zip(products).map(|(&x, [w, wy])| [x, w, wy]);
+        let squares = samples.force.iter().zip(&samples.weight).map(|(y, w)| w * y * y);
+        Self { square: squares.sum(), count: samples.len(), ..Self::of(points.collect()) }
+    }
+
+    /// Of slips with w and w y at each, but for what does not follow from these.
+    fn of(mut points: Vec<[f64; 3]>) -> Self {
+        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut this = Self {
+            slips: Vec::new(),
+            weights: Vec::new(),
+            forces: Vec::new(),
+            weight: points.iter().map(|point| point[1]).sum(),
+            force: points.iter().map(|point| point[2]).sum(),
+            square: 0.0,
+            count: 0,
+            earlier: None,
+        };
+        for group in points.chunk_by(|a, b| interval(a[0]) == interval(b[0])) {
+            this.add(group);
+        }
+        this
+    }
+
+    /// The same data and what was found earlier, as observations of parameters that add `variance` times their distance to the
+    /// sum of squares: with noise of that variance, a normal prior.
+    pub fn with(self, earlier: Option<Normal>, variance: f64) -> Self {
+        Self { earlier: earlier.map(|normal| (normal, variance)), ..self }
+    }
+
+    /// With a constant sum of squares added, so that noise of this variance is the likeliest one near a curve.
+    pub fn of_variance(mut self, variance: f64, theta: &Theta) -> Self {
+        self.square += ((self.count as f64 - 1.0) * variance - self.squares(theta)).max(0.0);
+        self
+    }
+
+    /// What counts as further observations, and the variance of their noise.
+    pub fn earlier(&self) -> Option<&(Normal, f64)> {
+        self.earlier.as_ref()
+    }
+
+    /// How many samples were compressed.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Slip of each node with Σ w and Σ w y of the samples that it stands for.
+    pub fn nodes(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.slips
+            .iter()
+            .zip(&self.weights)
+            .zip(&self.forces)
+            .map(|((slip, weight), force)| [*slip, *weight, *force])
+    }
+
+    /// The same samples at slips that are larger by `shift`, without what was found earlier.
+    pub fn moved(&self, shift: f64) -> Self {
+        if shift == 0.0 {
+            return self.clone();
+        }
+        let points = self.nodes().map(|[slip, weight, force]| [slip + shift, weight, force]);
+        Self { square: self.square, count: self.count, ..Self::of(points.collect()) }
+    }
+
+    /// Weighted sum of squared forces.
+    pub fn square(&self) -> f64 {
+        self.square
+    }
+
+    /// Weighted sum of squared residuals.
+    pub fn squares(&self, theta: &Theta) -> f64 {
+        let [B, C, D, E, S_h, S_v] = *theta;
+        let (slips, weights, forces) = (&self.slips, &self.weights, &self.forces);
+        let moved: Vec<f64>;
+        let slips = if S_h == 0.0 {
+            slips
+        } else {
+            moved = slips.iter().map(|slip| slip + S_h).collect();
+            &moved
+        };
+        let [hh, hy, h] = shapes([B, C, E], slips, [weights, forces, weights]);
+        // Σ w (f² − 2 y f) of f = D h + S_v.
+        let change =
+            D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
+        // Rounding may leave a perfect fit below zero.
+        let squares = (self.square + change).max(1e-15 * self.square);
+        squares + self.distance(theta).0
+    }
+
+    /// The same, and half its derivatives by the parameters.
+    pub fn squares_and_gradient(&self, theta: &Theta) -> (f64, Theta) {
+        let (change, gradient) = kernel::squares(theta, &self.slips, &self.weights, &self.forces);
+        let (distance, by_distance) = self.distance(theta);
+        let squares = (self.square + change).max(1e-15 * self.square) + distance;
+        (squares, std::array::from_fn(|i| gradient[i] + by_distance[i]))
+    }
+
+    /// What was found earlier adds this, with half its derivatives.
+    pub fn distance(&self, theta: &Theta) -> (f64, Theta) {
+        let Some((normal, variance)) = &self.earlier else { return (0.0, [0.0; COUNT]) };
+        let (distance, gradient) = normal.distance(theta);
+        (variance * distance, gradient.map(|slope| variance * slope))
+    }
+
+    /// The same with the Hessian of Gauss and Newton.
+    pub fn quadratic(&self, theta: &Theta) -> Quadratic {
+        let mut sum = Quadratic {
+            squares: self.square,
+            gradient: SVector::zeros(),
+            hessian: SMatrix::zeros(),
+        };
+        for ((&slip, weight), force) in self.slips.iter().zip(&self.weights).zip(&self.forces) {
+            let (f, by) = value_and_gradient(theta, slip);
+            let by = SVector::from(by);
+            sum.squares += f * (weight * f - 2.0 * force);
+            sum.gradient += by * (weight * f - force);
+            sum.hessian.ger(*weight, &by, &by, 1.0);
+        }
+        sum.squares = sum.squares.max(1e-15 * self.square);
+        let (distance, gradient) = self.distance(theta);
+        sum.squares += distance;
+        sum.gradient += SVector::from(gradient);
+        if let Some((normal, variance)) = &self.earlier {
+            sum.hessian += SMatrix::from(normal.precision) * *variance;
+        }
+        sum
+    }
+
+    fn add(&mut self, group: &[[f64; 3]]) {
+        let Some(&[first, ..]) = group.first() else { return };
+        let index = interval(first);
+        let node = |k: usize| (PI * (k as f64 + 0.5) / NODES as f64).cos();
+        let start = self.slips.len();
+        for k in 0..NODES {
+            let t = WIDTH * (f64::from(index.1) + 0.5 + 0.5 * node(k));
+            self.slips.push(f64::from(index.0) * SCALE * t.exp_m1());
+        }
+        self.weights.resize(start + NODES, 0.0);
+        self.forces.resize(start + NODES, 0.0);
+        for &[x, w, wy] in group {
+            let local = 2.0 * ((x.abs() / SCALE).ln_1p() / WIDTH - f64::from(index.1)) - 1.0;
+            for (k, value) in lagrange(local, node).into_iter().enumerate() {
+                self.weights[start + k] += w * value;
+                self.forces[start + k] += wy * value;
+            }
+        }
+    }
+}
+
+/// Sign and number of the interval that a slip is in.
+fn interval(slip: f64) -> (i32, i32) {
+    (if slip < 0.0 { -1 } else { 1 }, ((slip.abs() / SCALE).ln_1p() / WIDTH) as i32)
+}
+
+/// Lagrange's polynomials of the Chebyshev nodes at a point of [−1, 1], in the barycentric form.
+fn lagrange(at: f64, node: impl Fn(usize) -> f64) -> [f64; NODES] {
+    let mut values = [0.0; NODES];
+    for (k, value) in values.iter_mut().enumerate() {
+        let distance = at - node(k);
+        if distance == 0.0 {
+            return std::array::from_fn(|j| if j == k { 1.0 } else { 0.0 });
+        }
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        *value = sign * (PI * (k as f64 + 0.5) / NODES as f64).sin() / distance;
+    }
+    let sum: f64 = values.iter().sum();
+    values.map(|value| value / sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::parameters::curve;
+
+    fn samples(limit: f64) -> Samples {
+        let slip: Vec<f64> = (0..400).map(|i| limit * (f64::from(i) / 200.0 - 0.9)).collect();
+        let truth = curve(&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0]);
+        let noise = |i: usize| 0.05 * (i as f64 * 12.9898).sin();
+        let force =
+            slip.iter().enumerate().map(|(i, &x)| truth.coefficient(x) + noise(i)).collect();
+        let mut samples = Samples::new(slip, force);
+        for (i, weight) in samples.weight.iter_mut().enumerate() {
+            *weight = 0.5 + (i % 3) as f64;
+        }
+        samples
+    }
+
+    fn direct(samples: &Samples, theta: &Theta) -> f64 {
+        let residual = |i: usize| samples.force[i] - curve(theta).coefficient(samples.slip[i]);
+        (0..samples.len()).map(|i| samples.weight[i] * residual(i).powi(2)).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_is_lost(
+            B in 5.0_f64..40.0, C in 1.0_f64..3.0, D in 0.1_f64..2.0, E in -1.0_f64..1.0,
+            S_h in prop_oneof![Just(0.0), -0.02_f64..0.02], limit in 0.02_f64..1.0,
+        ) {
+            let samples = samples(limit);
+            let theta = [B, C, D, E, S_h, 0.03];
+            let compressed = Compressed::new(&samples);
+            let moved = compressed.moved(S_h).squares(&[B, C, D, E, 0.0, 0.03]);
+            for own in [compressed.squares(&theta), moved] {
+                // Of a log-likelihood −N/2 ln(squares); a verdict turns on a difference of 1.92.
+                let error = 200.0 * (own / direct(&samples, &theta)).ln();
+                prop_assert!(error.abs() < 1.92e-4, "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_derivatives_are_those_of_the_sum() {
+        let earlier =
+            Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [2.0, 0.2, 0.1, 0.3, 0.01, 0.1]);
+        let compressed = Compressed::new(&samples(0.3)).with(Some(earlier), 0.02);
+        let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
+        let near = compressed.quadratic(&theta);
+        assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);
+        let (squares, gradient) = compressed.squares_and_gradient(&theta);
+        assert_relative_eq!(near.squares, squares, max_relative = 1e-12);
+        assert_relative_eq!(near.gradient, SVector::from(gradient), max_relative = 1e-11);
+        for i in 0..COUNT {
+            let step = 1e-5 * theta[i];
+            let moved = |step: f64| {
+                let mut theta = theta;
+                theta[i] += step;
+                compressed.squares(&theta)
+            };
+            let difference = (moved(step) - moved(-step)) / (4.0 * step);
+            assert_relative_eq!(near.gradient[i], difference, max_relative = 1e-5);
+        }
+    }
+}

@@ -1,0 +1,353 @@
+//! Puts a fit, its verdicts and its posterior together into what is told of a tire.
+//!
+//! What the data cannot tell is held at the prior and the rest is fitted again, as Goblirsch et al. (IV 2025) advise. The
+//! values are those of this second fit: the curve to use where data are. Standard deviations, intervals and covariance are
+//! those of the posterior with everything free: holding a parameter teaches nothing about it.
+
+mod bayes;
+
+use std::time::{Duration, Instant};
+
+use numerics::convergence::Convergence;
+use numerics::statistics::std;
+use preparation::samples::Samples;
+use serde::Serialize;
+
+use crate::compressed::Compressed;
+use crate::fit::{FitError, Solution};
+use crate::linearised_slip_noise::effective;
+use crate::parameters::{Parameter, Theta};
+use crate::posterior::predictive::predictive;
+use crate::posterior::report::{Band, Report, Source};
+use crate::posterior::robust::Robust;
+use crate::posterior::{self, Found, Posterior, draw};
+use crate::prior::Prior;
+use crate::quantity::{ByName, Quantity};
+use crate::settings::{Method, Settings};
+use crate::variational::{self, Variational};
+use crate::verdict::{Evidence, Judgement, NARROWED, Verdict, judge};
+
+/// Slips at which the report has the band of the curves.
+const BAND: usize = 41;
+
+/// What one method found for one axle in one direction.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Best values.
+    pub mean: ByName,
+    /// Standard deviations.
+    pub std: ByName,
+    /// 95 % intervals, lower and upper end.
+    pub interval: ByName<[f64; 2]>,
+    /// Rows and columns of `covariance`.
+    pub parameters: Vec<String>,
+    /// Covariance of the parameters.
+    pub covariance: Vec<Vec<f64>>,
+    /// Parameters that stand on a bound.
+    pub at_bound: Vec<String>,
+    /// Parameters that were held at their prior, since the data cannot tell them.
+    pub fixed: Vec<String>,
+    /// What the data could tell.
+    pub identified: ByName<Verdict>,
+    /// Why.
+    pub reason: ByName<String>,
+    /// Smallest and largest slip of the data: outside, the curve is an extrapolation.
+    pub slip_range: [f64; 2],
+    /// How many samples were used.
+    pub samples: usize,
+    /// Standard deviation of the noise of the friction coefficient [-].
+    pub noise_std: f64,
+    /// How the method got there.
+    pub convergence: Convergence,
+    /// Wall time [s].
+    pub seconds: f64,
+    /// What the uncertainty is that of.
+    pub source: Source,
+    /// How the posterior was found that verdicts rest on, and standard deviations and intervals unless `source` says
+    /// otherwise; absent where they come from the likelihood alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<Report>,
+    /// What variational inference said, also where it is not to be trusted and the numbers above are the posterior's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub svi: Option<variational::report::Report>,
+}
+
+/// What was identified.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// What is told, by method, in the order that was asked for.
+    pub estimates: Vec<(Method, Estimate)>,
+    /// The fit with all parameters free that each method is or starts from.
+    pub unrestricted: Vec<(Method, Solution)>,
+    /// What the data can tell.
+    pub judgements: Vec<Judgement>,
+    /// What the data and the box say.
+    pub posterior: Posterior,
+    /// How that was found.
+    pub report: Report,
+    /// The normal distribution in its place, where the method `svi` was asked for.
+    pub variational: Option<Variational>,
+}
+
+/// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again. The uncertainty of all fits is the
+/// same: it is that of the data and of what was known before, not one of a method. `svi` and `reference` hold nothing: they
+/// tell means of the posterior.
+///
+/// # Errors
+/// If the samples or the settings leave nothing to fit, see [`FitError`].
+pub fn identify(
+    samples: &Samples,
+    settings: &Settings,
+    methods: &[Method],
+) -> Result<Answer, FitError> {
+    let Settings { prior, direction, options, .. } = settings;
+    let begin = Instant::now();
+    let best = settings.fit(samples, prior, Method::LeastSquares)?;
+    let fitting = begin.elapsed();
+    let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
+
+    let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
+    let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
+    let robust = Robust::new(&noisy, settings.loss, best.noise_std);
+    let data = match &robust {
+        Some(robust) => robust.near(&best.theta, settings.earlier),
+        None => Compressed::new(&noisy).with(settings.earlier, best.noise_std.powi(2)),
+    };
+    let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
+    let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };
+    let begin = Instant::now();
+    let Found { posterior, report } = match &robust {
+        Some(robust) => robust.draw(&data, prior, &optima, &draws),
+        None => draw(&data, prior, &optima, &draws),
+    };
+    let drawing = begin.elapsed();
+    let report = Report {
+        mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
+        band: Some(Band::new(&posterior, slip_range, BAND)),
+        predictive: predictive(&noisy, settings.loss, &posterior, options.seed),
+        noise: settings.loss,
+        ..report
+    };
+    let (noise_std, direction) = (best.noise_std, *direction);
+    let exact = report.is_exact();
+    let evidence = Evidence { data: &data, slip_range, noise_std, direction, exact };
+    let judgements = judge(&evidence, prior, &posterior, &best.theta);
+
+    let fixed = match settings.hold {
+        true => to_hold(&data, prior, &posterior, &judgements, &optima),
+        false => Vec::new(),
+    };
+    let rest = hold(prior, &fixed);
+    let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
+    let mut variational = None;
+    let bayes = bayes::Bayes {
+        samples: &noisy,
+        data: &data,
+        settings,
+        best: &best,
+        judgements: &judgements,
+        report: &report,
+        plain: assemble(&best, &[], &judgements, &posterior, slip_range, samples.len()),
+        seconds: [fitting, drawing].map(|time| time.as_secs_f64()),
+    };
+    for &method in methods {
+        let begin = Instant::now();
+        let (free, before) = match method {
+            Method::LeastSquares => (best.clone(), fitting),
+            Method::NelderMead => (settings.fit(samples, prior, method)?, Duration::ZERO),
+            Method::Svi | Method::Reference => {
+                let estimate = match method {
+                    Method::Svi => bayes.svi(variational.insert(bayes.variational())),
+                    _ => bayes.reference(),
+                };
+                estimates.push((method, estimate));
+                unrestricted.push((method, best.clone()));
+                continue;
+            }
+        };
+        let again =
+            if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
+        let seconds = (before + begin.elapsed()).as_secs_f64();
+        let solution = again.as_ref().unwrap_or(&free);
+        let estimate =
+            assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
+        let (source, told) = (report.source(), Some(report.clone()));
+        estimates.push((method, Estimate { seconds, source, posterior: told, ..estimate }));
+        unrestricted.push((method, free));
+    }
+    Ok(Answer { estimates, unrestricted, judgements, posterior, report, variational })
+}
+
+/// Parameters to hold at the prior, so that the data narrow what remains free.
+///
+/// One after the other, the one they tell least about first: with E held C is often known, and the curve keeps the stiffness
+/// and the peak that are. B is never held: with the others at their prior it carries the stiffness.
+pub fn to_hold(
+    data: &Compressed,
+    prior: &Prior,
+    posterior: &Posterior,
+    judgements: &[Judgement],
+    optima: &[Theta],
+) -> Vec<Parameter> {
+    let unknown =
+        judgements.iter().filter(|judgement| judgement.verdict == Verdict::NotIdentifiable);
+    let mut candidates: Vec<Parameter> =
+        unknown.filter_map(|judgement| judgement.quantity.parameter()).collect();
+    candidates.retain(|&parameter| parameter != Parameter::B);
+    let mut held = Vec::new();
+    let mut given = posterior.clone();
+    loop {
+        let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.std(*p);
+        let wide = candidates.iter().copied().filter(|p| ratio(p) >= NARROWED);
+        let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
+        held.push(widest);
+        candidates.retain(|&parameter| parameter != widest);
+        let few = posterior::Options { draws: 1024, ..posterior::Options::default() };
+        given = draw(data, &hold(prior, &held), optima, &few).posterior;
+    }
+}
+
+/// The prior with some parameters held at its centre.
+pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
+    let mut held = *prior;
+    for &parameter in parameters {
+        held.free[parameter as usize] = false;
+    }
+    held
+}
+
+/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time and what is told of the
+/// posterior are left to the caller.
+pub fn assemble(
+    solution: &Solution,
+    fixed: &[Parameter],
+    judgements: &[Judgement],
+    posterior: &Posterior,
+    slip_range: [f64; 2],
+    samples: usize,
+) -> Estimate {
+    let names = |parameters: &[Parameter]| parameters.iter().map(|p| p.name().to_owned()).collect();
+    let free: Vec<Parameter> =
+        judgements.iter().filter_map(|judgement| judgement.quantity.parameter()).collect();
+    Estimate {
+        mean: by_name(judgements, |judgement| judgement.quantity.value(&solution.theta)),
+        std: by_name(judgements, |judgement| judgement.std),
+        interval: by_name(judgements, |judgement| judgement.interval),
+        parameters: names(&free),
+        covariance: posterior.covariance(&free),
+        at_bound: names(&solution.at_bound),
+        fixed: names(fixed),
+        identified: by_name(judgements, |judgement| judgement.verdict),
+        reason: by_name(judgements, |judgement| judgement.reason.clone()),
+        slip_range,
+        samples,
+        noise_std: solution.noise_std,
+        convergence: solution.convergence.clone(),
+        seconds: 0.0,
+        source: Source::Likelihood,
+        posterior: None,
+        svi: None,
+    }
+}
+
+fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
+    judgements
+        .iter()
+        .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use preparation::direction::Direction;
+
+    use super::*;
+    use crate::fit::SlipNoise;
+    use crate::synthetic::{Excitation, samples};
+
+    fn answer(level: f64) -> Answer {
+        let samples = samples(&Excitation { samples: 1500, ..Excitation::default() }, level);
+        let slip_noise = Some(SlipNoise::new(0.001));
+        let settings = Settings { slip_noise, ..Settings::new(Direction::Longitudinal) };
+        let methods = [Method::LeastSquares, Method::NelderMead];
+        identify(&samples, &settings, &methods).expect("fits")
+    }
+
+    #[test]
+    fn what_low_slip_cannot_tell_is_held_and_the_stiffness_kept() {
+        let answer = answer(0.04);
+        for (_, estimate) in &answer.estimates {
+            assert!(
+                ["C", "E"].iter().all(|name| estimate.fixed.iter().any(|fixed| fixed == name)),
+                "{estimate:?}"
+            );
+            assert_eq!(estimate.mean["C"], 1.65);
+            assert!((estimate.mean["K"] / 45.0 - 1.0).abs() < 0.05, "{}", estimate.mean["K"]);
+            assert!(
+                (estimate.mean["K"] - estimate.mean["B"] * estimate.mean["C"] * estimate.mean["D"])
+                    .abs()
+                    < 1e-9
+            );
+            assert!(estimate.std["E"] > 0.2, "holding a parameter does not make it certain");
+            assert_eq!(estimate.covariance.len(), estimate.parameters.len());
+            assert!(estimate.slip_range[1] < 0.05);
+        }
+    }
+
+    #[test]
+    fn enough_excitation_gives_all_of_the_truth() {
+        let answer = answer(1.0);
+        let (_, estimate) = &answer.estimates[0];
+        assert!(estimate.fixed.is_empty(), "{:?}", estimate.reason);
+        for (name, truth) in
+            [("B", 15.0), ("C", 2.0), ("D", 1.5), ("E", 0.8), ("K", 45.0), ("peak_slip", 0.0877)]
+        {
+            assert_eq!(estimate.identified[name], Verdict::Identified, "{}", estimate.reason[name]);
+            assert!(
+                (estimate.mean[name] - truth).abs() < 4.0 * estimate.std[name],
+                "{name}: {}",
+                estimate.mean[name]
+            );
+        }
+        assert!((estimate.noise_std / 0.05 - 1.0).abs() < 0.1);
+    }
+
+    fn bayes(level: f64) -> Answer {
+        let told = Excitation { samples: 1500, slip_std: 0.0, ..Excitation::default() };
+        let settings = Settings::new(Direction::Longitudinal);
+        let methods = [Method::Svi, Method::Reference, Method::LeastSquares];
+        identify(&samples(&told, level), &settings, &methods).expect("fits")
+    }
+
+    #[test]
+    fn a_normal_distribution_that_can_be_trusted_is_told() {
+        let answer = bayes(1.0);
+        let [(_, svi), (_, exact), (_, fit)] = &answer.estimates[..] else { panic!("three") };
+        let own = svi.svi.as_ref().expect("a report");
+        assert!(own.trusted && own.warning.is_none(), "{:?}", own.warning);
+        assert_eq!(
+            (svi.source, exact.source, fit.source),
+            (Source::Svi, Source::Grid, Source::Grid)
+        );
+        for name in ["B", "C", "D", "E", "K"] {
+            let error = (svi.mean[name] - exact.mean[name]) / exact.std[name];
+            assert!(error.abs() < 0.1, "{name}: off by {error} standard deviations");
+            let ratio = svi.std[name] / exact.std[name];
+            assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
+            assert_eq!(exact.std[name], fit.std[name]);
+        }
+        assert!(own.std["C"] < 0.9 * svi.std["C"], "weights widen what is too narrow");
+        assert!(exact.svi.is_none() && fit.svi.is_none() && svi.fixed.is_empty());
+    }
+
+    #[test]
+    fn a_normal_distribution_that_cannot_be_trusted_gives_way_to_the_posterior() {
+        let answer = bayes(0.02);
+        let [(_, svi), (_, exact), _] = &answer.estimates[..] else { panic!("three") };
+        let own = svi.svi.as_ref().expect("a report");
+        assert!(!own.trusted && own.warning.is_some());
+        assert_eq!(svi.source, Source::Grid);
+        assert_eq!((&svi.mean, &svi.interval), (&exact.mean, &exact.interval));
+        assert!(own.std["C"] < 0.5 * svi.std["C"], "what it said itself is kept");
+    }
+}

@@ -1,0 +1,138 @@
+//! Fits a tire curve to samples by least squares: in bounds, under constraints of physics, from several starts.
+
+mod curve;
+mod deconvolution;
+mod error;
+pub mod joint;
+mod multistart;
+pub mod nelder_mead;
+pub mod slip_noise;
+mod solution;
+
+use nalgebra::DVector;
+use numerics::sqp;
+
+pub use error::FitError;
+pub use joint::{Similarity, joint_least_squares};
+pub use slip_noise::SlipNoise;
+pub use solution::Solution;
+
+use numerics::loss::Loss;
+use preparation::samples::Samples;
+
+use crate::parameters::{Bounds, COUNT, Normal, Parameter, Theta};
+use curve::CurveCost;
+use solution::{Noise, Part};
+
+/// A pull towards expected values: ½ weight (θ − mean)ᵀ precision (θ − mean) is added to the cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull {
+    /// Expected values.
+    pub towards: Normal,
+    /// λ_reg: the variance of the noise, if the result is to be the most probable one.
+    pub weight: f64,
+}
+
+/// What physics says beside the bounds, as lowest and highest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Constraints {
+    /// Stiffness B C D per unit of load.
+    pub stiffness: Option<[f64; 2]>,
+    /// Slip where the force peaks, in the unit of the slip; infinite for no upper limit.
+    pub peak_slip: Option<[f64; 2]>,
+}
+
+/// What is fitted to what.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    /// Points of the curve.
+    pub samples: &'a Samples,
+    /// The box, borders included.
+    pub bounds: Bounds,
+    /// Which parameters are fitted, in the order of [`Parameter`].
+    pub free: [bool; COUNT],
+    /// Values of those that are not.
+    pub held: Theta,
+    /// What is expected before any data.
+    pub pulls: Vec<Pull>,
+    /// What physics says.
+    pub constraints: Constraints,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Noise in the slip, which makes plain least squares too soft a tire.
+    pub slip_noise: Option<SlipNoise>,
+}
+
+impl<'a> Problem<'a> {
+    /// Plain least squares for B, C, D and E in the default bounds, without shifts.
+    pub fn new(samples: &'a Samples) -> Self {
+        Self {
+            samples,
+            bounds: Bounds::default(),
+            free: [true, true, true, true, false, false],
+            held: [10.0, 1.65, 1.0, 0.0, 0.0, 0.0],
+            pulls: Vec::new(),
+            constraints: Constraints::default(),
+            loss: Loss::Square,
+            slip_noise: None,
+        }
+    }
+
+    /// The free parameters.
+    pub fn free_parameters(&self) -> Vec<Parameter> {
+        Parameter::ALL.into_iter().filter(|&p| self.free[p as usize]).collect()
+    }
+}
+
+/// How the optimum is searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How many starts, the one below included.
+    pub starts: usize,
+    /// The first start, where wanted; the others spread over the box.
+    pub start: Option<Theta>,
+    /// Chooses the other starts.
+    pub seed: u64,
+    /// Most steps from each start.
+    pub iterations: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { starts: 8, start: None, seed: 0, iterations: 500 }
+    }
+}
+
+impl Options {
+    /// One start, at these values.
+    pub fn from_start(start: Theta) -> Self {
+        Self { starts: 1, start: Some(start), ..Self::default() }
+    }
+}
+
+/// Fits the free parameters.
+///
+/// B, C and D are fitted as logarithms, in which the stiffness is linear. Bounds and an active limit of the stiffness are met
+/// to the last bits. A result that did not converge is returned as such, see [`Solution::convergence`].
+///
+/// # Errors
+/// If the samples, bounds or constraints leave nothing to fit; see [`FitError`].
+pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
+    error::check(problem)?;
+    if let Some(noise) = problem.slip_noise {
+        return slip_noise::fit(problem, noise, options);
+    }
+    let cost = CurveCost::new(problem);
+    let rough = CurveCost::compressed(problem, options.starts);
+    let rough = rough.as_ref().map(|cost| cost as &dyn sqp::Objective);
+    let starts: Vec<DVector<f64>> = multistart::starts(&problem.bounds, &problem.held, options)
+        .iter()
+        .map(|theta| cost.unknowns(theta))
+        .collect();
+    let (lower, upper) = (cost.lower(), cost.upper());
+    let search = multistart::search(&cost, rough, &lower, &upper, &starts, options)?;
+    let optima = search.optima.iter().map(|m| (cost.theta(&m.x), m.model.cost)).collect();
+    let part = Part::of(&search.best, 0, cost.unknowns.free.len());
+    let noise = Noise::of(problem, &cost.theta(&search.best.x), part.fitted);
+    Ok(part.solution(problem, &noise, search.convergence(), optima))
+}

@@ -1,0 +1,278 @@
+//! Evaluates the Magic Formula over many samples: cost, gradient and the Hessian of Gauss and Newton in one pass.
+//!
+//! With u = Bx, a = atan u, v = u − E(u − a), w = atan v, φ = Cw and S = DC cos φ / (1 + v²), the derivatives of y = D sin φ are
+//! y_D = sin φ, y_C = D w cos φ, y_E = −S(u − a), y_x = S B p and y_B = S x p with p = 1 − E + E/(1 + u²).
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+mod slope;
+mod squares;
+
+use numerics::elementary::{atan, sin_cos};
+use numerics::loss::Loss;
+use preparation::samples::Samples;
+use rayon::prelude::*;
+
+use crate::parameters::{COUNT, Parameter, Theta};
+
+pub use slope::{Local, ValueAndSlope, local};
+pub use squares::squares;
+
+/// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.
+const CHUNK: usize = 4096;
+/// Samples whose columns fit into the first-level cache.
+const BLOCK: usize = 128;
+/// Partial sums that are kept side by side.
+const LANES: usize = 8;
+/// Below, starting threads takes longer than the sums.
+const PARALLEL_FROM: usize = 4 * CHUNK;
+
+/// A column of numbers, one for each sample of a block.
+type Column = [f64; BLOCK];
+
+/// What one pass over the samples gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pass {
+    /// Σ weight · loss(residual), where the loss of a square is r²/2.
+    pub cost: f64,
+    /// Its derivatives with respect to the parameters.
+    pub gradient: Theta,
+    /// JᵀWJ, J being the derivatives of the curve and W the weights under the loss.
+    pub hessian: [Theta; COUNT],
+}
+
+impl Pass {
+    fn add(mut self, other: &Self) -> Self {
+        self.cost += other.cost;
+        for i in 0..COUNT {
+            self.gradient[i] += other.gradient[i];
+            for j in 0..COUNT {
+                self.hessian[i][j] += other.hessian[i][j];
+            }
+        }
+        self
+    }
+}
+
+/// Cost, gradient and Hessian; the rows and columns of parameters that are not `free` stay 0.
+pub fn pass(samples: &Samples, theta: &Theta, free: &[bool; COUNT], loss: Loss) -> Pass {
+    let columns: Vec<usize> = (0..COUNT).filter(|&i| free[i]).collect();
+    sum(samples, |range| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || chunk_pass(samples, range, theta, &columns, loss),
+        )
+    })
+}
+
+/// The cost alone.
+pub fn cost(samples: &Samples, theta: &Theta, loss: Loss) -> f64 {
+    let chunk = |range| {
+        let cost = pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || chunk_cost(samples, range, theta, loss),
+        );
+        Pass { cost, ..Pass::default() }
+    };
+    sum(samples, chunk).cost
+}
+
+/// Friction coefficient at each slip.
+pub fn values(theta: &Theta, slip: &[f64]) -> Vec<f64> {
+    slip.iter().map(|&x| value(theta, x)).collect()
+}
+
+/// Friction coefficient at a slip.
+#[inline(always)]
+pub fn value(theta: &Theta, slip: f64) -> f64 {
+    let [B, C, D, E, S_h, S_v] = *theta;
+    let u = B * (slip + S_h);
+    let v = u - E * (u - atan(u));
+    D * sin_cos(C * atan(v)).0 + S_v
+}
+
+/// Friction coefficient at a slip and its derivatives with respect to the parameters.
+#[inline(always)]
+pub fn value_and_gradient(theta: &Theta, slip: f64) -> (f64, Theta) {
+    let [B, C, D, E, S_h, S_v] = *theta;
+    let x = slip + S_h;
+    let u = B * x;
+    let bend = u - atan(u);
+    let v = u - E * bend;
+    let w = atan(v);
+    let (sin, cos) = sin_cos(C * w);
+    // One division instead of two: 1/(1 + u²) and 1/(1 + v²).
+    let (uu, vv) = (1.0 + u * u, 1.0 + v * v);
+    let both = 1.0 / (uu * vv);
+    let S = D * C * cos * (uu * both);
+    let Sp = S * (1.0 - E + E * (vv * both));
+    (D * sin + S_v, [Sp * x, D * w * cos, sin, -S * bend, Sp * B, 1.0])
+}
+
+/// Σ a h², Σ b h and Σ c h over slips, where h is the curve of B, C and E with D = 1 and without shifts. The number of slips
+/// is a multiple of eight.
+pub fn shapes(of: [f64; 3], slips: &[f64], [a, b, c]: [&[f64]; 3]) -> [f64; 3] {
+    let [hh, yh, h, ..] =
+        pulp::Arch::new().dispatch(Shapes::<false> { of, slips, weights: [a, b, c, a] });
+    [hh, yh, h]
+}
+
+/// What [`shapes`] gives, and Σ c h h', Σ a h'², Σ d h' and Σ a h', where h' is the slope of h.
+pub fn shapes_and_slopes(of: [f64; 3], slips: &[f64], weights: [&[f64]; 4]) -> [f64; 7] {
+    pulp::Arch::new().dispatch(Shapes::<true> { of, slips, weights })
+}
+
+/// Not a closure: those are not always inlined into the code for wide vectors, which then is not made.
+struct Shapes<'a, const SLOPES: bool> {
+    of: [f64; 3],
+    slips: &'a [f64],
+    weights: [&'a [f64]; 4],
+}
+
+impl<const SLOPES: bool> pulp::WithSimd for Shapes<'_, SLOPES> {
+    type Output = [f64; 7];
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 7] {
+        let [B, C, E] = self.of;
+        let [a, b, c, d] = self.weights.map(|weights| weights.as_chunks::<LANES>().0);
+        let mut sums = [[0.0; LANES]; 7];
+        let tire = [B, C, 1.0, E, 0.0, 0.0];
+        for (place, slips) in self.slips.as_chunks::<LANES>().0.iter().enumerate() {
+            let (mut h, mut slope) = ([0.0; LANES], [0.0; LANES]);
+            for k in 0..LANES {
+                if SLOPES {
+                    let (value, by) = value_and_gradient(&tire, slips[k]);
+                    (h[k], slope[k]) = (value, by[Parameter::S_h as usize]);
+                } else {
+                    h[k] = value(&tire, slips[k]);
+                }
+            }
+            for k in 0..LANES {
+                sums[0][k] += a[place][k] * h[k] * h[k];
+                sums[1][k] += b[place][k] * h[k];
+                sums[2][k] += c[place][k] * h[k];
+                if SLOPES {
+                    sums[3][k] += c[place][k] * h[k] * slope[k];
+                    sums[4][k] += a[place][k] * slope[k] * slope[k];
+                    sums[5][k] += d[place][k] * slope[k];
+                    sums[6][k] += a[place][k] * slope[k];
+                }
+            }
+        }
+        sums.map(add_lanes)
+    }
+}
+
+/// Adds up the chunks in their order, whoever calculates them.
+fn sum(samples: &Samples, chunk: impl Fn(std::ops::Range<usize>) -> Pass + Sync) -> Pass {
+    let n = samples.len();
+    let range = |i: usize| i * CHUNK..((i + 1) * CHUNK).min(n);
+    let chunks = n.div_ceil(CHUNK);
+    if n < PARALLEL_FROM {
+        return (0..chunks).fold(Pass::default(), |total, i| total.add(&chunk(range(i))));
+    }
+    let parts: Vec<Pass> = (0..chunks).into_par_iter().map(|i| chunk(range(i))).collect();
+    parts.iter().fold(Pass::default(), Pass::add)
+}
+
+/// Slip, force and weight of a block, filled up with samples of weight 0.
+#[inline(always)]
+fn block(samples: &Samples, from: usize, to: usize) -> [Column; 3] {
+    let mut columns = [[0.0; BLOCK]; 3];
+    for (column, source) in columns.iter_mut().zip([&samples.slip, &samples.force, &samples.weight])
+    {
+        column[..to - from].copy_from_slice(&source[from..to]);
+    }
+    columns
+}
+
+#[inline(always)]
+fn chunk_pass(
+    samples: &Samples,
+    range: std::ops::Range<usize>,
+    theta: &Theta,
+    free: &[usize],
+    loss: Loss,
+) -> Pass {
+    let mut total = Pass::default();
+    for from in range.clone().step_by(BLOCK) {
+        let [slip, force, weight] = block(samples, from, (from + BLOCK).min(range.end));
+        let mut J = [[0.0; BLOCK]; COUNT];
+        let mut residual = [0.0; BLOCK];
+        for i in 0..BLOCK {
+            let (value, gradient) = value_and_gradient(theta, slip[i]);
+            residual[i] = value - force[i];
+            for k in 0..COUNT {
+                J[k][i] = gradient[k];
+            }
+        }
+        let (cost, weight) = weigh(loss, &residual, &weight);
+        total.cost += cost;
+        for (place, &i) in free.iter().enumerate() {
+            let mut weighted = [0.0; BLOCK];
+            for k in 0..BLOCK {
+                weighted[k] = weight[k] * J[i][k];
+            }
+            total.gradient[i] += dot(&weighted, &residual);
+            for &j in &free[place..] {
+                total.hessian[i][j] += dot(&weighted, &J[j]);
+            }
+        }
+    }
+    for i in 0..COUNT {
+        for j in 0..i {
+            total.hessian[i][j] = total.hessian[j][i];
+        }
+    }
+    total
+}
+
+#[inline(always)]
+fn chunk_cost(samples: &Samples, range: std::ops::Range<usize>, theta: &Theta, loss: Loss) -> f64 {
+    let mut total = 0.0;
+    for from in range.clone().step_by(BLOCK) {
+        let [slip, force, weight] = block(samples, from, (from + BLOCK).min(range.end));
+        let mut residual = [0.0; BLOCK];
+        for i in 0..BLOCK {
+            residual[i] = value(theta, slip[i]) - force[i];
+        }
+        total += weigh(loss, &residual, &weight).0;
+    }
+    total
+}
+
+/// Cost of a block, and the weights that make the loss a sum of squares to first order.
+#[inline(always)]
+fn weigh(loss: Loss, residual: &Column, weight: &Column) -> (f64, Column) {
+    if let Loss::Square = loss {
+        let mut half = [0.0; BLOCK];
+        for i in 0..BLOCK {
+            half[i] = 0.5 * weight[i] * residual[i];
+        }
+        return (dot(&half, residual), *weight);
+    }
+    let mut cost = [0.0; BLOCK];
+    let mut effective = [0.0; BLOCK];
+    for i in 0..BLOCK {
+        cost[i] = loss.of(residual[i]);
+        effective[i] = weight[i] * loss.weight(residual[i]);
+    }
+    (dot(weight, &cost), effective)
+}
+
+/// Σ a b, in lanes.
+#[inline(always)]
+fn dot(a: &Column, b: &Column) -> f64 {
+    let mut lanes = [0.0; LANES];
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        for k in 0..LANES {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    add_lanes(lanes)
+}
+
+#[inline(always)]
+fn add_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}

@@ -1,0 +1,24 @@
+//! Infers tire curves: points of slip and friction coefficient go in; parameters of the Magic Formula, their posterior and a verdict
+//! for each quantity come out, with reasons in words.
+#![forbid(unsafe_code)]
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "units stand in brackets, which rustdoc takes for links"
+)]
+
+pub mod axle_coupling;
+pub mod compressed;
+pub mod density;
+pub mod estimate;
+pub mod fit;
+pub mod kernel;
+pub mod linearised_slip_noise;
+pub mod noise;
+pub mod parameters;
+pub mod posterior;
+pub mod prior;
+pub mod quantity;
+pub mod settings;
+pub mod synthetic;
+pub mod variational;
+pub mod verdict;

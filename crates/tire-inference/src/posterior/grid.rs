@@ -1,0 +1,180 @@
+//! Draws from the posterior in the box: a grid in C and E that is refined where the posterior is, a line of ln B through each
+//! cell, D, the shifts and the noise in closed form; weights correct what grid and lines leave.
+//!
+//! Several modes get their masses, also narrow ones, which random walks and populations miss.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+mod line;
+mod linear;
+mod modes;
+mod plane;
+
+use numerics::resampling::systematic;
+use rand::RngExt;
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+use crate::compressed::Compressed;
+use crate::parameters::{COUNT, Parameter, Theta};
+use crate::posterior::report::{Method, Mode, Report, Status};
+use crate::posterior::{Found, Options, Posterior};
+use crate::prior::Prior;
+use linear::Linear;
+use plane::{Cell, Place, Plane, is_hopeless};
+
+const S_H: usize = Parameter::S_h as usize;
+
+/// Fewer samples would make the approximations for Student's t distribution coarse.
+const SAMPLES: usize = 12;
+/// Draws that are spread over all cells evenly, in case a cell is worth more than its centre.
+const EVEN: f64 = 1e-4;
+/// Draws from one line of a cell: exploring it costs much more than a draw, and a cell is small beside the posterior.
+const ON_LINE: usize = 4;
+/// Effective number of draws over their number from which on they can be relied on.
+pub const EFFECTIVE: f64 = 0.5;
+/// Largest weight of a draw, their sum being 1, up to which they can.
+pub const LARGEST: f64 = 0.01;
+/// How often cells are split once more for it.
+const FINER: usize = 2;
+/// Modes of less mass are not told.
+const TOLD: f64 = 1e-3;
+
+/// Draws of equal weight. `optima` are points that the grid must not miss, such as the minima of least squares; `None` where
+/// the method does not apply, see [`Status::NotApplicable`].
+pub fn draw(
+    data: &Compressed,
+    prior: &Prior,
+    optima: &[Theta],
+    options: &Options,
+) -> Option<Found> {
+    if data.count() < SAMPLES || prior.free == [false; COUNT] || options.draws == 0 {
+        return None;
+    }
+    let near = optima.first().filter(|_| prior.free[S_H]).unwrap_or(&prior.centre);
+    let linear = Linear::new(data, prior, near[S_H]);
+    let least = optima.iter().map(|theta| data.squares(theta)).fold(f64::INFINITY, f64::min);
+    let least = if least.is_finite() { least } else { 1e-3 * data.square() };
+    let noise = linear.relative_noise(least);
+    if is_hopeless(noise, data.count() as f64) {
+        return None;
+    }
+    let mut plane = Plane::new(&linear, prior, optima, noise);
+    let mut weighted = Weighted::new(&plane, &linear, prior, options);
+    for _ in 0..FINER {
+        // In smaller cells there is less that a centre does not say.
+        if weighted.is_even() || !plane.resolved || !plane.finer() {
+            break;
+        }
+        weighted = Weighted::new(&plane, &linear, prior, options);
+    }
+    let Weighted { drawn, weights, effective_share, largest_weight } = &weighted;
+    let report = Report {
+        method: Method::Grid,
+        status: match (plane.resolved, weighted.is_even()) {
+            (true, true) => Status::Exact,
+            (false, _) => Status::Unresolved,
+            (true, false) => Status::Uneven,
+        },
+        effective_share: *effective_share,
+        largest_weight: *largest_weight,
+        modes: tell_modes(&plane, drawn, weights),
+        cells: plane.visited,
+        levels: plane.level,
+        ..Report::default()
+    };
+    let chosen = systematic(weights, options.draws, options.seed);
+    let draws = chosen.into_iter().map(|index| drawn[index].theta).collect();
+    Some(Found { posterior: Posterior { draws }, report })
+}
+
+struct Draw {
+    theta: Theta,
+    log_weight: f64,
+    place: Place,
+}
+
+/// Draws with weights of sum 1.
+struct Weighted {
+    drawn: Vec<Draw>,
+    weights: Vec<f64>,
+    effective_share: f64,
+    largest_weight: f64,
+}
+
+impl Weighted {
+    fn new(plane: &Plane, linear: &Linear, prior: &Prior, options: &Options) -> Self {
+        let drawn = drawn(plane, linear, prior, options);
+        let best = drawn.iter().map(|draw| draw.log_weight).fold(f64::NEG_INFINITY, f64::max);
+        let mut weights: Vec<f64> =
+            drawn.iter().map(|draw| (draw.log_weight - best).exp()).collect();
+        let whole: f64 = weights.iter().sum();
+        weights.iter_mut().for_each(|weight| *weight /= whole);
+        let effective = weights.iter().map(|weight| weight * weight).sum::<f64>().recip();
+        Self {
+            effective_share: effective / options.draws as f64,
+            largest_weight: weights.iter().copied().fold(0.0, f64::max),
+            drawn,
+            weights,
+        }
+    }
+
+    fn is_even(&self) -> bool {
+        self.effective_share >= EFFECTIVE && self.largest_weight <= LARGEST
+    }
+}
+
+/// Draws from the cells in proportion to their masses, with the weights that make them draws from the posterior.
+fn drawn(plane: &Plane, linear: &Linear, prior: &Prior, options: &Options) -> Vec<Draw> {
+    let cells: Vec<(&Place, &Cell)> = plane.cells.iter().collect();
+    let best = cells.iter().map(|(_, cell)| cell.log).fold(f64::NEG_INFINITY, f64::max);
+    let masses: Vec<f64> = cells.iter().map(|(_, cell)| (cell.log - best).exp()).collect();
+    let whole: f64 = masses.iter().sum();
+    let even = EVEN / cells.len() as f64;
+    let shares: Vec<f64> = masses.iter().map(|mass| mass / whole * (1.0 - EVEN) + even).collect();
+    let chosen = systematic(&shares, options.draws, !options.seed);
+    let some = |(number, same): (usize, &[usize])| -> Vec<Draw> {
+        let index = same[0];
+        let mut random = Pcg64::new(u128::from(options.seed), number as u128);
+        let (&place, cell) = cells[index];
+        let [[C, width], [s, height]] = plane.centre(place);
+        let C = C + (random.random::<f64>() - 0.5) * width;
+        let s = s + (random.random::<f64>() - 0.5) * height;
+        let line = plane.line(C, s, Some(&cell.line.shape));
+        let ends = plane.ends();
+        let mut one = |_: &usize| {
+            let (log_B, log_drawn) = line.draw(ends, &mut random);
+            let (integral, log_density) = plane.integral(log_B, C, s);
+            let mut theta = prior.centre;
+            if prior.free[0] {
+                theta[0] = log_B.exp().clamp(prior.bounds.lower[0], prior.bounds.upper[0]);
+            }
+            theta[1] = C;
+            theta[3] = plane.E(s);
+            let log_weight = log_density - log_drawn - shares[index].ln()
+                + linear.draw(&mut theta, &integral, &mut random);
+            let inside = (ends[0]..=ends[1]).contains(&log_B) && log_weight.is_finite();
+            Draw { theta, log_weight: if inside { log_weight } else { f64::NEG_INFINITY }, place }
+        };
+        same.iter().map(&mut one).collect()
+    };
+    let of_cell = chosen.chunk_by(|a, b| a == b);
+    let groups: Vec<_> = of_cell.flat_map(|same| same.chunks(ON_LINE)).enumerate().collect();
+    groups.into_par_iter().flat_map_iter(some).collect()
+}
+
+fn tell_modes(plane: &Plane, drawn: &[Draw], weights: &[f64]) -> Vec<Mode> {
+    let owner = modes::modes(plane);
+    let mut sums: std::collections::BTreeMap<usize, Mode> = Default::default();
+    for (draw, weight) in drawn.iter().zip(weights) {
+        let Some(mode) = owner.get(&draw.place) else { continue };
+        let mode = sums.entry(*mode).or_insert(Mode { mass: 0.0, mean: [0.0; COUNT] });
+        mode.mass += weight;
+        mode.mean = std::array::from_fn(|i| mode.mean[i] + weight * draw.theta[i]);
+    }
+    let mut modes: Vec<Mode> = sums.into_values().filter(|mode| mode.mass > TOLD).collect();
+    for mode in &mut modes {
+        mode.mean = mode.mean.map(|sum| sum / mode.mass);
+    }
+    modes.sort_by(|a, b| b.mass.total_cmp(&a.mass));
+    modes
+}

@@ -1,0 +1,51 @@
+//! Finds the modes among cells: summits with a valley between them and any higher one.
+
+use std::collections::BTreeMap;
+
+use crate::posterior::grid::plane::{Place, Plane};
+
+/// How far below a summit the way to a higher one must lead, in nats, for the two to be apart.
+const VALLEY: f64 = 2.0;
+
+/// A number of its mode for each cell.
+pub fn modes(plane: &Plane) -> BTreeMap<Place, usize> {
+    let mut order: Vec<(Place, f64)> =
+        plane.cells.iter().map(|(&place, cell)| (place, cell.log)).collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // The water level falls; islands that meet before they have risen far enough are one.
+    let mut islands: Vec<Island> = Vec::new();
+    let mut owner: BTreeMap<Place, usize> = BTreeMap::new();
+    for (place, log) in order {
+        let mut near: Vec<usize> = plane
+            .neighbours(place)
+            .filter_map(|(place, _)| owner.get(&place))
+            .map(|&island| root(&islands, island))
+            .collect();
+        near.sort_unstable();
+        near.dedup();
+        let Some(&highest) = near.first() else {
+            owner.insert(place, islands.len());
+            islands.push(Island { summit: log, part_of: None });
+            continue;
+        };
+        owner.insert(place, highest);
+        for &island in &near[1..] {
+            if islands[island].summit - log < VALLEY {
+                islands[island].part_of = Some(highest);
+            }
+        }
+    }
+    owner.into_iter().map(|(place, island)| (place, root(&islands, island))).collect()
+}
+
+struct Island {
+    summit: f64,
+    part_of: Option<usize>,
+}
+
+fn root(islands: &[Island], mut island: usize) -> usize {
+    while let Some(whole) = islands.get(island).and_then(|island| island.part_of) {
+        island = whole;
+    }
+    island
+}

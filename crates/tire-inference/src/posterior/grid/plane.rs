@@ -1,0 +1,295 @@
+//! Covers the plane of C and E with cells, finer and finer where the posterior is.
+//!
+//! E is 1 − 2 s² in the box from −1 to 1, so that even cells in s resolve the needle that the posterior often has at E → 1.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::parameters::{Parameter, Theta};
+use crate::posterior::grid::line::{self, Line, Shape};
+use crate::posterior::grid::linear::{Integral, Linear};
+use crate::prior::Prior;
+
+const STIFFNESS: usize = Parameter::B as usize;
+const SHAPE: usize = Parameter::C as usize;
+const CURVATURE: usize = Parameter::E as usize;
+
+/// Most levels.
+const LEVELS: usize = 14;
+/// Most cells at a level.
+pub const CELLS: usize = 20_000;
+/// Nats below the best cell that are kept.
+const KEEP: f64 = 12.0;
+/// A difference to a neighbour that leaves open what is in between [nat].
+const STEEP: f64 = 2.0;
+/// The mass that may be in such cells.
+const STEEP_MASS: f64 = 0.1;
+
+/// Column and row.
+pub type Place = (i32, i32);
+
+/// A cell: its density is that at its centre, or at an optimum in it, if higher.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Logarithm of the density of C and s, but for a constant.
+    pub log: f64,
+    /// The line through its centre.
+    pub line: Line,
+}
+
+/// The cells of a level.
+pub struct Plane<'a> {
+    linear: &'a Linear<'a>,
+    prior: &'a Prior,
+    /// C and s of points that must not be missed.
+    seeds: Vec<[f64; 2]>,
+    /// Columns and rows of the whole box.
+    size: [i32; 2],
+    /// The cells, those that hold next to nothing left out.
+    pub cells: BTreeMap<Place, Cell>,
+    /// How often cells were split.
+    pub level: usize,
+    /// Cells of all levels.
+    pub visited: usize,
+    /// Whether the last level resolves the posterior.
+    pub resolved: bool,
+}
+
+/// What of the data's likelihood counts at first, for each unit of the noise.
+const SOFT: f64 = 1.5e5;
+
+/// Whether noise is so small that not even the wide posterior of a part of the data leaves out any cell: then so many would be split
+/// that the grid ends before it resolves anything.
+pub fn is_hopeless(noise: f64, count: f64) -> bool {
+    KEEP / (SOFT * noise) > -0.5 * count * noise.ln()
+}
+
+impl<'a> Plane<'a> {
+    /// Cells about all that counts. `seeds` are optima, `noise` is that of [`Linear::relative_noise`] at the best of them.
+    pub fn new(linear: &'a Linear<'a>, prior: &'a Prior, seeds: &[Theta], noise: f64) -> Self {
+        // The posterior's width falls with the root of the noise, and a cell must not be wider than a few of it.
+        let across = (24.0 * (8e-7 / noise).sqrt()).clamp(24.0, 72.0).round() as i32;
+        let size = [SHAPE, CURVATURE].map(|axis| if prior.free[axis] { across } else { 1 });
+        let seed = |theta: &Theta| {
+            let shape = if prior.free[SHAPE] { theta[SHAPE] } else { prior.centre[SHAPE] };
+            [shape, s_of(prior, theta[CURVATURE])]
+        };
+        let seeds = seeds.iter().map(seed).collect();
+        let mut this = Self {
+            linear,
+            prior,
+            seeds,
+            size,
+            cells: BTreeMap::new(),
+            level: 0,
+            visited: 0,
+            resolved: false,
+        };
+        this.refine(noise);
+        this
+    }
+
+    fn refine(&mut self, noise: f64) {
+        let all = (0..self.size[0]).flat_map(|i| (0..self.size[1]).map(move |k| ((i, k), None)));
+        self.visit(all.collect());
+        // The posterior of fewer data first: it is wide enough for wide cells.
+        let mut beta = (SOFT * noise).min(1.0);
+        self.resolved = self.size == [1, 1];
+        while !self.resolved && self.can_split() {
+            self.split(KEEP / beta);
+            beta = (4.0 * beta).min(1.0);
+            self.fill(KEEP / beta);
+            self.resolved = self.steep_mass() < STEEP_MASS;
+        }
+    }
+
+    fn can_split(&self) -> bool {
+        self.size != [1, 1]
+            && self.level < LEVELS
+            && self.visited < CELLS * 4
+            && self.cells.len() < CELLS
+    }
+
+    /// Splits the cells once more, if there may be so many.
+    pub fn finer(&mut self) -> bool {
+        let can = self.can_split();
+        if can {
+            self.split(KEEP);
+            self.fill(KEEP);
+        }
+        can
+    }
+
+    /// Looks at cells, each with what is known of the line of a neighbour.
+    fn visit(&mut self, wanted: BTreeMap<Place, Option<Shape>>) {
+        self.visited += wanted.len();
+        let list: Vec<_> = wanted.into_iter().collect();
+        let found: Vec<Cell> =
+            list.par_iter().map(|(place, near)| self.look(*place, near.as_ref())).collect();
+        self.cells.extend(list.into_iter().map(|(place, _)| place).zip(found));
+    }
+
+    fn look(&self, place: Place, near: Option<&Shape>) -> Cell {
+        let [[C, width], [s, height]] = self.centre(place);
+        let mut line = self.line(C, s, near);
+        for &[seed_C, seed_s] in &self.seeds {
+            if (seed_C - C).abs() <= 0.5 * width && (seed_s - s).abs() <= 0.5 * height {
+                let other = self.line(seed_C, seed_s.max(s - 0.25 * height), near);
+                line = if other.log > line.log { other } else { line };
+            }
+        }
+        Cell { log: line.log + self.log_volume(s), line }
+    }
+
+    /// The density along a line of the box.
+    pub fn line(&self, C: f64, s: f64, near: Option<&Shape>) -> Line {
+        let E = self.E(s);
+        // Per ln B.
+        let density = |log_B: f64| self.linear.at(log_B.exp(), C, E).log + log_B;
+        line::explore(&density, self.ends(), near)
+    }
+
+    /// Integral over all but B, C and s, as a density of ln B, C and s.
+    pub fn integral(&self, log_B: f64, C: f64, s: f64) -> (Integral, f64) {
+        let integral = self.linear.at(log_B.exp(), C, self.E(s));
+        (integral, integral.log + log_B + self.log_volume(s))
+    }
+
+    /// Ends of ln B.
+    pub fn ends(&self) -> [f64; 2] {
+        if self.prior.free[STIFFNESS] {
+            [self.prior.bounds.lower[STIFFNESS].ln(), self.prior.bounds.upper[STIFFNESS].ln()]
+        } else {
+            [self.prior.centre[STIFFNESS].ln(); 2]
+        }
+    }
+
+    /// E at a height of the plane.
+    pub fn E(&self, s: f64) -> f64 {
+        let [low, high] = [self.prior.bounds.lower[CURVATURE], self.prior.bounds.upper[CURVATURE]];
+        if self.prior.free[CURVATURE] {
+            high - (high - low) * s * s
+        } else {
+            self.prior.centre[CURVATURE]
+        }
+    }
+
+    /// dE/ds but for a factor.
+    fn log_volume(&self, s: f64) -> f64 {
+        if self.prior.free[CURVATURE] { s.ln() } else { 0.0 }
+    }
+
+    /// C and s of a cell's centre, with its width and its height.
+    pub fn centre(&self, place: Place) -> [[f64; 2]; 2] {
+        let axis = |low: f64, high: f64, index: i32, count: i32| {
+            let step = (high - low) / f64::from(count);
+            [low + (f64::from(index) + 0.5) * step, step]
+        };
+        let [low, high] = match self.prior.free[SHAPE] {
+            true => [self.prior.bounds.lower[SHAPE], self.prior.bounds.upper[SHAPE]],
+            false => [self.prior.centre[SHAPE]; 2],
+        };
+        [axis(low, high, place.0, self.size[0]), axis(0.0, 1.0, place.1, self.size[1])]
+    }
+
+    /// The cells about one that are in the box.
+    fn around(&self, (i, k): Place) -> impl Iterator<Item = Place> + use<> {
+        let size = self.size;
+        (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (i + a, k + b))).filter(move |&(a, b)| {
+            (a, b) != (i, k) && a >= 0 && b >= 0 && a < size[0] && b < size[1]
+        })
+    }
+
+    /// Neighbours that were looked at.
+    pub fn neighbours(&self, place: Place) -> impl Iterator<Item = (Place, &Cell)> {
+        self.around(place).filter_map(|place| Some((place, self.cells.get(&place)?)))
+    }
+
+    fn best(&self) -> f64 {
+        self.cells.values().map(|cell| cell.log).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Largest difference to a neighbour.
+    fn step(&self, place: Place, cell: &Cell) -> f64 {
+        self.neighbours(place).map(|(_, other)| (other.log - cell.log).abs()).fold(0.0, f64::max)
+    }
+
+    /// Four cells for each that counts, or may count between its centre and the next.
+    fn split(&mut self, keep: f64) {
+        let least = self.best() - keep;
+        let kept = self
+            .cells
+            .iter()
+            .filter(|(place, cell)| cell.log + 0.6 * self.step(**place, cell) > least);
+        let parts = |size: i32| if size > 1 { 2 } else { 1 };
+        let [across, up] = self.size.map(parts);
+        let wanted: BTreeMap<_, _> = kept
+            .flat_map(|(&(i, k), cell)| {
+                (0..across).flat_map(move |a| {
+                    (0..up)
+                        .map(move |b| ((across * i + a, up * k + b), Some(cell.line.shape.clone())))
+                })
+            })
+            .collect();
+        self.size = [self.size[0] * across, self.size[1] * up];
+        self.level += 1;
+        self.cells.clear();
+        self.visit(wanted);
+        let seeds: BTreeMap<_, _> = self
+            .seeds
+            .iter()
+            .map(|seed| self.place(*seed))
+            .filter(|place| !self.cells.contains_key(place))
+            .map(|place| (place, None))
+            .collect();
+        self.visit(seeds);
+    }
+
+    /// The cell that a point is in.
+    fn place(&self, [C, s]: [f64; 2]) -> Place {
+        let [[low, width], [_, height]] = self.centre((0, 0));
+        let index = |x: f64, count: i32| {
+            if x.is_finite() { (x as i32).clamp(0, count - 1) } else { 0 }
+        };
+        (index((C - low) / width + 0.5, self.size[0]), index(s / height, self.size[1]))
+    }
+
+    /// Looks at all neighbours of cells that count, and at theirs: what a wider cell did not show is not lost.
+    fn fill(&mut self, keep: f64) {
+        while self.cells.len() < CELLS {
+            let least = self.best() - keep;
+            let mut wanted = BTreeMap::new();
+            for (&place, cell) in self.cells.iter().filter(|(_, cell)| cell.log > least) {
+                for next in self.around(place).filter(|next| !self.cells.contains_key(next)) {
+                    wanted.entry(next).or_insert_with(|| Some(cell.line.shape.clone()));
+                }
+            }
+            if wanted.is_empty() {
+                return;
+            }
+            self.visit(wanted);
+        }
+    }
+
+    /// The share of the mass in cells beside much lower or higher ones.
+    fn steep_mass(&self) -> f64 {
+        let best = self.best();
+        let (mut steep, mut whole) = (0.0, 0.0);
+        for (&place, cell) in &self.cells {
+            let mass = (cell.log - best).exp();
+            whole += mass;
+            if self.step(place, cell) > STEEP {
+                steep += mass;
+            }
+        }
+        steep / whole
+    }
+}
+
+/// Height in the plane of a value of E.
+fn s_of(prior: &Prior, value: f64) -> f64 {
+    let [low, high] = [prior.bounds.lower[CURVATURE], prior.bounds.upper[CURVATURE]];
+    ((high - value) / (high - low)).clamp(0.0, 1.0).sqrt()
+}

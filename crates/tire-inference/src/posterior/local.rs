@@ -1,0 +1,50 @@
+//! Draws from the posterior about the optima, by importance sampling: where data have so little noise that no grid in the box is fine
+//! enough, there is nothing of it elsewhere.
+
+use nalgebra::DVector;
+use numerics::importance;
+use numerics::resampling::systematic;
+use numerics::variational::LogDensity;
+
+use crate::compressed::Compressed;
+use crate::density::TireDensity;
+use crate::parameters::Theta;
+use crate::posterior::report::{Method, Report, Status};
+use crate::posterior::{Found, Options, Posterior};
+use crate::prior::Prior;
+
+/// Effective draws for each one that is wanted.
+const SHARE: f64 = 0.5;
+
+/// Draws of equal weight; `None` where they do not come close to the posterior. A mode that no optimum is near is missed.
+pub fn draw(
+    data: &Compressed,
+    prior: &Prior,
+    optima: &[Theta],
+    options: &Options,
+) -> Option<Found> {
+    let density = TireDensity::new(data, prior);
+    let freedom = data.count().checked_sub(density.dimension()).filter(|freedom| *freedom > 0)?;
+    let start = |theta: &Theta| {
+        let point = density.point(theta, (data.squares(theta) / freedom as f64).sqrt());
+        let covariance = density.information(&point).cholesky()?.inverse();
+        Some((point, covariance))
+    };
+    let starts: Vec<_> = optima.iter().filter_map(start).collect();
+    let logs = |points: &[DVector<f64>]| points.iter().map(|x| density.at(x).0).collect();
+    let sampled =
+        importance::sample(&logs, &starts, SHARE * options.draws as f64, options.seed, || true)?;
+    let chosen = systematic(&sampled.weights, options.draws, options.seed);
+    let draws = chosen.into_iter().map(|index| density.theta(&sampled.points[index])).collect();
+    let report = Report {
+        method: Method::Importance,
+        status: Status::Exact,
+        effective_share: sampled.diagnosis.effective_share,
+        largest_weight: sampled.diagnosis.largest_weight,
+        k_hat: Some(sampled.diagnosis.k_hat),
+        cells: sampled.evaluations,
+        levels: sampled.rounds,
+        ..Report::default()
+    };
+    sampled.is_exact().then_some(Found { posterior: Posterior { draws }, report })
+}

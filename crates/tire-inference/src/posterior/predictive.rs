@@ -1,0 +1,209 @@
+//! Compares the samples with what the posterior says that they should be: does the model fit?
+//!
+//! All that is compared are residuals over their standard deviation, each draw with a noise of its own: given the curve, S/σ² is
+//! χ² distributed. Of Student's noise, whose scale is known, residuals first become the normal deviates that are as far out.
+
+use numerics::loss::Loss;
+use numerics::statistics::mean;
+use numerics::student::student_deviate;
+use numerics::text::significant;
+use preparation::samples::Samples;
+use rand_distr::{ChiSquared, Distribution};
+use rand_pcg::Pcg64;
+use serde::Serialize;
+
+use crate::kernel::value;
+use crate::posterior::Posterior;
+
+/// Draws that are looked at: a share among them is known to four hundredths or better.
+const DRAWS: usize = 200;
+/// Groups of samples with neighbouring slips.
+const GROUPS: usize = 20;
+/// Fewer samples say nothing.
+const FEWEST: usize = 40;
+/// Normal residuals are between these 95 % of the time.
+const MIDDLE: f64 = 1.959_963_984_540_054;
+/// Beyond, there is one normal residual in 15,787.
+const GROSS: f64 = 4.0;
+
+/// What the samples look like under the posterior.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Predictive {
+    /// Share of the samples inside the 95 % band of predictions.
+    pub inside: f64,
+    /// How often samples of the model would leave larger mean residuals in twenty groups of neighbouring slips than these:
+    /// the posterior predictive p-value of Σ n (mean residual / σ)². Near 0 the curve has the wrong shape.
+    pub p_value: f64,
+    /// Share of the samples more than four standard deviations off; of normal noise 0.00006.
+    pub gross: f64,
+    /// Of residuals of consecutive samples. Above 0 the samples tell less than their number.
+    pub autocorrelation: f64,
+    /// Whether nothing speaks against the model.
+    pub fits: bool,
+    /// In words.
+    pub message: String,
+}
+
+/// Compares `samples`, whose weights are their relative precisions, in the order in which they were measured. `None` where there
+/// are too few samples or no draws. The same seed gives the same numbers.
+pub fn predictive(
+    samples: &Samples,
+    loss: Loss,
+    posterior: &Posterior,
+    seed: u64,
+) -> Option<Predictive> {
+    let used: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
+    let every = posterior.draws.len().div_ceil(DRAWS).max(1);
+    let freedom = ChiSquared::new(used.len().checked_sub(1)? as f64).ok()?;
+    let reference = ChiSquared::new(GROUPS as f64).ok()?;
+    if used.len() < FEWEST || posterior.draws.is_empty() {
+        return None;
+    }
+    let mut by_slip: Vec<usize> = (0..used.len()).collect();
+    by_slip.sort_by(|&i, &j| samples.slip[used[i]].total_cmp(&samples.slip[used[j]]));
+    let mut random = Pcg64::new(u128::from(seed), 0);
+    let mut larger = 0.0;
+    let mut draws = 0.0;
+    // Moments of the predictions of each sample, times the root of its weight.
+    let mut first = vec![0.0; used.len()];
+    let mut second = vec![0.0; used.len()];
+    let mut noise = 0.0;
+    for theta in posterior.draws.iter().step_by(every) {
+        let residual = |&i: &usize| {
+            samples.weight[i].sqrt() * (samples.force[i] - value(theta, samples.slip[i]))
+        };
+        let mut residuals: Vec<f64> = used.iter().map(residual).collect();
+        let variance = if let Loss::StudentT { freedom, scale } = loss {
+            residuals.iter_mut().for_each(|r| *r = student_deviate(*r / scale, freedom));
+            1.0
+        } else {
+            let squares: f64 = residuals.iter().map(|r| r * r).sum();
+            squares / freedom.sample(&mut random)
+        };
+        let group = |members: &[usize]| {
+            members.iter().map(|&i| residuals[i]).sum::<f64>().powi(2) / members.len() as f64
+        };
+        let groups = (0..GROUPS).map(|g| {
+            group(&by_slip[g * used.len() / GROUPS..(g + 1) * used.len() / GROUPS]) / variance
+        });
+        larger += f64::from(reference.sample(&mut random) >= groups.sum::<f64>());
+        draws += 1.0;
+        noise += variance;
+        for ((first, second), r) in first.iter_mut().zip(&mut second).zip(&residuals) {
+            *first += r;
+            *second += r * r;
+        }
+    }
+    noise /= draws;
+    let (mut inside, mut gross) = (0.0, 0.0);
+    for (first, second) in first.iter().zip(&second) {
+        let mean = first / draws;
+        let spread = second / draws - mean * mean;
+        let off = mean.abs() / (noise + spread.max(0.0)).sqrt();
+        inside += f64::from(off <= MIDDLE);
+        gross += f64::from(off > GROSS);
+    }
+    let count = used.len() as f64;
+    let mut found = Predictive {
+        inside: inside / count,
+        p_value: larger / draws,
+        gross: gross / count,
+        autocorrelation: autocorrelation(&first),
+        fits: true,
+        message: String::new(),
+    };
+    let objections = found.objections(count);
+    found.fits = objections.is_empty();
+    found.message = if found.fits {
+        let share = significant(100.0 * found.inside, 3);
+        format!(
+            "Nothing speaks against the model: {share} % of the samples are in the 95 % band of predictions."
+        )
+    } else {
+        objections.join(" ")
+    };
+    Some(found)
+}
+
+/// Correlation of neighbours.
+fn autocorrelation(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    let products = values.windows(2).map(|pair| (pair[0] - mean) * (pair[1] - mean));
+    products.sum::<f64>() / values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
+}
+
+impl Predictive {
+    /// What speaks against the model, a sentence each.
+    fn objections(&self, count: f64) -> Vec<String> {
+        let mut found = Vec::new();
+        if self.p_value < 0.01 {
+            found.push(
+                "The curve does not have the shape of the data: residuals at neighbouring slips are on the same side of it."
+                    .to_owned(),
+            );
+        }
+        // Five such samples, or a share that normal noise does not reach.
+        if self.gross * count >= 5.0 && self.gross > 1e-3 {
+            let share = significant(100.0 * self.gross, 2);
+            found.push(format!(
+                "{share} % of the samples are gross outliers, which normal noise does not have: try the loss `student_t`."
+            ));
+        }
+        // Three standard deviations of a share of independent samples.
+        if (self.inside - 0.95).abs() > 0.02_f64.max(3.0 * (0.95 * 0.05 / count).sqrt()) {
+            let share = significant(100.0 * self.inside, 3);
+            found.push(format!("{share} % of the samples are in the 95 % band of predictions."));
+        }
+        if self.autocorrelation > 0.2_f64.max(3.0 / count.sqrt()) {
+            let ratio = (1.0 - self.autocorrelation) / (1.0 + self.autocorrelation);
+            found.push(format!(
+                "Residuals of consecutive samples correlate by {}: they tell as much as {} independent ones, and standard \
+                 deviations are too small by a factor of {} or so.",
+                significant(self.autocorrelation, 2),
+                significant(ratio * count, 2),
+                significant(ratio.sqrt().recip(), 2)
+            ));
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compressed::Compressed;
+    use crate::posterior::{Options, draw};
+    use crate::prior::Prior;
+    use crate::synthetic::{Excitation, samples};
+
+    fn check(seed: u64, spoil: impl Fn(usize, &mut f64)) -> Predictive {
+        let excitation = Excitation { samples: 600, slip_std: 0.0, seed, ..Excitation::default() };
+        let mut samples = samples(&excitation, 0.3);
+        samples.force.iter_mut().enumerate().for_each(|(i, force)| spoil(i, force));
+        let data = Compressed::new(&samples);
+        let options = Options { draws: 512, seed: 0 };
+        let posterior = draw(&data, &Prior::longitudinal(), &[], &options).posterior;
+        predictive(&samples, Loss::Square, &posterior, 0).expect("enough samples")
+    }
+
+    #[test]
+    fn data_of_the_model_fit() {
+        let found: Vec<Predictive> = (0..5).map(|seed| check(seed, |_, _| {})).collect();
+        assert!(found.iter().all(|one| one.fits), "{found:?}");
+        let inside = found.iter().map(|one| one.inside).sum::<f64>() / 5.0;
+        assert!((inside - 0.95).abs() < 0.012, "{inside}");
+        assert_eq!(found[0], check(0, |_, _| {}));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told() {
+        // A bump that no Magic Formula has.
+        let bump = check(0, |i, force| *force += 0.04 * (0.03 * i as f64).sin());
+        assert!(!bump.fits && bump.p_value < 0.01, "{bump:?}");
+        let outliers = check(0, |i, force| *force += if i % 20 == 7 { 0.8 } else { 0.0 });
+        assert!(!outliers.fits && outliers.gross > 0.02, "{outliers:?}");
+        assert!(outliers.message.contains("student_t"), "{}", outliers.message);
+        let drift = check(0, |i, force| *force += 0.06 * (2.0 * (i as f64).sqrt()).sin());
+        assert!(!drift.fits && drift.autocorrelation > 0.2, "{drift:?}");
+    }
+}

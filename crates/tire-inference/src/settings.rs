@@ -1,0 +1,163 @@
+//! Says how a tire curve is to be identified.
+
+use numerics::loss::Loss;
+use preparation::direction::Direction;
+use preparation::samples::Samples;
+use serde::Deserialize;
+
+use crate::fit::{
+    Constraints, FitError, Options, Problem, Pull, SlipNoise, Solution, least_squares, nelder_mead,
+};
+use crate::parameters::Normal;
+use crate::prior::Prior;
+use crate::variational::Optimiser;
+
+/// A way to find the values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Constrained least squares from several starts.
+    LeastSquares,
+    /// The simplex of Nelder and Mead, in bounds only: the yardstick of the literature.
+    NelderMead,
+    /// A normal distribution in place of the posterior; where it cannot be trusted, the posterior itself.
+    Svi,
+    /// The posterior itself.
+    Reference,
+}
+
+impl Method {
+    /// As in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LeastSquares => "least_squares",
+            Self::NelderMead => "nelder_mead",
+            Self::Svi => "svi",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// For people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::LeastSquares => "least squares",
+            Self::NelderMead => "Nelder-Mead",
+            Self::Svi => "variational inference",
+            Self::Reference => "exact posterior",
+        }
+    }
+}
+
+/// How a curve is identified.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Which force.
+    pub direction: Direction,
+    /// What is known before any data.
+    pub prior: Prior,
+    /// What physics says beside the bounds.
+    pub constraints: Constraints,
+    /// A pull of the fit towards typical values.
+    pub ridge: Option<Pull>,
+    /// What an earlier run or a test bench found. It counts as data: in the fit, the posterior and the verdicts.
+    pub earlier: Option<Normal>,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Noise in the slip.
+    pub slip_noise: Option<SlipNoise>,
+    /// Whether parameters that the data cannot tell are held at the prior.
+    pub hold: bool,
+    /// How the optimum is searched.
+    pub options: Options,
+    /// How variational inference raises its bound.
+    pub svi: Optimiser,
+}
+
+impl Settings {
+    /// Plain least squares with the usual prior.
+    pub fn new(direction: Direction) -> Self {
+        let prior = match direction {
+            Direction::Lateral => Prior::lateral(),
+            Direction::Longitudinal => Prior::longitudinal(),
+        };
+        Self {
+            direction,
+            prior,
+            constraints: Constraints::default(),
+            ridge: None,
+            earlier: None,
+            loss: Loss::Square,
+            slip_noise: None,
+            hold: true,
+            options: Options::default(),
+            svi: Optimiser::default(),
+        }
+    }
+
+    /// What is fitted, with what is known in `prior`. What was found earlier counts if it has a weight: the variance of the noise
+    /// for a sum of squares, 1 for a likelihood.
+    pub fn problem<'a>(
+        &self,
+        samples: &'a Samples,
+        prior: &Prior,
+        weight: Option<f64>,
+    ) -> Problem<'a> {
+        let earlier = self.earlier.zip(weight).map(|(towards, weight)| Pull { towards, weight });
+        Problem {
+            samples,
+            bounds: prior.bounds,
+            free: prior.free,
+            held: prior.centre,
+            pulls: self.ridge.into_iter().chain(earlier).collect(),
+            constraints: self.constraints,
+            loss: self.loss,
+            slip_noise: self.slip_noise,
+        }
+    }
+
+    /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip. What is about the posterior
+    /// starts from least squares.
+    ///
+    /// # Errors
+    /// If samples or settings leave nothing to fit, see [`FitError`].
+    pub fn fit(
+        &self,
+        samples: &Samples,
+        prior: &Prior,
+        method: Method,
+    ) -> Result<Solution, FitError> {
+        let mut solution = self.fit_once(samples, prior, method, None)?;
+        if self.earlier.is_some() {
+            // The noise of the free fit, then that of the one that knows of earlier: its estimate hardly moves again.
+            for _ in 0..2 {
+                let variance = Some(self.loss.variance(solution.noise_std));
+                solution = self.fit_once(samples, prior, method, variance)?;
+            }
+        }
+        Ok(solution)
+    }
+
+    fn fit_once(
+        &self,
+        samples: &Samples,
+        prior: &Prior,
+        method: Method,
+        variance: Option<f64>,
+    ) -> Result<Solution, FitError> {
+        let weight = match method {
+            Method::LeastSquares if self.slip_noise.is_some() => Some(1.0),
+            _ => variance,
+        };
+        let problem = self.problem(samples, prior, weight);
+        match method {
+            Method::LeastSquares | Method::Svi | Method::Reference => {
+                least_squares(&problem, &self.options)
+            }
+            Method::NelderMead => {
+                let constraints = Constraints::default();
+                let plain = Problem { constraints, slip_noise: None, ..problem };
+                nelder_mead::fit(&plain, &Options { start: Some(prior.centre), ..self.options })
+            }
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Says what a fitted normal distribution found, and whether to trust it.
+
+use numerics::convergence::Status;
+use numerics::psis::{Diagnosis, HIGHEST_K_HAT};
+use numerics::statistics::{interval, mean, std};
+use numerics::text::significant;
+use serde::Serialize;
+
+use crate::parameters::Parameter;
+use crate::posterior::Posterior;
+use crate::prior::Prior;
+use crate::quantity::{ByName, Quantity};
+
+/// What the normal distribution itself said, and how well it matches the posterior.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Whether it can stand for the posterior.
+    pub trusted: bool,
+    /// Why not, in a sentence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warning: Option<String>,
+    /// Means under it.
+    pub mean: ByName,
+    /// Standard deviations under it.
+    pub std: ByName,
+    /// Middle 95 % under it.
+    pub interval: ByName<[f64; 2]>,
+    /// Rows and columns of `covariance`.
+    pub parameters: Vec<String>,
+    /// Covariance of the parameters under it.
+    pub covariance: Vec<Vec<f64>>,
+    /// Mean of the standard deviation of the noise of the friction coefficient [-].
+    pub noise_std: f64,
+    /// How its fit ended.
+    pub status: Status,
+    /// How far the fit is from the optimum, without a unit, see [`numerics::variational::gaussian::Comparison::gradient_norm`].
+    pub gradient_norm: f64,
+    /// Steps that were taken.
+    pub steps: usize,
+    /// Points that stood for the standard normal distribution.
+    pub points: usize,
+    /// Evaluations of the likelihood.
+    pub evaluations: usize,
+    /// Evidence lower bound [nat], over fresh draws; but for a constant.
+    pub elbo: f64,
+    /// The same over the fit's own points, step by step.
+    pub elbo_trace: Vec<f64>,
+    /// Of the weights that would correct it.
+    #[serde(flatten)]
+    pub diagnosis: Diagnosis,
+    /// Of the weights that do, on draws with heavier tails.
+    pub correction: Diagnosis,
+    /// Wall time [s].
+    pub seconds: f64,
+}
+
+/// Numbers of a distribution.
+pub struct Summary {
+    /// Means.
+    pub mean: ByName,
+    /// Standard deviations.
+    pub std: ByName,
+    /// Middle 95 %.
+    pub interval: ByName<[f64; 2]>,
+}
+
+impl Summary {
+    /// Of draws, for all parameters that are free and what follows from them.
+    pub fn of(posterior: &Posterior, prior: &Prior) -> Self {
+        let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
+        let mut summary = Self { mean: ByName::new(), std: ByName::new(), interval: ByName::new() };
+        for quantity in quantities {
+            let (name, values) = (quantity.name(), posterior.values(quantity));
+            summary.mean.insert(name.to_owned(), mean(&values));
+            summary.std.insert(name.to_owned(), std(&values));
+            summary.interval.insert(name.to_owned(), interval(values));
+        }
+        summary
+    }
+}
+
+/// What else is known that a normal distribution cannot show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Suspicion {
+    /// Parameters whose best values are on a bound.
+    pub at_bound: Vec<Parameter>,
+    /// Optima or modes that the data do not decide between.
+    pub modes: usize,
+}
+
+/// Why a normal distribution is not to be trusted; `None` if it is.
+pub fn warning(
+    (status, gradient_norm): (Status, f64),
+    weights: [&Diagnosis; 2],
+    suspicion: &Suspicion,
+) -> Option<String> {
+    let mut reasons = Vec::new();
+    if status != Status::Converged {
+        let norm = significant(gradient_norm, 2);
+        reasons.push(format!("its fit did not converge (gradient norm {norm})"));
+    }
+    if let Some(far) = weights.into_iter().find(|diagnosis| !diagnosis.is_close()) {
+        let Diagnosis { k_hat, effective_share, .. } = far;
+        let [k_hat, share] = [*k_hat, 100.0 * effective_share].map(|x| significant(x, 2));
+        reasons.push(format!(
+            "it does not cover the posterior (k-hat {k_hat}, to be below {HIGHEST_K_HAT}; {share} % of its draws count)"
+        ));
+    }
+    if !suspicion.at_bound.is_empty() {
+        let names: Vec<&str> = suspicion.at_bound.iter().map(|p| p.name()).collect();
+        reasons.push(format!("the posterior ends at a bound of {}", names.join(", ")));
+    }
+    if suspicion.modes > 1 {
+        reasons.push(format!("the data do not decide between {} modes", suspicion.modes));
+    }
+    let reasons = reasons.join("; ");
+    (!reasons.is_empty())
+        .then(|| format!("The normal distribution is not to be trusted: {reasons}."))
+}

@@ -1,0 +1,213 @@
+//! Judges what the data can tell about a tire: each quantity by three criteria, in words.
+//!
+//! The data identify a quantity if (a) they narrow it to less than 0.3 of what the box allows, (b) its profile
+//! likelihood rules out values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it. If (a)
+//! fails the value is what the prior says; if only (b) or (c) fails, the data say something and the prior the rest.
+
+pub mod minimise;
+pub mod profile;
+mod reason;
+
+use numerics::statistics::{interval, mean, quantile, std};
+use preparation::direction::Direction;
+use serde::Serialize;
+
+use crate::compressed::Compressed;
+use crate::parameters::{Theta, curve};
+use crate::posterior::Posterior;
+use crate::prior::Prior;
+use crate::quantity::Quantity;
+use profile::{Profile, Profiler};
+
+/// Posterior over prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
+pub const NARROWED: f64 = 0.3;
+/// Standard deviations by which half or double the width of the prior may move the mean.
+pub const UNMOVED: f64 = 0.25;
+/// A move by less than this share of the prior's width is of no consequence, however many standard deviations it is.
+pub const NEGLIGIBLE: f64 = 0.01;
+
+/// Whether the data could tell a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The data decide; the prior does not matter.
+    Identified,
+    /// The data say something, the prior the rest.
+    Weak,
+    /// The value is what the prior said.
+    NotIdentifiable,
+}
+
+/// What the data can tell about a quantity.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Judgement {
+    /// What is judged.
+    pub quantity: Quantity,
+    /// Whether the data can tell.
+    pub verdict: Verdict,
+    /// Why, in a sentence or two.
+    pub reason: String,
+    /// Mean of the posterior.
+    pub mean: f64,
+    /// Standard deviation of the posterior.
+    pub std: f64,
+    /// The middle 95 % of the posterior; where the data do not rule out a second optimum, and its share among the draws is
+    /// not to be relied on, widened to what the profile does not rule out.
+    pub interval: [f64; 2],
+    /// Criterion (a): width of the posterior over that of the prior.
+    pub width_ratio: f64,
+    /// Criterion (b).
+    pub profile: Profile,
+    /// Value of another optimum that the data do not rule out, where the draws do not show it.
+    pub rival: Option<f64>,
+    /// Criterion (c): standard deviations by which half or double the width of the prior moves the mean.
+    pub prior_shift: f64,
+    /// The slip whose measurement would tell most, up to half as much again as was driven; absent if nothing would.
+    pub drive: Option<f64>,
+}
+
+/// What was measured, for judging it.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence<'a> {
+    /// The samples.
+    pub data: &'a Compressed,
+    /// Smallest and largest slip.
+    pub slip_range: [f64; 2],
+    /// Standard deviation of the noise of the friction coefficient [-].
+    pub noise_std: f64,
+    /// Which force.
+    pub direction: Direction,
+    /// Whether the draws have the masses of all modes, see [`crate::posterior::report::Report::is_exact`].
+    pub exact: bool,
+}
+
+/// Judges all free parameters, and what follows from them. `optimum` is the result of a fit, or any guess.
+pub fn judge(
+    evidence: &Evidence,
+    prior: &Prior,
+    posterior: &Posterior,
+    optimum: &Theta,
+) -> Vec<Judgement> {
+    let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
+    let before = Posterior { draws: prior.fill(4096).collect() };
+    let lessons = Lessons::new(evidence, posterior);
+    let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
+    quantities
+        .map(|quantity| {
+            let values = posterior.values(quantity);
+            let stated = interval(values.clone());
+            let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
+            let rival = profiler.rivals().iter().map(|theta| quantity.value(theta)).find(outside);
+            let profile = profiler.profile(quantity);
+            let mut judgement = Judgement {
+                quantity,
+                verdict: Verdict::Identified,
+                reason: String::new(),
+                mean: mean(&values),
+                std: std(&values),
+                interval: if evidence.exact || profiler.rivals().is_empty() {
+                    stated
+                } else {
+                    [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)]
+                },
+                width_ratio: width(quantity, prior, &values, &before),
+                profile,
+                rival,
+                prior_shift: prior_shift(prior, posterior, &values),
+                drive: lessons.best(&values),
+            };
+            judgement.verdict = judgement.decide();
+            judgement.reason = reason::explain(&judgement, evidence, prior);
+            judgement
+        })
+        .collect()
+}
+
+impl Judgement {
+    fn decide(&self) -> Verdict {
+        // Written so that a NaN is never a success.
+        let narrowed = self.width_ratio < NARROWED;
+        let closed = self.profile.lower.closed && self.profile.upper.closed && self.rival.is_none();
+        let unmoved =
+            self.prior_shift < UNMOVED || self.prior_shift * self.width_ratio < NEGLIGIBLE;
+        match (narrowed, closed && unmoved) {
+            (true, true) => Verdict::Identified,
+            (true, false) => Verdict::Weak,
+            (false, _) => Verdict::NotIdentifiable,
+        }
+    }
+}
+
+/// Of parameters standard deviations; of what follows from them, whose prior has long tails, the middle 68 %.
+fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &Posterior) -> f64 {
+    if let Quantity::Parameter(parameter) = quantity {
+        return std(values) / prior.std(parameter);
+    }
+    let middle = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        quantile(&values, 0.84) - quantile(&values, 0.16)
+    };
+    middle(values.to_vec()) / middle(before.values(quantity))
+}
+
+/// The larger move of the mean when a normal prior as wide as the box, about its centre, is given half and double its
+/// width, in standard deviations.
+fn prior_shift(prior: &Prior, posterior: &Posterior, values: &[f64]) -> f64 {
+    let distance = |theta: &Theta| -> f64 {
+        prior
+            .free()
+            .map(|p| ((theta[p as usize] - prior.centre[p as usize]) / prior.std(p)).powi(2))
+            .sum()
+    };
+    let distances: Vec<f64> = posterior.draws.iter().map(distance).collect();
+    let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    let mean = |width: f64| {
+        let weights =
+            distances.iter().map(|distance| (-0.5 * (distance - nearest) / (width * width)).exp());
+        let (sum, whole) = weights
+            .zip(values)
+            .fold((0.0, 0.0), |(s, w), (weight, v)| (s + weight * v, w + weight));
+        sum / whole
+    };
+    let usual = mean(1.0);
+    (mean(0.5) - usual).abs().max((mean(2.0) - usual).abs()) / std(values)
+}
+
+/// What one more measurement at a slip would teach, for slips up to half as much again as was driven.
+struct Lessons {
+    slips: Vec<f64>,
+    /// Friction coefficient of each draw, less its mean, for each slip.
+    predictions: Vec<Vec<f64>>,
+    /// Variance of a measurement at each slip.
+    variances: Vec<f64>,
+}
+
+impl Lessons {
+    fn new(evidence: &Evidence, posterior: &Posterior) -> Self {
+        let driven = evidence.slip_range[0].abs().max(evidence.slip_range[1].abs());
+        let slips: Vec<f64> = (1..=30).map(|i| 1.5 * driven * f64::from(i) / 30.0).collect();
+        let predict = |&slip: &f64| {
+            let values: Vec<f64> =
+                posterior.draws.iter().map(|theta| curve(theta).coefficient(slip)).collect();
+            let mean = mean(&values);
+            values.into_iter().map(|value| value - mean).collect()
+        };
+        let predictions: Vec<Vec<f64>> = slips.iter().map(predict).collect();
+        let noise = evidence.noise_std * evidence.noise_std;
+        let variances = predictions.iter().map(|values| std(values).powi(2) + noise).collect();
+        Self { slips, predictions, variances }
+    }
+
+    /// The slip that lowers the variance of a quantity most, by the best linear estimate: over all draws, so that it
+    /// does not hang on the slope at one point that may be wrong.
+    fn best(&self, values: &[f64]) -> Option<f64> {
+        let gain = |(predictions, variance): (&Vec<f64>, &f64)| {
+            let covariance = predictions.iter().zip(values).map(|(f, q)| f * q).sum::<f64>()
+                / values.len() as f64;
+            covariance * covariance / variance
+        };
+        let gains = self.predictions.iter().zip(&self.variances).map(gain);
+        let best = self.slips.iter().zip(gains).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (best.1 > 0.0).then_some(*best.0)
+    }
+}

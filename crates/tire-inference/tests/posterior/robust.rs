@@ -1,0 +1,86 @@
+//! Noise that is not normal.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use numerics::loss::Loss;
+use numerics::statistics::{interval, mean, std};
+use preparation::direction::Direction;
+use preparation::samples::Samples;
+use tire_inference::estimate::{Answer, identify};
+use tire_inference::kernel;
+use tire_inference::noise::Noise;
+use tire_inference::posterior::Options;
+use tire_inference::posterior::robust::Robust;
+use tire_inference::prior::Prior;
+use tire_inference::quantity::Quantity;
+use tire_inference::settings::{Method, Settings};
+use tire_inference::synthetic::{Excitation, samples};
+
+const TRUTH: [f64; 6] = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
+
+/// With a twentieth of the samples far off.
+fn spoilt(count: usize, seed: u64) -> Samples {
+    let told = Excitation { samples: count, slip_std: 0.0, seed, ..Excitation::default() };
+    let mut samples = samples(&told, 0.5);
+    samples.force.iter_mut().skip(seed as usize % 20).step_by(20).for_each(|force| *force += 0.6);
+    samples
+}
+
+#[test]
+fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
+    let samples = spoilt(300, 3);
+    for loss in [Loss::StudentT { freedom: 3.0, scale: 0.04 }, Loss::Huber { threshold: 0.05 }] {
+        let mut prior = Prior { centre: TRUTH, ..Prior::longitudinal() };
+        prior.free = [true, false, true, false, false, false];
+        let robust = Robust::new(&samples, loss, 0.05).expect("not normal");
+        let near = robust.near(&TRUTH, None);
+        let found = robust.draw(&near, &prior, &[TRUTH], &Options::default());
+        assert!(found.report.is_exact(), "{:?}", found.report);
+        let mut sums = [0.0; 5];
+        for k in 0..200 * 200 {
+            let (B, D) = (13.0 + (k / 200) as f64 * 0.02, 1.45 + (k % 200) as f64 * 0.0005);
+            let cost = kernel::cost(&samples, &[B, 2.0, D, 0.8, 0.0, 0.0], loss);
+            let reference = kernel::cost(&samples, &TRUTH, loss);
+            let weight = ((reference - cost) / loss.variance(0.05)).exp();
+            for (sum, part) in sums.iter_mut().zip([1.0, B, B * B, D, D * D]) {
+                *sum += weight * part;
+            }
+        }
+        for (place, at) in [(1, 0), (3, 2)] {
+            let expected = sums[place] / sums[0];
+            let width = (sums[place + 1] / sums[0] - expected * expected).sqrt();
+            let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[at]).collect();
+            let (error, ratio) = ((mean(&values) - expected) / width, std(&values) / width);
+            assert!(error.abs() < 0.06, "{loss:?}: {error}");
+            assert!((ratio - 1.0).abs() < 0.05, "{loss:?}: {ratio}");
+        }
+    }
+}
+
+fn found(samples: &Samples, noise: Noise) -> Answer {
+    let settings = Settings { hold: false, ..Settings::new(Direction::Longitudinal) };
+    let settings = noise.settle(settings, samples).expect("fits");
+    identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
+}
+
+#[test]
+fn with_gross_outliers_student_covers_the_truth_where_normal_noise_does_not() {
+    let quantities = [Quantity::K, Quantity::Peak, Quantity::PeakSlip];
+    let noises = [Noise::Square, Noise::StudentT { freedom: None, scale: None }];
+    let hits = noises.map(|noise| {
+        let mut hits = [0; 3];
+        for seed in 0..8 {
+            let answer = found(&spoilt(1000, seed), noise);
+            // As many draws as an interval needs, whether or not their share is what counts as exact.
+            let effective = answer.report.effective_share * answer.posterior.draws.len() as f64;
+            assert!(effective > 500.0, "{:?}", answer.report);
+            for (hit, quantity) in hits.iter_mut().zip(quantities) {
+                let [low, high] = interval(answer.posterior.values(quantity));
+                *hit += usize::from((low..=high).contains(&quantity.value(&TRUTH)));
+            }
+        }
+        hits
+    });
+    let [normal, student] = hits;
+    assert!(normal[1] <= 1, "the outliers lift the peak: {normal:?}");
+    assert!(student.iter().all(|hits| *hits >= 6), "{student:?}");
+}

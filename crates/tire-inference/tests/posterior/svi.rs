@@ -1,0 +1,115 @@
+//! The normal distribution of variational inference: right where the posterior is one, and flagged where it is not.
+
+use numerics::convergence::Status;
+use numerics::statistics::{mean, std};
+use preparation::samples::Samples;
+use tire_inference::compressed::Compressed;
+use tire_inference::fit::{Options, Problem, least_squares};
+use tire_inference::posterior;
+use tire_inference::prior::Prior;
+use tire_inference::quantity::Quantity;
+use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::variational::adam::Adam;
+use tire_inference::variational::{Optimiser, Start, Variational, fit};
+
+use super::support::draw;
+
+fn measured(count: usize, level: f64) -> Samples {
+    samples(&Excitation { samples: count, slip_std: 0.0, ..Excitation::default() }, level)
+}
+
+fn variational(samples: &Samples, prior: &Prior, optimiser: Optimiser) -> Variational {
+    let data = Compressed::new(samples);
+    let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
+    let best = least_squares(&problem, &Options::default()).expect("fits");
+    let best = (&best.theta, best.noise_std);
+    fit(Start { samples, data: &data, prior, best }, optimiser, 0)
+}
+
+#[test]
+fn of_much_data_past_the_peak_mean_and_width_are_those_of_the_exact_posterior() {
+    let (samples, prior) = (measured(10_000, 1.0), Prior::longitudinal());
+    let found = variational(&samples, &prior, Optimiser::Newton);
+    let report = &found.report;
+    assert_eq!(report.status, Status::Converged);
+    assert!(report.trusted && report.gradient_norm < 0.01, "{report:?}");
+    let exact = draw(&Compressed::new(&samples), &prior, &[]).posterior;
+    for quantity in prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED) {
+        let (name, values) = (quantity.name(), exact.values(quantity));
+        let error = (report.mean[name] - mean(&values)) / std(&values);
+        let ratio = report.std[name] / std(&values);
+        assert!(error.abs() < 0.1, "{name}: off by {error} standard deviations");
+        assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
+    }
+    assert!((report.noise_std / 0.05 - 1.0).abs() < 0.03);
+}
+
+#[test]
+fn a_curved_valley_is_told_from_a_normal_distribution() {
+    let (samples, prior) = (measured(1500, 0.08), Prior::longitudinal());
+    let found = variational(&samples, &prior, Optimiser::Newton).report;
+    assert!(!found.trusted && found.diagnosis.k_hat > 0.7, "{found:?}");
+    let warning = found.warning.expect("a sentence");
+    assert!(warning.contains("k-hat") && warning.contains("not to be trusted"), "{warning}");
+}
+
+#[test]
+fn the_bound_is_no_better_than_over_fresh_draws_and_never_falls() {
+    let (mut samples, prior) = (measured(1500, 1.0), Prior { free: [true; 6], ..Prior::lateral() });
+    // Slips of both signs, which tell the shifts.
+    for i in (0..samples.len()).step_by(2) {
+        samples.slip[i] *= -1.0;
+        samples.force[i] *= -1.0;
+    }
+    let report = variational(&samples, &prior, Optimiser::Newton).report;
+    assert_eq!(report.status, Status::Converged, "{}", report.gradient_norm);
+    assert!(report.elbo_trace.is_sorted());
+    let last = report.elbo_trace[report.steps];
+    assert!(last - report.elbo < 0.1, "{last} over its own points, {} over others", report.elbo);
+    assert_eq!(report.parameters, ["B", "C", "D", "E", "S_h", "S_v"]);
+}
+
+#[test]
+fn adam_and_newton_agree_where_both_converge() {
+    // A known shape leaves a round posterior, which Adam finds in bearable time.
+    let samples = measured(200, 0.75);
+    let held = Prior { free: [true, false, true, false, false, false], ..Prior::longitudinal() };
+    let prior = Prior { centre: [15.0, 2.0, 1.5, 0.8, 0.0, 0.0], ..held };
+    let newton = variational(&samples, &prior, Optimiser::Newton).report;
+    assert_eq!(newton.status, Status::Converged);
+    for batch in [None, Some(100)] {
+        let adam = Adam { step: 5e-3, steps: 30_000, average: true, batch, start: None };
+        let adam = variational(&samples, &prior, Optimiser::Adam(adam)).report;
+        assert!(adam.gradient_norm < 0.15, "{batch:?}: {}", adam.gradient_norm);
+        for name in ["B", "D", "K"] {
+            let error = (adam.mean[name] - newton.mean[name]) / newton.std[name];
+            assert!(error.abs() < 0.1, "{name}: {error} standard deviations");
+            let ratio = adam.std[name] / newton.std[name];
+            assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
+        }
+    }
+    let few = Optimiser::Adam(Adam { steps: 500, ..Adam::default() });
+    let few = variational(&samples, &prior, few).report;
+    assert!(few.status == Status::IterationLimit && !few.trusted, "{few:?}");
+}
+
+#[test]
+fn a_seed_gives_the_same_numbers_with_any_number_of_threads() {
+    let (samples, prior) = (measured(300, 0.5), Prior::longitudinal());
+    let run = |threads: usize, optimiser| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| variational(&samples, &prior, optimiser))
+    };
+    let adam = Adam { steps: 300, batch: Some(20), ..Adam::default() };
+    for optimiser in [Optimiser::Newton, Optimiser::Adam(adam)] {
+        let (first, second) = (run(1, optimiser), run(3, optimiser));
+        assert_eq!(first.corrected, second.corrected);
+        assert_eq!(first.report.elbo_trace, second.report.elbo_trace);
+    }
+    let data = Compressed::new(&samples);
+    let best = (&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], 0.05);
+    let start = Start { samples: &samples, data: &data, prior: &prior, best };
+    let of = |seed| fit(start, Optimiser::Newton, seed).corrected;
+    assert_ne!(of(1), of(2));
+    assert_eq!(of(1).draws.len(), posterior::Options::default().draws);
+}

@@ -1,0 +1,112 @@
+//! Tells from which excitation on each parameter is identified: the paper's Figures 2 and 3.
+
+use preparation::direction::Direction;
+use serde::{Serialize, Serializer};
+use tire_inference::estimate::identify;
+use tire_inference::fit::{FitError, Options, SlipNoise};
+use tire_inference::parameters::{Theta, by_parameter};
+use tire_inference::settings::{Method, Settings};
+use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::verdict::Judgement;
+
+/// What was found at all levels.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Study {
+    /// The data.
+    pub excitation: Excitation,
+    /// One result for each level.
+    pub levels: Vec<Level>,
+}
+
+/// What was found at one level.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Level {
+    /// Largest slip.
+    pub level: f64,
+    /// Least squares, all parameters free.
+    #[serde(serialize_with = "by_parameter")]
+    pub least_squares: Theta,
+    /// Nelder-Mead, all parameters free.
+    #[serde(serialize_with = "by_parameter")]
+    pub nelder_mead: Theta,
+    /// What the data can tell.
+    #[serde(serialize_with = "by_quantity")]
+    pub judgements: Vec<Judgement>,
+}
+
+fn by_quantity<S: Serializer>(judgements: &[Judgement], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(judgements.iter().map(|judgement| (judgement.quantity.name(), judgement)))
+}
+
+/// The study, over all levels. `go_on` is told which level comes next; the study ends with `None` when it says no.
+///
+/// # Errors
+/// If a level has no samples to fit.
+pub fn run(
+    excitation: &Excitation,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Option<Study>, FitError> {
+    let mut levels = Vec::new();
+    for (place, &level) in excitation.levels.iter().enumerate() {
+        if !go_on(place) {
+            return Ok(None);
+        }
+        levels.push(judge_level(excitation, level)?);
+    }
+    Ok(Some(Study { excitation: excitation.clone(), levels }))
+}
+
+fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
+    let samples = samples(excitation, level);
+    let usual = Settings::new(Direction::Longitudinal);
+    let settings = Settings {
+        slip_noise: (excitation.slip_std > 0.0).then(|| SlipNoise::new(excitation.slip_std)),
+        options: Options { seed: excitation.seed, ..usual.options },
+        ..usual
+    };
+    let answer = identify(&samples, &settings, &[Method::LeastSquares, Method::NelderMead])?;
+    let [least_squares, nelder_mead] = [0, 1].map(|place| answer.unrestricted[place].1.theta);
+    Ok(Level { level, least_squares, nelder_mead, judgements: answer.judgements })
+}
+
+#[cfg(test)]
+mod tests {
+    use tire_inference::verdict::Verdict;
+
+    use super::*;
+
+    fn at(levels: &[f64]) -> Study {
+        let excitation = Excitation { levels: levels.to_vec(), ..Excitation::default() };
+        run(&excitation, &mut |_| true).expect("samples").expect("not cancelled")
+    }
+
+    fn judgement<'a>(level: &'a Level, name: &str) -> &'a Judgement {
+        level.judgements.iter().find(|judgement| judgement.quantity.name() == name).expect("judged")
+    }
+
+    #[test]
+    fn the_peak_is_known_once_it_was_covered() {
+        for level in at(&[0.08, 0.12, 0.3]).levels {
+            assert!((level.least_squares[2] / 1.5 - 1.0).abs() < 0.01, "{level:?}");
+            assert_eq!(judgement(&level, "D").verdict, Verdict::Identified);
+        }
+    }
+
+    #[test]
+    fn shape_and_curvature_need_the_falling_branch_and_stiffness_next_to_nothing() {
+        let study = at(&[0.02, 0.08, 0.75]);
+        for level in &study.levels[..2] {
+            for name in ["C", "E"] {
+                let judgement = judgement(level, name);
+                assert_eq!(judgement.verdict, Verdict::NotIdentifiable, "{}", judgement.reason);
+                assert!(judgement.reason.contains("drive slips near"), "{}", judgement.reason);
+            }
+            assert_ne!(judgement(level, "B").verdict, Verdict::Identified);
+            assert_eq!(judgement(level, "K").verdict, Verdict::Identified);
+        }
+        assert_eq!(judgement(&study.levels[0], "B").verdict, Verdict::NotIdentifiable);
+        for judgement in &study.levels[2].judgements {
+            assert_eq!(judgement.verdict, Verdict::Identified, "{}", judgement.reason);
+        }
+    }
+}
