@@ -1,108 +1,93 @@
-//! Implements the 34 C functions of FMI 2.0 co-simulation for any model; [`crate::export!`] only names them.
+//! Implements the 34 C functions of FMI 2.0 co-simulation for any model; `export!` only names them.
 //!
-//! Each function may be called with whatever a C program hands over. Pointers are looked at here and
-//! nowhere else, no panic leaves this file, and what a call could not do goes to the importer's logger.
+//! The functions check the arguments of a C program as far as C allows. No panic leaves this file, and a
+//! failed call leaves a message in the importer's log.
 
 use std::any::Any;
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ffi::{CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::{ptr, slice};
+use std::ptr;
+use std::sync::Arc;
 
-use crate::Model;
 use crate::abi::{Boolean, CallbackFunctions, Component, Status};
 use crate::description::{self, guid};
-use crate::instance::{Instance, Outcome, Refusal, refuse};
+use crate::instance::{FmiError, FmiResult, Instance, reject};
 pub use crate::lifecycle::Call;
-pub use crate::value::Truth;
+use crate::log::{self, take_messages};
+use crate::memory::{read, text, write};
+use crate::model::Model;
+pub use crate::value::FmiBoolean;
 
 mod functions;
 mod logger;
 mod state;
 mod values;
 
-use logger::{ALWAYS, EVENTS, Log};
+use logger::{ALWAYS, Importer, Log};
 pub use state::{
     deserialize, free_fmu_state, get_fmu_state, serialize, serialized_size, set_fmu_state,
 };
 pub use values::{directional_derivative, get, get_string, set, set_input_derivatives, set_string};
 
 const CO_SIMULATION: c_int = 1;
+
 /// What an `fmi2Component` points to.
-struct Slave<M: Model> {
+struct Exported<M: Model> {
     instance: Instance<M>,
     log: Log,
 }
 
-fn panic_message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied();
-    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    format!("the model panicked: {}", text.unwrap_or("no message"))
+/// The message of a panic. A payload of an unknown type is leaked: its destructor might panic in turn.
+fn panic_message(panic: Box<dyn Any + Send>) -> String {
+    let text = panic.downcast::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|panic| panic.downcast::<String>().map(|text| *text));
+    let text = text.unwrap_or_else(|panic| {
+        std::mem::forget(panic);
+        "no message".to_owned()
+    });
+    format!("the model panicked: {text}")
 }
 
 /// Runs the body of a C function on the instance behind `component`: the one place where a component
 /// becomes a reference, where the order of calls is checked, and where a panic ends.
 ///
+/// Messages wait until the reference is gone. The importer's logger may therefore call any function of
+/// this instance, `fmi2FreeInstance` included.
+///
 /// # Safety
-/// `component` is null or comes from [`instantiate`] and has not been freed; nobody else uses it.
+/// `component` is null or comes from [`instantiate`] and has not been freed; no other call uses it.
 unsafe fn with<M: Model>(
     component: Component,
     call: Call,
-    body: impl FnOnce(&mut Instance<M>, &mut Log) -> Outcome,
+    body: impl FnOnce(&mut Instance<M>, &mut Log) -> FmiResult,
 ) -> Status {
-    // SAFETY: as the caller promises.
-    let Some(slave) = (unsafe { component.cast::<Slave<M>>().as_mut() }) else {
-        return Status::Error;
+    let (status, delivery) = {
+        // SAFETY: as the caller promises. The reference ends with this block, before foreign code runs.
+        let Some(exported) = (unsafe { component.cast::<Exported<M>>().as_mut() }) else {
+            return Status::Error;
+        };
+        let Exported { instance, log } = exported;
+        // What a model logged outside of a call, in `Drop` or `Default`, belongs to none.
+        take_messages();
+        let run = AssertUnwindSafe(|| instance.check(call).and_then(|()| body(instance, log)));
+        let result = catch_unwind(run);
+        let error = match result {
+            Ok(Ok(())) => None,
+            // An importer may ask for a missing variable, or in the wrong order, and go on. Only a
+            // model that failed is lost, and its state says so already.
+            Ok(Err(error)) => Some(error),
+            Err(panic) => {
+                instance.fail(Status::Fatal);
+                Some(FmiError { status: Status::Fatal, message: panic_message(panic) })
+            }
+        };
+        log.collect(error)
     };
-    let Slave { instance, log } = slave;
-    let run = AssertUnwindSafe(|| instance.check(call).and_then(|()| body(instance, log)));
-    let result = catch_unwind(run);
-    let worst = log.messages();
-    match result {
-        Ok(Ok(())) => worst,
-        Ok(Err(refusal)) => {
-            log.status(&refusal);
-            // An importer may ask for what is not there, or in the wrong order, and go on: it is told.
-            // Only a model that failed is lost, and its state says so already.
-            refusal.status
-        }
-        Err(panic) => {
-            instance.fail(Status::Fatal);
-            log.status(&Refusal { status: Status::Fatal, message: panic_message(&*panic) });
-            Status::Fatal
-        }
-    }
+    delivery.deliver();
+    status
 }
 
-/// # Safety
-/// `pointer` is valid for `length` values of `T`, or `length` is 0.
-unsafe fn read<'a, T>(pointer: *const T, length: usize) -> Outcome<&'a [T]> {
-    match (length, pointer.is_null()) {
-        (0, _) => Ok(&[]),
-        (_, true) => refuse("a null pointer stands for an array"),
-        // SAFETY: as the caller promises.
-        _ => Ok(unsafe { slice::from_raw_parts(pointer, length) }),
-    }
-}
-
-/// # Safety
-/// `pointer` is valid for `length` values of `T` that nobody else uses, or `length` is 0.
-unsafe fn write<'a, T>(pointer: *mut T, length: usize) -> Outcome<&'a mut [T]> {
-    match (length, pointer.is_null()) {
-        (0, _) => Ok(&mut []),
-        (_, true) => refuse("a null pointer stands for an array"),
-        // SAFETY: as the caller promises.
-        _ => Ok(unsafe { slice::from_raw_parts_mut(pointer, length) }),
-    }
-}
-
-/// # Safety
-/// `pointer` is null or points to a C string.
-unsafe fn text(pointer: *const c_char) -> Option<String> {
-    // SAFETY: as the caller promises.
-    (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned())
-}
-
-/// `fmi2Instantiate`: null when the GUID is not this library's or something is missing.
+/// `fmi2Instantiate`: null when the GUID is not this library's or an argument is missing.
 ///
 /// # Safety
 /// As FMI 2.0 says of the arguments of `fmi2Instantiate`.
@@ -113,44 +98,49 @@ pub unsafe fn instantiate<M: Model>(
     functions: *const CallbackFunctions,
     logging_on: Boolean,
 ) -> Component {
-    // SAFETY: as the caller promises.
-    let (name, found, functions) = unsafe { (text(name), text(found), functions.as_ref()) };
-    let Some(CallbackFunctions { logger: Some(logger), environment, .. }) = functions else {
+    if functions.is_null() || !functions.is_aligned() {
         return ptr::null_mut();
+    }
+    // SAFETY: as the caller promises. The other members are not read: importers may leave them unset.
+    let (logger, environment) = unsafe {
+        ((&raw const (*functions).logger).read(), (&raw const (*functions).environment).read())
     };
+    let Some(logger) = logger else { return ptr::null_mut() };
+    // SAFETY: as the caller promises.
+    let (name, found) = unsafe { (text(name), text(found)) };
+    let own_name = name.as_deref().unwrap_or_default();
+    let importer =
+        Importer { name: CString::new(own_name).unwrap_or_default(), logger, environment };
     let log = Log {
-        name: CString::new(name.clone().unwrap_or_default()).unwrap_or_default(),
-        logger: *logger,
-        environment: *environment,
+        importer: Arc::new(importer),
         own: M::INFO.log_categories,
-        wanted: if logging_on == 0 { ALWAYS } else { u64::MAX },
+        enabled: if logging_on == 0 { ALWAYS } else { u64::MAX },
     };
     let instance = catch_unwind(|| {
         let expected = guid::<M>();
-        match (name.as_deref(), found.as_deref()) {
-            (None | Some(""), _) => refuse("the instance has no name"),
-            _ if kind != CO_SIMULATION => refuse("only co-simulation is supported"),
-            (_, Some(found)) if found == expected => Ok(Instance::<M>::new()),
-            (_, found) => {
-                refuse(format!("expected GUID {expected}, found {}", found.unwrap_or("none")))
-            }
+        match (name.as_deref(), found) {
+            (Err(_) | Ok(""), _) => reject("the instance has no name in UTF-8"),
+            _ if kind != CO_SIMULATION => reject("only co-simulation is supported"),
+            (_, Ok(found)) if found == expected => Ok(Instance::<M>::new()),
+            (_, Ok(found)) => reject(format!("expected GUID {expected}, found {found}")),
+            (_, Err(_)) => reject(format!("expected GUID {expected}, found none")),
         }
     });
-    log.messages();
-    match instance {
-        Ok(Ok(instance)) => {
-            log.send(Status::Ok, EVENTS, "instantiated");
-            Box::into_raw(Box::new(Slave { instance, log })).cast()
-        }
-        Ok(Err(refusal)) => {
-            log.status(&refusal);
-            ptr::null_mut()
-        }
+    let (instance, error) = match instance {
+        Ok(Ok(instance)) => (Some(instance), None),
+        Ok(Err(error)) => (None, Some(error)),
         Err(panic) => {
-            log.status(&Refusal { status: Status::Fatal, message: panic_message(&*panic) });
-            ptr::null_mut()
+            (None, Some(FmiError { status: Status::Fatal, message: panic_message(panic) }))
         }
+    };
+    take_messages();
+    if instance.is_some() {
+        log::event("instantiated");
     }
+    log.collect(error).1.deliver();
+    instance.map_or(ptr::null_mut(), |instance| {
+        Box::into_raw(Box::new(Exported { instance, log })).cast()
+    })
 }
 
 /// `fmi2FreeInstance`.
@@ -160,9 +150,12 @@ pub unsafe fn instantiate<M: Model>(
 pub unsafe fn free_instance<M: Model>(component: Component) {
     if !component.is_null() {
         // SAFETY: `instantiate` made the box, and the caller gives it up.
-        let slave = unsafe { Box::from_raw(component.cast::<Slave<M>>()) };
+        let exported = unsafe { Box::from_raw(component.cast::<Exported<M>>()) };
         // A model whose destructor panics must not take the importer with it.
-        let _ = catch_unwind(AssertUnwindSafe(|| drop(slave)));
+        let freed = catch_unwind(AssertUnwindSafe(|| drop(exported)));
+        let _ = freed.map_err(panic_message);
+        // Nobody is left to read what the destructor logged.
+        take_messages();
     }
 }
 
@@ -181,14 +174,14 @@ pub unsafe fn set_debug_logging<M: Model>(
         // SAFETY: as the caller promises.
         for category in unsafe { read(categories, length) }? {
             // SAFETY: as the caller promises.
-            let category = unsafe { text(*category) }.unwrap_or_default();
+            let category = unsafe { text(*category) }?;
             let Some(bit) = log.bit(&category) else {
-                return refuse(format!("there is no log category {category:?}"));
+                return reject(format!("there is no log category {category:?}"));
             };
             chosen |= bit;
         }
         let chosen = if length == 0 { u64::MAX } else { chosen };
-        log.wanted = if logging_on == 0 { log.wanted & !chosen | ALWAYS } else { chosen };
+        log.enabled = if logging_on == 0 { log.enabled & !chosen | ALWAYS } else { chosen };
         Ok(())
     };
     // SAFETY: as the caller promises.
@@ -220,20 +213,20 @@ pub unsafe fn setup_experiment<M: Model>(
 /// # Safety
 /// As `with` demands of `component`.
 pub unsafe fn proceed<M: Model>(component: Component, call: Call) -> Status {
-    let body = |instance: &mut Instance<M>, log: &mut Log| {
+    let body = |instance: &mut Instance<M>, _: &mut Log| {
         match call {
             Call::EnterInitializationMode => instance.enter_initialization(),
             Call::ExitInitializationMode => {
-                if let Err(refusal) = instance.exit_initialization() {
-                    instance.fail(refusal.status);
-                    return Err(refusal);
+                if let Err(error) = instance.exit_initialization() {
+                    instance.fail(error.status);
+                    return Err(error);
                 }
             }
             Call::Terminate => instance.terminate(),
             Call::Reset => instance.reset(),
-            _ => return refuse(format!("{call:?} is not supported")),
+            _ => return reject(format!("{call:?} is not supported")),
         }
-        log.send(Status::Ok, EVENTS, &format!("{call:?}"));
+        log::event(format!("{call:?}"));
         Ok(())
     };
     // SAFETY: as the caller promises.
@@ -249,12 +242,12 @@ pub unsafe fn do_step<M: Model>(component: Component, time: f64, step: f64) -> S
     unsafe { with::<M>(component, Call::DoStep, |instance, _| instance.do_step(time, step)) }
 }
 
-/// The functions whose capability flags are not set: they say so.
+/// Rejects the functions whose capability flags are not set.
 ///
 /// # Safety
 /// As `with` demands of `component`.
 pub unsafe fn unsupported<M: Model>(component: Component, call: Call, name: &str) -> Status {
-    let body = |_: &mut Instance<M>, _: &mut Log| refuse(format!("{name} is not supported"));
+    let body = |_: &mut Instance<M>, _: &mut Log| reject(format!("{name} is not supported"));
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, call, body) }
 }
@@ -272,20 +265,19 @@ pub unsafe fn get_status<M: Model, T>(
 ) -> Status {
     let body = |instance: &mut Instance<M>, _: &mut Log| {
         let Some(found) = answer(instance, kind) else {
-            return Err(Refusal {
+            return Err(FmiError {
                 status: Status::Discard,
                 message: format!("there is no status of kind {kind} of this type"),
             });
         };
         // SAFETY: as the caller promises.
-        unsafe { write(value, 1)?[0] = found };
-        Ok(())
+        unsafe { write(value, found) }
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::GetStatus, body) }
 }
 
-/// What can be asked about the last step.
+/// Status of the last step.
 pub trait LastStep {
     /// `fmi2DoStepStatus`.
     fn status(&self) -> Status;
@@ -307,10 +299,10 @@ impl<M: Model> LastStep for Instance<M> {
     }
 }
 
-/// Gives the model's name, `modelDescription.xml` and what is wrong with the table to a packer.
+/// Gives the model's name, its `modelDescription.xml` and the mistakes in its table to a packer.
 ///
 /// # Safety
-/// `take` takes `context`, a number and a text, as [`crate::pack`] says.
+/// `take` takes `context`, a number and a text, valid during the call.
 pub unsafe fn describe<M: Model>(
     context: *mut c_void,
     take: unsafe extern "C" fn(*mut c_void, u32, *const u8, usize),
@@ -319,7 +311,10 @@ pub unsafe fn describe<M: Model>(
         let problems = description::problems::<M>().join("; ");
         [M::INFO.name.to_owned(), description::xml::<M>(), problems]
     });
-    for (what, text) in (0..).zip(texts.iter().flatten()) {
+    // A packer reads why there is no description where it reads what is wrong with one.
+    let texts = texts.unwrap_or_else(|panic| [String::new(), String::new(), panic_message(panic)]);
+    take_messages();
+    for (what, text) in (0..).zip(&texts) {
         // SAFETY: as the caller promises.
         unsafe { take(context, what, text.as_ptr(), text.len()) };
     }
