@@ -122,7 +122,7 @@ impl AnalysisPlan {
         if let Some(error) = bench.failed {
             return Err(error);
         }
-        let text = outcome.map_err(|what| Error::analysis(name, what))?;
+        let text = outcome.map_err(|what| Error::analysis(name, what.to_string()))?;
         serde_json::from_str(&text).map_err(|error| {
             Error::analysis(
                 name,
