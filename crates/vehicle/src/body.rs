@@ -3,7 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{G, Number};
+use crate::number::Number;
+
+/// Standard gravity of the models [m/s²].
+pub const G: f64 = 9.81;
 
 /// Rigid body of the car, seen in the plane of symmetry. The default is the demo car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

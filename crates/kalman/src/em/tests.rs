@@ -269,7 +269,7 @@ fn a_start_is_found_when_it_is_free() {
 }
 
 #[test]
-fn limits_and_stops_are_told() {
+fn limits_and_stops_are_reported() {
     let steps = record(300, &noises(TRUTH.0, TRUTH.1), 6);
     for max_evaluations in 1..6 {
         let em = Em { max_evaluations, ..Em::default() };
