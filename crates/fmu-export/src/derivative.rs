@@ -80,7 +80,7 @@ impl<M: 'static> Derivatives<M> {
 pub(crate) enum Partial {
     /// The equations give it; the index of the unknown in them.
     Equation(usize),
-    /// The table says that there is none.
+    /// It is zero, by the table.
     Zero,
     /// Neither the equations nor the table give it.
     Missing,

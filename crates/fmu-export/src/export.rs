@@ -74,7 +74,7 @@ unsafe fn with<M: Model>(
         let error = match result {
             Ok(Ok(())) => None,
             // An importer may ask for a missing variable, or in the wrong order, and go on. Only a
-            // model that failed is lost, and its state says so already.
+            // model that failed is lost, and its state is set already.
             Ok(Err(error)) => Some(error),
             Err(panic) => {
                 instance.fail(Status::Fatal);
@@ -90,7 +90,7 @@ unsafe fn with<M: Model>(
 /// `fmi2Instantiate`: null when the GUID is not this library's or an argument is missing.
 ///
 /// # Safety
-/// As FMI 2.0 says of the arguments of `fmi2Instantiate`.
+/// The arguments are as FMI 2.0 demands of `fmi2Instantiate`.
 pub unsafe fn instantiate<M: Model>(
     name: *const c_char,
     kind: c_int,
@@ -162,7 +162,7 @@ pub unsafe fn free_instance<M: Model>(component: Component) {
 /// `fmi2SetDebugLogging`: no category means all of them.
 ///
 /// # Safety
-/// As FMI 2.0 says of the arguments of `fmi2SetDebugLogging`.
+/// The arguments are as FMI 2.0 demands of `fmi2SetDebugLogging`.
 pub unsafe fn set_debug_logging<M: Model>(
     component: Component,
     logging_on: Boolean,
@@ -252,8 +252,8 @@ pub unsafe fn unsupported<M: Model>(component: Component, call: Call, name: &str
     unsafe { with::<M>(component, call, body) }
 }
 
-/// `fmi2GetStatus`, `fmi2GetRealStatus` and `fmi2GetBooleanStatus`: `answer` knows the kinds that the
-/// function answers, by their numbers in `fmi2StatusKind`.
+/// `fmi2GetStatus`, `fmi2GetRealStatus` and `fmi2GetBooleanStatus`: `answer` gives the
+/// status of a kind, by its number in `fmi2StatusKind`.
 ///
 /// # Safety
 /// `value` is valid; as `with` demands of `component`.

@@ -23,14 +23,14 @@ pub enum StartUpdate {
     Fixed,
     /// Its mean is estimated, its covariance is known.
     Mean,
-    /// Both are estimated. One sample says little about a covariance: it shrinks for as long as EM
+    /// Both are estimated. One sample determines no covariance: it shrinks for as long as EM
     /// goes on.
     MeanAndCovariance,
 }
 
 /// Maximum-likelihood estimation of Q, R and the start from a recording.
 ///
-/// The model of the steps stays as it is, whatever the noises: an extended filter would linearise
+/// The model of the steps does not depend on the noises: an extended filter would linearise
 /// elsewhere in each iteration, and the likelihood would no longer be that of one model, nor rise.
 /// For a nonlinear model, fit, linearise again with what was found, and fit again.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -64,7 +64,7 @@ pub fn predict<const N: usize>(
 ///
 /// `H` [M × N] is the Jacobian of h at the mean and `R` [M × M] the covariance of the noise. With
 /// the gain K = P Hᵀ S⁻¹ the covariance is Joseph's (I − K H) P (I − K H)ᵀ + K R Kᵀ, which stays
-/// positive semidefinite whatever rounding does to K (Bar-Shalom et al., Estimation with
+/// positive semidefinite under any rounding of K (Bar-Shalom et al., Estimation with
 /// Applications to Tracking and Navigation, section 5.2).
 ///
 /// # Errors

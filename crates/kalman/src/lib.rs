@@ -1,7 +1,7 @@
 //! Estimates states and noises from noisy measurements with Kalman filters over statically sized matrices:
 //! transitions, Jacobians and measurements go in; means, covariances and likelihoods come out.
 //!
-//! The crate knows no models, only their matrices, so linear and extended filters are the same calls. A step of
+//! The crate sees models as matrices only, so linear and extended filters are the same calls. A step of
 //! a filter allocates nothing. Symbols are those of the field: state x with covariance P, transition F, process
 //! noise Q, measurement matrix H, measurement noise R, innovation ν with covariance S.
 //!

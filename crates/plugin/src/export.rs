@@ -70,7 +70,7 @@ unsafe extern "C" fn schema<A: Analysis>(
     context: *mut c_void,
     take: unsafe extern "C" fn(*mut c_void, Text),
 ) {
-    // Nobody can be told of a panic here. Without a schema the program has no suggestions, no more.
+    // A panic has no way to be reported here. Without a schema the program lacks suggestions, no more.
     let schema = catch_unwind(A::config_schema).map_err(panic_message);
     if let Ok(Some(schema)) = schema {
         // SAFETY: `context` goes back to its owner, and the text lives until the call is over.

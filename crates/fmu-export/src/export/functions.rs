@@ -1,4 +1,4 @@
-//! Names the C functions of a library and hands their arguments on.
+//! Names the C functions of a library and passes their arguments on.
 
 /// Exports a model as an FMI 2.0 co-simulation library: the 34 C functions, and the one by which a
 /// packer asks the library for its description.

@@ -8,7 +8,7 @@ use fmu_export::export::{self, Call};
 use fmu_export::{Info, Model, ModelError, Variable, description, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
-/// A mass on a line, which panics, fails or ends when it is told to.
+/// A mass on a line. Its parameter `mishap` makes it panic, fail or end.
 #[derive(Clone, Serialize, Deserialize)]
 struct Mass {
     m: f64,
@@ -70,7 +70,7 @@ fn mishap(instance: &TestInstance, value: i32) {
     assert_eq!(instance.set(MISHAP, value), Status::Ok);
 }
 
-fn another_guid_gives_no_instance_and_says_so() {
+fn another_guid_gives_no_instance_but_a_message() {
     assert!(TestInstance::with_guid("{0}", 0).0.is_null());
     assert!(
         last_message().contains("expected GUID") && last_message().contains("{0}"),
@@ -107,7 +107,7 @@ fn a_run_gives_what_the_model_computes() {
     );
 }
 
-fn an_illegal_call_is_refused_and_does_no_harm() {
+fn an_illegal_call_is_rejected_and_does_no_harm() {
     let instance = TestInstance::new();
     assert_eq!(instance.step(0.0, 0.1), Status::Error);
     assert!(
@@ -194,7 +194,7 @@ fn a_restored_state_continues_bit_for_bit_also_from_bytes() {
     }
 }
 
-fn only_the_wanted_categories_are_logged() {
+fn only_enabled_categories_are_logged() {
     let count = || logged(0).len();
     let instance = TestInstance::new();
     let before = count();
@@ -229,14 +229,14 @@ fn the_description_says_what_the_table_says() {
 }
 
 crate::tests![
-    another_guid_gives_no_instance_and_says_so,
+    another_guid_gives_no_instance_but_a_message,
     a_run_gives_what_the_model_computes,
-    an_illegal_call_is_refused_and_does_no_harm,
+    an_illegal_call_is_rejected_and_does_no_harm,
     masters_that_add_up_time_are_understood,
     a_failure_comes_with_its_message_and_needs_a_reset,
     a_discarded_step_leaves_the_state_alone,
     a_panic_is_fatal_and_stays_inside,
     a_restored_state_continues_bit_for_bit_also_from_bytes,
-    only_the_wanted_categories_are_logged,
+    only_enabled_categories_are_logged,
     the_description_says_what_the_table_says,
 ];

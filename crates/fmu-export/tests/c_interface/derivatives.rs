@@ -109,12 +109,12 @@ fn derivatives_are_those_of_central_differences() {
     assert_eq!(instance.derivative(&[], &[F], &[1.0]), Ok(vec![]));
 }
 
-fn what_has_no_derivative_is_refused() {
+fn a_missing_derivative_is_rejected() {
     let instance = TestInstance::new();
     assert_eq!(instance.derivative(&[A], &[F], &[1.0]), Err(Error), "not before initialisation");
     let instance = TestInstance::initialising();
     assert!(instance.derivative(&[A], &[C], &[1.0]).is_ok());
-    assert_eq!(instance.derivative(&[X], &[F], &[1.0]), Err(Error), "x starts where it is told");
+    assert_eq!(instance.derivative(&[X], &[F], &[1.0]), Err(Error), "x has a start value");
     assert_eq!(instance.derivative(&[A], &[X], &[1.0]), Err(Error));
     assert!(
         last_message().contains("derivative of a with respect to x is not known"),
@@ -140,7 +140,7 @@ fn the_flag_is_set_for_models_with_equations_only() {
     assert_eq!(description::problems::<Mass>(), Vec::<String>::new());
 }
 
-/// Models whose tables do not say what the equations do.
+/// Models whose tables contradict their equations.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct Wrong<const WHAT: u8> {
     u: f64,
@@ -172,7 +172,7 @@ impl<const WHAT: u8> Model for Wrong<WHAT> {
     }
 }
 
-fn a_table_that_does_not_tell_the_truth_is_found_out() {
+fn a_table_that_contradicts_the_model_is_reported() {
     for (problems, expected) in [
         (description::problems::<Wrong<1>>(), "`y` depends on `u` but does not declare it"),
         (description::problems::<Wrong<2>>(), "the equations use `w`"),
@@ -244,7 +244,7 @@ fn a_step_that_is_discarded_halfway_leaves_everything_as_it_was() {
     assert_eq!((instance.get(X), instance.get(F)), before);
 }
 
-fn slopes_of_what_has_none_are_refused() {
+fn slopes_of_other_variables_are_rejected() {
     let instance = TestInstance::ready();
     for (reference, order, value) in [
         (F, 0, 1.0),
@@ -264,12 +264,12 @@ fn slopes_of_what_has_none_are_refused() {
 
 crate::tests![
     derivatives_are_those_of_central_differences,
-    what_has_no_derivative_is_refused,
+    a_missing_derivative_is_rejected,
     the_flag_is_set_for_models_with_equations_only,
-    a_table_that_does_not_tell_the_truth_is_found_out,
+    a_table_that_contradicts_the_model_is_reported,
     an_integrated_ramp_and_parabola_are_exact,
     no_slope_and_a_forgotten_slope_change_no_bit,
     slopes_are_part_of_the_state,
     a_step_that_is_discarded_halfway_leaves_everything_as_it_was,
-    slopes_of_what_has_none_are_refused,
+    slopes_of_other_variables_are_rejected,
 ];

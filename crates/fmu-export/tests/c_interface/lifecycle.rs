@@ -9,7 +9,7 @@ use fmu_export::export::{self, Call};
 use fmu_export::{Info, Model, ModelError, Variable, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
-/// A model that fails as it is told to.
+/// A model whose parameter `mood` makes it fail.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct Moody {
     u: f64,
@@ -18,7 +18,7 @@ struct Moody {
 }
 
 impl Model for Moody {
-    const INFO: Info = Info::new("moody", "Fails as it is told to", 0.1);
+    const INFO: Info = Info::new("moody", "Fails on demand", 0.1);
     const VARIABLES: &'static [Variable<Self>] = &[
         input("u", "1", "Input").at(|s| &mut s.u),
         output("y", "1", "Sum").depends_on(&[]).at(|s| &mut s.y),
@@ -119,7 +119,7 @@ const TABLE: &[Row] = &[
     ("GetRealStatus, GetBooleanStatus", &[StepComplete, StepFailed, Terminated], |s| {
         status(s.last())
     }),
-    // Not supported, and refused in every state.
+    // Not supported, and rejected in every state.
     ("GetDirectionalDerivative", &[], |s| status(s.derivative(&[1], &[0], &[1.0]))),
     ("GetRealOutputDerivatives", &[], |s| unsafe {
         let call = Call::GetRealOutputDerivatives;
@@ -182,7 +182,7 @@ fn after_an_error_values_can_be_looked_at_and_a_state_brought_back() {
     instance.free(state);
 }
 
-fn a_panic_is_told_and_ends_one_instance_only() {
+fn a_panic_is_reported_and_ends_one_instance_only() {
     let other = TestInstance::ready();
     let instance = instance(State::Fatal);
     assert!(last_message().contains("the model panicked: at 3 %s"), "{}", last_message());
@@ -206,6 +206,6 @@ crate::tests![
     an_illegal_call_changes_nothing,
     initialisation_needs_an_experiment,
     after_an_error_values_can_be_looked_at_and_a_state_brought_back,
-    a_panic_is_told_and_ends_one_instance_only,
+    a_panic_is_reported_and_ends_one_instance_only,
     short_steps_late_in_a_long_run_are_understood,
 ];

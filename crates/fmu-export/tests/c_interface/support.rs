@@ -1,4 +1,4 @@
-//! An instance of an exported model, called through its C functions as an importer does.
+//! Holds an instance of an exported model and calls it through its C functions, as an importer does.
 #![allow(dead_code, reason = "each test needs a part of it")]
 #![allow(unsafe_code, reason = "the functions under test are those of a C interface")]
 

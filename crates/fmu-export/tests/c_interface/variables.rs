@@ -167,7 +167,7 @@ fn all_types_go_in_and_come_out() {
     assert_eq!(instance.step(3.0, 0.5), Fine);
     assert_eq!(instance.set(ON, FmiBoolean(0)), Fine);
     assert_eq!(instance.get_truth(RUNNING), Ok(false));
-    assert_eq!(instance.set(ON, FmiBoolean(17)), Fine, "whatever is not 0 is true");
+    assert_eq!(instance.set(ON, FmiBoolean(17)), Fine, "every value but 0 is true");
     assert_eq!(instance.get_truth(ON), Ok(true));
     assert_eq!((instance.get_as(COUNT, 0), instance.get(TIME)), (Ok(1), Ok(3.5)));
     for wrong in [ON, WORD, COUNT] {
@@ -194,14 +194,14 @@ fn a_set_call_writes_all_or_nothing() {
     assert_eq!(instance.set(LIMIT, 20), Fine);
 }
 
-fn null_texts_are_refused_and_no_texts_are_fine() {
+fn null_texts_are_rejected_and_no_texts_are_fine() {
     let instance = TestInstance::ready();
     let null: *const std::ffi::c_char = std::ptr::null();
     #[allow(unsafe_code, reason = "the functions under test are those of a C interface")]
     unsafe {
-        let refused =
+        let rejected =
             export::set_string::<Counter>(instance.0, [WORD].as_ptr(), 1, &raw const null);
-        assert_eq!(refused, Error);
+        assert_eq!(rejected, Error);
         let none = std::ptr::null();
         assert_eq!(export::set_string::<Counter>(instance.0, none, 0, std::ptr::null()), Fine);
         assert_eq!(export::get_string::<Counter>(instance.0, none, 0, std::ptr::null_mut()), Fine);
@@ -259,7 +259,7 @@ crate::tests![
     each_kind_can_be_set_when_fmi_says_so,
     all_types_go_in_and_come_out,
     a_set_call_writes_all_or_nothing,
-    null_texts_are_refused_and_no_texts_are_fine,
+    null_texts_are_rejected_and_no_texts_are_fine,
     a_model_logs_in_its_own_category_and_warns,
     instances_are_independent,
     the_description_has_what_the_information_says,

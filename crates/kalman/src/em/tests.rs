@@ -161,7 +161,7 @@ prop_assert!((a.slope_R - b.slope_R).amax() <= 1e-6 * (1.0 + a.slope_R.amax()));
     }
 }
 
-/// Fits with all of the start free, and checks what must hold whatever the data.
+/// Fits with all of the start free, and checks the properties that hold for any data.
 fn rises(
     em: &Em<3, 2>,
     steps: &[Step<3, 2>],

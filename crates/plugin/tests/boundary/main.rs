@@ -21,7 +21,7 @@ const VALGRIND: [&str; 4] = [
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    // Miri knows neither dynamic libraries nor valgrind.
+    // Miri supports neither dynamic libraries nor valgrind.
     let here = |trial: Trial| trial.with_ignored_flag(cfg!(miri));
     let installed = !cfg!(miri) && Command::new("valgrind").arg("--version").output().is_ok();
     let memory = Trial::test(MEMORY, all_with_valgrind);
