@@ -143,6 +143,11 @@ fn references_at_the_limit_and_thousands_of_aliases_are_read() {
     assert!(twice.problems.iter().any(|problem| problem.contains('u')), "{:?}", twice.problems);
 }
 
+#[test]
+fn a_path_is_a_uri_whatever_is_in_it() {
+    assert_eq!(uri(Path::new("/tmp/a b%\u{e9}/x-1_y.z~")), "file:///tmp/a%20b%25%C3%A9/x-1_y.z~");
+}
+
 /// Opens so many descriptions and archives with random damage; none may panic or hang.
 fn damage(cases: usize) {
     let mut random = Pcg64::seed_from_u64(7);
