@@ -90,11 +90,11 @@ struct ConformArgs {
     #[arg(long, hide = true, value_name = "SECONDS")]
     limit: Option<f64>,
     /// Judge by this rule in this process, for the process that judges by all.
-    #[arg(long, hide = true, requires = "trail")]
+    #[arg(long, hide = true, requires = "progress_log")]
     rule: Option<String>,
     /// Where that process looks for what was found.
     #[arg(long, hide = true, requires = "rule")]
-    trail: Option<PathBuf>,
+    progress_log: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -355,8 +355,8 @@ fn conform(args: &ConformArgs) -> Result<u8, Error> {
         Some(limit) => limit.map_err(|error| Error::input(format!("--limit: {error}")))?,
         None => conform::TIME_LIMIT,
     };
-    if let (Some(rule), Some(trail)) = (&args.rule, &args.trail) {
-        let judged = conform::run_one(&args.fmu, rule, trail, limit);
+    if let (Some(rule), Some(log)) = (&args.rule, &args.progress_log) {
+        let judged = conform::run_one(&args.fmu, rule, log, limit);
         return judged.map(|()| 0).map_err(not_judged);
     }
     let findings = conform::run(&this_program()?, &args.fmu, limit).map_err(not_judged)?;
@@ -364,12 +364,12 @@ fn conform(args: &ConformArgs) -> Result<u8, Error> {
         true => format!("{:#}\n", serde_json::json!(findings)),
         false => conform::lines(&findings),
     });
-    Ok(u8::from(findings.iter().any(|finding| finding.outcome == conform::Outcome::Fail)))
+    Ok(conform::exit_code(&findings))
 }
 
 fn not_judged(error: JudgeError) -> Error {
     match error {
-        JudgeError::Trail { path, source } => Error::output(&path, source),
+        JudgeError::ProgressLog { path, source } => Error::output(&path, source),
         error => Error::input(error.to_string()),
     }
 }

@@ -172,8 +172,9 @@ impl Library {
         &self.fmu.description
     }
 
-    /// Whether an instance of the FMU returned `fmi2Fatal`.
-    pub(super) fn is_lost(&self) -> bool {
+    /// Whether an instance of the FMU returned `fmi2Fatal`, after which none can be made or called.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
         self.fmu.lost.load(SeqCst)
     }
 
