@@ -1,7 +1,8 @@
 //! Says what a call to an FMU did instead of succeeding, how a step ended, and what the FMU logged.
 
 /// What a call to an FMU did instead of succeeding.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{call} {what}")]
 pub struct CallError {
     /// The function, by its name in the FMU's version of FMI.
     pub call: &'static str,

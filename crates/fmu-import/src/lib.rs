@@ -8,7 +8,7 @@
 //!
 //! # Example
 //! ```
-//! # mod support { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/mod.rs")); }
+//! # mod support { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/pack.in")); }
 //! use std::path::Path;
 //! use std::sync::Arc;
 //!

@@ -349,13 +349,17 @@ fn handler_of_the_fmu() {
 fn handler_from_before() {
     let folder = pack_with(&[LAZY]);
     let lazy = compile("lazy", &[], &folder);
-    went_on(process("0.5", &folder, |command| drop(command.env("LD_PRELOAD", lazy))));
+    went_on(process("0.5", &folder, |command| {
+        command.env("LD_PRELOAD", lazy);
+    }));
 }
 
 fn handler_that_gives_up() {
     let folder = pack("crashes");
     let lazy = compile("lazy", &[], &folder);
-    let (output, said) = process("0.5", &folder, |command| drop(command.env("LD_PRELOAD", lazy)));
+    let (output, said) = process("0.5", &folder, |command| {
+        command.env("LD_PRELOAD", lazy);
+    });
     assert!(said.contains("fmi2DoStep at t = 0.5 s ended this program"), "{said}");
     assert_eq!(output.status.code(), None);
 }

@@ -1,5 +1,6 @@
 /* Makes memory usable when it is first touched, as the runtimes of managed languages do: a fault that is no failure. */
 #include <signal.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <sys/mman.h>
 
