@@ -73,8 +73,8 @@ pub(super) fn set(driver: &TestDriver) -> Verdict {
         count += 1;
         match (set_start(&mut instance, variable), legal) {
             (Ok(()), false) => accepted.push(what),
-            (Err(CallError { call, what: told, .. }), true) => {
-                wrong.push(format!("expected success, found {call} of {what} {told}"));
+            (Err(CallError { call, what: reason, .. }), true) => {
+                wrong.push(format!("expected success, found {call} of {what} {reason}"));
             }
             (Err(_), false) if instance.is_lost() => wrong.push(format!("fmi2Fatal for {what}")),
             _ => {}

@@ -34,8 +34,8 @@ fn no_leak(driver: &TestDriver) -> Verdict {
     let before = resident()?;
     cycles(driver, count)?;
     let growth = (resident()? - before) / f64::from(count);
-    let told = format!("{growth:.1} bytes per instance over {count} instances");
-    if growth > BOUND { broken(told) } else { Ok(told) }
+    let measured = format!("{growth:.1} bytes per instance over {count} instances");
+    if growth > BOUND { broken(measured) } else { Ok(measured) }
 }
 
 /// Each instance lives through a whole, short simulation.

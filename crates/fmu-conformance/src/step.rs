@@ -27,7 +27,7 @@ const NOISE: f64 = 1e-6;
 ///
 /// FMI 2.0 asks for steps of any size to be done, not for results that do not depend on them: a controller
 /// or a filter that samples at communication points rightly gives others. So the largest difference is
-/// told, and warned about when the results have nothing to do with each other. What is wrong in any case
+/// reported, and warned about when the results have nothing to do with each other. What is wrong in any case
 /// is not to look at the size of the step.
 fn step_size(driver: &TestDriver) -> Verdict {
     if !driver.about().variable_step {
@@ -44,14 +44,14 @@ fn step_size(driver: &TestDriver) -> Verdict {
         ));
     }
     let (largest, of) = largest_difference(driver, &even, &uneven);
-    let told = format!("largest relative difference{of} {largest:.1e}");
-    Ok(if largest > 1.0 { format!("warning: {told}") } else { told })
+    let measured = format!("largest relative difference{of} {largest:.1e}");
+    Ok(if largest > 1.0 { format!("warning: {measured}") } else { measured })
 }
 
 fn largest_difference(driver: &TestDriver, even: &[Row], uneven: &[Row]) -> (f64, String) {
     let (mut largest, mut of) = (0.0, String::new());
-    for (place, output) in driver.with(Causality::Output).enumerate() {
-        let reals = |row: &Row| match row.values[place] {
+    for (index, output) in driver.with(Causality::Output).enumerate() {
+        let reals = |row: &Row| match row.values[index] {
             Value::Real(value) => value,
             _ => 0.0,
         };
@@ -73,12 +73,12 @@ fn ignores_step(driver: &TestDriver) -> Result<Option<String>, Objection> {
     let [whole, half] = [1.0, 0.5].map(|share| held(driver, share));
     let (whole, half) = (whole?, half?);
     let mut moving = None;
-    for (place, output) in driver.with(Causality::Output).enumerate() {
+    for (index, output) in driver.with(Causality::Output).enumerate() {
         let continuous = output.kind == Type::Real && output.variability == Variability::Continuous;
-        if !continuous || whole.iter().all(|row| row.values[place] == whole[0].values[place]) {
+        if !continuous || whole.iter().all(|row| row.values[index] == whole[0].values[index]) {
             continue;
         }
-        if whole.iter().zip(&half).any(|(a, b)| a.values[place] != b.values[place]) {
+        if whole.iter().zip(&half).any(|(a, b)| a.values[index] != b.values[index]) {
             return Ok(None);
         }
         moving.get_or_insert_with(|| output.name.clone());

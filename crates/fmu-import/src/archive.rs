@@ -43,8 +43,8 @@ pub(crate) fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenE
     Ok(())
 }
 
-/// How many entries the archive says it has. The zip library keeps the last one of each name and does
-/// not tell. Nothing is known of archives with more entries than the field can hold.
+/// How many entries the archive says it has. The zip library keeps the last one of each name without
+/// a word. Nothing is known of archives with more entries than the field can hold.
 fn listed_entries(bytes: &[u8]) -> Option<usize> {
     const END: &[u8] = b"PK\x05\x06";
     let end = bytes.windows(END.len()).rposition(|window| window == END)?;

@@ -63,6 +63,7 @@ mod call;
 mod definitions;
 pub mod description;
 mod error;
+mod fmi2;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -74,7 +75,7 @@ use tempfile::TempDir;
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{FmuState, Instance, Library, watch};
 pub use call::{CallError, Message, MessageLevel, StepStatus};
-use description::Description;
+pub use description::{Description, Item, Type, Variable};
 pub use error::OpenError;
 
 /// A description may be this long; the longest real ones have some hundred thousand variables.
@@ -131,7 +132,7 @@ impl Fmu {
             return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
         }
         let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
-        let description = Description::parse(&xml).map_err(wrong)?;
+        let description = fmi2::parse(&xml).map_err(wrong)?;
         Ok(Fmu {
             path: path.to_owned(),
             sha256: sha256(&bytes),

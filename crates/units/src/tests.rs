@@ -107,7 +107,7 @@ fn different_dimensions_do_not_convert() {
 }
 
 #[test]
-fn errors_name_the_place() {
+fn errors_say_where_they_are() {
     for (text, span, part) in [
         ("N.furlong/s", 2..9, "unknown unit `furlong` at byte 2"),
         ("m/sec", 2..5, "unknown unit `sec`"),

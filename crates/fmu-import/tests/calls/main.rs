@@ -1,16 +1,18 @@
-//! Checks what instances do with FMUs that misbehave, some of them in a process of its own and under valgrind.
+//! Checks what instances do with FMUs that misbehave, some of them in processes of their own and under valgrind.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Output};
+use std::process::{Command, ExitCode};
 use std::sync::Arc;
 
 use fmu_import::{Fmu, FmuState, Instance, Library, MessageLevel, StepStatus};
 use libtest_mimic::{Arguments, Trial};
 use tempfile::TempDir;
 
+mod processes;
+#[path = "../support/mod.rs"]
 mod support;
 
-use support::{compile, pack, pack_with};
+use support::pack;
 
 /// Names a part of this program that another process is to run, with the archive as its argument.
 const PART: &str = "FMU_IMPORT_PART";
@@ -28,16 +30,19 @@ const TESTS: &[(&str, fn())] = &[
     ("log_messages_may_come_from_a_thread", thread),
     ("odd_values_are_made_regular", odd_values),
     ("a_text_with_nul_is_refused", nul),
-    ("a_crash_is_reported_with_its_time_however_large", crash),
-    ("a_handler_that_the_fmu_installs_goes_on_recovering", handler_of_the_fmu),
-    ("a_handler_from_before_goes_on_recovering", handler_from_before),
-    ("a_handler_from_before_that_gives_up_is_followed_by_the_report", handler_that_gives_up),
+    ("a_crash_is_reported_with_its_time_however_large", processes::crash),
+    ("a_handler_that_the_fmu_installs_goes_on_recovering", processes::handler_of_the_fmu),
+    ("a_handler_from_before_goes_on_recovering", processes::handler_from_before),
+    (
+        "a_handler_from_before_that_gives_up_is_followed_by_the_report",
+        processes::handler_that_gives_up,
+    ),
 ];
 
 fn main() -> ExitCode {
     if let Ok(part) = std::env::var(PART) {
         let archive = std::env::args().nth(1).expect("an archive");
-        run_part(&part, Path::new(&archive));
+        processes::run_part(&part, Path::new(&archive));
         return ExitCode::SUCCESS;
     }
     let trial = |(name, test): &(&'static str, fn())| {
@@ -50,7 +55,7 @@ fn main() -> ExitCode {
     let mut trials: Vec<_> = TESTS.iter().map(trial).collect();
     let valgrind = Command::new("valgrind").arg("--version").output().is_ok();
     let memory = Trial::test("no_foreign_memory_is_touched_and_none_is_lost", || {
-        memory();
+        processes::memory();
         Ok(())
     });
     trials.push(match valgrind || std::env::var("CI").is_ok_and(|value| value == "true") {
@@ -293,111 +298,4 @@ fn nul() {
         assert!(error.what.contains("\"a\\0b\" contains the character NUL"), "{error:?}");
     }
     assert_eq!(lab.count("fmi2SetString"), 0);
-}
-
-/// Runs a part of this program in a process of its own.
-fn process(part: &str, folder: &TempDir, prepare: impl FnOnce(&mut Command)) -> (Output, String) {
-    let mut command = Command::new(std::env::current_exe().expect("this program"));
-    command.arg(folder.path().join("probe.fmu")).env(PART, part);
-    prepare(&mut command);
-    let output = command.output().expect("it starts");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    (output, said)
-}
-
-fn run_part(part: &str, archive: &Path) {
-    let mut instance = Instance::new(load(archive), "probe", false).expect("it starts");
-    if part == "memory" {
-        drop(instance);
-        return run_everything(archive);
-    }
-    initialise(&mut instance);
-    let _ = instance.do_step(part.parse().expect("a time"), 0.1);
-    println!("done");
-}
-
-fn crash() {
-    let folder = pack("crashes");
-    for (time, text) in [
-        ("0.5", "0.5"),
-        ("-2.25", "-2.25"),
-        ("123456789.125", "123456789.125"),
-        ("3.5e300", "3.5e300"),
-        ("-1e18", "-1e18"),
-        ("inf", "inf"),
-    ] {
-        let (output, said) = process(time, &folder, |_| ());
-        let expected =
-            format!("node `probe`: fmi2DoStep at t = {text} s ended this program: the FMU");
-        assert!(said.contains(&expected) && said.contains("SIGSEGV"), "{expected}\n{said}");
-        assert_eq!(output.status.code(), None);
-    }
-}
-
-const LAZY: &str = "-DBEHAVIOUR=\"touches memory lazily\"";
-
-#[track_caller]
-fn went_on((output, said): (Output, String)) {
-    assert!(output.status.success(), "{} {said}", output.status);
-    assert_eq!((output.stdout.as_slice(), said.as_str()), (&b"done\n"[..], ""));
-}
-
-fn handler_of_the_fmu() {
-    went_on(process("0.5", &pack_with(&[LAZY, "-DOWN_HANDLER"]), |_| ()));
-}
-
-fn handler_from_before() {
-    let folder = pack_with(&[LAZY]);
-    let lazy = compile("lazy", &[], &folder);
-    went_on(process("0.5", &folder, |command| {
-        command.env("LD_PRELOAD", lazy);
-    }));
-}
-
-fn handler_that_gives_up() {
-    let folder = pack("crashes");
-    let lazy = compile("lazy", &[], &folder);
-    let (output, said) = process("0.5", &folder, |command| {
-        command.env("LD_PRELOAD", lazy);
-    });
-    assert!(said.contains("fmi2DoStep at t = 0.5 s ended this program"), "{said}");
-    assert_eq!(output.status.code(), None);
-}
-
-/// The calls of a life with states, for valgrind to look at.
-fn run_everything(archive: &Path) {
-    let library = load(archive);
-    for _ in 0..3 {
-        let mut instance = Instance::new(Arc::clone(&library), "probe", true).expect("it starts");
-        initialise(&mut instance);
-        steps(&mut instance, 0, 2);
-        let mut state = instance.save().expect("it can");
-        instance.save_into(&mut state).expect("it can");
-        let bytes = instance.serialise(&state).expect("it can");
-        steps(&mut instance, 2, 2);
-        instance.restore(&state).expect("it is its own");
-        let late = instance.deserialise(&bytes).expect("it can");
-        instance.set_string(0, "text").expect("it takes all");
-        assert_eq!(instance.get_string(0).as_deref(), Ok(""));
-        instance.set_debug_logging(true, &["all"]).expect("it takes all");
-        instance.reset().expect("it can");
-        drop(state);
-        instance.messages();
-        drop(instance);
-        drop(late);
-    }
-}
-
-fn memory() {
-    let folder = pack("logs from a thread");
-    let (log, exe) =
-        (folder.path().join("valgrind"), std::env::current_exe().expect("this program"));
-    let mut valgrind = Command::new("valgrind");
-    valgrind.args(["--quiet", "--error-exitcode=99", "--leak-check=full", "--keep-debuginfo=yes"]);
-    valgrind.args(["--errors-for-leak-kinds=definite,indirect"]);
-    valgrind.arg(format!("--log-file={}", log.display()));
-    valgrind.arg(exe).arg(folder.path().join("probe.fmu")).env(PART, "memory");
-    let output = valgrind.output().expect("valgrind starts");
-    let said = std::fs::read_to_string(log).unwrap_or_default();
-    assert!(output.status.success(), "{}\n{said}", output.status);
 }
