@@ -57,7 +57,7 @@ enum Command {
         json: bool,
     },
     /// Judge an FMU by the rules of FMI 2.0, a line for each; exit code 0 when it breaks none, 1 when it
-    /// breaks one, 2 when it cannot be opened.
+    /// breaks one, 2 when it cannot be opened, 3 when a rule could not be judged.
     Conform(ConformArgs),
     /// Open a run in the Rerun viewer, or two runs over each other.
     View {
