@@ -130,7 +130,8 @@ fn temporary_files_that_vanish_are_not_held_against_the_fmu() {
     let passed = rules(&findings, "pass");
     assert!(["version", "start-values"].iter().all(|rule| passed.contains(rule)), "{findings:#?}");
     let ended = lab.trackside(&["conform", "deviate.fmu"]).expect(3);
-    let memory = "ERR   memory                  could not be judged: the temporary folder was removed";
+    let memory =
+        "ERR   memory                  could not be judged: the temporary folder was removed";
     assert!(ended.stdout.contains(memory), "{}", ended.stdout);
 }
 

@@ -2,9 +2,6 @@
 //!
 //! What an FMU hands over is not trusted where that can be avoided: statuses and booleans come in as plain integers, texts
 //! are copied at once, and the environment of a log message is looked up, never dereferenced.
-//!
-//! All calls fail when the FMU returns a status that is neither `fmi2OK` nor `fmi2Warning`, and all of them fail without
-//! a call after `fmi2Fatal`: FMI allows none then, of no instance of the FMU, not even to free it.
 #![expect(unsafe_code, reason = "calling a C library")]
 
 mod activity;

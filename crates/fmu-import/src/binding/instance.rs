@@ -15,7 +15,15 @@ use crate::{CallError, Message, StepStatus};
 
 const CO_SIMULATION: c_int = 1;
 
-/// An instance of an FMU.
+/// An instance of an FMU. Dropping it frees it, with the states that it saved.
+///
+/// # Errors
+/// Each call fails when the FMU returns a status that is neither `fmi2OK` nor `fmi2Warning`; the error says what the FMU logged
+/// last. After `fmi2Fatal` each call fails without being made, also of other instances of the FMU and not even to free them.
+///
+/// # Panics
+/// Functions that take references and values panic unless there are as many of the one as of the other. Without references
+/// nothing is called.
 #[derive(Debug)]
 pub struct Instance {
     component: Component,
@@ -164,7 +172,7 @@ impl Instance {
     /// `fmi2SetupExperiment` without tolerance.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn setup_experiment(&mut self, start: f64, stop: f64) -> Result<(), CallError> {
         let function = self.library.setup_experiment;
         self.activity.at(start);
@@ -175,7 +183,7 @@ impl Instance {
     /// `fmi2EnterInitializationMode`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2EnterInitializationMode", self.library.enter_initialization_mode)
     }
@@ -183,7 +191,7 @@ impl Instance {
     /// `fmi2ExitInitializationMode`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2ExitInitializationMode", self.library.exit_initialization_mode)
     }
@@ -191,7 +199,7 @@ impl Instance {
     /// `fmi2Terminate`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn terminate(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2Terminate", self.library.terminate)
     }
@@ -204,7 +212,7 @@ impl Instance {
     /// Steps from `time` to `time + step` [s].
     ///
     /// # Errors
-    /// See the module; a step that ends early is none.
+    /// See [`Instance`]; a step that ends early is none.
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
         self.free_dropped_states()?;
         self.activity.at(time);

@@ -75,7 +75,7 @@ impl Instance {
     /// Saves the state: `fmi2GetFMUstate`.
     ///
     /// # Errors
-    /// See the module; also without `canGetAndSetFMUstate`.
+    /// See [`Instance`]; also without `canGetAndSetFMUstate`.
     pub fn save(&mut self) -> Result<FmuState, CallError> {
         self.need_state("fmi2GetFMUstate", self.can_save())?;
         let pointer = self.get_state(ptr::null_mut())?;
@@ -96,7 +96,7 @@ impl Instance {
     /// Goes back to a state: `fmi2SetFMUstate`.
     ///
     /// # Errors
-    /// See the module; also when the state is not this instance's.
+    /// See [`Instance`]; also when the state is not this instance's.
     pub fn restore(&mut self, state: &FmuState) -> Result<(), CallError> {
         let pointer = self.pointer("fmi2SetFMUstate", state)?;
         let function = self.library.set_state;
@@ -107,7 +107,7 @@ impl Instance {
     /// Forgets a state now, unlike dropping it: `fmi2FreeFMUstate`.
     ///
     /// # Errors
-    /// See the module; also when the state is not this instance's.
+    /// See [`Instance`]; also when the state is not this instance's.
     pub fn forget(&mut self, state: FmuState) -> Result<(), CallError> {
         self.pointer("fmi2FreeFMUstate", &state)?;
         drop(state);
@@ -117,7 +117,7 @@ impl Instance {
     /// `fmi2FreeFMUstate` of no state.
     ///
     /// # Errors
-    /// See the module; also without `canGetAndSetFMUstate`.
+    /// See [`Instance`]; also without `canGetAndSetFMUstate`.
     pub fn free_no_state(&mut self) -> Result<(), CallError> {
         self.need_state("fmi2FreeFMUstate", self.can_save())?;
         self.free_state(ptr::null_mut())
@@ -126,7 +126,7 @@ impl Instance {
     /// A state as bytes: `fmi2SerializedFMUstateSize` and `fmi2SerializeFMUstate`.
     ///
     /// # Errors
-    /// See the module; also without `canSerializeFMUstate`, and when the state is not this instance's.
+    /// See [`Instance`]; also without `canSerializeFMUstate`, and when the state is not this instance's.
     pub fn serialise(&mut self, state: &FmuState) -> Result<Vec<u8>, CallError> {
         let able = self.library.description().serialised_state;
         self.need_state("fmi2SerializedFMUstateSize", able)?;
@@ -153,7 +153,7 @@ impl Instance {
     /// The state that [`serialise`](Self::serialise) gave as bytes: `fmi2DeSerializeFMUstate`.
     ///
     /// # Errors
-    /// See the module; also without `canSerializeFMUstate`.
+    /// See [`Instance`]; also without `canSerializeFMUstate`.
     pub fn deserialise(&mut self, bytes: &[u8]) -> Result<FmuState, CallError> {
         let able = self.library.description().serialised_state;
         self.need_state("fmi2DeSerializeFMUstate", able)?;

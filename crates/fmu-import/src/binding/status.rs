@@ -14,7 +14,7 @@ impl Instance {
     /// `fmi2Reset`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn reset(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2Reset", self.library.reset)
     }
@@ -22,7 +22,7 @@ impl Instance {
     /// `fmi2CancelStep`, which succeeds for FMUs that run asynchronously only.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn cancel_step(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2CancelStep", self.library.cancel_step)
     }
@@ -30,7 +30,7 @@ impl Instance {
     /// `fmi2SetDebugLogging` for these categories; none means all of them.
     ///
     /// # Errors
-    /// See the module; also when the name of a category contains NUL.
+    /// See [`Instance`]; also when the name of a category contains NUL.
     pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), CallError> {
         let texts = categories.iter().map(|text| c_text("fmi2SetDebugLogging", text));
         let texts = texts.collect::<Result<Vec<_>, _>>()?;
@@ -45,7 +45,7 @@ impl Instance {
     /// `fmi2GetStatus` of the last step; an FMU may refuse unless a step was discarded.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn status(&mut self) -> Result<i32, CallError> {
         let (mut value, function) = (0, self.library.get_status);
         // SAFETY: the component is alive, and one value is written.
@@ -56,7 +56,7 @@ impl Instance {
     /// `fmi2GetRealStatus`: the time that the last step came to [s]; an FMU may refuse unless a step was discarded.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn last_successful_time(&mut self) -> Result<f64, CallError> {
         let mut value = 0.0;
         let function = self.library.get_real_status;
@@ -70,7 +70,7 @@ impl Instance {
     /// `fmi2GetBooleanStatus`: whether the FMU ended the simulation; an FMU may refuse unless a step was discarded.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn ended(&mut self) -> Result<bool, CallError> {
         let mut value = 0;
         let function = self.library.get_boolean_status;

@@ -1,6 +1,4 @@
 //! Reads and writes the variables of an instance, by their value references.
-//!
-//! Without references nothing is called. All functions that take slices panic unless these have one length.
 
 use std::ffi::{CStr, c_char};
 use std::ptr;
@@ -46,7 +44,7 @@ impl Instance {
     /// `fmi2GetReal`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
         self.get(c"fmi2GetReal", self.library.get_real, references, values)
     }
@@ -54,7 +52,7 @@ impl Instance {
     /// `fmi2GetInteger`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
         self.get(c"fmi2GetInteger", self.library.get_integer, references, values)
     }
@@ -62,7 +60,7 @@ impl Instance {
     /// `fmi2GetBoolean`, as 0 and 1: any number but 0 counts as 1.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
         self.get(c"fmi2GetBoolean", self.library.get_boolean, references, values)?;
         values.iter_mut().for_each(|value| *value = i32::from(*value != 0));
@@ -72,7 +70,7 @@ impl Instance {
     /// `fmi2GetString` for one variable; null counts as an empty text.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn get_string(&mut self, reference: u32) -> Result<String, CallError> {
         let mut text: [*const c_char; 1] = [ptr::null()];
         self.get(c"fmi2GetString", self.library.get_string, &[reference], &mut text)?;
@@ -86,7 +84,7 @@ impl Instance {
     /// `fmi2SetReal`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         self.set(c"fmi2SetReal", self.library.set_real, references, values)
     }
@@ -94,7 +92,7 @@ impl Instance {
     /// `fmi2SetInteger`.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         self.set(c"fmi2SetInteger", self.library.set_integer, references, values)
     }
@@ -102,7 +100,7 @@ impl Instance {
     /// `fmi2SetBoolean`, with 0 and 1.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         self.set(c"fmi2SetBoolean", self.library.set_boolean, references, values)
     }
@@ -110,7 +108,7 @@ impl Instance {
     /// `fmi2SetString` for one variable.
     ///
     /// # Errors
-    /// See the module; also when the text contains NUL.
+    /// See [`Instance`]; also when the text contains NUL.
     pub fn set_string(&mut self, reference: u32, value: &str) -> Result<(), CallError> {
         let value = c_text("fmi2SetString", value)?;
         self.set(c"fmi2SetString", self.library.set_string, &[reference], &[value.as_ptr()])
@@ -119,7 +117,7 @@ impl Instance {
     /// `fmi2GetReal` and `fmi2SetReal` of no variables, with null for the arrays.
     ///
     /// # Errors
-    /// See the module.
+    /// See [`Instance`].
     pub fn touch_nothing(&mut self) -> Result<(), CallError> {
         let (get, set) = (self.library.get_real, self.library.set_real);
         // SAFETY: the component is alive, and arrays of no elements are not looked at.
