@@ -22,7 +22,7 @@ use recording::{
     Beside, Change, CsvSink, Derived, Event, Header, Lane, Level, McapSink, Row, Sink, State,
 };
 use scenario::plan::{AnalysisPlan, FILES, System};
-use scenario::resolve::Overrides;
+use scenario::resolve::StartOverrides;
 use scenario::{Built, Scenario, words};
 
 use analysis::Collected;
@@ -50,7 +50,7 @@ pub struct Options {
     /// Whether to write CSV.
     pub csv: bool,
     /// Start values and seed.
-    pub overrides: Overrides,
+    pub overrides: StartOverrides,
     /// Where the replay goes.
     pub replay: Replay,
     /// Simulated seconds per second; as fast as possible unless it is given.
@@ -161,7 +161,7 @@ fn validate(
     watch(News::Validation(name));
     let overrides = validation::overrides(scenario, validation, system, Some(report))?;
     let options = Options {
-        overrides: Overrides { seed: options.overrides.seed, ..overrides },
+        overrides: StartOverrides { seed: options.overrides.seed, ..overrides },
         // A viewer that is connected goes on showing the run.
         replay: if options.replay == Replay::Off { Replay::Off } else { Replay::Save },
         realtime: None,

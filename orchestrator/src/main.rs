@@ -16,8 +16,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::package::Workspace;
 use orchestrator::suite::{self, Outcome, TestResult};
 use orchestrator::{News, Options, Replay};
-use scenario::Product;
-use scenario::resolve::{Given, Overrides};
+use scenario::BuildRequest;
+use scenario::resolve::{StartOverride, StartOverrides};
 
 /// The packages whose FMUs make the closed loop.
 const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
@@ -186,7 +186,7 @@ fn print(text: &str) {
 
 fn run(args: &RunArgs) -> Result<u8, Error> {
     let starts = starts(&args.set)?;
-    let overrides = Overrides { starts, seed: args.seed, ..Overrides::default() };
+    let overrides = StartOverrides { starts, seed: args.seed, ..StartOverrides::default() };
     if let Some(factor) = args.realtime.filter(|factor| !(*factor > 0.0 && factor.is_finite())) {
         return Err(Error::input(format!("--realtime: expected a factor above 0, found {factor}")));
     }
@@ -271,10 +271,10 @@ fn progress_bar(path: &Path) -> ProgressBar {
 }
 
 /// Start values of `--set`.
-fn starts(set: &[String]) -> Result<Vec<Given>, Error> {
+fn starts(set: &[String]) -> Result<Vec<StartOverride>, Error> {
     let mut starts = Vec::new();
     for entry in set {
-        let given = Given::parse(entry, |file| file.into());
+        let given = StartOverride::parse(entry, |file| file.into());
         starts.extend(given.map_err(|message| Error::input(format!("--set: {message}")))?);
     }
     Ok(starts)
@@ -323,7 +323,8 @@ fn test_line(result: &TestResult) -> String {
 fn pack(packages: &[String], examples: &[String], out: &Path) -> Result<u8, Error> {
     let archives = Workspace::around(Path::new("."))
         .and_then(|workspace| {
-            let library = |package: &str| Product { package: package.to_owned(), example: None };
+            let library =
+                |package: &str| BuildRequest { package: package.to_owned(), example: None };
             let products = match (examples, packages) {
                 ([], []) => FMUS.map(library).to_vec(),
                 ([], packages) => packages.iter().map(|package| library(package)).collect(),

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use diagnostics::closest;
-use scenario::{Built, Product};
+use diagnostics::suggest;
+use scenario::{BuildRequest, Built};
 use serde::Deserialize;
 
 pub use wanted::build;
@@ -148,15 +148,15 @@ impl Workspace {
     /// When a package or example is unknown, does not compile, or makes no FMU.
     pub fn pack(
         &self,
-        products: &[Product],
+        products: &[BuildRequest],
         into: Option<&Path>,
-    ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+    ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         self.check(products)?;
         pack(&self.build(products)?, products, into)
     }
 
     /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
-    fn make(&self, fmus: &[Product], plugins: &[Product]) -> Result<Built, BuildError> {
+    fn make(&self, fmus: &[BuildRequest], plugins: &[BuildRequest]) -> Result<Built, BuildError> {
         let products = [fmus, plugins].concat();
         self.check(&products)?;
         let mut libraries = self.build(&products)?;
@@ -169,7 +169,7 @@ impl Workspace {
     ///
     /// # Errors
     /// When there is no such example that makes a library.
-    pub fn example(&self, packages: &[String], example: &str) -> Result<Product, BuildError> {
+    pub fn example(&self, packages: &[String], example: &str) -> Result<BuildRequest, BuildError> {
         let all = || {
             let searched =
                 |package: &&Package| packages.is_empty() || packages.contains(&package.name);
@@ -177,7 +177,7 @@ impl Workspace {
         };
         if let Some(package) = all().find(|package| package.examples().any(|name| name == example))
         {
-            return Ok(Product {
+            return Ok(BuildRequest {
                 package: package.name.clone(),
                 example: Some(example.to_owned()),
             });
@@ -188,10 +188,10 @@ impl Workspace {
     }
 
     /// Whether the workspace can make the products.
-    fn check(&self, products: &[Product]) -> Result<(), BuildError> {
+    fn check(&self, products: &[BuildRequest]) -> Result<(), BuildError> {
         let all = self.0.packages.iter().filter(|package| package.makes_library());
         let names: Vec<_> = all.map(|package| package.name.as_str()).collect();
-        for Product { package, example } in products {
+        for BuildRequest { package, example } in products {
             if let Some(example) = example {
                 self.example(std::slice::from_ref(package), example)?;
             } else if !names.contains(&package.as_str()) {
@@ -203,7 +203,10 @@ impl Workspace {
     }
 
     /// The built library of each product.
-    fn build(&self, products: &[Product]) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+    fn build(
+        &self,
+        products: &[BuildRequest],
+    ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         // Cargo unites the features of what it builds together. With this program among the packages it
         // finds every dependency as the program was built with it, and compiles none twice. If the
         // program's own package does not compile at the moment, the others may do so without it.
@@ -217,9 +220,9 @@ impl Workspace {
 
     fn build_together(
         &self,
-        products: &[Product],
+        products: &[BuildRequest],
         own: Option<&str>,
-    ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+    ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         let packages: Vec<_> = products.iter().map(|product| product.package.as_str()).collect();
         let failed = |what| BuildError::Failed { packages: packages.join(", "), what };
         let mut cargo = cargo();
@@ -246,11 +249,11 @@ impl Workspace {
     }
 
     /// What a message is about, and the dynamic library that was made of it.
-    fn library(&self, message: &BuildMessage) -> Option<(Product, PathBuf)> {
+    fn library(&self, message: &BuildMessage) -> Option<(BuildRequest, PathBuf)> {
         let mut packages = self.0.packages.iter();
         let package = packages.find(|package| Some(&package.id) == message.package_id.as_ref())?;
         let example = message.target.as_ref().filter(|target| target.is_example());
-        let product = Product {
+        let product = BuildRequest {
             package: package.name.clone(),
             example: example.map(|target| target.name.clone()),
         };
@@ -263,10 +266,10 @@ impl Workspace {
 
 /// Packs the libraries of `products` into the folder `into`, or by default beside them.
 fn pack(
-    libraries: &BTreeMap<Product, PathBuf>,
-    products: &[Product],
+    libraries: &BTreeMap<BuildRequest, PathBuf>,
+    products: &[BuildRequest],
     into: Option<&Path>,
-) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
     let mut archives = BTreeMap::new();
     // The program's own package may have been built beside what was asked for.
     for (product, library) in libraries.iter().filter(|(found, _)| products.contains(found)) {
@@ -279,10 +282,8 @@ fn pack(
 
 /// What a user may have meant by `name`.
 fn hint(name: &str, names: &[&str]) -> String {
-    match closest(name, names.iter().copied()) {
-        Some(hint) => format!("; did you mean `{hint}`?"),
-        None => format!("; there are: {}", names.join(", ")),
-    }
+    let hint = suggest::hint(name, names.iter().copied());
+    hint.map(|hint| format!("; {hint}")).unwrap_or_default()
 }
 
 /// Cargo, without what another cargo told this program about its own package: build scripts that look

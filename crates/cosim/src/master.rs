@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use diagnostics::{Error, rounded};
 use fmu_import::CallError;
 use recording::{Column, Event, Level, Row, Sink};
-use scenario::plan::{Clock, Link, NodePlan, Source, System, Treatment};
+use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, Source, System};
 use scenario::words::At;
 
 use crate::node::Node;
@@ -33,7 +33,7 @@ pub struct Progress {
     pub efforts: Vec<Effort>,
 }
 
-/// Runs the system to its last communication point (sequential coupling, also called Gauss-Seidel).
+/// Runs the system to its last communication point (Gauss-Seidel coupling).
 ///
 /// In the order of the system, each node gets its inputs, steps, and shows its outputs, which the nodes
 /// after it see at once. `progress` tells how far the run came, also when it fails; `tick` is called at
@@ -117,7 +117,9 @@ fn initialise(
     for pass in 0..2 {
         for &place in order {
             let (plan, node) = (&plans[place], &mut nodes[place]);
-            for (Link { source, treatment }, input) in plan.links.iter().zip(plan.inputs.clone()) {
+            for (ResolvedConnection { source, treatment }, input) in
+                plan.links.iter().zip(plan.inputs.clone())
+            {
                 row.numbers[input] = treatment.convert(row.numbers[source.place]);
                 accept(treatment, columns, (*source, input), row, 0.0)?;
             }
@@ -167,7 +169,9 @@ fn feed(
     clock: &Clock,
     k: u64,
 ) -> Result<(), Error> {
-    for (Link { source, treatment }, input) in plan.links.iter_mut().zip(plan.inputs.clone()) {
+    for (ResolvedConnection { source, treatment }, input) in
+        plan.links.iter_mut().zip(plan.inputs.clone())
+    {
         let from = if source.at == At::Start { start } else { &*row };
         row.numbers[input] = treatment.value(from.numbers[source.place], clock.at(k));
         let shown = clock.at(k + u64::from(source.at == At::End));
@@ -185,7 +189,7 @@ fn feed(
 /// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
 /// is when the source showed it [s].
 fn accept(
-    treatment: &Treatment,
+    treatment: &InputChain,
     columns: &[Column],
     (source, input): (Source, usize),
     row: &Row,

@@ -3,7 +3,7 @@
 mod accepts;
 mod analysis;
 mod check;
-mod treatment;
+mod input_chain;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::words::At;
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use check::{CheckPlan, ResultName, Subject};
-pub use treatment::{FaultKind, FaultPlan, Treatment};
+pub use input_chain::{FaultPlan, InputChain};
 
 /// The files of a run, whose names nothing else in its folder can have.
 pub const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.csv.partial"];
@@ -129,7 +129,7 @@ pub struct NodePlan {
     /// The places of its connected inputs that are numbers.
     pub inputs: Range<usize>,
     /// What each of these inputs gets.
-    pub links: Vec<Link>,
+    pub links: Vec<ResolvedConnection>,
     /// The same for texts.
     pub texts: TextPlan,
 }
@@ -156,11 +156,11 @@ pub struct Source {
 
 /// What an input gets: the number that an output shows, converted and disturbed.
 #[derive(Debug, Clone)]
-pub struct Link {
+pub struct ResolvedConnection {
     /// Where the number comes from.
     pub source: Source,
     /// What happens to it on its way.
-    pub treatment: Treatment,
+    pub treatment: InputChain,
 }
 
 /// A scenario without names: what the master works with.

@@ -2,7 +2,6 @@
 
 mod analyses;
 mod checks;
-mod given;
 mod links;
 mod logs;
 mod nodes;
@@ -10,6 +9,7 @@ mod order;
 mod place;
 mod quantity;
 mod recorded;
+mod start_override;
 mod starts;
 mod types;
 mod validations;
@@ -22,10 +22,10 @@ use recording::view::View;
 use recording::{Column, Header, Lane};
 
 pub use self::view::{by_unit, view as layout};
+use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, NodePlan, Subject, System};
-use crate::product::Built;
 use crate::words::Scenario;
-pub use given::Given;
+pub use start_override::StartOverride;
 
 /// The files of a scenario, and those that its view names.
 fn source(scenario: &Scenario) -> TextSource {
@@ -39,18 +39,18 @@ fn source(scenario: &Scenario) -> TextSource {
 
 /// What is added to a scenario from outside.
 #[derive(Debug, Clone, Default)]
-pub struct Overrides {
+pub struct StartOverrides {
     /// Start values that give way to those of the scenario.
-    pub defaults: Vec<Given>,
+    pub defaults: Vec<StartOverride>,
     /// Start values that those of the scenario give way to.
-    pub starts: Vec<Given>,
+    pub starts: Vec<StartOverride>,
     /// The seed.
     pub seed: Option<u64>,
 }
 
-impl Overrides {
+impl StartOverrides {
     /// All start values, those that count in the end last.
-    fn all(&self) -> impl Iterator<Item = &Given> {
+    fn all(&self) -> impl Iterator<Item = &StartOverride> {
         self.defaults.iter().chain(&self.starts)
     }
 }
@@ -64,7 +64,7 @@ impl System {
     pub fn resolve(
         scenario: &Scenario,
         built: &Built,
-        overrides: &Overrides,
+        overrides: &StartOverrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
         let document = &scenario.document;
@@ -87,7 +87,7 @@ impl System {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             source: source(scenario),
-            given: overrides.all().map(Given::text).collect(),
+            given: overrides.all().map(StartOverride::text).collect(),
             step: clock.step,
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,

@@ -127,11 +127,16 @@ fn column(place: usize, kind: Kind) -> Column {
     }
 }
 
-fn link(source: usize, at: At) -> Link {
+fn link(source: usize, at: At) -> ResolvedConnection {
     let effects = Chain::new(&Effects::default(), STEP, 1).expect("no effect is a legal effect");
-    let treatment =
-        Treatment { factor: 1.0, offset: 0.0, effects, faults: Vec::new(), accepts: Accepts::Real };
-    Link { source: Source { place: source, at }, treatment }
+    let treatment = InputChain {
+        factor: 1.0,
+        offset: 0.0,
+        effects,
+        faults: Vec::new(),
+        accepts: Accepts::Real,
+    };
+    ResolvedConnection { source: Source { place: source, at }, treatment }
 }
 
 fn play(

@@ -1,6 +1,6 @@
 //! Turns `[[check]]` into expressions over columns.
 
-use diagnostics::{Error, closest};
+use diagnostics::{Error, Spanned, suggest};
 use expression::{Expression, Operand};
 use recording::Column;
 
@@ -43,8 +43,8 @@ fn plan(
     let expression = parsed.map_err(|error| {
         let span = inside(scenario, &check.that, error.span.clone());
         let unknown = error.unknown.as_deref();
-        let hint = unknown.and_then(|name| closest(name, names.iter().map(String::as_str)));
-        let help = hint.map(|hint| format!("did you mean `{hint}`?")).or(error.help);
+        let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
+        let help = error.help.or(hint);
         let error = scenario.source.error(
             span,
             format!("check `{}`: {}", check.name, error.message),
@@ -71,7 +71,7 @@ fn plan(
     let subject = if results.is_empty() { Subject::Run } else { Subject::Results(results) };
     if subject != Subject::Run && (signals > 0 || check.during.is_some()) {
         let message = format!("check `{}`: results of analyses have no time", check.name);
-        let place = check.during.as_ref().map_or(check.that.span(), toml::Spanned::span);
+        let place = check.during.as_ref().map_or(check.that.span(), Spanned::span);
         return Err(scenario
             .source
             .error(place, message, "")
@@ -129,7 +129,7 @@ fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], 
 /// escapes are pointed at as a whole.
 pub(super) fn inside(
     scenario: &Scenario,
-    word: &toml::Spanned<String>,
+    word: &Spanned<String>,
     part: std::ops::Range<usize>,
 ) -> std::ops::Range<usize> {
     let whole = word.span();

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::Error;
+use diagnostics::{Error, Spanned};
 use recording::table::{Table, TableError};
-use toml::Spanned;
 use units::Unit;
 
 use crate::words::{Column, Scenario};

@@ -5,19 +5,19 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use diagnostics::Error;
+use diagnostics::suggest::{self, Unknown};
+use diagnostics::{Error, Spanned};
 use fmu_import::description::{Item, Type, Variable};
 use fmu_import::{Causality, Fmu};
 use recording::Kind;
-use toml::Spanned;
 use units::Unit;
 
-use super::Overrides;
+use super::StartOverrides;
 use super::logs::{self, Log, Wanted};
 use super::starts::starts;
 use super::types::recorded_kind;
+use crate::build_request::BuildRequest;
 use crate::plan::{Body, Clock, Ports};
-use crate::product::Product;
 use crate::words::{self, Scenario};
 
 /// A variable that can be connected or recorded.
@@ -39,7 +39,7 @@ pub(super) struct Port {
 
 /// A node before its inputs are connected.
 #[derive(Debug)]
-pub(super) struct Draft {
+pub(super) struct UnplacedNode {
     pub name: String,
     pub body: Body,
     pub outputs: Vec<Port>,
@@ -53,11 +53,11 @@ pub(super) struct Draft {
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs.
 pub(super) fn drafts(
     scenario: &Scenario,
-    archives: &BTreeMap<Product, PathBuf>,
-    overrides: &Overrides,
+    archives: &BTreeMap<BuildRequest, PathBuf>,
+    overrides: &StartOverrides,
     (clock, seed): (Clock, u64),
     warnings: &mut Vec<String>,
-) -> Result<Vec<Draft>, Error> {
+) -> Result<Vec<UnplacedNode>, Error> {
     let mut drafts = signals(scenario, clock, seed)?;
     for table in &scenario.document.table {
         drafts.push(self::table(scenario, table, warnings)?);
@@ -75,8 +75,8 @@ pub(super) fn drafts(
     for given in overrides.defaults.iter().chain(&overrides.starts) {
         let names = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
         if !names.clone().any(|name| name == given.node) {
-            let error = given.error(&format!("no FMU is called `{}`", given.node));
-            return Err(error.help(format!("there are: {}", names.collect::<Vec<_>>().join(", "))));
+            let Unknown { message, help } = suggest::unknown("FMU", &given.node, names);
+            return Err(given.error(&message).hint(help));
         }
     }
     if drafts.is_empty() && scenario.document.analysis.is_empty() {
@@ -91,9 +91,13 @@ pub(super) fn drafts(
 }
 
 /// Refuses a second node of an FMU that can be instantiated only once per process.
-fn only_once(scenario: &Scenario, draft: &Draft, before: &[Draft]) -> Result<(), Error> {
+fn only_once(
+    scenario: &Scenario,
+    draft: &UnplacedNode,
+    before: &[UnplacedNode],
+) -> Result<(), Error> {
     let Body::Fmu { fmu, .. } = &draft.body else { return Ok(()) };
-    let same = |other: &&Draft| matches!(&other.body, Body::Fmu { fmu: other, .. } if other.sha256 == fmu.sha256);
+    let same = |other: &&UnplacedNode| matches!(&other.body, Body::Fmu { fmu: other, .. } if other.sha256 == fmu.sha256);
     let Some(first) = before.iter().find(same).filter(|_| fmu.description.only_once) else {
         return Ok(());
     };
@@ -114,8 +118,8 @@ fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option
         .map_err(|error| scenario.error(written, error.to_string()))
 }
 
-fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, Error> {
-    let mut drafts: Vec<Draft> = Vec::new();
+fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedNode>, Error> {
+    let mut drafts: Vec<UnplacedNode> = Vec::new();
     for part in &scenario.document.signal {
         let Some(name) = &part.get_ref().name else {
             return Err(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
@@ -143,7 +147,7 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
         };
         let place = name.span();
         match drafts.iter_mut().find(|draft| draft.name == node) {
-            Some(Draft { outputs, body: Body::Signals(signals), .. }) => {
+            Some(UnplacedNode { outputs, body: Body::Signals(signals), .. }) => {
                 if outputs.iter().any(|other| other.name == variable) {
                     let message = format!("there are two signals called `{}`", name.get_ref());
                     return Err(scenario.error(name, message));
@@ -151,7 +155,7 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
                 outputs.push(port);
                 signals.push(signal);
             }
-            _ => drafts.push(Draft {
+            _ => drafts.push(UnplacedNode {
                 name: node.to_owned(),
                 body: Body::Signals(vec![signal]),
                 outputs: vec![port],
@@ -168,7 +172,7 @@ fn table(
     scenario: &Scenario,
     table: &words::Table,
     warnings: &mut Vec<String>,
-) -> Result<Draft, Error> {
+) -> Result<UnplacedNode, Error> {
     let words::Table { path, time, origin, columns, .. } = table;
     let wanted = Wanted { path, time: time.as_ref(), origin: *origin, columns };
     let Log { table: mut read, units } = logs::read(scenario, &wanted, warnings)?;
@@ -192,7 +196,7 @@ fn table(
             follows: Some(Vec::new()),
         });
     }
-    Ok(Draft {
+    Ok(UnplacedNode {
         name: table.name.get_ref().clone(),
         body: Body::Table(read),
         outputs,
@@ -205,10 +209,10 @@ fn table(
 fn fmu(
     scenario: &Scenario,
     node: &words::Fmu,
-    archives: &BTreeMap<Product, PathBuf>,
-    overrides: &Overrides,
-) -> Result<Draft, Error> {
-    let (word, path) = match (&node.path, &node.package, node.product()) {
+    archives: &BTreeMap<BuildRequest, PathBuf>,
+    overrides: &StartOverrides,
+) -> Result<UnplacedNode, Error> {
+    let (word, path) = match (&node.path, &node.package, node.build_request()) {
         (Some(path), None, _) if node.example.is_none() => (path, scenario.source.resolve(path)),
         (None, Some(package), Some(product)) => match archives.get(&product) {
             Some(path) => (package, path.clone()),
@@ -239,7 +243,7 @@ fn fmu(
     let (starts, started) = starts(scenario, node, variables, overrides)?;
     let references = references(&outputs);
     let fmu = Arc::new(fmu);
-    Ok(Draft {
+    Ok(UnplacedNode {
         name: node.name.get_ref().clone(),
         body: Body::Fmu {
             fmu,

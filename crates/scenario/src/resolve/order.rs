@@ -3,7 +3,7 @@
 use diagnostics::Error;
 
 use super::links::Links;
-use super::nodes::Draft;
+use super::nodes::UnplacedNode;
 use crate::words::{At, Scenario};
 
 /// A wish that one node steps before another.
@@ -22,7 +22,7 @@ struct Edge {
 /// fresh value goes first, then the one that comes first in the file.
 pub(super) fn order(
     scenario: &Scenario,
-    drafts: &[Draft],
+    drafts: &[UnplacedNode],
     links: &Links,
 ) -> Result<Vec<usize>, Error> {
     let edges = edges(drafts, links);
@@ -39,7 +39,7 @@ pub(super) fn order(
     })
 }
 
-fn edges(drafts: &[Draft], links: &Links) -> Vec<Edge> {
+fn edges(drafts: &[UnplacedNode], links: &Links) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (to, (draft, links)) in drafts.iter().zip(links).enumerate() {
         for (input, wire) in draft.inputs.iter().zip(links) {

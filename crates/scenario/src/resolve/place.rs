@@ -5,14 +5,17 @@ use std::ops::Range;
 use fmu_import::description::Type;
 use recording::{Column, Direction, Kind};
 
-use super::links::{Links, Wire};
-use super::nodes::{Draft, Port, references};
+use super::links::{Connection, Links};
+use super::nodes::{Port, UnplacedNode, references};
 use super::types::recorded_kind;
-use crate::plan::{Body, Link, NodePlan, Source, TextPlan};
+use crate::plan::{Body, NodePlan, ResolvedConnection, Source, TextPlan};
 
 /// Gives each output and each connected input its place among the numbers or the texts of the row;
 /// returns the nodes, the columns of the numbers and those of the texts.
-pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Vec<Column>, Vec<Column>) {
+pub(super) fn place(
+    drafts: Vec<UnplacedNode>,
+    links: Links,
+) -> (Vec<NodePlan>, Vec<Column>, Vec<Column>) {
     let places = places(&drafts);
     let (mut nodes, mut outputs, mut inputs) = (Vec::new(), Sides::default(), Sides::default());
     for (mut draft, wires) in drafts.into_iter().zip(links) {
@@ -35,10 +38,10 @@ pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Vec<Col
             body: draft.body,
         };
         (plan.inputs, plan.texts.inputs) = inputs.append(&plan.name, connected, Direction::Input);
-        for Wire { from: (node, output), at, treatment } in wires {
+        for Connection { from: (node, output), at, treatment } in wires {
             let source = Source { place: places[node][output], at };
             match treatment {
-                Some(treatment) => plan.links.push(Link { source, treatment }),
+                Some(treatment) => plan.links.push(ResolvedConnection { source, treatment }),
                 None => plan.texts.links.push(source),
             }
         }
@@ -57,7 +60,7 @@ pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Vec<Col
 }
 
 /// The place of each output of each node: all outputs come before all inputs.
-fn places(drafts: &[Draft]) -> Vec<Vec<usize>> {
+fn places(drafts: &[UnplacedNode]) -> Vec<Vec<usize>> {
     let (mut numbers, mut texts) = (0.., 0..);
     let mut next = |port: &Port| match port.kind {
         Type::String => texts.next(),

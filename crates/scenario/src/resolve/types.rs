@@ -61,7 +61,9 @@ pub(super) fn fit(
     }
     Ok(Some(match to.kind {
         Type::String => {
-            let Some((effect, place)) = connect.first_effect() else { return Ok(None) };
+            let Some((effect, place, _)) = connect.effects().into_iter().next() else {
+                return Ok(None);
+            };
             let message = format!("{names} carries texts, and `{effect}` acts on numbers only");
             return Err(scenario.source.error(place, message, ""));
         }

@@ -1,12 +1,11 @@
 //! Turns `[view]` into a layout by columns.
 
-use diagnostics::Error;
+use diagnostics::{Error, Spanned};
 use recording::table::{TableError, columns};
 use recording::view::{
     Arrow, Distance, Function, Plane, Plot, Point, Pose, Quantity, Role, Series, Track, View, edges,
 };
 use recording::{Column, Direction, Header};
-use toml::Spanned;
 use units::Unit;
 
 use super::quantity::Names;
@@ -29,7 +28,7 @@ pub fn view(scenario: &Scenario, header: &Header) -> Result<View, Error> {
         pose,
         track: written.track.as_ref().map(|it| track(scenario, &names, it)).transpose()?,
         arrows: written.arrow.iter().map(|it| arrow(&names, it)).collect::<Result<_, _>>()?,
-        planes: written.plane.iter().map(|it| plane(&names, it)).collect::<Result<_, _>>()?,
+        planes: written.xy_plot.iter().map(|it| plane(&names, it)).collect::<Result<_, _>>()?,
         plots: if plots.is_empty() { by_unit(header.columns.iter().enumerate()) } else { plots },
     })
 }
@@ -149,7 +148,7 @@ fn arrow(names: &Names, written: &words::Arrow) -> Result<Arrow, Error> {
     })
 }
 
-fn plane(names: &Names, written: &words::Plane) -> Result<Plane, Error> {
+fn plane(names: &Names, written: &words::XyPlot) -> Result<Plane, Error> {
     let axes = [&written.x, &written.y];
     for axis in axes {
         let [from, to] = *axis.range.get_ref();

@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Source, closest};
+use diagnostics::{Error, Source};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::{Document, Scenario, Validation, extend};
+use crate::schema::{self, Finding};
+
+/// Keys and values of earlier versions, with their names of today.
+const RENAMED: [(&str, &str); 2] = [("sequential", "gauss_seidel"), ("plane", "xy_plot")];
 
 impl Scenario {
     /// Reads the file at `path`, those that it extends, and the scenarios that it is validated by.
@@ -95,7 +99,7 @@ fn read(mut source: Source, above: &[PathBuf]) -> Result<Scenario, Error> {
 fn follow(source: &mut Source) -> Result<(), Error> {
     #[derive(Deserialize)]
     struct Head {
-        extends: Option<Spanned<String>>,
+        extends: Option<diagnostics::Spanned<String>>,
     }
     let mut paths = vec![source.path().to_owned()];
     loop {
@@ -128,7 +132,7 @@ fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error
         merged = Some(match merged {
             None => changes,
             Some(base) => extend::extend(base, changes)
-                .map_err(|wrong| source.error(wrong.place, wrong.message, ""))?,
+                .map_err(|wrong| wrong.unknown.at(source, wrong.place))?,
         });
     }
     Ok(merged.map(Spanned::into_inner).unwrap_or_default())
@@ -139,8 +143,8 @@ fn document(source: &Source) -> Result<Document, Error> {
     let texts = source.shifted();
     let merged = Spanned::new(0..0, merged(source, &texts)?);
     let places = places_of_analyses(merged.get_ref());
-    let mut document =
-        Document::deserialize(Deserializer::from(merged)).map_err(|error| wrong(source, &error))?;
+    let mut document = Document::deserialize(Deserializer::from(merged))
+        .map_err(|error| misshapen(source, &texts, &error))?;
     for (analysis, places) in document.analysis.iter_mut().zip(places) {
         analysis.places = places;
     }
@@ -180,29 +184,24 @@ fn collect_places(value: &Spanned<DeValue>, places: &mut Vec<Range<usize>>) {
     }
 }
 
-/// What a parser says, at its place, with what was probably meant.
+/// The error of a parser, at its place.
 fn wrong(source: &Source, error: &toml::de::Error) -> Error {
     let end = source.files().next().map_or(0, |file| file.text.len());
-    let span = error.span().unwrap_or(end..end);
-    let (message, known) = expected_names(error.message());
-    let closest = closest(source.letters(span.clone()).trim(), known.iter().map(String::as_str));
-    let help = match closest {
-        Some(closest) => format!("did you mean `{closest}`?"),
-        None if known.is_empty() => String::new(),
-        None => format!("known here: {}", known.join(", ")),
-    };
-    let error = source.error(span, message, "here");
-    if help.is_empty() { error } else { error.help(help) }
+    source.error(error.span().unwrap_or(end..end), error.message(), "here")
 }
 
-/// Splits serde's "unknown field `x`, expected one of `a`, `b`" into the message and the names.
-fn expected_names(message: &str) -> (String, Vec<String>) {
-    let Some((found, expected)) = message.split_once(", expected ") else {
-        return (message.to_owned(), Vec::new());
+/// The error of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
+fn misshapen(source: &Source, texts: &[String], error: &toml::de::Error) -> Error {
+    let Ok(merged) = merged(source, texts) else { return wrong(source, error) };
+    let mut findings = schema::findings(super::schema(), 0..0, &merged).into_iter();
+    let same = findings.clone().find(|it| Some(&it.span) == error.span().as_ref());
+    let Some(Finding { span, unknown, message, help }) = same.or_else(|| findings.next()) else {
+        return wrong(source, error);
     };
-    if !found.starts_with("unknown ") {
-        return (message.to_owned(), Vec::new());
-    }
-    let names = expected.split('`').skip(1).step_by(2).map(str::to_owned).collect();
-    (found.replacen("unknown field", "unknown key", 1), names)
+    let renamed = unknown.and_then(|(name, known)| {
+        let (old, new) =
+            RENAMED.iter().find(|(old, new)| name == *old && known.iter().any(|it| it == new))?;
+        Some(format!("`{old}` is called `{new}` now"))
+    });
+    source.error(span, message, "here").hint(renamed.or(help))
 }
