@@ -1,115 +1,22 @@
-//! Builds what a scenario names by `crate`, with cargo: FMUs, which it packs, and plugins.
+//! Builds the FMUs and plugins that a scenario names by `crate` with cargo, and packs the FMUs.
 
-mod wanted;
+mod cargo;
+mod error;
+mod metadata;
+mod requests;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
 
 use diagnostics::suggest;
 use scenario::{BuildRequest, Built};
-use serde::Deserialize;
 
-pub use wanted::build;
+use cargo::{BuildMessage, cargo, last_line};
+use metadata::{Metadata, Package};
 
-/// Why packages could not be built or packed.
-#[derive(Debug, thiserror::Error)]
-pub enum BuildError {
-    /// The folder is in no cargo workspace, or cargo is not there.
-    #[error("no cargo workspace around {folder}: {what}")]
-    Workspace {
-        /// Where it was looked for.
-        folder: PathBuf,
-        /// What cargo says.
-        what: String,
-    },
-    /// The workspace has no such package.
-    #[error("the workspace {root} has no package `{package}` that makes a library{hint}")]
-    Unknown {
-        /// The package.
-        package: String,
-        /// The workspace.
-        root: PathBuf,
-        /// What there is instead.
-        hint: String,
-    },
-    /// No package has such an example.
-    #[error("the workspace {root} has no example `{example}` that makes a library{hint}")]
-    UnknownExample {
-        /// The example.
-        example: String,
-        /// The workspace.
-        root: PathBuf,
-        /// What there is instead.
-        hint: String,
-    },
-    /// The package does not compile.
-    #[error("cargo could not build {packages}:\n{what}")]
-    Failed {
-        /// The packages.
-        packages: String,
-        /// What cargo says.
-        what: String,
-    },
-    /// A library could not be packed.
-    #[error(transparent)]
-    Pack(#[from] fmu_export::pack::PackError),
-}
-
-#[derive(Deserialize)]
-struct Metadata {
-    packages: Vec<Package>,
-    workspace_root: PathBuf,
-    target_directory: PathBuf,
-}
-
-#[derive(Deserialize)]
-struct Package {
-    id: String,
-    name: String,
-    targets: Vec<Target>,
-}
-
-#[derive(Deserialize)]
-struct Target {
-    name: String,
-    kind: Vec<String>,
-    #[serde(default)]
-    crate_types: Vec<String>,
-}
-
-impl Target {
-    fn is_example(&self) -> bool {
-        self.kind.iter().any(|kind| kind == "example")
-    }
-
-    fn makes_library(&self) -> bool {
-        self.crate_types.iter().any(|kind| kind == "cdylib")
-    }
-}
-
-impl Package {
-    fn makes_library(&self) -> bool {
-        self.targets.iter().any(|target| target.makes_library() && !target.is_example())
-    }
-
-    /// The names of the examples that make a library.
-    fn examples(&self) -> impl Iterator<Item = &str> {
-        let examples =
-            self.targets.iter().filter(|target| target.makes_library() && target.is_example());
-        examples.map(|target| target.name.as_str())
-    }
-}
-
-/// A line of `cargo build --message-format=json`.
-#[derive(Deserialize)]
-struct BuildMessage {
-    reason: String,
-    package_id: Option<String>,
-    target: Option<Target>,
-    #[serde(default)]
-    filenames: Vec<PathBuf>,
-}
+pub use cargo::{BuildProgress, OnProgress};
+pub use error::BuildError;
+pub use requests::build;
 
 /// A cargo workspace.
 pub struct Workspace(Metadata);
@@ -135,12 +42,6 @@ impl Workspace {
             .map_err(|error| wrong(error.to_string()))
     }
 
-    /// The folder that cargo builds into.
-    #[must_use]
-    pub fn target(&self) -> &Path {
-        &self.0.target_directory
-    }
-
     /// Builds libraries and packs each into the folder `into`, or by default beside the libraries.
     /// Returns the archives.
     ///
@@ -150,16 +51,22 @@ impl Workspace {
         &self,
         products: &[BuildRequest],
         into: Option<&Path>,
+        progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         self.check(products)?;
-        pack(&self.build(products)?, products, into)
+        pack(&self.build(products, progress)?, products, into)
     }
 
     /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
-    fn make(&self, fmus: &[BuildRequest], plugins: &[BuildRequest]) -> Result<Built, BuildError> {
+    fn make(
+        &self,
+        fmus: &[BuildRequest],
+        plugins: &[BuildRequest],
+        progress: OnProgress,
+    ) -> Result<Built, BuildError> {
         let products = [fmus, plugins].concat();
         self.check(&products)?;
-        let mut libraries = self.build(&products)?;
+        let mut libraries = self.build(&products, progress)?;
         let archives = pack(&libraries, fmus, None)?;
         libraries.retain(|product, _| plugins.contains(product));
         Ok(Built { archives, plugins: libraries })
@@ -206,27 +113,31 @@ impl Workspace {
     fn build(
         &self,
         products: &[BuildRequest],
+        progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
-        // Cargo unites the features of what it builds together. With this program among the packages it
-        // finds every dependency as the program was built with it, and compiles none twice. If the
+        // Cargo unites the features of the packages that it builds together. With this program among them
+        // every dependency is as the program was built with it, and none is compiled twice. If the
         // program's own package does not compile at the moment, the others may do so without it.
         let own = env!("CARGO_PKG_NAME");
-        let together = self.0.packages.iter().find(|package| package.name == own);
-        match together.map(|_| self.build_together(products, Some(own))) {
-            Some(Ok(libraries)) => Ok(libraries),
-            _ => self.build_together(products, None),
+        if self.0.packages.iter().any(|package| package.name == own)
+            && let Ok(libraries) = self.build_together(products, Some(own), progress)
+        {
+            return Ok(libraries);
         }
+        self.build_together(products, None, progress)
     }
 
     fn build_together(
         &self,
         products: &[BuildRequest],
         own: Option<&str>,
+        progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         let packages: Vec<_> = products.iter().map(|product| product.package.as_str()).collect();
-        let failed = |what| BuildError::Failed { packages: packages.join(", "), what };
+        let names: Vec<_> = products.iter().map(name).collect();
+        let names = names.join(", ");
         let mut cargo = cargo();
-        cargo.args(["build", "--quiet", "--message-format=json-render-diagnostics"]);
+        cargo.args(["build", "--color=never", "--message-format=json-render-diagnostics"]);
         if products.iter().any(|product| product.example.is_none()) {
             cargo.arg("--lib");
         }
@@ -235,20 +146,13 @@ impl Workspace {
         }
         let packages = packages.iter().copied().chain(own);
         cargo.args(profile()).args(packages.flat_map(|package| ["--package", package]));
-        cargo.current_dir(&self.0.workspace_root).stdin(Stdio::null());
-        let output =
-            cargo.output().map_err(|error| failed(format!("cannot start cargo: {error}")))?;
-        if !output.status.success() {
-            return Err(failed(String::from_utf8_lossy(&output.stderr).into_owned()));
-        }
-        let messages = output.stdout.split(|byte| *byte == b'\n');
-        let messages =
-            messages.filter_map(|line| serde_json::from_slice::<BuildMessage>(line).ok());
-        let artifacts = messages.filter(|message| message.reason == "compiler-artifact");
-        Ok(artifacts.filter_map(|message| self.library(&message)).collect())
+        cargo.current_dir(&self.0.workspace_root);
+        let artifacts = cargo::build(cargo, &names, progress)
+            .map_err(|what| BuildError::Failed { packages: names.clone(), what })?;
+        Ok(artifacts.iter().filter_map(|message| self.library(message)).collect())
     }
 
-    /// What a message is about, and the dynamic library that was made of it.
+    /// The product of an artifact and its dynamic library.
     fn library(&self, message: &BuildMessage) -> Option<(BuildRequest, PathBuf)> {
         let mut packages = self.0.packages.iter();
         let package = packages.find(|package| Some(&package.id) == message.package_id.as_ref())?;
@@ -262,6 +166,11 @@ impl Workspace {
         };
         Some((product, message.filenames.iter().find(dynamic)?.clone()))
     }
+}
+
+/// The product in a message to the user.
+fn name(product: &BuildRequest) -> &str {
+    product.example.as_ref().unwrap_or(&product.package)
 }
 
 /// Packs the libraries of `products` into the folder `into`, or by default beside them.
@@ -280,38 +189,13 @@ fn pack(
     Ok(archives)
 }
 
-/// What a user may have meant by `name`.
+/// A suggestion for an unknown `name`.
 fn hint(name: &str, names: &[&str]) -> String {
     let hint = suggest::hint(name, names.iter().copied());
     hint.map(|hint| format!("; {hint}")).unwrap_or_default()
 }
 
-/// Cargo, without what another cargo told this program about its own package: build scripts that look
-/// at such variables would find them changed, and compile everything that depends on them again.
-fn cargo() -> Command {
-    const TOLD: [&str; 5] =
-        ["CARGO_MANIFEST_", "CARGO_PKG_", "CARGO_BIN_", "CARGO_CRATE_", "CARGO_PRIMARY_"];
-    let mut cargo = Command::new("cargo");
-    cargo.env_remove("OUT_DIR");
-    for (name, _) in std::env::vars_os() {
-        if TOLD.iter().any(|prefix| name.as_encoded_bytes().starts_with(prefix.as_bytes())) {
-            cargo.env_remove(name);
-        }
-    }
-    cargo
-}
-
 /// The profile that this program was built with, so that a fast program steps fast FMUs.
 fn profile() -> &'static [&'static str] {
     if cfg!(debug_assertions) { &[] } else { &["--release"] }
-}
-
-fn last_line(output: &Output) -> String {
-    let text = String::from_utf8_lossy(&output.stderr);
-    text.lines()
-        .rev()
-        .find(|line| !line.trim().is_empty())
-        .unwrap_or("no message")
-        .trim()
-        .to_owned()
 }

@@ -1,6 +1,6 @@
 //! Sums up a run: as `report.json` for programs, and as words for people.
 
-mod earlier;
+mod previous_run;
 mod text;
 
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use scenario::Scenario;
 use scenario::plan::{Body, System};
 use serde::Serialize;
 
-pub(crate) use earlier::Earlier;
+pub(crate) use previous_run::PreviousRun;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -30,7 +30,7 @@ pub enum Ending {
 
 /// What is known of a run afterwards.
 #[derive(Debug, Clone, Serialize)]
-pub struct Report {
+pub struct RunReport {
     /// The scenario's name.
     pub scenario: String,
     /// The scenario's title.
@@ -97,7 +97,12 @@ pub struct Validated {
 impl Validated {
     /// How the scenario at `path` ended.
     #[must_use]
-    pub fn new(name: &str, path: &Path, folder: PathBuf, outcome: &Result<Report, Error>) -> Self {
+    pub fn new(
+        name: &str,
+        path: &Path,
+        folder: PathBuf,
+        outcome: &Result<RunReport, Error>,
+    ) -> Self {
         let report = outcome.as_ref().ok();
         Validated {
             name: name.to_owned(),
@@ -142,7 +147,7 @@ pub struct FmuReport {
     pub sha256: String,
 }
 
-impl Report {
+impl RunReport {
     /// What is known before the run: everything but how it went.
     #[must_use]
     pub fn new(scenario: &Scenario, system: &System) -> Self {
@@ -159,7 +164,7 @@ impl Report {
             _ => None,
         });
         let node = |name: &str| NodeReport { name: name.to_owned(), calls: 0, seconds: 0.0 };
-        Report {
+        RunReport {
             scenario: system.header.scenario.clone(),
             title: system.header.title.clone(),
             verdict: Ending::Error,

@@ -17,14 +17,14 @@ pub struct TestResult {
     /// The scenario file.
     pub path: PathBuf,
     /// What became of it.
-    pub outcome: Outcome,
+    pub outcome: ScenarioOutcome,
     /// How long it took.
     pub time: Duration,
 }
 
 /// What became of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Outcome {
+pub enum ScenarioOutcome {
     /// All its checks passed.
     Passed,
     /// It did not run, for this reason.
@@ -90,7 +90,7 @@ pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
 }
 
 /// Runs all scenarios, `jobs` at a time, each by the program `trackside` into a folder of its own below
-/// `out`. `done` is called as each one ends.
+/// `out`. `progress` follows the building of packages; `done` is called as each scenario ends.
 ///
 /// # Errors
 /// When the FMUs of the first scenario cannot be built.
@@ -99,12 +99,13 @@ pub fn run(
     paths: &[PathBuf],
     jobs: usize,
     out: &Path,
+    progress: package::OnProgress,
     done: &(dyn Fn(&TestResult) + Sync),
 ) -> Result<Vec<TestResult>, Error> {
     // Built once beforehand, not by every process at the same time.
     for path in paths {
         if let Ok(scenario) = Scenario::read(path) {
-            let _ = package::build(&scenario);
+            let _ = package::build(&scenario, progress);
         }
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
@@ -127,11 +128,14 @@ pub fn test(program: &Path, path: &Path, out: &Path) -> TestResult {
     TestResult { path: path.to_owned(), outcome, time: begin.elapsed() }
 }
 
-fn outcome(program: &Path, path: &Path, out: &Path) -> Outcome {
+fn outcome(program: &Path, path: &Path, out: &Path) -> ScenarioOutcome {
     if let Ok(scenario) = Scenario::read(path)
         && let Some(absent) = absent_data(&scenario)
     {
-        return Outcome::Skipped(format!("the data file {} is not there", absent.display()));
+        return ScenarioOutcome::Skipped(format!(
+            "the data file {} is not there",
+            absent.display()
+        ));
     }
     let folder = out.join(path.file_stem().unwrap_or_default());
     let mut command = Command::new(program);
@@ -139,15 +143,15 @@ fn outcome(program: &Path, path: &Path, out: &Path) -> Outcome {
     let output = match command.output() {
         Ok(output) => output,
         Err(error) => {
-            return Outcome::Broken(format!("cannot start {}: {error}", program.display()));
+            return ScenarioOutcome::Broken(format!("cannot start {}: {error}", program.display()));
         }
     };
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end().to_owned();
     match output.status.code() {
-        Some(0) => Outcome::Passed,
-        Some(1) => Outcome::Failed(text(&output.stdout)),
-        Some(_) => Outcome::Broken(text(&output.stderr)),
-        None => Outcome::Broken(format!(
+        Some(0) => ScenarioOutcome::Passed,
+        Some(1) => ScenarioOutcome::Failed(text(&output.stdout)),
+        Some(_) => ScenarioOutcome::Broken(text(&output.stderr)),
+        None => ScenarioOutcome::Broken(format!(
             "the process ended by a {}\n{}",
             output.status,
             text(&output.stderr)
@@ -170,14 +174,14 @@ pub fn write_junit(results: &[TestResult], path: &Path) -> Result<(), Error> {
             status
         };
         let status = match &result.outcome {
-            Outcome::Passed => TestCaseStatus::success(),
-            Outcome::Skipped(reason) => {
+            ScenarioOutcome::Passed => TestCaseStatus::success(),
+            ScenarioOutcome::Skipped(reason) => {
                 let mut status = TestCaseStatus::skipped();
                 status.set_message(reason.as_str());
                 status
             }
-            Outcome::Failed(text) => failure(NonSuccessKind::Failure, text),
-            Outcome::Broken(text) => failure(NonSuccessKind::Error, text),
+            ScenarioOutcome::Failed(text) => failure(NonSuccessKind::Failure, text),
+            ScenarioOutcome::Broken(text) => failure(NonSuccessKind::Error, text),
         };
         let mut case = TestCase::new(name.as_ref(), status);
         case.set_classname("trackside").set_time(result.time);

@@ -10,7 +10,7 @@ use scenario::resolve::{StartOverride, StartOverrides};
 use scenario::words::Validation;
 use scenario::{Built, Scenario};
 
-use crate::report::Report;
+use crate::report::RunReport;
 
 /// Finds what is wrong with the validations of a scenario, and with theirs, as far as that can be known before anything runs.
 ///
@@ -34,7 +34,7 @@ pub fn overrides(
     scenario: &Scenario,
     validation: &Validation,
     system: &System,
-    report: Option<&Report>,
+    report: Option<&RunReport>,
 ) -> Result<StartOverrides, Error> {
     let mut overrides = StartOverrides::default();
     for (node, model) in &validation.like {

@@ -54,7 +54,7 @@ const ARROWS: [(&str, &[&str]); 18] = [
     ("vehicle", &[]),
     ("kalman", &[]),
     ("diagnostics", &[]),
-    ("expression", &[]),
+    ("expression", &["diagnostics"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),
@@ -113,8 +113,10 @@ const ALLOWED_CIRCLES: [(&str, &[&str]); 1] = [("identify", &["posterior", "resu
 
 #[test]
 fn no_modules_of_a_crate_use_each_other_in_circles() {
-    let mut wrong = Vec::new();
-    for (package, folder) in folders() {
+    let (folders, mut wrong) = (folders(), Vec::new());
+    let found: BTreeSet<_> = folders.iter().map(|(package, _)| package.clone()).collect();
+    assert_eq!(found, dependencies().into_keys().collect());
+    for (package, folder) in folders {
         for circle in circles(&uses_of_modules(&folder.join("src"))) {
             let known = |(of, modules): &(&str, &[&str])| {
                 *of == package && circle.iter().all(|module| modules.contains(&module.as_str()))

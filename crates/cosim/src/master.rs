@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use diagnostics::{Error, rounded};
 use fmu_import::CallError;
-use recording::{Column, Event, Level, Row, Sink};
-use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, Source, System};
+use recording::{Columns, Event, Full, Level, NumberIndex, Row, Sink};
+use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
 use crate::node::Node;
@@ -44,12 +44,12 @@ pub struct Progress {
 pub fn run(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
-    sink: &mut dyn Sink,
+    sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
     tick: &mut dyn FnMut(u64),
 ) -> Result<(), Error> {
-    let System { nodes: plans, order, columns, texts, clock, .. } = system;
-    let mut row = Row::new(columns.len(), texts.len());
+    let System { nodes: plans, order, columns, clock, .. } = system;
+    let mut row = columns.row();
     progress.efforts = vec![Effort::default(); nodes.len()];
     let initialised = initialise((plans, columns), order, nodes, clock, &mut row);
     report_messages(plans, nodes, sink, 0.0)?;
@@ -104,11 +104,11 @@ fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
 /// Lets the values of the first communication point settle: all nodes show their start values, then each
 /// sees those before it in the order, and on a second pass the ones that a broken loop hands back.
 fn initialise(
-    (plans, columns): (&[NodePlan], &[Column]),
+    (plans, columns): (&[NodePlan], &Columns<Full>),
     order: &[usize],
     nodes: &mut [Box<dyn Node>],
     clock: &Clock,
-    row: &mut Row,
+    row: &mut Row<Full>,
 ) -> Result<(), Error> {
     for (plan, node) in plans.iter().zip(nodes.iter_mut()) {
         let entered = node.enter(0.0, clock.stop()).and_then(|()| get(plan, node.as_mut(), row));
@@ -118,13 +118,13 @@ fn initialise(
         for &place in order {
             let (plan, node) = (&plans[place], &mut nodes[place]);
             for (ResolvedConnection { source, treatment }, input) in
-                plan.links.iter().zip(plan.inputs.clone())
+                plan.links.iter().zip(plan.inputs.indices())
             {
-                row.numbers[input] = treatment.convert(row.numbers[source.place]);
-                accept(treatment, columns, (*source, input), row, 0.0)?;
+                row[input] = treatment.convert(row[source.index]);
+                accept(treatment, columns, (source.index, input), row, 0.0)?;
             }
-            for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.clone()) {
-                row.texts[input] = row.texts[source.place].clone();
+            for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
+                row[input] = row[source.index].clone();
             }
             let mut exchange = || {
                 set(plan, node.as_mut(), row)?;
@@ -139,22 +139,27 @@ fn initialise(
     plans.iter().try_for_each(|plan| check_numbers(plan, columns, row, 0.0))
 }
 
-fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row) -> Result<(), CallError> {
-    node.set(&row.numbers[plan.inputs.clone()])?;
-    node.set_texts(&row.texts[plan.texts.inputs.clone()])
+fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
+    node.set(&row[plan.inputs])?;
+    node.set_texts(&row[plan.texts.inputs])
 }
 
-fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row) -> Result<(), CallError> {
-    node.get(&mut row.numbers[plan.outputs.clone()])?;
-    node.get_texts(&mut row.texts[plan.texts.outputs.clone()])
+fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
+    node.get(&mut row[plan.outputs])?;
+    node.get_texts(&mut row[plan.texts.outputs])
 }
 
 /// A value that is no number spoils everything that it reaches, so the run ends where it appears.
-fn check_numbers(plan: &NodePlan, columns: &[Column], row: &Row, time: f64) -> Result<(), Error> {
-    match plan.outputs.clone().find(|&place| row.numbers[place].is_nan()) {
+fn check_numbers(
+    plan: &NodePlan,
+    columns: &Columns<Full>,
+    row: &Row<Full>,
+    time: f64,
+) -> Result<(), Error> {
+    match plan.outputs.indices().find(|&output| row[output].is_nan()) {
         None => Ok(()),
-        Some(place) => {
-            let what = format!("the output `{}` is NaN", columns[place].variable);
+        Some(output) => {
+            let what = format!("the output `{}` is NaN", columns[output].variable);
             Err(Error::component(&plan.name, "fmi2GetReal", Some(time), what))
         }
     }
@@ -164,23 +169,23 @@ fn check_numbers(plan: &NodePlan, columns: &[Column], row: &Row, time: f64) -> R
 /// is the row at that point.
 fn feed(
     plan: &mut NodePlan,
-    columns: &[Column],
-    (start, row): (&Row, &mut Row),
+    columns: &Columns<Full>,
+    (start, row): (&Row<Full>, &mut Row<Full>),
     clock: &Clock,
     k: u64,
 ) -> Result<(), Error> {
     for (ResolvedConnection { source, treatment }, input) in
-        plan.links.iter_mut().zip(plan.inputs.clone())
+        plan.links.iter_mut().zip(plan.inputs.indices())
     {
         let from = if source.at == At::Start { start } else { &*row };
-        row.numbers[input] = treatment.value(from.numbers[source.place], clock.at(k));
+        row[input] = treatment.value(from[source.index], clock.at(k));
         let shown = clock.at(k + u64::from(source.at == At::End));
-        accept(treatment, columns, (*source, input), row, shown)?;
+        accept(treatment, columns, (source.index, input), row, shown)?;
     }
-    for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.clone()) {
+    for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
         match source.at {
-            At::Start => row.texts[input].clone_from(&start.texts[source.place]),
-            At::End => row.texts[input] = row.texts[source.place].clone(),
+            At::Start => row[input].clone_from(&start[source.index]),
+            At::End => row[input] = row[source.index].clone(),
         }
     }
     Ok(())
@@ -190,16 +195,16 @@ fn feed(
 /// is when the source showed it [s].
 fn accept(
     treatment: &InputChain,
-    columns: &[Column],
-    (source, input): (Source, usize),
-    row: &Row,
+    columns: &Columns<Full>,
+    (source, input): (NumberIndex<Full>, NumberIndex<Full>),
+    row: &Row<Full>,
     time: f64,
 ) -> Result<(), Error> {
-    let value = row.numbers[input];
+    let value = row[input];
     if treatment.accepts.holds(value) {
         return Ok(());
     }
-    let (to, from) = (columns[input].name(), columns[source.place].name());
+    let (to, from) = (columns[input].name(), columns[source].name());
     let (time, expected) = (rounded(time), treatment.accepts.expected());
     let error = Error::input(format!(
         "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"
@@ -211,7 +216,7 @@ fn accept(
 fn step(
     plan: &NodePlan,
     node: &mut dyn Node,
-    row: &mut Row,
+    row: &mut Row<Full>,
     clock: &Clock,
     k: u64,
 ) -> Result<(), CallError> {
@@ -223,7 +228,7 @@ fn step(
 fn report_messages(
     plans: &[NodePlan],
     nodes: &mut [Box<dyn Node>],
-    sink: &mut dyn Sink,
+    sink: &mut dyn Sink<Full>,
     time: f64,
 ) -> Result<(), Error> {
     for (plan, node) in plans.iter().zip(nodes) {

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use cosim::check::Verdict;
 
-use super::{Ending, Report, Validated};
+use super::{Ending, RunReport, Validated};
 
-impl Report {
+impl RunReport {
     /// The verdict as Markdown, for the recordings.
     #[must_use]
     pub fn markdown(&self) -> String {

@@ -130,8 +130,16 @@ impl<'a> Walk<'a> {
         }
         let plural = |inner: &Value| {
             let kind = self.kind(inner);
-            let kind = kind.strip_prefix("a ").unwrap_or(&kind);
-            if kind == "true or false" { "truth values".to_owned() } else { format!("{kind}s") }
+            match kind.strip_prefix("a ").unwrap_or(&kind) {
+                "true or false" => "truth values".to_owned(),
+                "any value" => "values".to_owned(),
+                kind => match kind.split_once(' ') {
+                    Some(("list" | "table", rest)) => {
+                        format!("{}s {rest}", &kind[..kind.len() - rest.len() - 1])
+                    }
+                    _ => format!("{kind}s"),
+                },
+            }
         };
         match schema["type"].as_str() {
             Some("array") => {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Spanned, suggest};
 use plugin::{Plugin, Request, Signal, Wanted};
-use recording::Column;
+use recording::{Columns as RunColumns, Full};
 use units::Unit;
 
 use super::logs::{self, Wanted as Columns};
@@ -17,7 +17,7 @@ use crate::words::{Analysis, AnalysisTable, Scenario};
 pub(super) fn resolve(
     scenario: &Scenario,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-    columns: &[Column],
+    columns: &RunColumns<Full>,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<AnalysisPlan>, Error> {
     let analyses = &scenario.document.analysis;
@@ -36,7 +36,7 @@ fn plan(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-    columns: &[Column],
+    columns: &RunColumns<Full>,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let plugin = load(scenario, analysis, plugins)?;
@@ -52,14 +52,14 @@ fn plan(
     for (name, signal) in &analysis.signals {
         let wanted = wanted(scenario, &plugin, name)?;
         let full = signal.get_ref();
-        let Some(place) = columns.iter().position(|column| column.name() == *full) else {
-            let names: Vec<_> = columns.iter().map(Column::name).collect();
+        let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == *full) else {
+            let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
             let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
             return Err(unknown.at(&scenario.source, signal.span()));
         };
-        let unit = columns[place].unit.as_deref();
+        let unit = column.unit.as_deref();
         let written = (signal.span(), full.as_str());
-        wired.push(wire(scenario, wanted, Origin::Run(place), unit, written, warnings)?);
+        wired.push(wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?);
     }
     for (column, (name, entry)) in
         analysis.table.iter().flat_map(|table| &table.columns).enumerate()

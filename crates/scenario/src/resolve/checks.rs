@@ -2,42 +2,38 @@
 
 use diagnostics::{Error, Spanned, suggest};
 use expression::{Expression, Operand};
-use recording::Column;
+use recording::{Column, ColumnIndex, Columns, Full};
 
 use crate::plan::{CheckPlan, Clock, ResultName, Subject};
 use crate::words::{Check, Scenario};
 
 pub(super) fn resolve(
     scenario: &Scenario,
-    columns: &[Column],
-    texts: &[Column],
+    columns: &Columns<Full>,
     clock: Clock,
 ) -> Result<Vec<CheckPlan>, Error> {
-    let plan = |check| plan(scenario, check, (columns, texts), clock);
+    let plan = |check| plan(scenario, check, columns, clock);
     scenario.document.check.iter().map(plan).collect()
 }
 
 fn plan(
     scenario: &Scenario,
     check: &Check,
-    (columns, texts): (&[Column], &[Column]),
+    columns: &Columns<Full>,
     clock: Clock,
 ) -> Result<CheckPlan, Error> {
-    let names: Vec<_> = columns.iter().chain(texts).map(Column::name).collect();
+    let names: Vec<_> = columns.iter().map(Column::name).collect();
     let that = check.that.get_ref();
     let (mut signals, mut results) = (0, Vec::new());
     let parsed = Expression::parse(that, &mut |name| {
-        if let Some(result) = result_name(scenario, that, name) {
-            let place = results.len();
-            let is_text = result.is_text;
+        if let Some(result) = result_name(scenario, name) {
             results.push(result);
-            return Some(if is_text { Operand::Text(place) } else { Operand::Number(place) });
+            return Some(Operand::Result(results.len() - 1));
         }
         signals += 1;
-        let place = names.iter().position(|known| known == name)?;
-        Some(match place.checked_sub(columns.len()) {
-            Some(text) => Operand::Text(text),
-            None => Operand::Number(place),
+        Some(match columns.find(name)? {
+            ColumnIndex::Number(index) => Operand::Number(index.position()),
+            ColumnIndex::Text(index) => Operand::Text(index.position()),
         })
     });
     let expression = parsed.map_err(|error| {
@@ -68,6 +64,12 @@ fn plan(
         );
         return Err(scenario.error(&check.that, message));
     }
+    for place in expression.texts() {
+        results
+            .get_mut(place)
+            .into_iter()
+            .for_each(|result: &mut ResultName| result.is_text = true);
+    }
     let subject = if results.is_empty() { Subject::Run } else { Subject::Results(results) };
     if subject != Subject::Run && (signals > 0 || check.during.is_some()) {
         let message = format!("check `{}`: results of analyses have no time", check.name);
@@ -88,25 +90,15 @@ fn plan(
     })
 }
 
-/// Whether a result is a text, which it is where it is compared with one.
-fn compared_with_text(that: &str, name: &str) -> bool {
-    let quoted = |rest: &str| rest.starts_with(['\'', '"']);
-    that.match_indices(name).any(|(at, _)| {
-        let after = that[at + name.len()..].trim_start();
-        let compared = after.strip_prefix("==").or_else(|| after.strip_prefix("!="));
-        compared.is_some_and(|rest| quoted(rest.trim_start()))
-    })
-}
-
-/// What a name means that begins with an analysis or a validation.
-fn result_name(scenario: &Scenario, that: &str, name: &str) -> Option<ResultName> {
+/// The result that a name means when it begins with an analysis or a validation.
+fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
     let document = &scenario.document;
     let analyses = document.analysis.iter().map(|analysis| &analysis.name);
     let validations = document.validation.iter().map(|validation| &validation.name);
     analyses.chain(validations).find_map(|of| {
         let path = name.strip_prefix(of.get_ref())?.strip_prefix('.')?;
         let (of, path) = (of.get_ref().clone(), path.to_owned());
-        Some(ResultName { of, path, is_text: compared_with_text(that, name) })
+        Some(ResultName { of, path, is_text: false })
     })
 }
 

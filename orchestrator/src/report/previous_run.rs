@@ -1,35 +1,35 @@
-//! Reads what an earlier run says of itself.
+//! Reads what a previous run says of itself.
 
 use std::path::Path;
 
 use serde::Deserialize;
 
-/// What an earlier run left in its folder besides the usual files.
+/// What a previous run left in its folder besides the usual files.
 #[derive(Default, Deserialize)]
 #[serde(default)]
-pub(crate) struct Earlier {
+pub(crate) struct PreviousRun {
     /// The files of analyses.
     pub files: Vec<String>,
     /// The validations, each of which has a folder.
-    pub validations: Vec<EarlierValidation>,
+    pub validations: Vec<PreviousValidation>,
 }
 
-/// A validation of an earlier run.
+/// A validation of a previous run.
 #[derive(Deserialize)]
-pub(crate) struct EarlierValidation {
+pub(crate) struct PreviousValidation {
     /// Its name, which is that of its folder.
     pub name: String,
 }
 
-impl Earlier {
+impl PreviousRun {
     /// What the report in the folder says, if there is one.
     pub fn read(folder: &Path) -> Self {
         let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
-        let mut earlier: Earlier = serde_json::from_str(&text).unwrap_or_default();
+        let mut previous: PreviousRun = serde_json::from_str(&text).unwrap_or_default();
         let plain =
             |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
-        earlier.files.retain(plain);
-        earlier.validations.retain(|validation| plain(&validation.name));
-        earlier
+        previous.files.retain(plain);
+        previous.validations.retain(|validation| plain(&validation.name));
+        previous
     }
 }

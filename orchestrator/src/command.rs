@@ -1,0 +1,78 @@
+//! The commands of the program, a file for each; `Command` lists them.
+
+mod conform;
+mod explain;
+mod inspect;
+mod pack;
+mod progress;
+mod recover;
+mod run;
+mod schema;
+mod test;
+mod view;
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use diagnostics::Error;
+
+/// A command with its arguments.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Run scenarios; exit code 0 when all checks pass, 1 when one fails, 2 when the input is wrong, 3
+    /// when an FMU fails.
+    Run(run::Arguments),
+    /// Run scenarios as tests, several at a time, a line for each.
+    Test(test::Arguments),
+    /// Build FMU packages of the workspace and pack them.
+    Pack(pack::Arguments),
+    /// Print the description of an FMU.
+    Inspect(inspect::Arguments),
+    /// Judge an FMU by the rules of FMI 2.0, a line for each; exit code 0 when it breaks none, 1 when it
+    /// breaks one, 2 when it cannot be opened.
+    Conform(conform::Arguments),
+    /// Open a run in the Rerun viewer, or two runs over each other.
+    View(view::Arguments),
+    /// Make a valid recording of one that a killed run left.
+    Recover(recover::Arguments),
+    /// Print the JSON schema of scenario files, for editors.
+    Schema,
+    /// Explain a key of scenario files.
+    Explain(explain::Arguments),
+}
+
+impl Command {
+    /// Runs the command; prints an error and returns the exit code.
+    pub fn run(&self) -> u8 {
+        let result = match self {
+            Command::Run(arguments) => run::run(arguments),
+            Command::Test(arguments) => test::run(arguments),
+            Command::Pack(arguments) => pack::run(arguments),
+            Command::Inspect(arguments) => inspect::run(arguments),
+            Command::Conform(arguments) => conform::run(arguments),
+            Command::View(arguments) => view::run(arguments),
+            Command::Recover(arguments) => recover::run(arguments),
+            Command::Schema => schema::run(),
+            Command::Explain(arguments) => explain::run(arguments),
+        };
+        result.unwrap_or_else(report_error)
+    }
+}
+
+/// Prints an error and returns its exit code.
+fn report_error(error: Error) -> u8 {
+    let code = error.exit_code();
+    eprintln!("{:?}", miette::Report::new(error));
+    code
+}
+
+/// Prints to standard output; a reader that has gone away is no reason to panic.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn this_program() -> Result<PathBuf, Error> {
+    std::env::current_exe()
+        .map_err(|error| Error::input(format!("cannot find this program: {error}")))
+}

@@ -1,0 +1,57 @@
+//! `trackside conform`: judges an FMU by the rules of FMI 2.0.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use diagnostics::Error;
+use fmu_conformance::{self as conform, JudgeError};
+
+use super::{print, this_program};
+
+/// Arguments of `trackside conform`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The archive.
+    fmu: PathBuf,
+    /// Print JSON instead of lines.
+    #[arg(long)]
+    json: bool,
+    /// How long each rule may take [s].
+    #[arg(long, hide = true, value_name = "SECONDS")]
+    limit: Option<f64>,
+    /// Judge by this rule in this process, for the process that judges by all.
+    #[arg(long, hide = true, requires = "trail")]
+    rule: Option<String>,
+    /// Where that process looks for what was found.
+    #[arg(long, hide = true, requires = "rule")]
+    trail: Option<PathBuf>,
+}
+
+/// Prints a line for each rule; exit code 1 when the FMU breaks one.
+///
+/// # Errors
+/// When the FMU cannot be opened or judged.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    let limit = match arguments.limit.map(Duration::try_from_secs_f64) {
+        Some(limit) => limit.map_err(|error| Error::input(format!("--limit: {error}")))?,
+        None => conform::TIME_LIMIT,
+    };
+    if let (Some(rule), Some(trail)) = (&arguments.rule, &arguments.trail) {
+        let judged = conform::run_one(&arguments.fmu, rule, trail, limit);
+        return judged.map(|()| 0).map_err(not_judged);
+    }
+    let findings = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
+    print(&match arguments.json {
+        true => format!("{:#}\n", serde_json::json!(findings)),
+        false => conform::lines(&findings),
+    });
+    Ok(u8::from(findings.iter().any(|finding| finding.outcome == conform::Outcome::Fail)))
+}
+
+fn not_judged(error: JudgeError) -> Error {
+    match error {
+        JudgeError::Trail { path, source } => Error::output(&path, source),
+        error => Error::input(error.to_string()),
+    }
+}

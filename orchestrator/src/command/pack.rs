@@ -1,0 +1,57 @@
+//! `trackside pack`: builds FMU packages of the workspace and packs them.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diagnostics::Error;
+use orchestrator::package::{BuildError, BuildProgress, Workspace};
+use scenario::BuildRequest;
+
+use super::print;
+use super::progress::BuildLine;
+
+/// The packages whose FMUs make the closed loop.
+const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
+
+/// Arguments of `trackside pack`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The packages [default: plant-fmu controller estimator].
+    packages: Vec<String>,
+    /// Pack an example instead, of the given packages or of any. May be repeated.
+    #[arg(long, value_name = "NAME")]
+    example: Vec<String>,
+    /// The folder for the archives.
+    #[arg(long, default_value = "target/fmu")]
+    out: PathBuf,
+}
+
+/// Packs the FMUs and prints the paths of the archives.
+///
+/// # Errors
+/// When a package is unknown, does not compile, or makes no FMU.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    let mut building = BuildLine::default();
+    let archives = Workspace::around(Path::new(".")).and_then(|workspace| {
+        let products = products(&workspace, arguments)?;
+        let mut progress = |progress: BuildProgress| building.show(&progress);
+        workspace.pack(&products, Some(&arguments.out), &mut progress)
+    });
+    let archives = archives.map_err(|error| Error::input(error.to_string()))?;
+    for archive in archives.values() {
+        print(&format!("{}\n", archive.display()));
+    }
+    Ok(0)
+}
+
+fn products(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<BuildRequest>, BuildError> {
+    let library = |package: &str| BuildRequest { package: package.to_owned(), example: None };
+    let packages = arguments.packages.as_slice();
+    match (arguments.example.as_slice(), packages) {
+        ([], []) => Ok(FMUS.map(library).to_vec()),
+        ([], packages) => Ok(packages.iter().map(|package| library(package)).collect()),
+        (examples, packages) => {
+            examples.iter().map(|example| workspace.example(packages, example)).collect()
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Shows the progress of runs and builds: a line that changes on a terminal, plain lines elsewhere.
+
+use std::io::IsTerminal as _;
+use std::path::Path;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use orchestrator::package::BuildProgress;
+
+/// A bar on a terminal, nothing in a pipe.
+pub fn progress_bar(scenario: &Path) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta:>4}");
+    let bar =
+        ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_message(scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned());
+    bar.tick();
+    bar
+}
+
+/// The line that says what cargo builds.
+#[derive(Default)]
+pub struct BuildLine {
+    /// The line on a terminal.
+    spinner: Option<ProgressBar>,
+    announced: bool,
+}
+
+impl BuildLine {
+    /// Shows how far the build is.
+    pub fn show(&mut self, progress: &BuildProgress) {
+        if std::io::stderr().is_terminal() {
+            self.draw(progress);
+        } else if let Some(line) = self.line(progress) {
+            eprintln!("{line}");
+        }
+    }
+
+    fn draw(&mut self, progress: &BuildProgress) {
+        match progress {
+            BuildProgress::Building { packages, elapsed, activity } => {
+                let spinner = self.spinner.get_or_insert_with(spinner);
+                let time = seconds(*elapsed);
+                spinner.set_message(format!("building {packages} ... ({time}) {activity}"));
+                spinner.tick();
+            }
+            BuildProgress::Done { .. } => {
+                if let Some(spinner) = self.spinner.take() {
+                    spinner.finish_and_clear();
+                }
+            }
+        }
+    }
+
+    /// A plain line for the begin and for the end of a build.
+    fn line(&mut self, progress: &BuildProgress) -> Option<String> {
+        match progress {
+            BuildProgress::Building { packages, .. } => {
+                (!std::mem::replace(&mut self.announced, true))
+                    .then(|| format!("building {packages} ..."))
+            }
+            BuildProgress::Done { packages, elapsed } => {
+                self.announced = false;
+                Some(format!("built {packages} in {}", seconds(*elapsed)))
+            }
+        }
+    }
+}
+
+/// `{wide_msg}` cuts the text off at the edge of the terminal.
+fn spinner() -> ProgressBar {
+    let style = ProgressStyle::with_template("{spinner} {wide_msg}");
+    ProgressBar::new_spinner()
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+}
+
+fn seconds(time: Duration) -> String {
+    format!("{} s", time.as_secs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_terminal_a_build_takes_two_lines() {
+        let mut line = BuildLine::default();
+        let packages = "plant-fmu, controller";
+        let building = |seconds, activity| BuildProgress::Building {
+            packages,
+            elapsed: Duration::from_secs(seconds),
+            activity,
+        };
+        let done = BuildProgress::Done { packages, elapsed: Duration::from_secs(31) };
+        let begin = Some("building plant-fmu, controller ...".to_owned());
+        assert_eq!(line.line(&building(0, "Compiling nalgebra v0.35.0")), begin);
+        assert_eq!(line.line(&building(12, "Compiling vehicle v0.1.0")), None);
+        assert_eq!(line.line(&done), Some("built plant-fmu, controller in 31 s".to_owned()));
+    }
+}

@@ -1,0 +1,169 @@
+//! `trackside run`: runs scenarios, shows their progress, and prints their reports.
+
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use diagnostics::Error;
+use indicatif::ProgressBar;
+use orchestrator::{ProgressEvent, Replay, RunOptions, suite};
+use scenario::resolve::{StartOverride, StartOverrides};
+
+use super::progress::{BuildLine, progress_bar};
+use super::{print, report_error};
+
+/// Arguments of `trackside run`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The scenario files.
+    #[arg(required = true)]
+    scenarios: Vec<PathBuf>,
+    /// The folder for the files; for several scenarios, each gets a folder of its name in it
+    /// [default: target/runs/<scenario name>].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Write run.csv too.
+    #[arg(long)]
+    csv: bool,
+    /// Set a start value: `plant.body.m=800`, or `@FILE` for a TOML file of them. May be repeated.
+    #[arg(long, value_name = "NODE.VARIABLE=VALUE")]
+    set: Vec<String>,
+    /// The seed of every random stream, instead of the scenario's.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Where the replay goes.
+    #[arg(long, value_enum, default_value_t = ReplayArg::Save)]
+    rerun: ReplayArg,
+    /// The viewer's address for `--rerun connect`.
+    #[arg(long, value_name = "URL", default_value = "rerun+http://127.0.0.1:9876/proxy")]
+    viewer: String,
+    /// The address of this machine where `--rerun serve` waits for viewers; `0.0.0.0` is all of them.
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    bind: IpAddr,
+    /// Run this many times as fast as the clock, 1 when there is no number.
+    #[arg(long, num_args = 0..=1, default_missing_value = "1", value_name = "FACTOR")]
+    realtime: Option<f64>,
+    /// Report a call of an FMU that lasts longer than this [s].
+    #[arg(long, value_name = "SECONDS", default_value = "10")]
+    patience: f64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ReplayArg {
+    /// To the file run.rrd.
+    Save,
+    /// To a viewer that is open.
+    Connect,
+    /// To viewers that connect to this program.
+    Serve,
+    /// Nowhere.
+    Off,
+}
+
+/// Runs the scenarios one after the other; the worst exit code counts.
+///
+/// # Errors
+/// When an argument is wrong.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    let options = arguments.options()?;
+    suite::check_names(&arguments.scenarios)?;
+    let patience = Duration::try_from_secs_f64(arguments.patience)
+        .map_err(|error| Error::input(format!("--patience: {error}")))?;
+    // The progress bar holds the line that the cursor is on.
+    fmu_import::watch(patience, |what| eprintln!("\n{what}"));
+    let codes = arguments.scenarios.iter().map(|path| {
+        let options = RunOptions { out: arguments.folder(path), ..options.clone() };
+        run_one(path, &options)
+    });
+    Ok(codes.max().unwrap_or_default())
+}
+
+impl Arguments {
+    fn options(&self) -> Result<RunOptions, Error> {
+        let positive = |factor: &f64| *factor > 0.0 && factor.is_finite();
+        if let Some(factor) = self.realtime.filter(|factor| !positive(factor)) {
+            let message = format!("--realtime: expected a factor above 0, found {factor}");
+            return Err(Error::input(message));
+        }
+        let starts = starts(&self.set)?;
+        Ok(RunOptions {
+            out: None,
+            csv: self.csv,
+            overrides: StartOverrides { starts, seed: self.seed, ..StartOverrides::default() },
+            replay: match self.rerun {
+                ReplayArg::Save => Replay::Save,
+                ReplayArg::Connect => Replay::Connect(self.viewer.clone()),
+                ReplayArg::Serve => Replay::Serve(self.bind),
+                ReplayArg::Off => Replay::Off,
+            },
+            realtime: self.realtime,
+        })
+    }
+
+    /// The folder of a scenario's files, if the user named one.
+    fn folder(&self, scenario: &Path) -> Option<PathBuf> {
+        let out = self.out.as_ref()?;
+        Some(match self.scenarios.len() {
+            1 => out.clone(),
+            _ => out.join(scenario.file_stem().unwrap_or_default()),
+        })
+    }
+}
+
+/// Start values of `--set`.
+fn starts(set: &[String]) -> Result<Vec<StartOverride>, Error> {
+    let mut starts = Vec::new();
+    for entry in set {
+        let given = StartOverride::parse(entry, |file| file.into());
+        starts.extend(given.map_err(|message| Error::input(format!("--set: {message}")))?);
+    }
+    Ok(starts)
+}
+
+fn run_one(path: &Path, options: &RunOptions) -> u8 {
+    let (bar, mut building) = (progress_bar(path), BuildLine::default());
+    let outcome = orchestrator::run(path, options, &mut |event| match event {
+        ProgressEvent::Building(progress) => bar.suspend(|| building.show(&progress)),
+        event => show(&event, &bar, options),
+    });
+    bar.finish_and_clear();
+    let run = match outcome {
+        Ok(run) => run,
+        Err(error) => return report_error(error),
+    };
+    for warning in &run.report.warnings {
+        eprintln!("warning: {warning}");
+    }
+    print(&run.report.lines());
+    if matches!(options.replay, Replay::Serve(_)) {
+        eprintln!("still serving; Ctrl-C ends it");
+        loop {
+            std::thread::park();
+        }
+    }
+    run.report.exit_code()
+}
+
+fn show(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
+    match event {
+        ProgressEvent::Building(_) => {}
+        ProgressEvent::Serving(url) => {
+            let all = matches!(&options.replay, Replay::Serve(address) if address.is_unspecified());
+            let more = if all { " (elsewhere with this machine's name)" } else { "" };
+            bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}{more}"));
+        }
+        // A redraw costs more than a step, and nobody sees more than a hundred of them.
+        ProgressEvent::Steps(step, steps) if step % (steps / 100 + 1) == 0 => {
+            bar.set_length(*steps);
+            bar.set_position(*step);
+        }
+        ProgressEvent::Steps(..) => {}
+        ProgressEvent::Analysis(name, share, what) => {
+            bar.set_length(1000);
+            bar.set_position((share * 1e3) as u64);
+            bar.set_message(format!("{name}: {what}"));
+        }
+        ProgressEvent::Validation(name) => bar.set_message((*name).to_owned()),
+    }
+}

@@ -1,0 +1,75 @@
+//! `trackside test`: runs scenarios as tests and prints a line for each.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use clap::Args;
+use diagnostics::Error;
+use orchestrator::package::BuildProgress;
+use orchestrator::suite::{self, ScenarioOutcome, TestResult};
+
+use super::progress::BuildLine;
+use super::{print, this_program};
+
+/// Arguments of `trackside test`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Scenario files, or folders of them.
+    #[arg(default_values = ["scenarios"])]
+    paths: Vec<PathBuf>,
+    /// How many run at a time; one for each core unless it is given.
+    #[arg(long)]
+    jobs: Option<std::num::NonZeroUsize>,
+    /// Write the results as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+}
+
+/// Runs the scenarios as tests; exit code 1 when one fails.
+///
+/// # Errors
+/// When there is no scenario, or the JUnit file cannot be written.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    let paths = suite::find(&arguments.paths)?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = arguments.jobs.map_or(cores, usize::from);
+    let program = this_program()?;
+    let mut building = BuildLine::default();
+    let mut progress = |progress: BuildProgress| building.show(&progress);
+    let terminal = Mutex::new(());
+    let done = |result: &TestResult| {
+        let _one_at_a_time = terminal.lock();
+        print(&test_line(result));
+    };
+    let results =
+        suite::run(&program, &paths, jobs, Path::new("target/runs"), &mut progress, &done)?;
+    if let Some(path) = &arguments.junit {
+        suite::write_junit(&results, path)?;
+    }
+    let count = |is: fn(&ScenarioOutcome) -> bool| {
+        results.iter().filter(|result| is(&result.outcome)).count()
+    };
+    let (failed, broken) = (
+        count(|outcome| matches!(outcome, ScenarioOutcome::Failed(_))),
+        count(|outcome| matches!(outcome, ScenarioOutcome::Broken(_))),
+    );
+    print(&format!(
+        "{} passed, {} failed, {} skipped\n",
+        count(|outcome| *outcome == ScenarioOutcome::Passed),
+        failed + broken,
+        count(|outcome| matches!(outcome, ScenarioOutcome::Skipped(_))),
+    ));
+    Ok(u8::from(failed + broken > 0))
+}
+
+fn test_line(result: &TestResult) -> String {
+    let (path, seconds) = (result.path.display(), result.time.as_secs_f64());
+    let (word, text) = match &result.outcome {
+        ScenarioOutcome::Passed => ("ok", String::new()),
+        ScenarioOutcome::Skipped(reason) => ("skipped", format!("  ({reason})")),
+        ScenarioOutcome::Failed(text) | ScenarioOutcome::Broken(text) => {
+            ("FAILED", format!("\n{text}"))
+        }
+    };
+    format!("{word:<8} {path}  {seconds:.1} s{text}\n")
+}

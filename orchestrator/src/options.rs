@@ -1,0 +1,52 @@
+//! Holds the options of a run and the events that it reports.
+
+use std::net::IpAddr;
+use std::path::PathBuf;
+
+use scenario::resolve::StartOverrides;
+
+use crate::package::BuildProgress;
+
+/// Where the replay goes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Replay {
+    /// To the file `run.rrd`.
+    #[default]
+    Save,
+    /// To a viewer that listens at this URL.
+    Connect(String),
+    /// To viewers that connect to this program, at this address of this machine.
+    Serve(IpAddr),
+    /// Nowhere.
+    Off,
+}
+
+/// The options of a run, which the command line sets.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// The folder for the files; `target/runs/<scenario name>` unless it is given.
+    pub out: Option<PathBuf>,
+    /// Whether to write CSV.
+    pub csv: bool,
+    /// Start values and seed.
+    pub overrides: StartOverrides,
+    /// Where the replay goes.
+    pub replay: Replay,
+    /// Simulated seconds per second; as fast as possible unless it is given.
+    pub realtime: Option<f64>,
+}
+
+/// An event of a run, for a progress bar.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ProgressEvent<'a> {
+    /// Cargo compiles FMUs or plugins.
+    Building(BuildProgress<'a>),
+    /// Viewers can connect to this URL.
+    Serving(&'a str),
+    /// Steps that are done, and all steps.
+    Steps(u64, u64),
+    /// An analysis, the share of its work that is done, and what it does next.
+    Analysis(&'a str, f64, &'a str),
+    /// A validation begins.
+    Validation(&'a str),
+}

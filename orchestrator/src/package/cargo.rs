@@ -1,0 +1,248 @@
+//! Calls cargo, and reports what it compiles while it does so.
+
+use std::io::{BufRead as _, BufReader, Read};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use serde::Deserialize;
+
+use super::metadata::Target;
+
+/// How often progress is reported when cargo itself says nothing.
+const TICK: Duration = Duration::from_millis(250);
+
+/// The state of a build that compiles something. Nothing is reported when all packages are up to date.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum BuildProgress<'a> {
+    /// Cargo works.
+    Building {
+        /// The packages that were asked for.
+        packages: &'a str,
+        /// Time since cargo started.
+        elapsed: Duration,
+        /// The last thing that cargo said, e.g. `Compiling nalgebra v0.35.0`.
+        activity: &'a str,
+    },
+    /// Cargo has ended, with or without success.
+    Done {
+        /// The packages that were asked for.
+        packages: &'a str,
+        /// Time that it took.
+        elapsed: Duration,
+    },
+}
+
+/// Receives the progress of a build.
+pub type OnProgress<'a> = &'a mut dyn FnMut(BuildProgress);
+
+/// A line of `cargo build --message-format=json`.
+#[derive(Deserialize)]
+pub(super) struct BuildMessage {
+    reason: String,
+    pub package_id: Option<String>,
+    pub target: Option<Target>,
+    #[serde(default)]
+    pub filenames: Vec<PathBuf>,
+}
+
+/// Cargo, without the variables that another cargo set for this program's own package: build scripts that
+/// look at them would find them changed, and everything that depends on those would be compiled again.
+pub(super) fn cargo() -> Command {
+    const OF_PACKAGE: [&str; 5] =
+        ["CARGO_MANIFEST_", "CARGO_PKG_", "CARGO_BIN_", "CARGO_CRATE_", "CARGO_PRIMARY_"];
+    let mut cargo = Command::new("cargo");
+    cargo.env_remove("OUT_DIR");
+    for (name, _) in std::env::vars_os() {
+        if OF_PACKAGE.iter().any(|prefix| name.as_encoded_bytes().starts_with(prefix.as_bytes())) {
+            cargo.env_remove(name);
+        }
+    }
+    cargo
+}
+
+/// Runs `cargo build`, and reports its progress as that of `packages`. Returns the artifacts.
+///
+/// # Errors
+/// With the messages of the compiler.
+pub(super) fn build(
+    mut cargo: Command,
+    packages: &str,
+    progress: OnProgress,
+) -> Result<Vec<BuildMessage>, String> {
+    cargo.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let begin = Instant::now();
+    let child = cargo.spawn().map_err(|error| format!("cannot start cargo: {error}"))?;
+    let mut compiles = false;
+    let ended = follow(child, |activity| {
+        compiles |= !activity.is_empty();
+        if compiles {
+            progress(BuildProgress::Building { packages, elapsed: begin.elapsed(), activity });
+        }
+    });
+    if compiles {
+        progress(BuildProgress::Done { packages, elapsed: begin.elapsed() });
+    }
+    let ended = ended.map_err(|error| format!("cannot follow cargo: {error}"))?;
+    match ended.status.success() {
+        true => Ok(ended.artifacts),
+        false => Err(ended.messages),
+    }
+}
+
+/// How a call of cargo ended.
+struct Ended {
+    status: ExitStatus,
+    artifacts: Vec<BuildMessage>,
+    messages: String,
+}
+
+/// A line of cargo.
+enum Line {
+    Artifact(BuildMessage),
+    Status(String),
+    Message(String),
+}
+
+/// Waits for cargo; `active` gets its last status whenever there is another one, and every [`TICK`].
+fn follow(mut child: Child, mut active: impl FnMut(&str)) -> std::io::Result<Ended> {
+    let (sender, lines) = channel();
+    let readers = [
+        child.stdout.take().map(|pipe| read(pipe, sender.clone(), artifact)),
+        child.stderr.take().map(|pipe| read(pipe, sender, status_or_message)),
+    ];
+    let (artifacts, messages) = collect(&lines, &mut active);
+    for reader in readers.into_iter().flatten() {
+        let _ = reader.join();
+    }
+    Ok(Ended { status: child.wait()?, artifacts, messages })
+}
+
+/// Sends what the lines of a pipe say until it closes.
+fn read(
+    pipe: impl Read + Send + 'static,
+    sender: Sender<Line>,
+    parse: fn(String) -> Option<Line>,
+) -> std::thread::JoinHandle<()> {
+    std::thread::spawn(move || {
+        let lines = BufReader::new(pipe).split(b'\n').map_while(Result::ok);
+        let texts = lines.map(|line| String::from_utf8_lossy(&line).into_owned());
+        for line in texts.filter_map(parse) {
+            if sender.send(line).is_err() {
+                return;
+            }
+        }
+    })
+}
+
+fn collect(lines: &Receiver<Line>, active: &mut impl FnMut(&str)) -> (Vec<BuildMessage>, String) {
+    let (mut artifacts, mut messages, mut status) = (Vec::new(), String::new(), String::new());
+    loop {
+        match lines.recv_timeout(TICK) {
+            Ok(Line::Artifact(artifact)) => artifacts.push(artifact),
+            Ok(Line::Message(line)) => messages = messages + &line + "\n",
+            Ok(Line::Status(line)) => {
+                status = line;
+                active(&status);
+            }
+            Err(RecvTimeoutError::Timeout) => active(&status),
+            Err(RecvTimeoutError::Disconnected) => return (artifacts, messages),
+        }
+    }
+}
+
+fn artifact(line: String) -> Option<Line> {
+    let message: BuildMessage = serde_json::from_str(&line).ok()?;
+    (message.reason == "compiler-artifact").then_some(Line::Artifact(message))
+}
+
+/// Cargo aligns its status to the right of 12 letters; all else comes from a compiler.
+fn status_or_message(line: String) -> Option<Line> {
+    const STATUS: [&str; 3] = ["Compiling ", "Blocking ", "Building "];
+    const REST: [&str; 9] = [
+        "Finished ",
+        "Downloading ",
+        "Downloaded ",
+        "Updating ",
+        "Locking ",
+        "Adding ",
+        "Fresh ",
+        "Dirty ",
+        "Checking ",
+    ];
+    let begins = |words: &[&str]| {
+        let text = line.trim_start();
+        text.len() < line.len() && words.iter().any(|word| text.starts_with(word))
+    };
+    if begins(&STATUS) {
+        // The folder of a local package stands in brackets.
+        let text = line.split(" (").next().unwrap_or_default().trim().to_owned();
+        Some(Line::Status(text))
+    } else {
+        (!begins(&REST)).then_some(Line::Message(line))
+    }
+}
+
+/// The last line that a program wrote to its standard error.
+pub(super) fn last_line(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stderr);
+    let mut lines = text.lines().rev().map(str::trim);
+    lines.find(|line| !line.is_empty()).unwrap_or("no message").to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A program in the place of cargo.
+    fn shell(script: &str) -> Command {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", script]);
+        shell
+    }
+
+    fn built(script: &str) -> (Result<usize, String>, Vec<String>) {
+        let mut told = Vec::new();
+        let result = build(shell(script), "plant-fmu, controller", &mut |progress| {
+            told.push(match progress {
+                BuildProgress::Building { packages, activity, .. } => {
+                    format!("{packages}: {activity}")
+                }
+                BuildProgress::Done { packages, .. } => format!("{packages} done"),
+            });
+        });
+        told.dedup();
+        (result.map(|artifacts| artifacts.len()), told)
+    }
+
+    #[test]
+    fn compiling_is_reported_with_the_crate_and_ends_with_done() {
+        let artifact = r#"{"reason":"compiler-artifact","package_id":"p","filenames":["a.so"]}"#;
+        let script = format!(
+            "echo '    Blocking waiting for file lock' >&2; echo '   Compiling plant-fmu v0.1.0 (/home)' >&2; \
+             echo '{artifact}'; echo '    Finished `dev`' >&2"
+        );
+        let (artifacts, told) = built(&script);
+        assert_eq!(artifacts, Ok(1));
+        let expected = ["Blocking waiting for file lock", "Compiling plant-fmu v0.1.0"]
+            .map(|activity| format!("plant-fmu, controller: {activity}"));
+        assert_eq!(told[..2], expected);
+        assert_eq!(told.last().map(String::as_str), Some("plant-fmu, controller done"));
+    }
+
+    #[test]
+    fn a_build_with_nothing_to_do_is_silent() {
+        let (artifacts, told) = built("echo '    Finished `dev`' >&2");
+        assert_eq!((artifacts, told), (Ok(0), Vec::new()));
+    }
+
+    #[test]
+    fn a_failed_build_gives_the_messages_of_the_compiler_alone() {
+        let script = "echo '   Compiling a v1.0.0' >&2; echo 'error[E0308]: mismatched types' >&2; \
+                      echo '  --> src/lib.rs' >&2; exit 101";
+        let (result, told) = built(script);
+        assert_eq!(result, Err("error[E0308]: mismatched types\n  --> src/lib.rs\n".to_owned()));
+        assert_eq!(told.last().map(String::as_str), Some("plant-fmu, controller done"));
+    }
+}
