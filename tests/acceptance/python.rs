@@ -23,6 +23,7 @@ const PACKAGES: &[&str] = &[
     "rerun-sdk==0.36.3",
     "numpy",
     "scipy",
+    "tombi==1.9.6",
 ];
 
 /// A virtual environment.
@@ -50,6 +51,11 @@ impl Python {
         }
         let _ = writeln!(std::io::stderr(), "skipped: this Python has no library {library}");
         None
+    }
+
+    /// The linter that editors use for TOML.
+    pub fn tombi(&self) -> Command {
+        Command::new(self.0.join("bin/tombi"))
     }
 
     /// The viewer's own program; what pip puts on the path wraps it.

@@ -12,16 +12,27 @@ pub use markdown::markdown;
 
 use crate::words;
 
-/// The JSON schema of a scenario file, for editors.
-///
-/// # Panics
-/// Never: a JSON value has a text.
+/// The JSON schema of a scenario file, for editors. No key is required: a file that extends another one may leave any out.
 #[must_use]
 pub fn scenario_schema() -> String {
     let mut schema = words::schema().clone();
+    nothing_required(&mut schema);
     schema["$id"] = "scenario.schema.json".into();
     schema["title"] = "Trackside scenario".into();
     text(&schema)
+}
+
+fn nothing_required(schema: &mut Value) {
+    match schema {
+        Value::Array(list) => list.iter_mut().for_each(nothing_required),
+        Value::Object(map) => {
+            if map.get("required").is_some_and(Value::is_array) {
+                map.remove("required");
+            }
+            map.values_mut().for_each(nothing_required);
+        }
+        _ => {}
+    }
 }
 
 /// A JSON schema as text.

@@ -12,6 +12,7 @@ mod recorded;
 mod start_override;
 mod starts;
 mod types;
+mod unit;
 mod validations;
 mod view;
 

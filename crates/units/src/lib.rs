@@ -93,6 +93,11 @@ const NAMES: &[(&str, [i8; 8], f64)] = &[
 const SCALES: &[(&str, f64, f64)] =
     &[("degC", 1.0, 273.15), ("degF", 5.0 / 9.0, 459.67 * 5.0 / 9.0)];
 
+/// The names of all units.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    NAMES.iter().map(|(name, ..)| *name).chain(SCALES.iter().map(|(name, ..)| *name))
+}
+
 /// Nesting that no unit needs; it bounds the recursion for a hostile text.
 const DEEPEST: usize = 16;
 

@@ -113,9 +113,7 @@ fn only_once(
 
 fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option<Unit>, Error> {
     let Some(written) = written else { return Ok(None) };
-    Unit::parse(written.get_ref())
-        .map(Some)
-        .map_err(|error| scenario.error(written, error.to_string()))
+    super::unit::unit(scenario, written).map(Some)
 }
 
 fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedNode>, Error> {

@@ -9,6 +9,7 @@ use recording::{Column, Direction, NumberIndex, Recorded, RunHeader};
 use units::Unit;
 
 use super::quantity::Names;
+use super::unit;
 use crate::words::{self, Scenario};
 
 /// More curves than this in one plot cannot be told apart.
@@ -177,15 +178,15 @@ fn plane(names: &Names, written: &words::XyPlot) -> Result<Plane, Error> {
 }
 
 fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plot, Error> {
-    let wanted = written.unit.as_ref().map(|unit| parse_unit(scenario, unit)).transpose()?;
+    let wanted = written.unit.as_ref().map(|word| unit::unit(scenario, word)).transpose()?;
     let mut axis = written.unit.as_ref().map(|unit| unit.get_ref().clone());
     let mut series = Vec::new();
     for curve in &written.signals {
         let quantity = names.quantity(&curve.signal)?;
         let told = match (&curve.unit, &quantity) {
-            (Some(unit), _) => {
-                parse_unit(scenario, unit)?;
-                Some(unit.get_ref().as_str())
+            (Some(word), _) => {
+                unit::unit(scenario, word)?;
+                Some(word.get_ref().as_str())
             }
             (None, Quantity::Column(column)) => names.unit(*column),
             (None, Quantity::Formula(_)) => None,
@@ -218,10 +219,6 @@ fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plo
         None => written.title.clone(),
     };
     Ok(Plot { title, group: None, range: written.range, series })
-}
-
-fn parse_unit(scenario: &Scenario, unit: &Spanned<String>) -> Result<Unit, Error> {
-    Unit::parse(unit.get_ref()).map_err(|error| scenario.error(unit, error.to_string()))
 }
 
 /// Plots of all outputs among these columns, one for each unit of each node.
