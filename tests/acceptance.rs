@@ -32,6 +32,9 @@ mod determinism;
 // Schema and reference of scenarios.
 #[path = "acceptance/editors.rs"]
 mod editors;
+// What the documents show: commands, scenarios, recipes, links.
+#[path = "acceptance/documents.rs"]
+mod documents;
 // Scenarios that change others, and what may be wrong with them.
 #[path = "acceptance/extending.rs"]
 mod extending;
