@@ -2,7 +2,7 @@
 
 mod analyses;
 mod checks;
-mod links;
+mod connections;
 mod logs;
 mod nodes;
 mod order;
@@ -38,7 +38,7 @@ fn source(scenario: &Scenario) -> TextSource {
     source
 }
 
-/// What is added to a scenario from outside.
+/// Start values and the seed from outside the scenario.
 #[derive(Debug, Clone, Default)]
 pub struct StartOverrides {
     /// Start values that give way to those of the scenario.
@@ -72,11 +72,11 @@ impl System {
         let clock = clock(scenario)?;
         let seed = overrides.seed.unwrap_or(document.seed);
         let mut warnings = Vec::new();
-        let drafts =
-            nodes::drafts(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
-        let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
-        let order = order::order(scenario, &drafts, &links)?;
-        let (nodes, columns) = place::place(drafts, links);
+        let unplaced =
+            nodes::unplaced(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
+        let connections = connections::connect(scenario, &unplaced, clock, seed, &mut warnings)?;
+        let order = order::order(scenario, &unplaced, &connections)?;
+        let (nodes, columns) = place::place(unplaced, connections);
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
         validations::check_names(scenario, &nodes)?;
         let checks = checks::resolve(scenario, &columns, clock)?;

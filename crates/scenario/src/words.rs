@@ -4,6 +4,7 @@ mod connect;
 mod extend;
 mod fault;
 mod nodes;
+mod place;
 mod read;
 mod results;
 mod view;

@@ -114,7 +114,7 @@ fn load(
     Plugin::load(&path).map_err(|error| scenario.error(word, error.to_string()))
 }
 
-/// What the plugin says of the signal that it is to get under this name.
+/// The signal that the plugin expects under this name.
 fn wanted<'a>(
     scenario: &Scenario,
     plugin: &'a Plugin,

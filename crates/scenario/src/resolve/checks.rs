@@ -1,7 +1,7 @@
 //! Turns `[[check]]` into expressions over columns.
 
 use diagnostics::{Error, Spanned, suggest};
-use expression::{Expression, Operand};
+use expression::{Expression, Operand, ParseError};
 use recording::{Column, ColumnIndex, Columns, Full};
 
 use crate::plan::{CheckPlan, Clock, ResultName, Subject};
@@ -36,21 +36,7 @@ fn plan(
             ColumnIndex::Text(index) => Operand::Text(index.position()),
         })
     });
-    let expression = parsed.map_err(|error| {
-        let span = inside(scenario, &check.that, error.span.clone());
-        let unknown = error.unknown.as_deref();
-        let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
-        let help = error.help.or(hint);
-        let error = scenario.source.error(
-            span,
-            format!("check `{}`: {}", check.name, error.message),
-            "here",
-        );
-        match help {
-            Some(help) => error.help(help),
-            None => error,
-        }
-    })?;
+    let expression = parsed.map_err(|error| malformed(scenario, check, &names, error))?;
     if !expression.is_condition() {
         let message = format!("check `{}`: expected a comparison, found a value", check.name);
         return Err(scenario
@@ -88,6 +74,17 @@ fn plan(
         windowed: check.during.is_some(),
         tolerance: check.tolerance,
     })
+}
+
+/// A mistake in the text of a check, at its place.
+fn malformed(scenario: &Scenario, check: &Check, names: &[String], error: ParseError) -> Error {
+    let span = inside(scenario, &check.that, error.span);
+    let unknown = error.unknown.as_deref();
+    let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
+    let closest =
+        unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
+    let message = format!("check `{}`: {}", check.name, error.message);
+    scenario.source.error(span, message, "here").hint(closest.or(error.help).or(hint))
 }
 
 /// The result that a name means when it begins with an analysis or a validation.

@@ -27,7 +27,7 @@ pub(super) struct Port {
     pub kind: Type,
     /// Signals and tables deliver numbers that are of no type of FMI.
     pub typed: bool,
-    /// What an enumeration may be.
+    /// Items of an enumeration.
     pub items: Vec<Item>,
     pub unit: Option<String>,
     pub dimension: Option<Unit>,
@@ -46,31 +46,35 @@ pub(super) struct UnplacedNode {
     pub inputs: Vec<Port>,
     /// Inputs that have a start value in the scenario.
     pub started: Vec<String>,
-    /// Where the node's name stands in the file.
+    /// Place of the node's name in the file.
     pub place: Range<usize>,
 }
 
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs.
-pub(super) fn drafts(
+pub(super) fn unplaced(
     scenario: &Scenario,
     archives: &BTreeMap<BuildRequest, PathBuf>,
     overrides: &StartOverrides,
     (clock, seed): (Clock, u64),
     warnings: &mut Vec<String>,
 ) -> Result<Vec<UnplacedNode>, Error> {
-    let mut drafts = signals(scenario, clock, seed)?;
+    let mut unplaced = signals(scenario, clock, seed)?;
     for table in &scenario.document.table {
-        drafts.push(self::table(scenario, table, warnings)?);
+        unplaced.push(self::table(scenario, table, warnings)?);
     }
     for fmu in &scenario.document.fmu {
-        drafts.push(self::fmu(scenario, fmu, archives, overrides)?);
+        unplaced.push(self::fmu(scenario, fmu, archives, overrides)?);
     }
-    for (i, draft) in drafts.iter().enumerate() {
-        if drafts[..i].iter().any(|other| other.name == draft.name) {
-            let message = format!("there are two nodes called `{}`", draft.name);
-            return Err(scenario.source.error(draft.place.clone(), message, "the second one"));
+    for (i, unplaced_node) in unplaced.iter().enumerate() {
+        if unplaced[..i].iter().any(|other| other.name == unplaced_node.name) {
+            let message = format!("there are two nodes called `{}`", unplaced_node.name);
+            return Err(scenario.source.error(
+                unplaced_node.place.clone(),
+                message,
+                "the second one",
+            ));
         }
-        only_once(scenario, draft, &drafts[..i])?;
+        only_once(scenario, unplaced_node, &unplaced[..i])?;
     }
     for given in overrides.defaults.iter().chain(&overrides.starts) {
         let names = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
@@ -79,7 +83,7 @@ pub(super) fn drafts(
             return Err(given.error(&message).hint(help));
         }
     }
-    if drafts.is_empty() && scenario.document.analysis.is_empty() {
+    if unplaced.is_empty() && scenario.document.analysis.is_empty() {
         let path = scenario.source.path().display();
         let error =
             Error::input(format!("{path}: the scenario has no node, so there is nothing to run"));
@@ -87,25 +91,25 @@ pub(super) fn drafts(
             "add an `[[fmu]]`, a `[[signal]]`, a `[[table]]`, or an `[[analysis]]` of a log",
         ));
     }
-    Ok(drafts)
+    Ok(unplaced)
 }
 
 /// Refuses a second node of an FMU that can be instantiated only once per process.
 fn only_once(
     scenario: &Scenario,
-    draft: &UnplacedNode,
+    unplaced_node: &UnplacedNode,
     before: &[UnplacedNode],
 ) -> Result<(), Error> {
-    let Body::Fmu { fmu, .. } = &draft.body else { return Ok(()) };
+    let Body::Fmu { fmu, .. } = &unplaced_node.body else { return Ok(()) };
     let same = |other: &&UnplacedNode| matches!(&other.body, Body::Fmu { fmu: other, .. } if other.sha256 == fmu.sha256);
     let Some(first) = before.iter().find(same).filter(|_| fmu.description.only_once) else {
         return Ok(());
     };
     let message = format!(
         "`{}` and `{}` are the same FMU, of which a process can hold one instance only",
-        first.name, draft.name
+        first.name, unplaced_node.name
     );
-    let error = scenario.source.error(draft.place.clone(), message, "the second one");
+    let error = scenario.source.error(unplaced_node.place.clone(), message, "the second one");
     Err(error.help(
         "its description sets canBeInstantiatedOnlyOncePerProcess: leave one of the nodes out",
     ))
@@ -117,7 +121,7 @@ fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option
 }
 
 fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedNode>, Error> {
-    let mut drafts: Vec<UnplacedNode> = Vec::new();
+    let mut unplaced: Vec<UnplacedNode> = Vec::new();
     for part in &scenario.document.signal {
         let Some(name) = &part.get_ref().name else {
             return Err(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
@@ -144,7 +148,7 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedN
             follows: Some(Vec::new()),
         };
         let place = name.span();
-        match drafts.iter_mut().find(|draft| draft.name == node) {
+        match unplaced.iter_mut().find(|unplaced_node| unplaced_node.name == node) {
             Some(UnplacedNode { outputs, body: Body::Signals(signals), .. }) => {
                 if outputs.iter().any(|other| other.name == variable) {
                     let message = format!("there are two signals called `{}`", name.get_ref());
@@ -153,7 +157,7 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedN
                 outputs.push(port);
                 signals.push(signal);
             }
-            _ => drafts.push(UnplacedNode {
+            _ => unplaced.push(UnplacedNode {
                 name: node.to_owned(),
                 body: Body::Signals(vec![signal]),
                 outputs: vec![port],
@@ -163,7 +167,7 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedN
             }),
         }
     }
-    Ok(drafts)
+    Ok(unplaced)
 }
 
 fn table(

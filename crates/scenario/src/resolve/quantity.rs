@@ -8,7 +8,7 @@ use recording::{Column, ColumnIndex, Columns, NumberIndex, Recorded};
 use super::checks::inside;
 use crate::words::Scenario;
 
-/// What a name on the axis x of a curve is called.
+/// Name of the axis x in the formula of a curve.
 const ABSCISSA: &str = "x";
 
 /// The signals that a layout can show.
@@ -120,7 +120,7 @@ impl<'a> Names<'a> {
         Ok(parsed)
     }
 
-    /// What a name that is not known was probably meant to be.
+    /// A suggestion for an unknown name.
     fn hint(&self, name: &str) -> Option<String> {
         suggest::hint(name, self.names.iter().map(String::as_str))
     }

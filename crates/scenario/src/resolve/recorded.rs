@@ -1,4 +1,4 @@
-//! Decides what is recorded.
+//! Selects the recorded variables.
 
 use diagnostics::{Error, suggest};
 use recording::{Column, Columns, Full, Selection};

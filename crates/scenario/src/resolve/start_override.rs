@@ -16,12 +16,12 @@ pub struct StartOverride {
     pub variable: String,
     /// The value as typed.
     pub value: String,
-    /// Where a scenario gives it; the command line does unless there is a place.
+    /// Its place in a scenario; none when the command line gives it.
     pub place: Option<(Source, Range<usize>)>,
 }
 
 impl StartOverride {
-    /// What `node.variable=value` gives, or `@FILE` with the file that `find` makes of its name.
+    /// Reads `node.variable=value`, or the file of `@FILE`; `find` turns the name of the file into its path.
     ///
     /// # Errors
     /// In words, when it has another form, or the file cannot be read.

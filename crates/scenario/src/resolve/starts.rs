@@ -47,7 +47,7 @@ pub(super) fn starts(
     Ok((written.into_values().collect(), started))
 }
 
-/// What a value on the command line is: TOML, or the letters as they are. A text needs no quotes, so
+/// The value of a text on the command line: TOML, or else the letters themselves. A text needs no quotes, so
 /// that `3` and `true` are texts too where the variable is one.
 fn typed(variables: &[Variable], name: &str, written: &str) -> toml::Value {
     let text = || toml::Value::String(written.to_owned());

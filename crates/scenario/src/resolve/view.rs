@@ -14,7 +14,7 @@ use crate::words::{self, Scenario};
 
 /// More curves than this in one plot cannot be told apart.
 const CURVES: usize = 8;
-/// Where axles are unless the scenario says so, in lengths of the body ahead of its position.
+/// Default positions of the axles ahead of the position, in lengths of the body.
 const AXLES: [f64; 2] = [0.30, -0.29];
 
 /// The layout that the scenario asks for; without plots there is one for each unit of each node.

@@ -8,7 +8,7 @@ use toml::de::{DeArray, DeString, DeTable, DeValue};
 
 use crate::pattern::matches;
 
-/// What one entry of a list is told from the others by.
+/// Keys that name an entry of a list.
 const NAMES: [&str; 5] = ["name", "to", "title", "input", "label"];
 
 /// A mistake at a word.
@@ -20,7 +20,7 @@ pub(super) struct Wrong {
 
 type Outcome<T = ()> = Result<T, Wrong>;
 
-/// What `changes` makes of `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
+/// Merges `changes` into `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
 /// name of an inherited one changes that one, others are added; all other values replace the inherited ones.
 pub(super) fn extend<'a>(
     base: Spanned<DeTable<'a>>,
@@ -216,7 +216,7 @@ fn list<'t, 'a>(
     }
 }
 
-/// What an entry of a list is called, and where that stands.
+/// The name of an entry of a list, and its place.
 pub(super) fn name_of<'t>(entry: &'t Spanned<DeValue>) -> Option<(&'t str, Range<usize>)> {
     let DeValue::Table(table) = entry.get_ref() else { return None };
     let name = NAMES.iter().find_map(|key| table.get(*key))?;

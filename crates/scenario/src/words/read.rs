@@ -33,7 +33,7 @@ impl Scenario {
         Ok(Scenario { name: name.to_owned(), source, document, validations: Vec::new() })
     }
 
-    /// What its files say together: each value as it stands there, by its keys with dots in between. Entries of lists go by
+    /// The merged values of its files as they are written, by their keys with dots in between. Entries of lists go by
     /// their names.
     ///
     /// # Errors
@@ -116,7 +116,7 @@ fn follow(source: &mut Source) -> Result<(), Error> {
     }
 }
 
-/// How `path` comes back to one of `paths`, if it does.
+/// The circle from one of `paths` to `path`, if there is one.
 fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
     let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let begin = paths.iter().position(|other| real(other) == real(path))?;
@@ -125,7 +125,7 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
 }
 
 /// The tables of all files, merged; `texts` are the shifted ones.
-fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+pub(super) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
     let mut merged = None;
     for text in texts.iter().rev() {
         let changes = DeTable::parse(text).map_err(|error| wrong(source, &error))?;
@@ -138,7 +138,7 @@ fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error
     Ok(merged.map(Spanned::into_inner).unwrap_or_default())
 }
 
-/// What the files say together.
+/// The merged document of all files.
 fn document(source: &Source) -> Result<Document, Error> {
     let texts = source.shifted();
     let merged = Spanned::new(0..0, merged(source, &texts)?);
@@ -204,4 +204,31 @@ fn misshapen(source: &Source, texts: &[String], error: &toml::de::Error) -> Erro
         Some(format!("`{old}` is called `{new}` now"))
     });
     source.error(span, message, "here").hint(renamed.or(help))
+}
+
+#[cfg(test)]
+mod tests {
+    use diagnostics::TextFile;
+
+    use super::*;
+
+    #[test]
+    fn a_place_is_found_by_the_keys_that_lead_to_it() {
+        let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
+        let file = TextFile { path: "case.toml".into(), text: text.to_owned() };
+        let source = Source::recorded(file, Vec::new(), Vec::new());
+        let scenario = Scenario::recorded("case", source).expect("a scenario");
+        for (path, word) in [
+            (&["analysis", "0", "config", "smooth", "rate"][..], "rate"),
+            (&["analysis", "0", "name"], "name"),
+            (&["analysis", "0", "config", "smooth", "unknown"], "smooth"),
+        ] {
+            assert_eq!(scenario.place(path).map(|span| &text[span]), Some(word), "{path:?}");
+        }
+        assert_eq!(scenario.place(&["unknown"]), None);
+        let schema = serde_json::json!({"type": "object", "additionalProperties": false,
+            "properties": {"smoothing": {"type": "object"}}});
+        let found = scenario.findings(&["analysis", "0", "config"], &schema);
+        assert_eq!(found.first().map(|it| &text[it.span.clone()]), Some("smooth"));
+    }
 }

@@ -9,8 +9,8 @@ use crate::effect::{Chain, Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
 use crate::words::{Algorithm, At, Connect, Fault, Scenario};
 
-/// What each input of each node gets, `None` where nothing is connected.
-pub(super) type Links = Vec<Vec<Option<Connection>>>;
+/// The connection of each input of each node; `None` without one.
+pub(super) type Connections = Vec<Vec<Option<Connection>>>;
 
 /// A connection whose values have no place in the row yet.
 #[derive(Debug)]
@@ -19,30 +19,32 @@ pub(super) struct Connection {
     pub from: (usize, usize),
     /// Which end of the step the value is taken at.
     pub at: At,
-    /// What happens to a number on its way; a text arrives as it is.
+    /// The way of a number; a text arrives unchanged.
     pub treatment: Option<InputChain>,
 }
 
-/// Connects the drafts as the scenario says.
+/// Connects the unplaced as the scenario says.
 pub(super) fn connect(
     scenario: &Scenario,
-    drafts: &[UnplacedNode],
+    unplaced: &[UnplacedNode],
     clock: Clock,
     seed: u64,
     warnings: &mut Vec<String>,
-) -> Result<Links, Error> {
-    let mut links: Links =
-        drafts.iter().map(|draft| draft.inputs.iter().map(|_| None).collect()).collect();
+) -> Result<Connections, Error> {
+    let mut links: Connections = unplaced
+        .iter()
+        .map(|unplaced_node| unplaced_node.inputs.iter().map(|_| None).collect())
+        .collect();
     for connect in &scenario.document.connect {
-        let from @ (producer, output) = find(scenario, drafts, &connect.from, Side::Output)?;
-        let (consumer, input) = find(scenario, drafts, &connect.to, Side::Input)?;
+        let from @ (producer, output) = find(scenario, unplaced, &connect.from, Side::Output)?;
+        let (consumer, input) = find(scenario, unplaced, &connect.to, Side::Input)?;
         let slot = &mut links[consumer][input];
         if slot.is_some() {
             let message = format!("`{}` is connected twice", connect.to.get_ref());
             return Err(scenario.error(&connect.to, message));
         }
-        let ports = (&drafts[producer].outputs[output], &drafts[consumer].inputs[input]);
-        let at = at(scenario, connect, &drafts[producer])?;
+        let ports = (&unplaced[producer].outputs[output], &unplaced[consumer].inputs[input]);
+        let at = at(scenario, connect, &unplaced[producer])?;
         let treatment = match types::fit(scenario, connect, ports)? {
             Some(accepts) => {
                 Some(treatment(scenario, connect, ports, (accepts, clock, seed), warnings)?)
@@ -52,13 +54,13 @@ pub(super) fn connect(
         *slot = Some(Connection { from, at, treatment });
     }
     for fault in &scenario.document.fault {
-        attach(scenario, drafts, &mut links, fault)?;
+        attach(scenario, unplaced, &mut links, fault)?;
     }
-    unconnected(scenario, drafts, &links)?;
+    unconnected(scenario, unplaced, &links)?;
     Ok(links)
 }
 
-/// What happens to a number on its way to an input that accepts some.
+/// The way of a number to its input.
 fn treatment(
     scenario: &Scenario,
     connect: &Connect,
@@ -103,7 +105,7 @@ enum Side {
 /// The node and the port that a word names.
 fn find(
     scenario: &Scenario,
-    drafts: &[UnplacedNode],
+    unplaced: &[UnplacedNode],
     word: &Spanned<String>,
     side: Side,
 ) -> Result<(usize, usize), Error> {
@@ -111,14 +113,14 @@ fn find(
     let Some((node, variable)) = full.split_once('.') else {
         return Err(scenario.error(word, format!("expected `node.variable`, found `{full}`")));
     };
-    let Some(place) = drafts.iter().position(|draft| draft.name == node) else {
-        let known = drafts.iter().map(|draft| draft.name.as_str());
+    let Some(place) = unplaced.iter().position(|unplaced_node| unplaced_node.name == node) else {
+        let known = unplaced.iter().map(|unplaced_node| unplaced_node.name.as_str());
         return Err(suggest::unknown("node", node, known).at(&scenario.source, word.span()));
     };
-    let draft = &drafts[place];
+    let unplaced_node = &unplaced[place];
     let (ports, others, name) = match side {
-        Side::Input => (&draft.inputs, &draft.outputs, "input"),
-        Side::Output => (&draft.outputs, &draft.inputs, "output"),
+        Side::Input => (&unplaced_node.inputs, &unplaced_node.outputs, "input"),
+        Side::Output => (&unplaced_node.outputs, &unplaced_node.inputs, "output"),
     };
     if let Some(port) = ports.iter().position(|port| port.name == variable) {
         return Ok((place, port));
@@ -159,16 +161,16 @@ fn convert(
 
 fn attach(
     scenario: &Scenario,
-    drafts: &[UnplacedNode],
-    links: &mut Links,
+    unplaced: &[UnplacedNode],
+    links: &mut Connections,
     fault: &Fault,
 ) -> Result<(), Error> {
-    let (node, input) = find(scenario, drafts, &fault.input, Side::Input)?;
-    let Some(wire) = &mut links[node][input] else {
+    let (node, input) = find(scenario, unplaced, &fault.input, Side::Input)?;
+    let Some(connection) = &mut links[node][input] else {
         let message = format!("nothing is connected to `{}`", fault.input.get_ref());
         return Err(scenario.error(&fault.input, message));
     };
-    let Some(treatment) = &mut wire.treatment else {
+    let Some(treatment) = &mut connection.treatment else {
         let message =
             format!("`{}` is a text, and faults act on numbers only", fault.input.get_ref());
         return Err(scenario.error(&fault.input, message));
@@ -189,22 +191,25 @@ fn attach(
 
 /// An input that nobody thought of keeps the FMU's start value for ever, which looks like a result:
 /// the scenario has to say that it wants that.
-fn unconnected(scenario: &Scenario, drafts: &[UnplacedNode], links: &Links) -> Result<(), Error> {
-    for (draft, links) in drafts.iter().zip(links) {
-        let open = draft
-            .inputs
-            .iter()
-            .zip(links)
-            .filter(|(port, link)| link.is_none() && !draft.started.contains(&port.name));
+fn unconnected(
+    scenario: &Scenario,
+    unplaced: &[UnplacedNode],
+    links: &Connections,
+) -> Result<(), Error> {
+    for (unplaced_node, links) in unplaced.iter().zip(links) {
+        let open =
+            unplaced_node.inputs.iter().zip(links).filter(|(port, link)| {
+                link.is_none() && !unplaced_node.started.contains(&port.name)
+            });
         let open: Vec<_> = open.map(|(port, _)| port).collect();
         if let Some(first) = open.first() {
             let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
-            let (name, inputs) = (&draft.name, names.join("`, `"));
+            let (name, inputs) = (&unplaced_node.name, names.join("`, `"));
             let (first, value) = (&first.name, types::example(first));
             let message = format!(
                 "nothing is connected to `{inputs}` of `{name}`, and there is no start value"
             );
-            let error = scenario.source.error(draft.place.clone(), message, "this node");
+            let error = scenario.source.error(unplaced_node.place.clone(), message, "this node");
             return Err(error.help(format!(
                 "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}"
             )));
