@@ -29,6 +29,9 @@ mod conform;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
+// Schema and reference of scenarios.
+#[path = "acceptance/editors.rs"]
+mod editors;
 // What the documents show: commands, scenarios, recipes, links.
 #[path = "acceptance/documents.rs"]
 mod documents;

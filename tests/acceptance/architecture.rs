@@ -54,7 +54,7 @@ const ARROWS: [(&str, &[&str]); 18] = [
     ("vehicle", &[]),
     ("kalman", &[]),
     ("diagnostics", &[]),
-    ("expression", &[]),
+    ("expression", &["diagnostics"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),

@@ -24,6 +24,7 @@ const PACKAGES: &[&str] = &[
     "numpy",
     "pandas",
     "scipy",
+    "tombi==1.9.6",
 ];
 
 /// A virtual environment.
@@ -51,6 +52,11 @@ impl Python {
         }
         let _ = writeln!(std::io::stderr(), "skipped: this Python has no library {library}");
         None
+    }
+
+    /// The linter that editors use for TOML.
+    pub fn tombi(&self) -> Command {
+        Command::new(self.0.join("bin/tombi"))
     }
 
     /// The viewer's own program; what pip puts on the path wraps it.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, MessageLevel};
 use recording::{Columns, Event, Full, Level, NumberIndex, Row, Sink};
-use scenario::plan::{Clock, Link, NodePlan, System, Treatment};
+use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
 use crate::node::Node;
@@ -30,7 +30,7 @@ pub struct Progress {
     pub efforts: Vec<Effort>,
 }
 
-/// Runs the system to its last communication point (sequential coupling, also called Gauss-Seidel).
+/// Runs the system to its last communication point (Gauss-Seidel coupling).
 ///
 /// In the order of the system, each node gets its inputs, steps, and shows its outputs, which the nodes
 /// after it see at once. `progress` tells how far the run came, also when it fails; `tick` is called at
@@ -114,7 +114,8 @@ fn initialise(
     for pass in 0..2 {
         for &place in order {
             let (plan, node) = (&plans[place], &mut nodes[place]);
-            for (Link { source, treatment }, input) in plan.links.iter().zip(plan.inputs.indices())
+            for (ResolvedConnection { source, treatment }, input) in
+                plan.links.iter().zip(plan.inputs.indices())
             {
                 row[input] = treatment.convert(row[source.index]);
                 accept(treatment, columns, (source.index, input), row, 0.0)?;
@@ -169,7 +170,9 @@ fn feed(
     clock: &Clock,
     k: u64,
 ) -> Result<(), Error> {
-    for (Link { source, treatment }, input) in plan.links.iter_mut().zip(plan.inputs.indices()) {
+    for (ResolvedConnection { source, treatment }, input) in
+        plan.links.iter_mut().zip(plan.inputs.indices())
+    {
         let from = if source.at == At::Start { start } else { &*row };
         row[input] = treatment.value(from[source.index], clock.at(k));
         let shown = clock.at(k + u64::from(source.at == At::End));
@@ -187,7 +190,7 @@ fn feed(
 /// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
 /// is when the source showed it [s].
 fn accept(
-    treatment: &Treatment,
+    treatment: &InputChain,
     columns: &Columns<Full>,
     (source, input): (NumberIndex<Full>, NumberIndex<Full>),
     row: &Row<Full>,

@@ -5,8 +5,9 @@ use recording::view::View;
 use recording::{
     Column, Direction, NumberRange, RunHeader, Selection, TextIndex, TextRange, ValueKind,
 };
-use scenario::effects::{Chain, Effects};
-use scenario::plan::{Accepts, Body, FaultKind, FaultPlan, Source, TextPlan};
+use scenario::effect::Chain;
+use scenario::fault::{Bias, FaultWords, Freeze, Gain, Value};
+use scenario::plan::{Accepts, Body, FaultPlan, Source, TextPlan};
 
 use super::*;
 
@@ -129,11 +130,15 @@ fn columns(count: usize, kind: ValueKind) -> Columns<Full> {
     columns
 }
 
-fn link(source: usize, at: At) -> Link {
-    let effects = Chain::new(&Effects::default(), STEP, 1).expect("no effect is a legal effect");
-    let treatment =
-        Treatment { factor: 1.0, offset: 0.0, effects, faults: Vec::new(), accepts: Accepts::Real };
-    Link { source: Source { index: NumberIndex::new(source), at }, treatment }
+fn link(source: usize, at: At) -> ResolvedConnection {
+    let treatment = InputChain {
+        factor: 1.0,
+        offset: 0.0,
+        effects: Chain::default(),
+        faults: Vec::new(),
+        accepts: Accepts::Real,
+    };
+    ResolvedConnection { source: Source { index: NumberIndex::new(source), at }, treatment }
 }
 
 fn play(
@@ -178,20 +183,22 @@ fn a_node_that_comes_first_sees_the_start_of_the_step() {
 
 #[test]
 fn units_are_converted_and_faults_begin_and_end_on_time() {
-    for (kind, expected) in [
-        (FaultKind::Freeze, [1.0, 2.0, 2.0, 2.0, 5.0]),
-        (FaultKind::Value(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
-        (FaultKind::Bias(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
-        (FaultKind::Gain(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
-    ] {
+    let kinds: [(&dyn FaultWords, _); 4] = [
+        (&Freeze(true), [1.0, 2.0, 2.0, 2.0, 5.0]),
+        (&Value(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
+        (&Bias(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
+        (&Gain(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
+    ];
+    for (kind, expected) in kinds {
+        let action = kind.action().expect("an action");
         let mut system = system(2, &[(0, 1, At::End)], 5);
         let treatment = &mut system.nodes[1].links[0].treatment;
         treatment.factor = 2.0;
-        treatment.faults = vec![FaultPlan { from: 1.0, until: 2.0, kind, frozen: None }];
+        treatment.faults = vec![FaultPlan { from: 1.0, until: 2.0, action: action.clone() }];
         let nodes = vec![mock(|time, _| Ok(time)), mock(|_, inputs| Ok(inputs[0]))];
         let (record, ..) = play(&mut system, nodes);
         let seen: Vec<_> = record.rows[1..].iter().map(|row| row[1]).collect();
-        assert_eq!(seen, expected, "{kind:?}");
+        assert_eq!(seen, expected, "{action:?}");
     }
 }
 
