@@ -4,10 +4,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use crate::OpenError;
-
-/// An archive may unpack to this many bytes, which is far more than any real one needs.
-pub(crate) const LARGEST: u64 = 4 << 30;
+use crate::{LARGEST, OpenError};
 
 pub(crate) fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenError> {
     let broken = |source| OpenError::Zip { path: path.to_owned(), source };

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::PLATFORM;
-use crate::archive::LARGEST;
+use crate::{LARGEST, PLATFORM};
 
 /// Why an archive is no FMU that can run here.
 #[derive(Debug, thiserror::Error)]

@@ -78,6 +78,9 @@ pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Type, Variable};
 pub use error::OpenError;
 
+/// An archive may unpack to this many bytes, which is far more than any real one needs.
+const LARGEST: u64 = 4 << 30;
+
 /// A description may be this long; the longest real ones have some hundred thousand variables.
 const LONGEST: u64 = 64 << 20;
 

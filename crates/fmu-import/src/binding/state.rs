@@ -63,7 +63,9 @@ impl Instance {
     /// Whether the FMU can save and restore its state.
     #[must_use]
     pub fn can_save(&self) -> bool {
-        self.library.description().state
+        let about = self.library.description();
+        // Serialising needs a state (FMI 2.0, section 4.3.1).
+        about.state || about.serialised_state
     }
 
     /// Tells the FMU at the following steps that the simulation may go back to an earlier time. Nobody needs to call this
