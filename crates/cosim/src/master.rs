@@ -3,15 +3,12 @@
 use std::time::{Duration, Instant};
 
 use diagnostics::{Error, rounded};
-use fmu_import::CallError;
+use fmu_import::{CallError, MessageLevel};
 use recording::{Columns, Event, Full, Level, NumberIndex, Row, Sink};
 use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
 use crate::node::Node;
-
-/// `fmi2Warning`: messages from this status on are events of the run.
-const WARNING: i32 = 1;
 
 /// How often a node was stepped, and how long that took.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -82,7 +79,7 @@ pub fn run(
                 }
                 Err(error) => {
                     // What cannot be read belongs to the end of the step, all else to its start.
-                    let time = clock.at(k + u64::from(error.call.starts_with("fmi2Get")));
+                    let time = clock.at(k + u64::from(error.at_end_of_step()));
                     report_messages(plans, nodes, sink, time)?;
                     return Err(failure(&plans[place], error, time));
                 }
@@ -159,8 +156,7 @@ fn check_numbers(
     match plan.outputs.indices().find(|&output| row[output].is_nan()) {
         None => Ok(()),
         Some(output) => {
-            let what = format!("the output `{}` is NaN", columns[output].variable);
-            Err(Error::component(&plan.name, "fmi2GetReal", Some(time), what))
+            Err(failure(plan, CallError::not_a_number(&columns[output].variable), time))
         }
     }
 }
@@ -233,10 +229,10 @@ fn report_messages(
 ) -> Result<(), Error> {
     for (plan, node) in plans.iter().zip(nodes) {
         for message in node.messages() {
-            let level = match message.status {
-                ..WARNING => Level::Info,
-                WARNING => Level::Warning,
-                _ => Level::Error,
+            let level = match message.level() {
+                MessageLevel::Info => Level::Info,
+                MessageLevel::Warning => Level::Warning,
+                MessageLevel::Error => Level::Error,
             };
             let source = plan.name.clone();
             sink.event(&Event { time, level, source, message: message.text })?;

@@ -98,8 +98,7 @@ impl FmuNode {
         starts: &[Start],
         (inputs, outputs): (Ports, Ports),
     ) -> Result<Self, CallError> {
-        let load = |what: String| CallError { call: "loading", what, terminated: None };
-        let library = fmu.load().map_err(|error| load(error.to_string()))?;
+        let library = fmu.load().map_err(|error| CallError::new("loading", error.to_string()))?;
         let mut instance = Instance::new(library, name, logging)?;
         for Start { reference, value } in starts {
             match value {
@@ -151,8 +150,6 @@ impl Node for FmuNode {
         let (integers, booleans) = self.integers.split_at_mut(self.outputs.integer.len());
         self.instance.get_integer(&self.outputs.integer, integers)?;
         self.instance.get_boolean(&self.outputs.boolean, booleans)?;
-        // Any number but 0 is true.
-        booleans.iter_mut().for_each(|value| *value = i32::from(*value != 0));
         for (output, integer) in rest.iter_mut().zip(&self.integers) {
             *output = f64::from(*integer);
         }
@@ -172,7 +169,7 @@ impl Node for FmuNode {
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.instance.do_step(clock.at(tick), clock.step)
+        self.instance.do_step(clock.at(tick), clock.step)?.into_result()
     }
 
     fn end(&mut self) -> Result<(), CallError> {

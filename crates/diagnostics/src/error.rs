@@ -58,7 +58,7 @@ pub struct Input {
 pub struct Failure {
     /// The node's name in the scenario.
     pub node: String,
-    /// The call that failed: `fmi2DoStep`.
+    /// The call that failed, by the node's own name for it.
     pub call: String,
     /// Simulated time [s], once there is one.
     pub time: Option<f64>,

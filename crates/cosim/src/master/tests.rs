@@ -1,6 +1,6 @@
 //! Steps nodes made of closures and looks at every row: who sees what, when, and what ends a run.
 
-use fmu_import::Message;
+use fmu_import::{Message, MessageLevel};
 use recording::view::View;
 use recording::{
     Column, Direction, NumberRange, RunHeader, Selection, TextIndex, TextRange, ValueKind,
@@ -36,7 +36,7 @@ impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError>> Node for Mock<F> {
     fn messages(&mut self) -> Vec<Message> {
         match self.output {
             Ok(_) => Vec::new(),
-            Err(_) => vec![Message { status: 3, category: String::new(), text: "ouch".to_owned() }],
+            Err(_) => vec![Message::new(MessageLevel::Error, "", "ouch")],
         }
     }
 }
@@ -215,23 +215,18 @@ fn a_value_that_is_no_number_ends_the_run_before_it_is_recorded() {
 #[test]
 fn a_failing_node_is_named_with_call_and_time_after_its_own_message() {
     let mut system = system(1, &[], 4);
-    let fail = || CallError {
-        call: "fmi2DoStep",
-        what: "returned fmi2Error".to_owned(),
-        terminated: None,
-    };
+    let fail = || CallError::new("step", "returned an error");
     let nodes = vec![mock(move |time, _| if time > 1.0 { Err(fail()) } else { Ok(0.0) })];
     let (record, _, result) = play(&mut system, nodes);
     let error = result.expect_err("a failure").to_string();
-    assert_eq!(error, "node `n0`: fmi2DoStep at t = 1 s returned fmi2Error");
+    assert_eq!(error, "node `n0`: step at t = 1 s returned an error");
     assert_eq!(record.events, ["1 n0: ouch"]);
 }
 
 #[test]
 fn a_node_may_end_the_run() {
     let mut system = system(1, &[], 4);
-    let done =
-        || CallError { call: "fmi2DoStep", what: "finished".to_owned(), terminated: Some(1.0) };
+    let done = || CallError { call: "step", what: "finished".to_owned(), terminated: Some(1.0) };
     let nodes = vec![mock(move |time, _| if time > 1.0 { Err(done()) } else { Ok(0.0) })];
     let (record, progress, result) = play(&mut system, nodes);
     result.expect("that is no error");
