@@ -58,7 +58,10 @@ impl Workspace {
     }
 
     /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
-    fn make(
+    ///
+    /// # Errors
+    /// When a package or example is unknown, does not compile, or makes no FMU.
+    pub fn make(
         &self,
         fmus: &[BuildRequest],
         plugins: &[BuildRequest],

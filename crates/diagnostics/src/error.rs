@@ -1,4 +1,4 @@
-//! Says what went wrong, whose matter it is, and so which exit code the program ends with.
+//! The errors of the program, with places in files, remedies and exit codes.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub enum Error {
     Analysis {
         /// Its name in the scenario.
         name: String,
-        /// What it says, or what it did.
+        /// Its message, or its misbehaviour.
         what: String,
     },
     /// A validation did not come to its end.
@@ -37,12 +37,12 @@ pub enum Error {
     Output {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Message of the system.
         what: String,
     },
 }
 
-/// What is wrong with something that the user wrote, and where it stands.
+/// A mistake in a file or an argument of the user, with its place.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Input {
@@ -52,7 +52,7 @@ pub struct Input {
     help: Option<String>,
 }
 
-/// What a node of the run did: which node, which call, at what time.
+/// A failure of a node: node, call, time.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("node `{node}`: {call}{} {what}", .time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default())]
 pub struct Failure {
@@ -62,7 +62,7 @@ pub struct Failure {
     pub call: String,
     /// Simulated time [s], once there is one.
     pub time: Option<f64>,
-    /// What it returned or wrote, and what its log says about it.
+    /// Its status or message, and its log.
     pub what: String,
 }
 

@@ -36,7 +36,7 @@ impl Source {
         self.kept.extend(read(path));
     }
 
-    /// What a file said when it was kept.
+    /// The contents of a file when it was kept.
     #[must_use]
     pub fn kept(&self, path: &Path) -> Option<&str> {
         self.kept.iter().find(|file| file.path == path).map(|file| file.text.as_str())

@@ -24,7 +24,7 @@ pub fn unknown<'a>(kind: &str, name: &str, known: impl IntoIterator<Item = &'a s
     Unknown { message: format!("unknown {kind} `{name}`"), help: hint(name, known) }
 }
 
-/// What to do about an unknown name: the most similar known name, or else the list of them. None when none is known.
+/// The remedy for an unknown name: the most similar known name, or else the list of known names. None when none is known.
 #[must_use]
 pub fn hint<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let known: Vec<_> = known.into_iter().collect();

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 /// A text file.
 #[derive(Debug, Clone, Default)]
 pub struct TextFile {
-    /// Where it is, as it was named.
+    /// Its path as the user wrote it.
     pub path: PathBuf,
-    /// What it says.
+    /// Its contents.
     pub text: String,
 }
 

@@ -40,7 +40,7 @@ pub struct Expression {
     reductions: Vec<Reduction>,
 }
 
-/// Where the values of a signal are in a row.
+/// Place of a signal in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operand {
     /// At this place among the numbers.

@@ -54,7 +54,7 @@ impl Expression {
     }
 }
 
-/// How tightly a binary operator holds its operands together.
+/// Binding strength of a binary operator.
 fn strength(symbol: &str) -> Option<u8> {
     Some(match symbol {
         "or" => 1,
@@ -94,10 +94,10 @@ struct Parser<'a> {
     tokens: Vec<(Token<'a>, Range<usize>)>,
     next: usize,
     resolve: &'a mut dyn FnMut(&str) -> Option<Operand>,
-    /// Where signals and `time` stand outside every reduction.
+    /// Places of signals and `time` outside every reduction.
     bare: Vec<Range<usize>>,
     reductions: Vec<Reduction>,
-    /// Where each reduction stands.
+    /// Place of each reduction.
     reduced: Vec<Range<usize>>,
 }
 

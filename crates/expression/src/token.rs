@@ -67,7 +67,7 @@ pub(crate) fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, Parse
     }
 }
 
-/// What stands between the first letter of `rest`, a quote, and the next one like it.
+/// The text between the quote at the beginning of `rest` and the next one like it.
 fn quoted<'a>(rest: &'a str, at: usize, missing: &str) -> Result<&'a str, ParseError> {
     let (quote, inside) = rest.split_at(1);
     let end = inside.find(quote).ok_or_else(|| ParseError::new(at..at + rest.len(), missing))?;

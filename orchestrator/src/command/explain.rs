@@ -1,25 +1,62 @@
 //! `trackside explain`: prints type, unit, default, example and description of a key.
 
+use std::path::Path;
+
 use clap::Args;
 use diagnostics::Error;
 use diagnostics::suggest::Unknown;
-use scenario::{reference, words};
+use orchestrator::package::{BuildProgress, Workspace};
+use plugin::Plugin;
+use scenario::{BuildRequest, reference, words};
 
 use super::print;
+use super::progress::BuildLine;
 
 /// Arguments of `trackside explain`.
 #[derive(Args)]
 pub struct Arguments {
     /// The key: `connect.noise`, `[[connect]]`, or the end of its path, `noise`, when that is unique.
     key: String,
+    /// Explain a key of the configuration of this plugin: a library, or a package of the workspace.
+    #[arg(long, value_name = "PATH|CRATE")]
+    plugin: Option<String>,
 }
 
 /// Prints the entry of the reference.
 ///
 /// # Errors
-/// When no key is called so, or several are.
+/// When no key is called so, or several are; when the plugin cannot be loaded or does not describe its configuration.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    let entry = reference::explain(words::schema(), &arguments.key).map_err(Unknown::input)?;
-    print(&entry);
+    let entry = match &arguments.plugin {
+        Some(plugin) => reference::explain(&config_schema(plugin)?, &arguments.key),
+        None => reference::explain(words::schema(), &arguments.key),
+    };
+    print(&entry.map_err(Unknown::input)?);
     Ok(0)
+}
+
+/// The JSON schema of the configuration of a plugin.
+fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
+    let wrong = |what: String| Error::input(format!("--plugin {name}: {what}"));
+    let path = match Path::new(name) {
+        path if path.is_file() => path.to_owned(),
+        _ => {
+            let mut building = BuildLine::default();
+            let mut progress = |progress: BuildProgress| building.show(&progress);
+            let request = BuildRequest { package: name.to_owned(), example: None };
+            let built = Workspace::around(Path::new("."))
+                .and_then(|workspace| {
+                    workspace.make(&[], std::slice::from_ref(&request), &mut progress)
+                })
+                .map_err(|error| wrong(error.to_string()))?;
+            let library = built.plugins.get(&request);
+            library.cloned().ok_or_else(|| wrong("it makes no library".to_owned()))?
+        }
+    };
+    let path = std::path::absolute(&path).unwrap_or(path);
+    let plugin = Plugin::load(&path).map_err(|error| wrong(error.to_string()))?;
+    let schema = plugin
+        .config_schema()
+        .ok_or_else(|| wrong("the plugin does not describe its configuration".to_owned()))?;
+    serde_json::from_str(schema).map_err(|error| wrong(format!("its schema is no JSON: {error}")))
 }

@@ -27,6 +27,8 @@ pub struct Entry {
     pub examples: Vec<String>,
     /// Its description, in Markdown, without snippets of TOML.
     pub description: String,
+    /// The description of the table that it is or that its list has; the same as `description` without one.
+    pub about: String,
     /// A snippet of TOML.
     pub snippet: Option<String>,
 }
@@ -85,6 +87,7 @@ impl<'a> Walk<'a> {
             property["description"].as_str().or(schema["description"].as_str()).unwrap_or_default();
         let snippet = snippet(description).or(inner["description"].as_str().and_then(snippet));
         let description = without_snippet(description);
+        let about = inner["description"].as_str().map(without_snippet);
         let listed = match choices(schema) {
             found if found.is_empty() => choices(inner),
             found => found,
@@ -98,6 +101,7 @@ impl<'a> Walk<'a> {
             kind: self.kind(schema),
             choices: listed.into_iter().map(texts).collect(),
             unit: unit(&description),
+            about: about.filter(|it| !it.is_empty()).unwrap_or_else(|| description.clone()),
             required,
             default: property
                 .get("default")

@@ -47,12 +47,13 @@ fn describe(entry: &Entry, entries: &[Entry]) -> String {
     if let Some(unit) = &entry.unit {
         let _ = write!(text, " [{unit}]");
     }
-    match &entry.default {
-        _ if entry.required => text += ", required",
-        Some(default) => drop(write!(text, ", default {default}")),
-        None => {}
+    if entry.required {
+        text += ", required";
+    } else if let Some(default) = &entry.default {
+        let _ = write!(text, ", default {default}");
     }
-    let _ = writeln!(text, "\n\n{}", entry.description);
+    let about = if entry.is_table { &entry.about } else { &entry.description };
+    let _ = writeln!(text, "\n\n{about}");
     for (name, about) in &entry.choices {
         let _ = writeln!(text, "  `{name}`  {about}");
     }

@@ -19,7 +19,7 @@ pub fn markdown(schema: &Value, title: &str) -> String {
     section(&mut page, &entries, "");
     for table in entries.iter().filter(|entry| entry.is_table) {
         let level = if table.path.contains('.') { "###" } else { "##" };
-        let _ = writeln!(page, "\n{level} `{}`\n\n{}", table.heading, table.description);
+        let _ = writeln!(page, "\n{level} `{}`\n\n{}", table.heading, table.about);
         if let Some(snippet) = &table.snippet {
             let _ = writeln!(page, "\n```toml\n{snippet}\n```");
         }

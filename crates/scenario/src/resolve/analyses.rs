@@ -5,13 +5,14 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use diagnostics::{Error, Spanned, suggest};
-use plugin::{Plugin, Request, Signal, Wanted};
+use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
 use recording::{Columns as RunColumns, Full};
 use units::Unit;
 
 use super::logs::{self, Wanted as Columns};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
+use crate::schema::Finding;
 use crate::words::{Analysis, AnalysisTable, Scenario};
 
 pub(super) fn resolve(
@@ -207,13 +208,37 @@ fn config(
     })?;
     let signals =
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
-    plugin.check(&Request { config: &text, signals: signals.collect() }).map_err(|error| {
-        let (name, message) = (analysis.name.get_ref(), error.message.trim());
-        let words = format!("`{}` {message}", error.key());
-        let span = mentioned(scenario, analysis, &words).unwrap_or(analysis.name.span());
-        scenario.source.error(span, format!("`{name}`: {message}"), "")
-    })?;
+    let checked = plugin.check(&Request { config: &text, signals: signals.collect() });
+    checked.map_err(|error| refused(scenario, analysis, plugin, &error))?;
     Ok(text)
+}
+
+/// The error of a plugin that refuses its configuration, at the key that it blames. The schema knows what a misspelt key was
+/// meant to be.
+fn refused(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    plugin: &Plugin,
+    error: &ConfigError,
+) -> Error {
+    let name = analysis.name.get_ref();
+    let analyses = &scenario.document.analysis;
+    let index = analyses.iter().take_while(|it| !std::ptr::eq(*it, analysis)).count().to_string();
+    let schema = plugin.config_schema().and_then(|text| serde_json::from_str(text).ok());
+    let findings = schema.map(|schema| scenario.findings(&["analysis", &index, "config"], &schema));
+    if let Some(Finding { span, message, help, .. }) = findings.into_iter().flatten().next() {
+        return scenario.source.error(span, format!("`{name}`: {message}"), "").hint(help);
+    }
+    let keys: Vec<_> = error.path.iter().map(String::as_str).collect();
+    let under = |tables: &[&str]| {
+        let path = [&["analysis", &index], tables, &keys].concat();
+        scenario.place(&path).filter(|(depth, _)| *depth > 2 + tables.len())
+    };
+    // The key may be that of the configuration, of a text file, or of a signal.
+    let tables: [&[&str]; 4] = [&["config"], &[], &["signals"], &["table", "columns"]];
+    let place = tables.into_iter().find_map(under);
+    let span = place.map_or(analysis.name.span(), |(_, span)| span);
+    scenario.source.error(span, format!("`{name}`: {}", error.message.trim()), "")
 }
 
 /// The contents of the text files.
@@ -226,22 +251,4 @@ fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error>
         Ok((name.get_ref().clone(), text.into()))
     };
     analysis.files.iter().map(read).collect()
-}
-
-/// The place of the first word in backticks that stands in the analysis' part of the scenario.
-fn mentioned(scenario: &Scenario, analysis: &Analysis, message: &str) -> Option<Range<usize>> {
-    let letter = |c: char| c.is_alphanumeric() || c == '_';
-    // Of `smooth.yaw_rate` the last part, too: tables are nested in more ways than one.
-    let words = message.split('`').skip(1).step_by(2);
-    let words = words.flat_map(|word| [Some(word), word.rsplit_once('.').map(|(_, last)| last)]);
-    words.flatten().filter(|word| !word.is_empty()).find_map(|word| {
-        analysis.places.iter().find_map(|place| {
-            let part = scenario.source.letters(place.clone());
-            let alone = |at: &usize| {
-                !part[..*at].ends_with(letter) && !part[at + word.len()..].starts_with(letter)
-            };
-            let at = place.start + part.match_indices(word).map(|(at, _)| at).find(alone)?;
-            Some(at..at + word.len())
-        })
-    })
 }

@@ -51,10 +51,9 @@ fn plan(
         return Err(scenario.error(&check.that, message));
     }
     for place in expression.texts() {
-        results
-            .get_mut(place)
-            .into_iter()
-            .for_each(|result: &mut ResultName| result.is_text = true);
+        if let Some(result) = results.get_mut(place) {
+            result.is_text = true;
+        }
     }
     let subject = if results.is_empty() { Subject::Run } else { Subject::Results(results) };
     if subject != Subject::Run && (signals > 0 || check.during.is_some()) {

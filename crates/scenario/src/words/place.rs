@@ -10,16 +10,16 @@ use super::{Scenario, read};
 use crate::schema::{self, Finding};
 
 impl Scenario {
-    /// The place of the last of these keys that the files have. Entries of lists are numbers from 0 on, in the order of
-    /// the document. None when they do not even have the first one.
+    /// The number of these keys that the files have, and the place of the last one of them. Entries of lists are numbers
+    /// from 0 on, in the order of the document. None when the files do not even have the first key.
     #[must_use]
-    pub fn place(&self, path: &[&str]) -> Option<Range<usize>> {
+    pub fn place(&self, path: &[&str]) -> Option<(usize, Range<usize>)> {
         let texts = self.source.shifted();
         let document = DeValue::Table(read::merged(&self.source, &texts).ok()?);
         let (mut value, mut place) = (&document, None);
-        for key in path {
+        for (depth, key) in path.iter().enumerate() {
             let Some((span, inner)) = step(value, key) else { break };
-            (value, place) = (inner, Some(span));
+            (value, place) = (inner, Some((depth + 1, span)));
         }
         place
     }

@@ -1,7 +1,6 @@
 //! Reads a scenario from its file and those that it extends, and the scenarios that it is validated by.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use diagnostics::{Error, Source};
@@ -142,45 +141,14 @@ pub(super) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable
 fn document(source: &Source) -> Result<Document, Error> {
     let texts = source.shifted();
     let merged = Spanned::new(0..0, merged(source, &texts)?);
-    let places = places_of_analyses(merged.get_ref());
-    let mut document = Document::deserialize(Deserializer::from(merged))
+    let document = Document::deserialize(Deserializer::from(merged))
         .map_err(|error| misshapen(source, &texts, &error))?;
-    for (analysis, places) in document.analysis.iter_mut().zip(places) {
-        analysis.places = places;
-    }
     match document.without.values().flatten().next() {
         Some(name) if document.extends.is_none() => {
             let message = "there is nothing to leave out: the scenario extends no other";
             Err(source.error(name.span(), message, ""))
         }
         _ => Ok(document),
-    }
-}
-
-/// The places of keys and values of each analysis, in their order.
-fn places_of_analyses(document: &DeTable) -> Vec<Vec<Range<usize>>> {
-    let Some(DeValue::Array(analyses)) = document.get("analysis").map(Spanned::get_ref) else {
-        return Vec::new();
-    };
-    let sorted = |analysis| {
-        let mut places = Vec::new();
-        collect_places(analysis, &mut places);
-        places.sort_by_key(|place| place.start);
-        places
-    };
-    analyses.iter().map(sorted).collect()
-}
-
-fn collect_places(value: &Spanned<DeValue>, places: &mut Vec<Range<usize>>) {
-    match value.get_ref() {
-        DeValue::Table(table) => {
-            for (key, value) in table {
-                places.push(key.span());
-                collect_places(value, places);
-            }
-        }
-        DeValue::Array(list) => list.iter().for_each(|value| collect_places(value, places)),
-        _ => places.push(value.span()),
     }
 }
 
@@ -223,7 +191,7 @@ mod tests {
             (&["analysis", "0", "name"], "name"),
             (&["analysis", "0", "config", "smooth", "unknown"], "smooth"),
         ] {
-            assert_eq!(scenario.place(path).map(|span| &text[span]), Some(word), "{path:?}");
+            assert_eq!(scenario.place(path).map(|(_, span)| &text[span]), Some(word), "{path:?}");
         }
         assert_eq!(scenario.place(&["unknown"]), None);
         let schema = serde_json::json!({"type": "object", "additionalProperties": false,

@@ -1,7 +1,6 @@
 //! The words about results: `[[analysis]]`, `[[validation]]` and `[[check]]`.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 use diagnostics::Spanned;
 use schemars::JsonSchema;
@@ -51,9 +50,6 @@ pub struct Analysis {
         example = serde_json::json!({"task": "front"})
     )]
     pub config: Option<Spanned<toml::Table>>,
-    /// Places of its keys and values.
-    #[serde(skip)]
-    pub places: Vec<Range<usize>>,
 }
 
 impl Analysis {
