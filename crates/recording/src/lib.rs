@@ -17,4 +17,7 @@ pub use row::{
 pub use sink::csv::CsvSink;
 pub use sink::mcap::McapSink;
 pub use sink::threaded_sink::ThreadedSink;
-pub use sink::{Derived, Event, Level, RunHeader, Sink, Status, StatusChange, StatusTrack};
+pub use sink::{
+    BoxedSink, Derived, Event, Level, Notice, RunHeader, Sink, SinkKind, Status, StatusChange,
+    StatusTrack,
+};

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use diagnostics::Error;
 use plugin::Diagram;
-use recording::{Derived, Event, Recorded, Row, RunHeader, Sink, StatusChange};
+use recording::{Derived, Event, Notice, Recorded, Row, RunHeader, Sink, StatusChange};
 use rerun::{
     ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
 };
@@ -257,12 +257,8 @@ impl Sink for RerunSink {
         Ok(())
     }
 
-    fn url(&self) -> Option<&str> {
-        self.delivery.url()
-    }
-
-    fn warning(&self) -> Option<&str> {
-        self.delivery.warning()
+    fn notices(&mut self) -> Vec<Notice> {
+        self.delivery.notices()
     }
 }
 

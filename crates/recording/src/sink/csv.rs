@@ -19,6 +19,9 @@ pub struct CsvSink {
 }
 
 impl CsvSink {
+    /// The files that it may leave.
+    pub const FILES: &[&str] = &["run.csv", "run.csv.partial"];
+
     /// Begins the file `run.csv` of the run's folder.
     ///
     /// # Errors

@@ -68,6 +68,9 @@ struct Side {
 }
 
 impl McapSink {
+    /// The file that it leaves.
+    pub const FILES: &[&str] = &["run.mcap"];
+
     /// Begins the file `run.mcap` of the run's folder.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 
 use diagnostics::Error;
 
-use super::{Derived, Event, Sink, StatusChange};
+use super::{BoxedSink, Derived, Event, Notice, Sink, StatusChange};
 use crate::row::{Recorded, Row};
 
 /// Rows that are handed over at once, at most.
@@ -33,11 +33,11 @@ struct Batch {
     since: f64,
 }
 
-type Done = (Box<dyn Sink + Send>, Result<(), Error>);
+type Done = (BoxedSink, Result<(), Error>);
 
 /// Where the sink is.
 enum Place {
-    Here(Box<dyn Sink + Send>),
+    Here(BoxedSink),
     There(SyncSender<Batch>, JoinHandle<Done>),
     /// On the way from one to the other.
     Away,
@@ -48,14 +48,12 @@ enum Place {
 pub struct ThreadedSink {
     place: Place,
     batch: Batch,
-    url: Option<String>,
 }
 
 impl ThreadedSink {
     /// Not yet on a thread.
-    pub fn new(sink: Box<dyn Sink + Send>) -> Self {
-        let url = sink.url().map(str::to_owned);
-        Self { place: Place::Here(sink), batch: Batch::default(), url }
+    pub fn new(sink: BoxedSink) -> Self {
+        Self { place: Place::Here(sink), batch: Batch::default() }
     }
 
     fn hand_over(&mut self) -> Result<(), Error> {
@@ -77,7 +75,7 @@ impl ThreadedSink {
     }
 
     /// The sink, once it took all that was handed over.
-    fn fetch(&mut self) -> Result<&mut Box<dyn Sink + Send>, Error> {
+    fn fetch(&mut self) -> Result<&mut BoxedSink, Error> {
         let mut result = Ok(());
         self.place = match std::mem::replace(&mut self.place, Place::Away) {
             Place::There(sender, thread) => {
@@ -93,13 +91,13 @@ impl ThreadedSink {
     }
 
     /// The sink after all that came so far.
-    fn caught_up(&mut self) -> Result<&mut Box<dyn Sink + Send>, Error> {
+    fn caught_up(&mut self) -> Result<&mut BoxedSink, Error> {
         self.hand_over()?;
         self.fetch()
     }
 }
 
-fn work(mut sink: Box<dyn Sink + Send>, batches: &Receiver<Batch>) -> Done {
+fn work(mut sink: BoxedSink, batches: &Receiver<Batch>) -> Done {
     let mut row = Row::default();
     for batch in batches {
         let width = batch.numbers.len() / batch.rows.max(1);
@@ -157,14 +155,11 @@ impl Sink for ThreadedSink {
         self.caught_up()?.finish(summary, completed)
     }
 
-    fn url(&self) -> Option<&str> {
-        self.url.as_deref()
-    }
-
-    fn warning(&self) -> Option<&str> {
-        match &self.place {
-            Place::Here(sink) => sink.warning(),
-            Place::There(..) | Place::Away => None,
+    /// While the sink works on its thread it gives no notices.
+    fn notices(&mut self) -> Vec<Notice> {
+        match &mut self.place {
+            Place::Here(sink) => sink.notices(),
+            Place::There(..) | Place::Away => Vec::new(),
         }
     }
 }

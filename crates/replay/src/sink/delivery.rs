@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use diagnostics::Error;
+use recording::Notice;
 use rerun::{RecordingStream, RecordingStreamBuilder};
 
 use super::courier::Courier;
@@ -25,6 +26,8 @@ pub(super) struct Delivery {
     courier: Option<Courier>,
     /// How long to wait for a viewer now that the run is over; one that was waited for in vain is not waited for again.
     farewell: Duration,
+    /// Viewers ask for the recording, and can do so as long as the stream is kept.
+    serves: bool,
     url: Option<String>,
     warning: Option<String>,
 }
@@ -43,7 +46,8 @@ impl Delivery {
         }
         stream.set_log_time_enabled(false);
         let (stream, courier, farewell, warning) = (Some(stream), None, FAREWELL, None);
-        Ok(Self { stream, place, live, courier, farewell, url, warning })
+        let serves = url.is_some();
+        Ok(Self { stream, place, live, courier, farewell, serves, url, warning })
     }
 
     /// Where to send, unless nothing more can be sent.
@@ -59,12 +63,10 @@ impl Delivery {
         self.live
     }
 
-    pub fn url(&self) -> Option<&str> {
-        self.url.as_deref()
-    }
-
-    pub fn warning(&self) -> Option<&str> {
-        self.warning.as_deref()
+    /// The URL once, and the last warning once.
+    pub fn notices(&mut self) -> Vec<Notice> {
+        let url = self.url.take().map(Notice::Serving);
+        url.into_iter().chain(self.warning.take().map(Notice::Warning)).collect()
     }
 
     /// Waits until the beginning has arrived: only then somebody is there.
@@ -111,7 +113,7 @@ impl Delivery {
 
     /// Closes the file or the connection. Viewers can connect to a server as long as this is kept.
     pub fn end(&mut self) -> Result<(), String> {
-        let arrived = if self.live && self.url.is_none() {
+        let arrived = if self.live && !self.serves {
             self.stream = None;
             self.courier.take().is_none_or(|courier| courier.close(FAREWELL))
         } else {
