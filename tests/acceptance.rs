@@ -29,6 +29,9 @@ mod conform;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
+// What the documents show: commands, scenarios, recipes, links.
+#[path = "acceptance/documents.rs"]
+mod documents;
 // Scenarios that change others, and what may be wrong with them.
 #[path = "acceptance/extending.rs"]
 mod extending;
