@@ -4,10 +4,9 @@ use std::time::{Duration, Instant};
 
 use diagnostics::Error;
 use plugin::Diagram;
+use re_sdk::{ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
+use re_sdk_types::archetypes::TextDocument;
 use recording::{Derived, Event, Notice, Recorded, Row, RunHeader, Sink, StatusChange};
-use rerun::{
-    ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
-};
 
 use card::Card;
 use contender::Contender;

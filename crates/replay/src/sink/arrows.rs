@@ -1,8 +1,11 @@
 //! Draws vectors as arrows on the moving body.
 
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::Arrows3D;
+use re_sdk_types::components::Radius;
 use recording::view::Arrow;
 use recording::{Recorded, Row};
-use rerun::{Arrows3D, EntityPath, Radius, RecordingStream, RecordingStreamResult, TimeColumn};
 
 use super::palette::Palette;
 

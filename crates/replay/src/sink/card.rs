@@ -1,7 +1,7 @@
 //! Writes the run card: what was run, with what, and how it ended.
 
+use re_sdk_types::archetypes::TextDocument;
 use recording::RunHeader;
-use rerun::TextDocument;
 
 /// What the recording says about itself.
 pub(super) struct Card {

@@ -1,7 +1,7 @@
 //! Tells the runs of a recording apart: under which entities each is, how its curves are called and coloured.
 
-use rerun::external::re_log_types::EntityPathPart;
-use rerun::{Color, EntityPath};
+use re_sdk::{EntityPath, EntityPathPart};
+use re_sdk_types::components::Color;
 
 /// What the entities of the other run are below. The viewer paints and lists curves in the order of their paths, so that
 /// those of the other run come last.

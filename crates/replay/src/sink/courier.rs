@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-use rerun::RecordingStream;
+use re_sdk::RecordingStream;
 
 use super::delivery::settle;
 

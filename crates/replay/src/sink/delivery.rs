@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use diagnostics::Error;
+use re_sdk::{RecordingStream, RecordingStreamBuilder};
 use recording::Notice;
-use rerun::{RecordingStream, RecordingStreamBuilder};
 
 use super::courier::Courier;
 use super::target::{CONNECT_PATIENCE, Target, open};

@@ -1,8 +1,10 @@
 //! Draws the diagrams that analyses hand over, which do not change with time.
 
 use plugin::{Diagram, Layer, Shape};
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{LineStrips2D, Points2D};
+use re_sdk_types::components::{Color, Radius};
 use recording::view::Role;
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult};
 
 use super::frame::{Frame, Strip};
 use super::palette::{Palette, dimmed, faded};

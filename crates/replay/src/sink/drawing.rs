@@ -1,7 +1,7 @@
 //! Draws one run: its curves, texts, states, diagrams, moving body and events, from its rows on.
 
+use re_sdk::{RecordingStream, RecordingStreamResult};
 use recording::{Event, NumberIndex, Recorded, Row, RunHeader, StatusChange};
-use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::RATE;
 use super::contender::Contender;

@@ -1,7 +1,9 @@
 //! Logs what happens between the rows.
 
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::TextLog;
+use re_sdk_types::components::TextLogLevel;
 use recording::{Event, Level};
-use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
 
 use super::contender::Contender;
 use super::moments::{Moment, Moments};

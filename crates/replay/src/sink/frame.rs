@@ -1,8 +1,8 @@
 //! Draws the axes and the legend of a diagram, and tells where in it things are.
 
-use rerun::{
-    Color, EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,
-};
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{LineStrips2D, Points2D};
+use re_sdk_types::components::{Color, Radius};
 
 use super::round_number;
 

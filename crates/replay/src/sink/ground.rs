@@ -1,6 +1,8 @@
 //! Draws the ground below the moving body.
 
-use rerun::{Color, LineStrips3D, RecordingStream, RecordingStreamResult, Transform3D};
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{LineStrips3D, Transform3D};
+use re_sdk_types::components::Color;
 
 use super::moments::{Moment, Moments};
 

@@ -1,28 +1,24 @@
 //! Lays out the viewer: which views there are, where they are, and how their cameras and axes are set.
 
-use recording::view::Role;
-use rerun::blueprint::{
+use re_sdk::blueprint::{
     Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,
     Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
     TimeSeriesView, Vertical, VisualizableArchetype,
 };
-use rerun::components::InterpolationMode;
-use rerun::external::re_sdk_types::blueprint::archetypes::{
+use re_sdk::{ApplicationId, EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::SeriesLines;
+use re_sdk_types::blueprint::archetypes::{
     Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
     VisibleTimeRanges, VisualBounds2D,
 };
-use rerun::external::re_sdk_types::blueprint::components::{
+use re_sdk_types::blueprint::components::{
     BackgroundKind, Corner2D, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
 };
-use rerun::external::re_sdk_types::blueprint::datatypes::{
-    TextLogColumn, TextLogColumnKind, TimelineColumn,
-};
-use rerun::external::re_sdk_types::datatypes::{
-    Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange,
-};
-use rerun::{
-    ApplicationId, Color, EntityPath, RecordingStream, RecordingStreamResult, SeriesLines,
-};
+use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn};
+use re_sdk_types::components::Color;
+use re_sdk_types::components::InterpolationMode;
+use re_sdk_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
+use recording::view::Role;
 
 use super::contender::OTHER;
 use super::diagrams::{Diagrams, Group};

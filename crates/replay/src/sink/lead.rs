@@ -1,8 +1,10 @@
 //! Draws how much later the other run comes by, over the distance: a diagram that is there at any time of the replay.
 
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::LineStrips2D;
+use re_sdk_types::components::Radius;
 use recording::view::{Plane, Point, Quantity, Role};
 use recording::{NumberIndex, Row};
-use rerun::{LineStrips2D, Radius, RecordingStream, RecordingStreamResult};
 
 use super::contender::Contender;
 use super::moments::{Moment, Moments};

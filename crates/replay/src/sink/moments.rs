@@ -1,8 +1,8 @@
 //! Knows the time, the step and the distance of every row, which are the timelines of a recording.
 
+use re_sdk::log::TimeColumn;
 use recording::view::Distance;
 use recording::{Recorded, Row};
-use rerun::TimeColumn;
 
 use super::thinned::Thinned;
 

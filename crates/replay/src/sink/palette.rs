@@ -1,7 +1,7 @@
 //! Gives each role its colour, the same in every view.
 
+use re_sdk_types::components::Color;
 use recording::view::Role;
-use rerun::Color;
 
 use super::{ESTIMATE, LIMIT, MEASUREMENT, PLANT, REFERENCE, WHITE};
 

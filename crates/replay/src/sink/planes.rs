@@ -1,10 +1,11 @@
 //! Draws diagrams of one quantity over another, which the viewer has no view for: curves, and points that move.
 
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{LineStrips2D, Points2D};
+use re_sdk_types::components::Radius;
 use recording::view::{Function, Plane};
 use recording::{Recorded, Row};
-use rerun::{
-    EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult, TimeColumn,
-};
 
 use super::LIMIT;
 use super::contender::Contender;

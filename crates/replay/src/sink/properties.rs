@@ -1,8 +1,8 @@
-//! Sets what `rerun::blueprint` has no words for: properties of views, and of entities in them.
+//! Sets what `re_sdk::blueprint` has no words for: properties of views, and of entities in them.
 
-use rerun::blueprint::{Blueprint, BlueprintActivation, ContainerLike};
-use rerun::external::re_log_types::{BlueprintActivationCommand, LogMsg, StoreKind};
-use rerun::{
+use re_sdk::blueprint::{Blueprint, BlueprintActivation, ContainerLike};
+use re_sdk::external::re_log_types::{BlueprintActivationCommand, LogMsg, StoreKind};
+use re_sdk::{
     ApplicationId, AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder,
     RecordingStreamResult, SerializedComponentBatch,
 };

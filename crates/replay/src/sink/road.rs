@@ -1,8 +1,9 @@
 //! Draws the edges of the road.
 
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::LineStrips3D;
 use recording::view::{Track, edges};
 use recording::{Recorded, Row};
-use rerun::{LineStrips3D, RecordingStream, RecordingStreamResult};
 
 use super::thinned::Thinned;
 

@@ -1,11 +1,14 @@
 //! Draws the moving body, the ground below it, the road and the line that it drove.
 
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{
+    Arrows3D, Boxes3D, LineStrips3D, Points3D, Transform3D, ViewCoordinates,
+};
+use re_sdk_types::components::{Color, FillMode, Radius};
+use re_sdk_types::datatypes::Quaternion;
 use recording::view::{Pose, View};
 use recording::{Recorded, Row};
-use rerun::{
-    Arrows3D, Boxes3D, Color, EntityPath, FillMode, LineStrips3D, Points3D, Quaternion, Radius,
-    RecordingStream, RecordingStreamResult, TimeColumn, Transform3D, ViewCoordinates,
-};
 
 use super::arrows::Arrows;
 use super::contender::Contender;

@@ -1,11 +1,13 @@
 //! Collects recorded scalars in columns and decides under which entity each curve of a plot is found.
 
+use re_sdk::EntityPathPart;
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{Scalars, SeriesLines};
 use recording::view::{Plot, Quantity, Role, Series};
 use recording::{
     Column, Columns, Derived, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
 };
-use rerun::external::re_log_types::EntityPathPart;
-use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
 
 use super::contender::Contender;
 

@@ -1,9 +1,9 @@
 //! Shows checks and faults as lanes of states over time.
 
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{StateChange, StateConfiguration};
+use re_sdk_types::components::Color;
 use recording::{Status, StatusChange, StatusTrack};
-use rerun::{
-    Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
-};
 
 use super::moments::{Moment, Moments};
 use super::{ESTIMATE, LIMIT, REFERENCE};

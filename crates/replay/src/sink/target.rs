@@ -4,8 +4,8 @@ use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use rerun::external::re_uri::RedapUri;
-use rerun::{MemoryLimit, RecordingStream, RecordingStreamBuilder, ServerOptions};
+use re_sdk::external::re_uri::RedapUri;
+use re_sdk::{MemoryLimit, RecordingStream, RecordingStreamBuilder, ServerOptions};
 
 /// How long a viewer may take to answer at all.
 pub(super) const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
@@ -78,7 +78,7 @@ fn serve(
     address: IpAddr,
 ) -> Result<(RecordingStream, String), String> {
     // The SDK's server does not tell when its port is taken.
-    let port = TcpListener::bind((address, rerun::DEFAULT_SERVER_PORT))
+    let port = TcpListener::bind((address, re_sdk::DEFAULT_SERVER_PORT))
         .or_else(|_| TcpListener::bind((address, 0)))
         .and_then(|it| it.local_addr())
         .map_err(|it| format!("cannot serve at {address}: {it}"))?

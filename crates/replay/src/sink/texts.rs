@@ -1,9 +1,9 @@
 //! Logs recorded texts where they change, as events and as lanes of states.
 
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{StateChange, TextLog};
+use re_sdk_types::components::TextLogLevel;
 use recording::RunHeader;
-use rerun::{
-    EntityPath, RecordingStream, RecordingStreamResult, StateChange, TextLog, TextLogLevel,
-};
 
 use super::contender::Contender;
 use super::moments::{Moment, Moments};

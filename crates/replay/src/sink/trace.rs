@@ -1,6 +1,6 @@
 //! Keeps the driven line, thinned out as it grows, and cuts it into coloured strips.
 
-use rerun::Color;
+use re_sdk_types::components::Color;
 
 use super::thinned::Thinned;
 use super::{WHITE, round_number};

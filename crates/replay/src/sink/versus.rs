@@ -3,12 +3,10 @@
 use std::path::Path;
 
 use diagnostics::Error;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
+use re_sdk_types::archetypes::{Scalars, TextDocument};
 use recording::view::Role;
 use recording::{Event, Recorded, Row, Sink};
-use rerun::{
-    EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, Scalars,
-    TextDocument,
-};
 
 use super::contender::{Contender, OTHER};
 use super::delivery::Delivery;
