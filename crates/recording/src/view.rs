@@ -16,7 +16,7 @@ pub struct View {
     /// Arrows that the body carries.
     pub arrows: Vec<Arrow>,
     /// Diagrams of one quantity over another.
-    pub planes: Vec<Plane>,
+    pub xy_plots: Vec<XyPlot>,
     /// The time plots, from top to bottom.
     pub plots: Vec<Plot>,
 }
@@ -62,8 +62,8 @@ impl View {
             Distance::Along(place) => !place.iter().any(|column| lacks.contains(column)),
         });
         view.arrows.retain(|it| it.vector.iter().chain([&it.turn]).flatten().all(has));
-        for plane in &mut view.planes {
-            plane.points.retain(|it| it.place.iter().all(has));
+        for plot in &mut view.xy_plots {
+            plot.points.retain(|it| it.coordinates.iter().all(has));
         }
         for plot in &mut view.plots {
             plot.series.retain(|it| has(&it.quantity));
@@ -163,7 +163,7 @@ pub struct Arrow {
 
 /// A diagram of one quantity over another.
 #[derive(Debug, Clone)]
-pub struct Plane {
+pub struct XyPlot {
     /// Its title.
     pub title: String,
     /// What the axes show, x and y, with units.
@@ -188,7 +188,7 @@ pub struct Point {
     /// What it stands for.
     pub role: Role,
     /// Its coordinates.
-    pub place: [Quantity; 2],
+    pub coordinates: [Quantity; 2],
 }
 
 /// A curve of a plane.

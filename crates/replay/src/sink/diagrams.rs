@@ -1,4 +1,4 @@
-//! Draws the diagrams that analyses hand over, which do not change with time.
+//! Draws the static diagrams of analyses.
 
 use plugin::{Diagram, Layer, Shape};
 use re_sdk::{RecordingStream, RecordingStreamResult};
@@ -8,16 +8,16 @@ use recording::view::Role;
 
 use super::frame::{Frame, Strip};
 use super::palette::{Palette, dimmed, faded};
-use super::planes::Shown;
 use super::signals::entity;
+use super::xy_plots::Shown;
 
 /// Of the first diagram of a group, and of the others: width by height, height of a line of text, and spaces between ticks.
 const FIRST: (f64, f32, f64) = (2.8, 0.065, 6.0);
 const OTHERS: (f64, f32, f64) = (1.3, 0.12, 3.5);
-/// The viewer fills no areas: vertical lines side by side do it.
+/// The viewer fills no areas: vertical lines side by side stand in.
 const COLUMNS: usize = 240;
 
-/// What analyses found, in the order in which it came.
+/// Groups of diagrams, in the order of their arrival.
 #[derive(Default)]
 pub(super) struct Diagrams(Vec<Group>);
 
@@ -27,7 +27,7 @@ pub(super) struct Group {
     pub name: String,
     /// The first one is the largest, and has the legend.
     pub shown: Vec<Shown>,
-    /// What has a colour already, so that it has the same one in all diagrams of the group.
+    /// Colours in use: one label has one colour in all diagrams of the group.
     known: Vec<(Role, String)>,
 }
 
@@ -56,12 +56,12 @@ impl Diagrams {
         diagram: &Diagram,
     ) -> RecordingStreamResult<()> {
         let known = self.0.iter().position(|it| it.analysis == analysis && it.name == name);
-        let place = known.unwrap_or_else(|| {
+        let index = known.unwrap_or_else(|| {
             let (analysis, name) = (analysis.to_owned(), name.to_owned());
             self.0.push(Group { analysis, name, shown: Vec::new(), known: Vec::new() });
             self.0.len() - 1
         });
-        self.0[place].draw(stream, diagram)
+        self.0[index].draw(stream, diagram)
     }
 }
 
@@ -112,7 +112,7 @@ impl Group {
     }
 }
 
-/// The ends of an axis; what is not told of them is where the layers end.
+/// The ends of an axis; an end that is no number is that of the layers.
 fn range(diagram: &Diagram, axis: usize) -> [f64; 2] {
     let values = diagram.layers.iter().flat_map(|layer| match axis {
         0 => layer.x.iter().chain(&[]),
@@ -126,7 +126,7 @@ fn range(diagram: &Diagram, axis: usize) -> [f64; 2] {
     });
     match (to - from).is_finite() && from != to {
         true => [from, to],
-        // Nothing to see, or all of it at one place.
+        // No point, or all of them at one coordinate.
         false if from.is_finite() => [from - 0.5, from + 0.5],
         false => [0.0, 1.0],
     }
@@ -166,7 +166,7 @@ fn band(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> LineStrips2D
         .with_draw_order(-100.0 + rank as f32)
 }
 
-/// The ends of a band at a place, on straight lines between its points, which rise.
+/// The ends of a band at one x, interpolated linearly; the x of its points rise.
 fn between(layer: &Layer, x: f64) -> Option<[f64; 2]> {
     let after = layer.x.partition_point(|it| *it <= x).min(layer.x.len().saturating_sub(1));
     let before = after.checked_sub(1)?;
