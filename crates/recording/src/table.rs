@@ -1,4 +1,4 @@
-//! Plays recorded columns of a CSV file or an MCAP recording back at any time.
+//! Plays columns of a CSV file or an MCAP recording back.
 
 mod csv;
 mod mcap;
@@ -13,11 +13,11 @@ pub use self::csv::{CsvError, columns};
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
 
-/// How a value between two recorded ones comes about.
+/// Interpolation between recorded values.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
-    /// On the straight line between its neighbours.
+    /// On the straight line between the neighbours.
     #[default]
     Linear,
     /// The last recorded value.
@@ -35,7 +35,7 @@ pub enum TableError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file does not have a column that the scenario asks for.
+    /// The file lacks a column of the scenario.
     #[error(
         "no column `{column}` in {}: it has {}{}", path.display(), shortened(present),
         suggestion.as_ref().map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
@@ -43,9 +43,9 @@ pub enum TableError {
     MissingColumn {
         /// The file.
         path: PathBuf,
-        /// The column that was asked for.
+        /// The column of the scenario.
         column: String,
-        /// The columns that are there.
+        /// The columns of the file.
         present: Vec<String>,
         /// The closest of them.
         suggestion: Option<String>,
@@ -58,7 +58,7 @@ pub enum TableError {
     NoTime {
         /// The file.
         path: PathBuf,
-        /// The columns that are there.
+        /// The columns of the file.
         present: Vec<String>,
     },
     /// The CSV file cannot be played back.
@@ -69,7 +69,7 @@ pub enum TableError {
     Recording(#[from] RecordingError),
 }
 
-/// Names that are listed in a message before the rest is only counted.
+/// Listed names in a message at most; the rest is counted.
 const LISTED: usize = 16;
 
 fn shortened(names: &[String]) -> String {
@@ -88,7 +88,7 @@ impl TableError {
         TableError::MissingColumn { path, column, present, suggestion }
     }
 
-    /// The word of the scenario that does not fit the file: a column, or what is the time.
+    /// The word of the scenario that does not fit the file: a column or the time.
     #[must_use]
     pub fn word(&self) -> Option<&str> {
         match self {
@@ -99,23 +99,23 @@ impl TableError {
     }
 }
 
-/// What a reader takes from a file.
+/// The columns that a reader takes from a file.
 #[derive(Debug)]
 struct Recorded {
     /// Time stamps [s], in rising order; columns that were recorded together share them.
     clocks: Vec<Vec<f64>>,
     columns: Vec<Series>,
-    /// What the file's clock shows when these stamps are 0 [s].
+    /// The time of the file's clock when these stamps are 0 [s].
     zero: f64,
     warning: Option<String>,
 }
 
 #[derive(Debug)]
 struct Series {
-    /// Which of the clocks.
+    /// The index of its clock.
     clock: usize,
     values: Vec<f64>,
-    /// As the file says.
+    /// Its unit, from the file.
     unit: Option<String>,
 }
 
@@ -124,7 +124,7 @@ struct Series {
 pub struct Table {
     clocks: Vec<Clock>,
     columns: Vec<Column>,
-    /// What the file's clock shows when stamps are 0 [s].
+    /// The time of the file's clock when stamps are 0 [s].
     zero: f64,
     /// The stamp at the scenario's time 0 [s].
     origin: f64,
@@ -136,7 +136,7 @@ pub struct Table {
 struct Clock {
     /// Time stamps [s].
     stamps: Vec<f64>,
-    /// The row at or before the last time that was asked for: times mostly ascend.
+    /// The row at or before the last requested time: times mostly ascend.
     cursor: usize,
 }
 
@@ -148,8 +148,8 @@ struct Column {
     unit: Option<String>,
 }
 
-/// Scenario times are multiples of a decimal step, which rounding puts just beside a time stamp
-/// that they should meet; recordings round stamps to nanoseconds [s].
+/// Tolerance for equal times [s]: scenario times are rounded multiples of a decimal step, and recordings round
+/// stamps to nanoseconds.
 const EDGE: f64 = 1e-9;
 
 impl Table {
@@ -195,19 +195,18 @@ impl Table {
         Ok(table)
     }
 
-    /// Plays back so that the file's clock shows this at the scenario's time 0 [s], the earliest time
-    /// stamp when absent: scenario time is the file's time minus `shown`.
+    /// Sets the time of the file's clock [s] at the scenario's time 0; the earliest time stamp unless it is given.
     pub fn set_origin(&mut self, shown: Option<f64>) {
         let first = || self.clocks.iter().map(|clock| clock.stamps[0]).reduce(f64::min);
         self.origin = shown.map(|shown| shown - self.zero).or_else(first).unwrap_or(0.0);
     }
 
-    /// Plays back with this interpolation.
+    /// Sets the interpolation.
     pub fn set_interpolation(&mut self, interpolation: Interpolation) {
         self.interpolation = interpolation;
     }
 
-    /// The names in the scenario; their order is that of the column indices.
+    /// The names in the scenario, in the order of the column indices.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.columns.iter().map(|column| column.name.as_str())
     }
@@ -220,7 +219,7 @@ impl Table {
         self.clocks.iter().map(shifted).collect()
     }
 
-    /// Which of [`Table::times`] a column was recorded at.
+    /// The index of a column's clock in [`Table::times`].
     ///
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
@@ -247,7 +246,7 @@ impl Table {
         self.columns[column].unit.as_deref()
     }
 
-    /// What is odd about the file, but no error.
+    /// An oddity of the file, such as a recording that was cut off.
     #[must_use]
     pub fn warning(&self) -> Option<&str> {
         self.warning.as_deref()

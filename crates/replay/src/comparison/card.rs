@@ -73,8 +73,11 @@ impl Comparison {
                 names.push(name);
             }
         }
-        let told = |run: usize, name: &str| of[run].get(name).cloned().unwrap_or_default();
-        names.into_iter().map(|name| (name.clone(), [told(0, &name), told(1, &name)])).collect()
+        let verdict_of = |run: usize, name: &str| of[run].get(name).cloned().unwrap_or_default();
+        names
+            .into_iter()
+            .map(|name| (name.clone(), [verdict_of(0, &name), verdict_of(1, &name)]))
+            .collect()
     }
 
     /// The values that differ between the scenarios; titles and views are left out.
@@ -97,8 +100,8 @@ impl Comparison {
         let [a, b] = [values(&self.runs[0])?, values(&self.runs[1])?];
         let names: BTreeSet<_> = a.keys().chain(b.keys()).collect();
         let differing = names.into_iter().filter(|name| a.get(*name) != b.get(*name));
-        let told = |value: Option<&String>| value.cloned().unwrap_or_else(|| "–".to_owned());
-        Ok(differing.map(|name| (name.clone(), [told(a.get(name)), told(b.get(name))])).collect())
+        let cell = |value: Option<&String>| value.cloned().unwrap_or_else(|| "–".to_owned());
+        Ok(differing.map(|name| (name.clone(), [cell(a.get(name)), cell(b.get(name))])).collect())
     }
 }
 

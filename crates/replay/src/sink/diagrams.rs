@@ -121,8 +121,8 @@ fn range(diagram: &Diagram, axis: usize) -> [f64; 2] {
     let finite = || values.clone().copied().filter(|it| it.is_finite());
     let found = [finite().fold(f64::INFINITY, f64::min), finite().fold(-f64::INFINITY, f64::max)];
     let [from, to] = [0, 1].map(|end| {
-        let told = diagram.ranges[axis][end];
-        if told.is_finite() { told } else { found[end] }
+        let given = diagram.ranges[axis][end];
+        if given.is_finite() { given } else { found[end] }
     });
     match (to - from).is_finite() && from != to {
         true => [from, to],
@@ -250,9 +250,9 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_ends_where_it_is_told_to_or_where_the_layers_end() {
-        let told = diagram([[f64::NAN, 4.0], [f64::NAN; 2]], LINE);
-        assert_eq!([0, 1].map(|axis| range(&told, axis)), [[0.0, 4.0], [0.0, 20.0]]);
+    fn an_axis_ends_at_its_range_or_at_the_ends_of_the_layers() {
+        let given = diagram([[f64::NAN, 4.0], [f64::NAN; 2]], LINE);
+        assert_eq!([0, 1].map(|axis| range(&given, axis)), [[0.0, 4.0], [0.0, 20.0]]);
         let empty = diagram([[f64::NAN; 2]; 2], Layer { x: &[], y: &[], ..LINE });
         assert_eq!(range(&empty, 0), [0.0, 1.0]);
         let single = diagram([[f64::NAN; 2]; 2], Layer { x: &[7.0], y: &[7.0], ..LINE });
