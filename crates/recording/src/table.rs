@@ -13,11 +13,11 @@ pub use self::csv::{CsvError, columns};
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
 
-/// Interpolation between recorded values.
+/// How a value between two recorded ones comes about.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
-    /// On the straight line between the neighbours.
+    /// On the straight line between its neighbours.
     #[default]
     Linear,
     /// The last recorded value.
@@ -35,7 +35,7 @@ pub enum TableError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file lacks a column of the scenario.
+    /// The file does not have a column that the scenario asks for.
     #[error(
         "no column `{column}` in {}: it has {}{}", path.display(), shortened(present),
         suggestion.as_ref().map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
@@ -43,9 +43,9 @@ pub enum TableError {
     MissingColumn {
         /// The file.
         path: PathBuf,
-        /// The column of the scenario.
+        /// The column that was asked for.
         column: String,
-        /// The columns of the file.
+        /// The columns that are there.
         present: Vec<String>,
         /// The closest of them.
         suggestion: Option<String>,
@@ -69,7 +69,7 @@ pub enum TableError {
     Recording(#[from] RecordingError),
 }
 
-/// Listed names in a message at most; the rest is counted.
+/// Names that are listed in a message before the rest is only counted.
 const LISTED: usize = 16;
 
 fn shortened(names: &[String]) -> String {
@@ -88,7 +88,7 @@ impl TableError {
         TableError::MissingColumn { path, column, present, suggestion }
     }
 
-    /// The word of the scenario that does not fit the file: a column or the time.
+    /// The word of the scenario that does not fit the file: a column, or what is the time.
     #[must_use]
     pub fn word(&self) -> Option<&str> {
         match self {

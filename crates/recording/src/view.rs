@@ -234,7 +234,7 @@ pub struct Series {
     pub bound: bool,
 }
 
-/// The role of a curve; one role has one colour in every view.
+/// What a curve stands for; one role has one colour in every view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
