@@ -6,7 +6,7 @@ use diagnostics::Error;
 use plugin::{Diagram, Host, Layer, Request, Shape, Signal};
 use recording::table::Table;
 use recording::{Derived, Full, NumberIndex, Row, Sink};
-use scenario::plan::{AnalysisPlan, FILES, Origin, Wired};
+use scenario::plan::{AnalysisPlan, Origin, Wired, is_reserved};
 use serde_json::Value;
 
 /// The columns of a run that analyses want, kept until it is over.
@@ -34,19 +34,20 @@ impl Collected {
         Collected { indices, time: Vec::new(), columns }
     }
 
-    /// Takes a row of the run.
-    pub fn row(&mut self, time: f64, row: &Row<Full>) {
-        if self.indices.is_empty() {
-            return;
+    fn column(&self, index: NumberIndex<Full>) -> &[f64] {
+        self.indices.binary_search(&index).map_or(&[], |at| &self.columns[at])
+    }
+}
+
+impl Sink<Full> for Collected {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+        if !self.indices.is_empty() {
+            self.time.push(time);
         }
-        self.time.push(time);
         for (column, &index) in self.columns.iter_mut().zip(&self.indices) {
             column.push(row[index]);
         }
-    }
-
-    fn column(&self, index: NumberIndex<Full>) -> &[f64] {
-        self.indices.binary_search(&index).map_or(&[], |at| &self.columns[at])
+        Ok(())
     }
 }
 
@@ -109,7 +110,7 @@ struct Bench<'a> {
 impl Bench<'_> {
     fn write(&mut self, name: &str, text: &str) -> Result<(), Error> {
         let plain = Path::new(name).file_name().is_some_and(|file| file == name);
-        if !plain || FILES.contains(&name) {
+        if !plain || is_reserved(name) {
             let what = format!("expected the name of a file of its own, found `{name}`");
             return Err(Error::analysis(self.name, what));
         }

@@ -10,6 +10,7 @@ mod recorder;
 pub mod report;
 mod run;
 mod run_folder;
+mod sinks;
 pub mod suite;
 pub mod validation;
 

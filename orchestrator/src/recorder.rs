@@ -1,60 +1,76 @@
-//! Hands the rows of a run to checks and analyses, and the recorded part of them to the files.
+//! Hands the rows of a run to checks, analyses and recordings, and the notices of each to the recordings.
 
 use cosim::check::Checks;
 use cosim::fault::Faults;
 use diagnostics::Error;
 use recording::{
-    CsvSink, Derived, Event, Full, Level, McapSink, Recorded, Row, RunHeader, Selection, Sink,
-    Status, StatusChange, StatusTrack, ThreadedSink,
+    Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange, ThreadedSink,
 };
 use scenario::plan::{AnalysisPlan, System};
 
 use crate::analysis::{self, Collected};
-use crate::options::{ProgressEvent, Replay, RunOptions};
+use crate::options::{ProgressEvent, RunOptions};
 use crate::report::{Ending, RunReport};
+use crate::sinks::SINKS;
 
-/// Hands rows to the checks, and what is recorded of them to the files.
+/// All that takes the rows of a run.
 pub(crate) struct Recorder {
     pub checks: Checks,
     faults: Faults,
     collected: Collected,
-    recorded: Selection,
-    /// What the files get of a row.
-    row: Row<Recorded>,
-    files: Vec<ThreadedSink>,
+    recordings: Recordings,
+    /// Notices for the user.
+    notices: Vec<Notice>,
     time: f64,
 }
 
 impl Recorder {
     pub fn new(system: &mut System, options: &RunOptions) -> Result<Self, Error> {
-        let header = &system.header;
-        std::fs::create_dir_all(&header.folder)
-            .map_err(|error| Error::output(&header.folder, error))?;
-        let mut files: Vec<Box<dyn Sink + Send>> = vec![Box::new(McapSink::new(header)?)];
-        if options.csv {
-            files.push(Box::new(CsvSink::new(header)?));
-        }
-        files.extend(replay(header, &options.replay)?);
-        let files = files.into_iter().map(ThreadedSink::new).collect();
-        Ok(Recorder {
+        let mut recorder = Recorder {
+            recordings: Recordings::open(system, options)?,
             collected: Collected::new(&system.analyses),
             faults: Faults::new(system),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
-            recorded: system.recorded.clone(),
-            row: Row::default(),
-            files,
+            notices: Vec::new(),
             time: 0.0,
-        })
+        };
+        recorder.forward()?;
+        Ok(recorder)
     }
 
-    /// The URL that viewers can connect to, if the replay is served.
-    pub fn url(&self) -> Option<&str> {
-        self.files.iter().find_map(|file| file.url())
+    /// The URLs that viewers can connect to.
+    pub fn urls(&self) -> impl Iterator<Item = &str> {
+        self.notices.iter().filter_map(|notice| match notice {
+            Notice::Serving(url) => Some(url.as_str()),
+            _ => None,
+        })
     }
 
     /// Problems of the recordings that did not end the run.
     pub fn warnings(&self) -> impl Iterator<Item = String> {
-        self.files.iter().filter_map(|file| file.warning()).map(str::to_owned)
+        self.notices.iter().filter_map(|notice| match notice {
+            Notice::Warning(text) => Some(text.clone()),
+            _ => None,
+        })
+    }
+
+    /// Whatever takes rows, in the order in which it gets them.
+    fn sinks(&mut self) -> [&mut dyn Sink<Full>; 4] {
+        [&mut self.recordings, &mut self.faults, &mut self.checks, &mut self.collected]
+    }
+
+    /// Hands the notices of all sinks to the recordings, and keeps those for the user.
+    fn forward(&mut self) -> Result<(), Error> {
+        let mut notices = Vec::new();
+        self.sinks().into_iter().for_each(|sink| notices.extend(sink.notices()));
+        for notice in notices {
+            match notice {
+                Notice::Status(change) => self.recordings.status(&change)?,
+                Notice::Event(event) => self.recordings.event(&event)?,
+                notice => self.notices.push(notice),
+            }
+        }
+        Ok(())
     }
 
     /// Runs an analysis, and puts its result and the names of its files into the report.
@@ -64,28 +80,27 @@ impl Recorder {
         report: &mut RunReport,
         report_progress: &mut dyn FnMut(ProgressEvent),
     ) -> Result<(), Error> {
-        let collected = std::mem::take(&mut self.collected);
         let mut progress = |share, what: &str| {
             report_progress(ProgressEvent::Analysis(&plan.name, share, what));
             true
         };
-        let leaves = (self as &mut dyn Sink<Full>, report.folder.as_path(), &mut report.files);
-        let result = analysis::run(plan, &collected, leaves, &mut progress);
-        self.collected = collected;
+        let recordings: &mut dyn Sink<Full> = &mut self.recordings;
+        let leaves = (recordings, report.folder.as_path(), &mut report.files);
+        let result = analysis::run(plan, &self.collected, leaves, &mut progress);
         report.analyses.insert(plan.name.clone(), result?);
         Ok(())
     }
 
     /// Adds the verdicts to the recordings and completes them.
     pub fn conclude(&mut self, report: &RunReport) -> Result<(), Error> {
-        for change in self.checks.reductions(&report.checks) {
-            self.status(&change)?;
-        }
+        self.checks.conclude(&report.checks);
+        self.forward()?;
         for (source, message) in failures(report) {
             let (time, source) = (self.time, source.to_owned());
             self.event(&Event { time, level: Level::Error, source, message })?;
         }
-        self.finish(&report.markdown(), report.error.is_none())
+        self.finish(&report.markdown(), report.error.is_none())?;
+        self.forward()
     }
 }
 
@@ -104,61 +119,78 @@ fn failures(report: &RunReport) -> Vec<(&'static str, String)> {
 impl Sink<Full> for Recorder {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.time = time;
-        self.checks.row(tick, time, row)?;
-        self.collected.row(time, row);
-        self.recorded.pick(row, &mut self.row);
-        self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.row))?;
-        for change in self.faults.changes(time).into_iter().chain(self.checks.changes()) {
-            self.status(&change)?;
-            if let StatusTrack::Fault(input) = &change.track {
-                let state = if change.status == Status::Active { "begins" } else { "ends" };
-                let message = format!("the fault of {input} {state}");
-                let source = "fault".to_owned();
-                self.event(&Event { time, level: Level::Warning, source, message })?;
-            }
-        }
-        Ok(())
-    }
-
-    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.files.iter_mut().try_for_each(|file| file.status(change))
+        self.sinks().into_iter().try_for_each(|sink| sink.row(tick, time, row))?;
+        self.forward()
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.files.iter_mut().try_for_each(|file| file.event(event))
+        self.sinks().into_iter().try_for_each(|sink| sink.event(event))
     }
 
-    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
-        self.files.iter_mut().try_for_each(|file| file.derived(derived))
-    }
-
-    fn diagram(&mut self, belongs: (&str, &str), diagram: &plugin::Diagram) -> Result<(), Error> {
-        self.files.iter_mut().try_for_each(|file| file.diagram(belongs, diagram))
+    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
+        self.sinks().into_iter().try_for_each(|sink| sink.status(change))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
-        self.files.iter_mut().try_for_each(|file| file.finish(summary, completed))
+        self.sinks().into_iter().try_for_each(|sink| sink.finish(summary, completed))
     }
 }
 
-#[cfg(feature = "rerun")]
-fn replay(header: &RunHeader, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
-    use ::replay::{RerunSink, Target};
-    let target = match replay {
-        Replay::Save => Target::File(header.folder.join("run.rrd")),
-        Replay::Connect(url) => Target::Connect(url.clone()),
-        Replay::Serve(address) => Target::Serve(*address),
-        Replay::Off => return Ok(None),
-    };
-    Ok(Some(Box::new(RerunSink::new(header, target)?)))
+/// The recordings of a run, each on a thread of its own. They get the recorded part of each row.
+struct Recordings {
+    selection: Selection,
+    row: Row<Recorded>,
+    sinks: Vec<ThreadedSink>,
 }
 
-#[cfg(not(feature = "rerun"))]
-fn replay(_header: &RunHeader, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
-    match replay {
-        Replay::Save | Replay::Off => Ok(None),
-        Replay::Connect(_) | Replay::Serve(_) => {
-            Err(Error::input("this program was built without the feature `rerun`"))
-        }
+impl Recordings {
+    fn open(system: &System, options: &RunOptions) -> Result<Self, Error> {
+        let header = &system.header;
+        std::fs::create_dir_all(&header.folder)
+            .map_err(|error| Error::output(&header.folder, error))?;
+        let opened = SINKS.iter().filter_map(|kind| (kind.open)(header, options).transpose());
+        Ok(Recordings {
+            selection: system.recorded.clone(),
+            row: Row::default(),
+            sinks: opened.map(|sink| sink.map(ThreadedSink::new)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn each(
+        &mut self,
+        take: impl FnMut(&mut ThreadedSink) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.sinks.iter_mut().try_for_each(take)
+    }
+}
+
+impl Sink<Full> for Recordings {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+        self.selection.pick(row, &mut self.row);
+        self.sinks.iter_mut().try_for_each(|sink| sink.row(tick, time, &self.row))
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Error> {
+        self.each(|sink| sink.event(event))
+    }
+
+    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
+        self.each(|sink| sink.status(change))
+    }
+
+    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+        self.each(|sink| sink.derived(derived))
+    }
+
+    fn diagram(&mut self, belongs: (&str, &str), diagram: &plugin::Diagram) -> Result<(), Error> {
+        self.each(|sink| sink.diagram(belongs, diagram))
+    }
+
+    fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
+        self.each(|sink| sink.finish(summary, completed))
+    }
+
+    fn notices(&mut self) -> Vec<Notice> {
+        self.sinks.iter_mut().flat_map(Sink::notices).collect()
     }
 }

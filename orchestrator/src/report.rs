@@ -11,7 +11,7 @@ use cosim::master::Progress;
 use diagnostics::Error;
 use fmu_import::sha256;
 use scenario::Scenario;
-use scenario::plan::{Body, System};
+use scenario::plan::{Body, REPORT, System};
 use serde::Serialize;
 
 pub(crate) use previous_run::PreviousRun;
@@ -231,8 +231,8 @@ impl RunReport {
     /// # Errors
     /// When the file cannot be written.
     pub fn write(&self) -> Result<(), Error> {
-        let path = self.folder.join("report.json");
-        let partial = self.folder.join("report.json.partial");
+        let path = self.folder.join(REPORT);
+        let partial = self.folder.join(format!("{REPORT}.partial"));
         let text =
             serde_json::to_string_pretty(self).map_err(|error| Error::output(&path, error))?;
         std::fs::write(&partial, text + "\n").map_err(|error| Error::output(&partial, error))?;

@@ -60,9 +60,7 @@ impl Job<'_> {
         let nodes = node::instantiate(&mut system)?;
         let begin = Instant::now();
         let mut recorder = Recorder::new(&mut system, self.options)?;
-        if let Some(url) = recorder.url() {
-            events(ProgressEvent::Serving(url));
-        }
+        recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
         let mut report = RunReport::new(self.scenario, &system);
         let mut progress = Progress::default();
         let pace = Pace { clock: system.clock, begin, factor: self.options.realtime };

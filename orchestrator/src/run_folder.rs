@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use diagnostics::Error;
-use scenario::plan::FILES;
+use scenario::plan::REPORT;
 
 use crate::report::PreviousRun;
+use crate::sinks::SINKS;
 
 /// Removes the files of the previous run: they would pass for those of this run if it did not come to its end.
 ///
@@ -14,7 +15,9 @@ use crate::report::PreviousRun;
 pub(crate) fn clear(folder: &Path) -> Result<(), Error> {
     use std::io::ErrorKind::{NotADirectory, NotFound};
     let left = PreviousRun::read(folder);
-    for name in left.files.iter().map(String::as_str).chain(FILES) {
+    let recordings = SINKS.iter().flat_map(|kind| kind.files.iter().copied());
+    let files = left.files.iter().map(String::as_str).chain([REPORT]).chain(recordings);
+    for name in files {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(error) if !matches!(error.kind(), NotFound | NotADirectory) => {

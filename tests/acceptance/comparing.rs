@@ -106,7 +106,7 @@ fn the_viewer_loads_two_runs_over_each_other_without_a_warning() {
         "/versus/signals/plant/outputs/v_x",
         "/versus/signals/other/outputs/signal",
         "/versus/plots/1/1",
-        "/planes/1/versus/points/1",
+        "/xy_plots/1/versus/points/1",
     ] {
         assert!(entities.contains(entity), "no {entity}");
     }

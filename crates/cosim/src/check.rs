@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use diagnostics::Error;
 use expression::{Monitor, Outcome};
-use recording::{Full, Row, Sink, Status, StatusChange, StatusTrack};
+use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack};
 use scenario::plan::{CheckPlan, Subject};
 use serde::Serialize;
 use serde_json::Value;
@@ -42,9 +42,9 @@ pub struct Verdict {
 /// All checks of a run.
 pub struct Checks {
     checks: Vec<(CheckPlan, Monitor)>,
-    /// What each check is, and what it became since that was asked for.
+    /// The status of each check.
     states: Vec<Status>,
-    changes: Vec<StatusChange>,
+    notices: Vec<Notice>,
     /// The last communication point so far [s].
     reached: f64,
     /// Half a communication step [s]: windows include the points at their ends whatever their digits.
@@ -62,20 +62,14 @@ impl Checks {
         Checks {
             states: vec![Status::Idle; plans.len()],
             checks: plans.into_iter().map(monitor).collect(),
-            changes: Vec::new(),
+            notices: Vec::new(),
             reached: 0.0,
             slack: 0.5 * step,
         }
     }
 
-    /// What became of the conditions on each sample since the last call.
-    pub fn changes(&mut self) -> Vec<StatusChange> {
-        std::mem::take(&mut self.changes)
-    }
-
-    /// What became of the conditions on a window as a whole: their verdict holds for all of it.
-    #[must_use]
-    pub fn reductions(&self, verdicts: &[Verdict]) -> Vec<StatusChange> {
+    /// Notices the status of the conditions on a window as a whole: their verdict holds for all of it.
+    pub fn conclude(&mut self, verdicts: &[Verdict]) {
         let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
             plan.subject == Subject::Run && plan.expression.is_reduction()
         });
@@ -85,7 +79,7 @@ impl Checks {
             [(from, state), (to, Status::Idle)]
                 .map(|(time, state)| change(&verdict.name, time, state))
         };
-        judged.flat_map(both).collect()
+        self.notices.extend(judged.flat_map(both));
     }
 
     /// The verdicts, in the order of the file, given the results of analyses and validations.
@@ -121,19 +115,19 @@ impl Sink<Full> for Checks {
                 false => Status::Violated,
             });
             if now != std::mem::replace(state, now) {
-                self.changes.push(change(&plan.name, time, now));
+                self.notices.push(change(&plan.name, time, now));
             }
         }
         Ok(())
     }
 
-    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
-        Ok(())
+    fn notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
     }
 }
 
-fn change(name: &str, time: f64, status: Status) -> StatusChange {
-    StatusChange { time, track: StatusTrack::Check(name.to_owned()), status }
+fn change(name: &str, time: f64, status: Status) -> Notice {
+    Notice::Status(StatusChange { time, track: StatusTrack::Check(name.to_owned()), status })
 }
 
 /// Judges the results that a check is about, or says why there are none.

@@ -1,11 +1,17 @@
-//! Tells the recordings when faults begin and end.
+//! Reports when faults begin and end.
 
-use recording::{Status, StatusChange, StatusTrack};
+use diagnostics::Error;
+use recording::{Event, Full, Level, Notice, Row, Sink, Status, StatusChange, StatusTrack};
 use scenario::plan::System;
 
 /// The inputs of a run that have faults.
-pub struct Faults(Vec<Faulty>);
+#[derive(Debug, Default)]
+pub struct Faults {
+    inputs: Vec<Faulty>,
+    notices: Vec<Notice>,
+}
 
+#[derive(Debug)]
 struct Faulty {
     input: String,
     /// For each fault the first communication point of it and the first one after it [s].
@@ -25,25 +31,33 @@ impl Faults {
             windows: link.treatment.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
-        Faults(faulty.collect())
+        Faults { inputs: faulty.collect(), notices: Vec::new() }
     }
+}
 
-    /// The inputs.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|it| it.input.as_str())
-    }
-
-    /// What begins or ends at the communication point `time` [s].
-    pub fn changes(&mut self, time: f64) -> Vec<StatusChange> {
-        let mut changes = Vec::new();
-        for it in &mut self.0 {
+impl Sink<Full> for Faults {
+    /// Notices what begins or ends at the communication point.
+    fn row(&mut self, _tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
+        for it in &mut self.inputs {
             let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
-            if acts != std::mem::replace(&mut it.acts, acts) {
-                let status = if acts { Status::Active } else { Status::Idle };
-                let track = StatusTrack::Fault(it.input.clone());
-                changes.push(StatusChange { time, track, status });
+            if acts == std::mem::replace(&mut it.acts, acts) {
+                continue;
             }
+            let (status, what) =
+                if acts { (Status::Active, "begins") } else { (Status::Idle, "ends") };
+            let track = StatusTrack::Fault(it.input.clone());
+            self.notices.push(Notice::Status(StatusChange { time, track, status }));
+            self.notices.push(Notice::Event(Event {
+                time,
+                level: Level::Warning,
+                source: "fault".to_owned(),
+                message: format!("the fault of {} {what}", it.input),
+            }));
         }
-        changes
+        Ok(())
+    }
+
+    fn notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
     }
 }

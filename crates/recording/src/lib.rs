@@ -1,5 +1,6 @@
-//! The rows and events of a run go in, by the trait [`Sink`]; MCAP and CSV files come out. Such files, and those of others, go in
-//! again; rows, or columns over time, come out.
+//! The rows and events of a run go in through the trait [`Sink`]; MCAP and CSV files come out. Readers take such files, and those
+//! of other programs, and return rows or columns over time. An index fits only one kind of row ([`Full`] or [`Recorded`]) and one kind
+//! of value ([`Number`] or [`Text`]).
 #![forbid(unsafe_code)]
 
 mod reader;
@@ -17,4 +18,7 @@ pub use row::{
 pub use sink::csv::CsvSink;
 pub use sink::mcap::McapSink;
 pub use sink::threaded_sink::ThreadedSink;
-pub use sink::{Derived, Event, Level, RunHeader, Sink, Status, StatusChange, StatusTrack};
+pub use sink::{
+    BoxedSink, Derived, Event, Level, Notice, RunHeader, Sink, SinkKind, Status, StatusChange,
+    StatusTrack,
+};

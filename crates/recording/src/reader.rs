@@ -1,4 +1,4 @@
-//! Reads a run back from its `run.mcap`: what was known at its start, and then all that sinks were told.
+//! Reads a run back from its `run.mcap`: first its description, then its rows and events.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,26 +19,26 @@ use crate::view::View;
 
 /// A recorded run.
 pub struct Recording {
-    /// What recordings were told of it, but for its layout and the states of its checks.
+    /// Its description, without layout and status tracks.
     pub header: RunHeader,
-    /// Its verdict as Markdown; a run that was cut off has none.
+    /// Its verdict as Markdown; none if the recording was cut off.
     pub summary: Option<String>,
     /// Whether the recording was cut off.
     pub cut: bool,
     file: Mcap,
-    /// One side of each node, by the number of its channel.
+    /// One side of each node, by the id of its channel.
     sides: BTreeMap<u16, Side>,
     log: Option<u16>,
 }
 
-/// The fields of a channel by their numbers.
+/// The columns of a channel's fields, by field number.
 type Side = BTreeMap<u32, ColumnIndex<Recorded>>;
 
 impl Recording {
-    /// Opens the recording of a run, which is its folder, its `run.mcap`, or a file beside that.
+    /// Opens the recording of a run: `run` is its folder, its `run.mcap`, or a file beside that.
     ///
     /// # Errors
-    /// When there is none, or it is damaged or not of this program.
+    /// When there is no recording, or it is damaged, or another program made it.
     pub fn open(run: &Path) -> Result<Self, Error> {
         let path = find(run)?;
         let wrong = |error: &TableError| {
@@ -46,16 +46,16 @@ impl Recording {
         };
         let file = Mcap::open(&path).map_err(|error| wrong(&error.into()))?;
         let channels = file.channels().map_err(|error| wrong(&error))?;
-        let told = Told::read(&file).map_err(|error| wrong(&error))?;
+        let metadata = Metadata::read(&file).map_err(|error| wrong(&error))?;
         let mut recording = Recording {
-            header: told.header(&path)?,
-            summary: told.summary,
+            header: metadata.header(&path)?,
+            summary: metadata.summary,
             cut: !file.finished,
             file,
             sides: BTreeMap::new(),
             log: None,
         };
-        // The outputs come first, as in every row: a name that is both is that of the output.
+        // Outputs come first, as in every row: of two columns of one name the output counts.
         for direction in [Direction::Output, Direction::Input] {
             for channel in channels.values() {
                 recording.add(channel, direction);
@@ -69,13 +69,13 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Where the recording is.
+    /// The path of the recording.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.file.path
     }
 
-    /// Adds the variables of a channel that is this side of a node.
+    /// Adds the variables of a channel, if it holds this side of a node.
     fn add(&mut self, channel: &Channel, direction: Direction) {
         let word = match direction {
             Direction::Input => "inputs",
@@ -86,9 +86,9 @@ impl Recording {
         let Some(message) = message(channel) else { return };
         let mut side = Side::new();
         for field in &message.field {
-            let told = |what: &str| channel.metadata.get(&format!("{what}:{}", field.name()));
-            let Some(variable) = told("fmi") else { return };
-            let kind = match (field.r#type(), told("type").map(String::as_str)) {
+            let entry = |what: &str| channel.metadata.get(&format!("{what}:{}", field.name()));
+            let Some(variable) = entry("fmi") else { return };
+            let kind = match (field.r#type(), entry("type").map(String::as_str)) {
                 (Type::String, _) => ValueKind::String,
                 (_, Some("Integer")) => ValueKind::Integer,
                 (_, Some("Boolean")) => ValueKind::Boolean,
@@ -99,7 +99,7 @@ impl Recording {
                 variable: variable.clone(),
                 direction,
                 kind,
-                unit: told("unit").filter(|unit| !unit.is_empty()).cloned(),
+                unit: entry("unit").filter(|unit| !unit.is_empty()).cloned(),
                 description: None,
             });
             side.insert(field.number() as u32, index);
@@ -107,11 +107,11 @@ impl Recording {
         self.sides.insert(channel.id, side);
     }
 
-    /// Tells a sink the rows and the events, as the run did. A row that is not whole, at the end of a recording that was
-    /// cut off, is left out.
+    /// Plays the rows and events of the run to a sink. At the end of a recording that was cut off, an incomplete row is left
+    /// out.
     ///
     /// # Errors
-    /// When the recording is damaged, or what the sink says.
+    /// When the recording is damaged, or the sink fails.
     pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
         let mut row = self.header.columns.row();
         let (mut now, mut filled, mut failed) = (None, 0, None);
@@ -159,9 +159,9 @@ fn find(run: &Path) -> Result<PathBuf, Error> {
     Err(error.help("expected the folder of a run, such as target/runs/limit_handling, or its run.mcap; `trackside run` makes both"))
 }
 
-/// What a recording says besides its messages.
+/// The metadata and attachments of a recording.
 #[derive(Default)]
-struct Told {
+struct Metadata {
     /// The metadata of the run.
     run: Option<BTreeMap<String, String>>,
     scenario: Vec<TextFile>,
@@ -169,16 +169,16 @@ struct Told {
     summary: Option<String>,
 }
 
-impl Told {
+impl Metadata {
     fn read(file: &Mcap) -> Result<Self, TableError> {
-        let mut told = Told::default();
+        let mut metadata = Metadata::default();
         file.records(&mut |opcode, data| {
             if matches!(opcode, op::ATTACHMENT | op::METADATA) {
-                told.add(parse_record(opcode, data).map_err(|error| file.damaged(error))?);
+                metadata.add(parse_record(opcode, data).map_err(|error| file.damaged(error))?);
             }
             Ok(true)
         })?;
-        Ok(told)
+        Ok(metadata)
     }
 
     fn add(&mut self, record: Record) {
@@ -199,28 +199,27 @@ impl Told {
     }
 
     fn header(&self, path: &Path) -> Result<RunHeader, Error> {
-        let told = |key: &str| self.run.as_ref().and_then(|run| run.get(key)).map(String::as_str);
-        let number = |key: &str| told(key).and_then(|text| text.parse::<f64>().ok());
-        let (Some(scenario), Some(step)) = (told("scenario"), number("step")) else {
+        let entry = |key: &str| self.run.as_ref().and_then(|run| run.get(key)).map(String::as_str);
+        let number = |key: &str| entry(key).and_then(|text| text.parse::<f64>().ok());
+        let (Some(scenario), Some(step)) = (entry("scenario"), number("step")) else {
             let message =
                 format!("{} is not the recording of a run of this program", path.display());
-            let help = "expected the run.mcap of `trackside run`, which says what was run; other recordings can be \
-                        the [[table]] of a scenario";
+            let help = "expected the run.mcap of `trackside run`; scenarios play other recordings back as [[table]]";
             return Err(Error::input(message).help(help));
         };
         let mut files = self.scenario.iter().cloned();
         Ok(RunHeader {
             scenario: scenario.to_owned(),
-            title: told("title").unwrap_or(scenario).to_owned(),
+            title: entry("title").unwrap_or(scenario).to_owned(),
             source: Source::recorded(
                 files.next().unwrap_or_default(),
                 files.collect(),
                 self.kept.clone(),
             ),
-            given: told("set").unwrap_or_default().lines().map(str::to_owned).collect(),
+            given: entry("set").unwrap_or_default().lines().map(str::to_owned).collect(),
             step,
             stop: number("stop").unwrap_or_default(),
-            seed: told("seed").and_then(|seed| seed.parse().ok()).unwrap_or_default(),
+            seed: entry("seed").and_then(|seed| seed.parse().ok()).unwrap_or_default(),
             columns: Columns::default(),
             status_tracks: Vec::new(),
             view: View::default(),
@@ -237,7 +236,7 @@ fn message(channel: &Channel) -> Option<DescriptorProto> {
     files.into_iter().flat_map(|file| file.message_type).find(|message| message.name() == name)
 }
 
-/// Puts the fields of a message into their places.
+/// Puts the fields of a message into the row.
 fn decode(mut data: &[u8], side: &Side, row: &mut Row<Recorded>) -> Result<(), prost::DecodeError> {
     while !data.is_empty() {
         let (number, wire) = decode_key(&mut data)?;

@@ -1,4 +1,4 @@
-//! Makes a valid recording of what a run that was killed left of one.
+//! Makes a valid recording from that of a killed run.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -11,7 +11,7 @@ use ::mcap::write::Metadata;
 use ::mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
 use diagnostics::Error;
 
-/// What could be saved of a recording.
+/// The saved part of a recording.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Recovered {
     /// Messages of all channels.
@@ -20,11 +20,11 @@ pub struct Recovered {
     pub channels: usize,
     /// From the first to the last message [s].
     pub seconds: f64,
-    /// Why there is no more; nothing is missing without a reason.
+    /// The reason why the rest is lost; without it nothing is lost.
     pub lost: Option<String>,
 }
 
-/// Copies all that is readable of `broken` into a new file `into`, which appears when it is complete.
+/// Copies the readable part of `broken` into a new file `into`, which appears when it is complete.
 ///
 /// # Errors
 /// When `broken` cannot be read or is no MCAP file at all, or `into` cannot be written.
@@ -68,7 +68,7 @@ pub fn recover(broken: &Path, into: &Path) -> Result<Recovered, Error> {
     Ok(recovered)
 }
 
-/// The new file, and the numbers that schemas and channels have in it, by those in the old one.
+/// The new file, and the new ids of schemas and channels by the old ones.
 struct Copy {
     writer: Writer<BufWriter<File>>,
     schemas: HashMap<u16, u16>,
@@ -109,7 +109,7 @@ impl Copy {
                 data,
             })?,
             Record::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
-            // The writer makes its own indices, statistics and footer.
+            // The writer makes indices, statistics and footer of its own.
             _ => {}
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Receives a run row by row: the trait that recordings and checks implement, and what they are told beforehand.
+//! Receives a run row by row: the trait of recordings and checks, and the values that they take and give.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ pub mod csv;
 pub mod mcap;
 pub mod threaded_sink;
 
-/// What every sink is told before the first row.
+/// The description of a run, which every sink gets before the first row.
 #[derive(Debug, Clone)]
 pub struct RunHeader {
     /// The scenario file's stem: `double_lane_change`.
@@ -50,7 +50,7 @@ pub enum Level {
 }
 
 /// Something that happened at a time: a message of an FMU, a fault, a failed check.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// Simulated time [s].
     pub time: f64,
@@ -132,61 +132,67 @@ impl Derived<'_> {
     }
 }
 
-/// Takes what a run produces, with rows of space `S`: full ones or, unless given, recorded ones. Any error stops the run.
+/// Takes what a run produces, with rows of space `S`: full ones or, unless given, recorded ones.
+///
+/// # Errors
+/// Every method fails when its argument cannot be written. Any error ends the run.
 pub trait Sink<S = Recorded> {
     /// Takes the values of all columns at communication point `tick`, which is at `time` [s].
-    ///
-    /// # Errors
-    /// When the row cannot be written.
     fn row(&mut self, tick: u64, time: f64, row: &Row<S>) -> Result<(), Error>;
 
     /// Takes an event; events come in the order of their time, between the rows.
-    ///
-    /// # Errors
-    /// When the event cannot be written.
     fn event(&mut self, _event: &Event) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Takes a change of status. Changes come after the row of their time; those of checks that are about a window as a whole come
+    /// Takes a change of status. Changes come after the row of their time; the status of checks on a window as a whole comes
     /// after the last row.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     fn status(&mut self, _change: &StatusChange) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Takes what an analysis adds, after the last row.
-    ///
-    /// # Errors
-    /// When it cannot be written.
+    /// Takes columns of an analysis, after the last row.
     fn derived(&mut self, _derived: &Derived) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Takes a diagram of an analysis and a group of diagrams, after the last row.
-    ///
-    /// # Errors
-    /// When it cannot be written.
+    /// Takes a diagram, after the last row, with the names of its analysis and its group.
     fn diagram(&mut self, _belongs: (&str, &str), _diagram: &plugin::Diagram) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Completes what was written. `summary` is the verdict as Markdown; `completed` tells whether the
-    /// run came to its end, be it the last communication point or where an FMU ended it as planned.
-    ///
-    /// # Errors
-    /// When the recording cannot be completed.
-    fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error>;
-
-    /// Where viewers can connect to what is received.
-    fn url(&self) -> Option<&str> {
-        None
+    /// Completes the recording. `summary` is the verdict as Markdown. `completed` is false when an error ended the run, and true
+    /// when it reached its last communication point or an FMU ended it as planned.
+    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
+        Ok(())
     }
 
-    /// What went wrong that the run goes on without, such as a viewer that was closed.
-    fn warning(&self) -> Option<&str> {
-        None
+    /// Notices since the last call, in the order of their time. They are fetched after opening, after each row and after the end.
+    fn notices(&mut self) -> Vec<Notice> {
+        Vec::new()
     }
+}
+
+/// A message of a sink, for the other sinks or for the user.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Notice {
+    /// For the other sinks: a change of status.
+    Status(StatusChange),
+    /// For the other sinks: an event.
+    Event(Event),
+    /// For the user: viewers can connect to this URL.
+    Serving(String),
+    /// For the user: a problem that does not end the run, such as a closed viewer.
+    Warning(String),
+}
+
+/// A sink on a thread of its own accepts this.
+pub type BoxedSink = Box<dyn Sink + Send>;
+
+/// A way to record a run, as a list of all ways names it; `O` are the options of a run.
+pub struct SinkKind<O> {
+    /// The files that it may leave in the folder of a run. Their names begin with `run.`.
+    pub files: &'static [&'static str],
+    /// Opens the recording, if the options ask for it.
+    pub open: fn(&RunHeader, &O) -> Result<Option<BoxedSink>, Error>,
 }

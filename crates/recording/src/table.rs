@@ -1,4 +1,4 @@
-//! Plays recorded columns of a CSV file or an MCAP recording back at any time.
+//! Plays columns of a CSV file or an MCAP recording back.
 
 mod csv;
 mod mcap;
@@ -59,7 +59,7 @@ pub enum TableError {
     NoTime {
         /// The file.
         path: PathBuf,
-        /// The columns that are there.
+        /// The columns of the file.
         present: Vec<String>,
     },
     /// The CSV file cannot be played back.
@@ -88,23 +88,23 @@ impl TableError {
     }
 }
 
-/// What a reader takes from a file.
+/// The columns that a reader takes from a file.
 #[derive(Debug)]
 struct Recorded {
     /// Time stamps [s], in rising order; columns that were recorded together share them.
     clocks: Vec<Vec<f64>>,
     columns: Vec<Series>,
-    /// What the file's clock shows when these stamps are 0 [s].
+    /// The time of the file's clock when these stamps are 0 [s].
     zero: f64,
     warning: Option<String>,
 }
 
 #[derive(Debug)]
 struct Series {
-    /// Which of the clocks.
+    /// The index of its clock.
     clock: usize,
     values: Vec<f64>,
-    /// As the file says.
+    /// Its unit, from the file.
     unit: Option<String>,
 }
 
@@ -113,7 +113,7 @@ struct Series {
 pub struct Table {
     clocks: Vec<Clock>,
     columns: Vec<Column>,
-    /// What the file's clock shows when stamps are 0 [s].
+    /// The time of the file's clock when stamps are 0 [s].
     zero: f64,
     /// The stamp at the scenario's time 0 [s].
     origin: f64,
@@ -125,7 +125,7 @@ pub struct Table {
 struct Clock {
     /// Time stamps [s].
     stamps: Vec<f64>,
-    /// The row at or before the last time that was asked for: times mostly ascend.
+    /// The row at or before the last requested time: times mostly ascend.
     cursor: usize,
 }
 
@@ -137,8 +137,8 @@ struct Column {
     unit: Option<String>,
 }
 
-/// Scenario times are multiples of a decimal step, which rounding puts just beside a time stamp
-/// that they should meet; recordings round stamps to nanoseconds [s].
+/// Tolerance for equal times [s]: scenario times are rounded multiples of a decimal step, and recordings round
+/// stamps to nanoseconds.
 const EDGE: f64 = 1e-9;
 
 impl Table {
@@ -184,19 +184,18 @@ impl Table {
         Ok(table)
     }
 
-    /// Plays back so that the file's clock shows this at the scenario's time 0 [s], the earliest time
-    /// stamp when absent: scenario time is the file's time minus `shown`.
+    /// Sets the time of the file's clock [s] at the scenario's time 0; the earliest time stamp unless it is given.
     pub fn set_origin(&mut self, shown: Option<f64>) {
         let first = || self.clocks.iter().map(|clock| clock.stamps[0]).reduce(f64::min);
         self.origin = shown.map(|shown| shown - self.zero).or_else(first).unwrap_or(0.0);
     }
 
-    /// Plays back with this interpolation.
+    /// Sets the interpolation.
     pub fn set_interpolation(&mut self, interpolation: Interpolation) {
         self.interpolation = interpolation;
     }
 
-    /// The names in the scenario; their order is that of the column indices.
+    /// The names in the scenario, in the order of the column indices.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.columns.iter().map(|column| column.name.as_str())
     }
@@ -209,7 +208,7 @@ impl Table {
         self.clocks.iter().map(shifted).collect()
     }
 
-    /// Which of [`Table::times`] a column was recorded at.
+    /// The index of a column's clock in [`Table::times`].
     ///
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
@@ -236,7 +235,7 @@ impl Table {
         self.columns[column].unit.as_deref()
     }
 
-    /// What is odd about the file, but no error.
+    /// An oddity of the file, such as a recording that was cut off.
     #[must_use]
     pub fn warning(&self) -> Option<&str> {
         self.warning.as_deref()

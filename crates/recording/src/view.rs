@@ -1,4 +1,4 @@
-//! Says how a replay is laid out, by column and not by name: what the viewer needs to know of `[view]`.
+//! Describes the layout of a replay by typed indices: the `[view]` of a scenario without names.
 
 use expression::Expression;
 use schemars::JsonSchema;
@@ -11,14 +11,14 @@ use crate::row::{NumberIndex, Recorded, Row};
 pub struct View {
     /// The moving body, when the scenario names one.
     pub pose: Option<Pose>,
-    /// What tells the distance that was covered; without it the replay has no such timeline.
+    /// The source of the distance; without it the replay has no such timeline.
     pub distance: Option<Distance>,
     /// The edges of the road.
     pub track: Option<Track>,
     /// Arrows that the body carries.
     pub arrows: Vec<Arrow>,
     /// Diagrams of one quantity over another.
-    pub planes: Vec<Plane>,
+    pub xy_plots: Vec<XyPlot>,
     /// The time plots, from top to bottom.
     pub plots: Vec<Plot>,
 }
@@ -28,7 +28,7 @@ pub struct View {
 pub enum Quantity {
     /// The number in this column.
     Column(NumberIndex<Recorded>),
-    /// What is computed from the row; not a number where it cannot be.
+    /// A formula over the row; NaN where it has no value.
     Formula(Expression),
 }
 
@@ -44,7 +44,7 @@ impl Quantity {
 }
 
 impl View {
-    /// What can be shown of a run that lacks these columns; plots stay, if need be without a curve.
+    /// The layout for a run without these columns; plots stay, if need be without a curve.
     #[must_use]
     pub fn without(&self, lacks: &[NumberIndex<Recorded>]) -> View {
         let has = |quantity: &Quantity| match quantity {
@@ -61,11 +61,11 @@ impl View {
         view.pose = view.pose.filter(whole);
         view.distance = view.distance.filter(|it| match it {
             Distance::Given(quantity) | Distance::Driven(quantity) => has(quantity),
-            Distance::Along(place) => !place.iter().any(|column| lacks.contains(column)),
+            Distance::Along(position) => !position.iter().any(|column| lacks.contains(column)),
         });
         view.arrows.retain(|it| it.vector.iter().chain([&it.turn]).flatten().all(has));
-        for plane in &mut view.planes {
-            plane.points.retain(|it| it.place.iter().all(has));
+        for plot in &mut view.xy_plots {
+            plot.points.retain(|it| it.coordinates.iter().all(has));
         }
         for plot in &mut view.plots {
             plot.series.retain(|it| has(&it.quantity));
@@ -74,7 +74,7 @@ impl View {
     }
 }
 
-/// Where the moving body is; `x` to `speed` are columns of the row.
+/// The pose of the moving body; `x` to `speed` are numbers of the row.
 #[derive(Debug, Clone)]
 pub struct Pose {
     /// Position east [m].
@@ -95,10 +95,10 @@ pub struct Pose {
     pub axles: [f64; 2],
 }
 
-/// What tells the distance that was covered [m].
+/// The source of the distance [m].
 #[derive(Debug, Clone)]
 pub enum Distance {
-    /// This is it.
+    /// The distance itself.
     Given(Quantity),
     /// The length of the line through these points [m].
     Along([NumberIndex<Recorded>; 2]),
@@ -122,15 +122,15 @@ pub enum Track {
 #[must_use]
 pub fn edges(center: &[[f64; 2]], widths: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
     let mut kept: Vec<usize> = Vec::new();
-    for (place, point) in center.iter().enumerate() {
+    for (index, point) in center.iter().enumerate() {
         let far =
             |&last: &usize| (point[0] - center[last][0]).hypot(point[1] - center[last][1]) >= 1e-3;
         if kept.last().is_none_or(far) {
-            kept.push(place);
+            kept.push(index);
         }
     }
     let mut edges = [Vec::new(), Vec::new()];
-    for (rank, &place) in kept.iter().enumerate() {
+    for (rank, &index) in kept.iter().enumerate() {
         let neighbour = |rank: usize| center[kept[rank.min(kept.len() - 1)]];
         let (before, after) = (neighbour(rank.saturating_sub(1)), neighbour(rank + 1));
         let (dx, dy) = (after[0] - before[0], after[1] - before[1]);
@@ -139,8 +139,8 @@ pub fn edges(center: &[[f64; 2]], widths: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
             continue;
         }
         let (left_x, left_y) = (-dy / length, dx / length);
-        for (edge, side) in edges.iter_mut().zip([widths[place][0], -widths[place][1]]) {
-            edge.push([center[place][0] + side * left_x, center[place][1] + side * left_y]);
+        for (edge, side) in edges.iter_mut().zip([widths[index][0], -widths[index][1]]) {
+            edge.push([center[index][0] + side * left_x, center[index][1] + side * left_y]);
         }
     }
     edges
@@ -151,9 +151,9 @@ pub fn edges(center: &[[f64; 2]], widths: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
 pub struct Arrow {
     /// Its name.
     pub label: String,
-    /// What it stands for.
+    /// Its role.
     pub role: Role,
-    /// Where it starts, in the frame of the body [m].
+    /// Its origin in the frame of the body [m].
     pub at: [f64; 3],
     /// Its components ahead and to the left, 0 where there is none.
     pub vector: [Option<Quantity>; 2],
@@ -165,16 +165,16 @@ pub struct Arrow {
 
 /// A diagram of one quantity over another.
 #[derive(Debug, Clone)]
-pub struct Plane {
+pub struct XyPlot {
     /// Its title.
     pub title: String,
-    /// What the axes show, x and y, with units.
+    /// The labels of the axes, x and y, with units.
     pub labels: [String; 2],
     /// The ends of the axes, x and y; the first one is at the left or at the bottom.
     pub ranges: [[f64; 2]; 2],
     /// Radius of a circle around the origin, such as a limit.
     pub circle: Option<f64>,
-    /// How long a point leaves a trail [s].
+    /// Duration of the trail of a point [s].
     pub trail: f64,
     /// Moving points.
     pub points: Vec<Point>,
@@ -182,23 +182,23 @@ pub struct Plane {
     pub curves: Vec<Function>,
 }
 
-/// A point of a plane that moves.
+/// A moving point of a diagram.
 #[derive(Debug, Clone)]
 pub struct Point {
     /// Its name.
     pub label: String,
-    /// What it stands for.
+    /// Its role.
     pub role: Role,
     /// Its coordinates.
-    pub place: [Quantity; 2],
+    pub coordinates: [Quantity; 2],
 }
 
-/// A curve of a plane.
+/// A curve of a diagram.
 #[derive(Debug, Clone)]
 pub struct Function {
     /// Its name.
     pub label: String,
-    /// What it stands for.
+    /// Its role.
     pub role: Role,
     /// Its y, from a row with one more number, which is its x.
     pub y: Expression,
@@ -222,15 +222,15 @@ pub struct Plot {
 /// One curve of a plot.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// What it shows.
+    /// Its values.
     pub quantity: Quantity,
-    /// What the value is multiplied by to get the plot's unit.
+    /// Factor to the plot's unit.
     pub factor: f64,
-    /// What is added after that.
+    /// Offset after the factor.
     pub offset: f64,
     /// Its name in the legend.
     pub label: String,
-    /// What the curve stands for, which decides its colour.
+    /// Its role, which decides its colour.
     pub role: Role,
     /// Whether it is a side of the band around the curve of the same label.
     pub bound: bool,
@@ -260,7 +260,7 @@ mod tests {
     use super::edges;
 
     #[test]
-    fn the_edges_of_a_round_track_are_circles_and_points_that_are_there_twice_do_no_harm() {
+    fn the_edges_of_a_round_track_are_circles_even_with_repeated_points() {
         let angles = (0..=360).map(|degree| f64::from(degree).to_radians());
         // Counter-clockwise: the left edge is inside.
         let center: Vec<_> = angles.flat_map(|a| [[100.0 * a.cos(), 100.0 * a.sin()]; 2]).collect();

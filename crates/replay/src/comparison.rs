@@ -1,4 +1,4 @@
-//! Brings two recorded runs together: rows of one form for both, one layout, and words on what differs.
+//! Brings two recorded runs together: common rows, one layout, and their differences in words.
 
 mod card;
 
@@ -18,17 +18,17 @@ use units::Unit;
 pub struct Comparison {
     /// The runs, A and B.
     pub runs: [RecordedRun; 2],
-    /// What is odd about them, but no error.
+    /// Oddities of the runs, such as a recording that was cut off.
     pub notes: Vec<String>,
 }
 
-/// One of them.
+/// One of the two runs.
 pub struct RecordedRun {
-    /// What tells it from the other one.
+    /// The part of its path that differs from the other run's.
     pub name: String,
-    /// What it is about, with the columns of both runs and what can be shown of this one.
+    /// Its description, with the columns of both runs and the part of the layout that this one can fill.
     pub header: RunHeader,
-    /// Where it was recorded.
+    /// Its recording.
     pub recording: Recording,
     fit: Fit,
 }
@@ -97,10 +97,10 @@ impl Comparison {
 }
 
 impl RecordedRun {
-    /// Tells a sink the rows and events in the form of both runs, with NaN for what this one lacks.
+    /// Plays common rows and events to a sink, with NaN for the columns that this run lacks.
     ///
     /// # Errors
-    /// When the recording is damaged, or what the sink says.
+    /// When the recording is damaged, or the sink fails.
     pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
         let row = self.header.columns.row();
         self.recording.play(&mut Fitted { fit: &self.fit, row, sink })
@@ -114,7 +114,7 @@ impl RecordedRun {
     }
 }
 
-/// Brings rows into the form of both runs.
+/// Turns rows of a run into common rows.
 struct Fitted<'a> {
     fit: &'a Fit,
     row: Row<Recorded>,
@@ -154,17 +154,17 @@ impl Sink for Fitted<'_> {
     }
 }
 
-/// How columns of two runs fit together.
+/// The common columns of two runs.
 struct United<K> {
     /// For each run the origins of all common columns.
     fits: [Vec<Option<Origin<K>>>; 2],
-    /// How many both have.
+    /// The number of columns that both have.
     common: usize,
-    /// Those that only one has.
+    /// The columns that only one has.
     only: [Vec<TypedIndex<K, Recorded>>; 2],
 }
 
-/// The columns of A, in its units, and behind them those that only B has.
+/// The columns of A, in its units, then those that only B has.
 fn unite<K>(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>, United<K>) {
     let mut columns = a.to_vec();
     let origin = |position, (factor, offset)| {
@@ -208,8 +208,8 @@ fn unite<K>(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>
     (columns, United { fits, common, only })
 }
 
-/// Factor and offset from one column to another one, if they can be compared. A unit that one of them does not tell is that
-/// of the other one.
+/// Factor and offset from one column to another one, if they can be compared. A missing unit is taken to be that of the other
+/// column.
 fn conversion(from: &Column, to: &Column) -> Option<(f64, f64)> {
     let (Some(from), Some(to)) = (&from.unit, &to.unit) else { return Some((1.0, 0.0)) };
     if from == to {
@@ -223,7 +223,7 @@ fn scenario(recording: &Recording) -> Result<Scenario, Error> {
     Scenario::recorded(&recording.header.scenario, recording.header.source.clone())
 }
 
-/// The layout of both runs; what only B has gets plots of its own.
+/// The layout of both runs; columns that only B has get plots of their own.
 fn view(
     recordings: &[Recording; 2],
     header: &RunHeader,
@@ -267,13 +267,13 @@ fn strangers(recordings: &[Recording; 2]) -> Error {
     ))
 }
 
-/// What tells two runs apart: the ends of their paths, as far as it takes.
+/// The shortest ends of both paths that differ.
 fn names(paths: [&Path; 2]) -> [String; 2] {
     let parts = paths.map(|path| {
         let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let folder =
             if path.is_file() { path.parent().unwrap_or(&path).to_owned() } else { path.clone() };
-        // Two recordings in one folder are told apart by their files.
+        // Two recordings in one folder differ by their files.
         let parts = |path: &Path| -> Vec<String> {
             path.components().map(|it| it.as_os_str().to_string_lossy().into_owned()).collect()
         };

@@ -1,4 +1,5 @@
-//! A run, or two of them, goes in; what the Rerun viewer shows of it comes out, into a file or over the network.
+//! The rows of one run, or two recorded runs, go in; a recording with a layout for the Rerun viewer comes out, into a file or over
+//! the network. No other crate depends on Rerun.
 #![forbid(unsafe_code)]
 
 pub mod comparison;

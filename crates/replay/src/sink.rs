@@ -1,59 +1,58 @@
-//! Writes a run for the Rerun viewer, into a file or over the network, in columns and with a layout.
+//! Writes a run with its layout for the Rerun viewer, into a file or over the network.
 
 use std::time::{Duration, Instant};
 
 use diagnostics::Error;
 use plugin::Diagram;
-use recording::{Derived, Event, Recorded, Row, RunHeader, Sink, StatusChange};
-use rerun::{
-    ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
-};
+use re_sdk::{ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
+use re_sdk_types::archetypes::TextDocument;
+use recording::{Derived, Event, Notice, Recorded, Row, RunHeader, Sink, StatusChange};
 
 use card::Card;
-use contender::Contender;
-use delivery::Delivery;
 use diagrams::Diagrams;
 use drawing::Drawing;
 use layout::Layout;
-use moments::Moments;
+use run_slot::RunSlot;
 pub use target::Target;
+use timeline::TimePoints;
+use transport::Transport;
 
 mod arrows;
 mod card;
-mod contender;
-mod courier;
-mod delivery;
-mod delta;
+mod comparison_drawing;
+mod course;
 mod diagrams;
 mod drawing;
 mod events;
+mod flush_worker;
 mod frame;
 mod ground;
 mod layout;
-mod lead;
-mod moments;
 mod palette;
-mod planes;
 mod properties;
 mod road;
+mod run_slot;
 mod scene;
 mod signals;
-mod states;
+mod status_tracks;
 mod target;
 mod texts;
 mod thinned;
+mod time_gap;
+mod timeline;
 mod trace;
-mod versus;
+mod transport;
+mod xy_plots;
 
-/// Rows of a second of simulated time that are replayed at most: more than any screen shows, and a fifth of the data of
-/// a controller at 1 kHz. `run.mcap` has all rows.
+/// Replayed rows per second of simulated time at most: more than any screen shows, and a fifth of the data of a controller at
+/// 1 kHz. `run.mcap` has all rows.
 const RATE: f64 = 200.0;
-/// Rows that are sent at once to a file: enough that the cost per row is that of its numbers.
+/// Rows of a batch to a file: enough to make the cost per batch small.
 const FILE_BATCH: usize = 5_000;
-/// A viewer gets what there is after this much wall clock: often enough for the eye, and seldom enough for a fast run, as each
-/// batch costs the same for each curve, whatever it holds.
+/// Wall-clock time between batches to a viewer: often enough for the eye, and seldom enough for a fast run, as the cost of a batch
+/// does not depend on its rows.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
-/// Numbers that are kept for a viewer that is slow; what comes on top of that it never gets.
+/// Numbers kept for a slow viewer; beyond that it misses rows.
 const LIVE_NUMBERS: usize = 1_000_000;
 
 // Okabe and Ito's colours, which can be told apart without red-green vision.
@@ -64,12 +63,12 @@ const LIMIT: [u8; 3] = [213, 94, 0];
 const MEASUREMENT: [u8; 3] = [170, 170, 170];
 const WHITE: [u8; 3] = [235, 235, 235];
 
-/// Takes a run and writes it for the Rerun viewer.
+/// Writes a run for the Rerun viewer.
 pub struct RerunSink {
-    delivery: Delivery,
-    /// Rows that may wait for a viewer.
+    transport: Transport,
+    /// Rows that may wait for a viewer, at most.
     room: usize,
-    /// Rows that were meant for the replay, and those of them that a viewer was too slow for.
+    /// Rows for the replay, and how many of them a slow viewer missed.
     rows: [usize; 2],
     card: Card,
     layout: Layout,
@@ -78,7 +77,7 @@ pub struct RerunSink {
 }
 
 impl RerunSink {
-    /// Opens the recording and sends the layout, the run card and all that does not change.
+    /// Opens the recording and sends its static parts, the layout first.
     ///
     /// # Errors
     /// When the file cannot be made or no viewer listens at the address.
@@ -88,11 +87,11 @@ impl RerunSink {
         // they would make every recording different. The random id must be: a viewer takes two
         // recordings of one id for one.
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
-        let delivery = Delivery::open(builder, &target)?;
-        let live = delivery.is_live();
-        let (drawing, charts) = Drawing::new(header, &Contender::default(), &[]);
+        let transport = Transport::open(builder, &target)?;
+        let live = transport.is_live();
+        let (drawing, charts) = Drawing::new(header, &RunSlot::default(), &[]);
         let mut sink = Self {
-            delivery,
+            transport,
             room: (LIVE_NUMBERS / header.columns.numbers().len().max(1)).clamp(1, FILE_BATCH),
             rows: [0; 2],
             card: Card::new(header),
@@ -100,7 +99,7 @@ impl RerunSink {
                 application,
                 charts,
                 derived: Vec::new(),
-                planes: drawing.planes.shown(),
+                xy_plots: drawing.xy_plots.shown(),
                 diagrams: Diagrams::default(),
                 states: !drawing.states.is_empty() || header.columns.texts().len() > 0,
                 texts: drawing.texts.paths(),
@@ -112,15 +111,15 @@ impl RerunSink {
             sent: Instant::now(),
         };
         let sent = sink.begin(header).map_err(|it| it.to_string());
-        sink.delivery.begun(sent)?;
+        sink.transport.begun(sent)?;
         Ok(sink)
     }
 
     fn begin(&self, header: &RunHeader) -> RecordingStreamResult<()> {
-        let Some(stream) = self.delivery.stream() else {
+        let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        // First, so that a viewer never shows a layout of its own.
+        // First: else the viewer would show a layout of its own.
         self.layout.send(&stream, None)?;
         stream.send_recording_name(header.title.as_str())?;
         stream.log_static("run", &self.card.running())?;
@@ -128,56 +127,56 @@ impl RerunSink {
         self.drawing.describe(&stream)
     }
 
-    /// Whether the rows since the last batch are worth a batch.
+    /// Whether a batch is due.
     fn due(&self) -> bool {
-        let late = self.delivery.is_live() && self.sent.elapsed() >= LIVE_PERIOD;
-        late || self.drawing.moments.len() >= FILE_BATCH
+        let late = self.transport.is_live() && self.sent.elapsed() >= LIVE_PERIOD;
+        late || self.drawing.time_points.len() >= FILE_BATCH
     }
 
-    /// Sends what was collected, once what was sent before has arrived. For a viewer that is slow rows are kept, and then dropped.
+    /// Sends the collected rows, once the previous batch has arrived. For a slow viewer rows wait while there is room; then they are dropped.
     fn send(&mut self) -> Result<(), String> {
-        let Some(stream) = self.delivery.stream() else {
+        let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        if !self.delivery.accepts()? {
-            if self.drawing.moments.len() >= self.room {
+        if !self.transport.accepts()? {
+            if self.drawing.time_points.len() >= self.room {
                 self.rows[1] += self.drawing.skip();
             }
             return Ok(());
         }
-        let sent = self.drawing.send(&stream, self.delivery.is_live());
+        let sent = self.drawing.send(&stream, self.transport.is_live());
         sent.map_err(|it| it.to_string())?;
-        self.delivery.sent();
+        self.transport.sent();
         self.sent = Instant::now();
         Ok(())
     }
 
-    /// Sends what an analysis adds, after the last row.
+    /// Sends data of an analysis, after the last row.
     fn add(
         &mut self,
         send: impl FnOnce(&mut Self, &RecordingStream) -> RecordingStreamResult<()>,
     ) -> Result<(), Error> {
-        let Some(stream) = self.delivery.stream() else {
+        let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        let result = self.delivery.accepts_at_last().and_then(|accepts| {
-            // A viewer that takes nothing is told of at the end.
+        let result = self.transport.accepts_at_last().and_then(|accepts| {
+            // A viewer that accepts nothing gets a warning at the end.
             if accepts {
                 send(self, &stream).map_err(|it| it.to_string())?;
-                self.delivery.sent();
+                self.transport.sent();
             }
             Ok(())
         });
-        self.delivery.judge(result)
+        self.transport.judge(result)
     }
 
     fn complete(&mut self, summary: &str, completed: bool) -> Result<(), String> {
-        let Some(stream) = self.delivery.stream() else {
+        let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        if !self.delivery.accepts_at_last()? {
-            self.rows[1] += self.drawing.moments.len();
-            self.delivery.stuck();
+        if !self.transport.accepts_at_last()? {
+            self.rows[1] += self.drawing.time_points.len();
+            self.transport.stuck();
             return Ok(());
         }
         self.send()?;
@@ -188,7 +187,7 @@ impl RerunSink {
                 scene.finish(&stream)?;
                 (speeds, bounds) = (scene.speeds(), scene.bounds());
             }
-            // A viewer that watches keeps what its user made of the layout, unless there is more to see now.
+            // A connected viewer keeps the layout of its user, unless there are new views.
             let added = !self.layout.derived.is_empty() || !self.layout.diagrams.is_empty();
             if added || !self.layout.live && self.drawing.scene.is_some() {
                 self.layout.send(&stream, bounds)?;
@@ -196,15 +195,15 @@ impl RerunSink {
             stream.log_static("run", &self.card.finished(summary, completed, speeds))
         };
         end().map_err(|it| it.to_string())?;
-        self.delivery.sent();
+        self.transport.sent();
         drop(stream);
-        self.delivery.end()
+        self.transport.end()
     }
 }
 
 impl Sink for RerunSink {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
-        if !self.delivery.is_open() {
+        if !self.transport.is_open() {
             return Ok(());
         }
         self.card.end = time;
@@ -216,18 +215,18 @@ impl Sink for RerunSink {
             return Ok(());
         }
         let result = self.send();
-        self.delivery.judge(result)
+        self.transport.judge(result)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        if self.delivery.is_open() {
+        if self.transport.is_open() {
             self.drawing.event(event);
         }
         Ok(())
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        if self.delivery.is_open() {
+        if self.transport.is_open() {
             self.drawing.status(change);
         }
         Ok(())
@@ -238,8 +237,8 @@ impl Sink for RerunSink {
             let name = format!("{}: {}", derived.analysis, derived.group);
             sink.layout.derived.push((name, signals::derived_charts(derived)));
             let clock = &sink.drawing.clock;
-            let moments: Moments = derived.time.iter().map(|time| clock.at(*time)).collect();
-            signals::add(stream, derived, &moments.axes())
+            let time_points: TimePoints = derived.time.iter().map(|time| clock.at(*time)).collect();
+            signals::add(stream, derived, &time_points.axes())
         })
     }
 
@@ -249,20 +248,16 @@ impl Sink for RerunSink {
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         let result = self.complete(summary, completed);
-        self.delivery.judge(result)?;
+        self.transport.judge(result)?;
         let [all, missing] = self.rows;
         if missing > 0 {
-            self.delivery.warn(&format!("was too slow for {missing} of {all} rows"));
+            self.transport.warn(&format!("was too slow for {missing} of {all} rows"));
         }
         Ok(())
     }
 
-    fn url(&self) -> Option<&str> {
-        self.delivery.url()
-    }
-
-    fn warning(&self) -> Option<&str> {
-        self.delivery.warning()
+    fn notices(&mut self) -> Vec<Notice> {
+        self.transport.notices()
     }
 }
 

@@ -7,7 +7,7 @@ use diagnostics::Error;
 
 use crate::comparison::Comparison;
 
-/// The version that the recordings are written for; viewers read no others.
+/// The version of the recordings; a viewer reads only its own version.
 pub const VERSION: &str = "0.36.3";
 
 /// Opens a run, which is a folder with `run.rrd` or the recording itself, and waits until the viewer is closed.
@@ -18,7 +18,7 @@ pub fn view(run: &Path) -> Result<(), Error> {
     open(&recording(run)?)
 }
 
-/// Puts two runs into one recording, and opens it; with `save` that is written and not opened. Tells `note` what is odd.
+/// Puts two runs into one recording and opens it, or with `save` only writes it. `note` gets its oddities.
 ///
 /// # Errors
 /// When a run cannot be read, they have nothing in common, or as with [`view`].

@@ -20,8 +20,14 @@ pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use check::{CheckPlan, ResultName, Subject};
 pub use input_chain::{FaultPlan, InputChain};
 
-/// The files of a run, whose names nothing else in its folder can have.
-pub const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.csv.partial"];
+/// The report of a run, in its folder.
+pub const REPORT: &str = "report.json";
+
+/// Whether a name in the folder of a run belongs to its report or, as `run.*` does, to its recordings.
+#[must_use]
+pub fn is_reserved(name: &str) -> bool {
+    name == REPORT || name.starts_with("run.")
+}
 
 /// The communication points of a run: `t = k h`, computed and never accumulated.
 #[derive(Debug, Clone, Copy, PartialEq)]

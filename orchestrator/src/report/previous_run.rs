@@ -24,7 +24,7 @@ pub(crate) struct PreviousValidation {
 impl PreviousRun {
     /// What the report in the folder says, if there is one.
     pub fn read(folder: &Path) -> Self {
-        let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
+        let text = std::fs::read_to_string(folder.join(scenario::plan::REPORT)).unwrap_or_default();
         let mut previous: PreviousRun = serde_json::from_str(&text).unwrap_or_default();
         let plain =
             |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());

@@ -65,9 +65,6 @@ impl Sink<Full> for Record {
         self.events.push(format!("{} {}: {}", event.time, event.source, event.message));
         Ok(())
     }
-    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
-        Ok(())
-    }
 }
 
 const STEP: f64 = 0.5;

@@ -1,5 +1,4 @@
-//! Writes a run as CSV: `time` and one column for each signal, with as many digits as it takes to read
-//! the same numbers back, and texts in quotes behind the numbers.
+//! Writes a run as CSV: `time`, a column for each number with all digits, then a quoted column for each text.
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -10,7 +9,7 @@ use diagnostics::Error;
 use super::{RunHeader, Sink};
 use crate::row::{Recorded, Row};
 
-/// A CSV file that gets its name when it is complete.
+/// A CSV file. It gets its name when it is complete.
 pub struct CsvSink {
     path: PathBuf,
     partial: PathBuf,
@@ -19,10 +18,13 @@ pub struct CsvSink {
 }
 
 impl CsvSink {
+    /// The files that it may leave.
+    pub const FILES: &[&str] = &["run.csv", "run.csv.partial"];
+
     /// Begins the file `run.csv` of the run's folder.
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// When the file cannot be created.
     pub fn new(header: &RunHeader) -> Result<Self, Error> {
         let path = header.folder.join("run.csv");
         let partial = header.folder.join("run.csv.partial");
@@ -67,7 +69,7 @@ impl Sink for CsvSink {
 
     fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
         self.out.flush().map_err(|error| Error::output(&self.partial, error))?;
-        // A table that stops early looks like any other, so it does not get the name.
+        // An incomplete table looks like a complete one, so it does not get the name.
         if !completed {
             return Ok(());
         }

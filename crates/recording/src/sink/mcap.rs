@@ -1,5 +1,4 @@
-//! Writes a run as MCAP: protobuf messages whose schemas are made from the variables, a channel for each
-//! side of each node.
+//! Writes a run as MCAP: a channel for each side of each node, with protobuf messages of its variables.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,28 +21,28 @@ mod foxglove;
 
 pub(crate) use foxglove::event;
 
-/// The message that makes a chunk at least this large closes it, so that chunks stay below 256 KiB: what
-/// a killed run loses, and what a reader must hold.
+/// A message closes its chunk at this size. Chunks thus stay below 256 KiB, which bounds the loss of a killed
+/// run and the memory of a reader.
 const CHUNK: u64 = 240 << 10;
 /// Chunks are closed at least once in this simulated time [s].
 const FLUSH_EVERY: f64 = 1.0;
 
-/// The metadata that is known from the start, and that which only a whole recording has.
+/// The metadata at the start, and that at the end of a complete recording.
 pub(crate) const RUN: &str = "run";
 const END: &str = "end";
 /// The verdict.
 pub(crate) const SUMMARY: &str = "summary.md";
-/// Media type of the scenario's files, that of the user first, and of those that they name.
+/// Media types of the scenario's files, the user's own first, and of the files that they name.
 pub(crate) const SCENARIO: &str = "application/toml";
 pub(crate) const KEPT: &str = "text/plain";
 
-/// An MCAP file, readable up to its last closed chunk at any moment.
+/// An MCAP file, at any time readable up to its last closed chunk.
 pub struct McapSink {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     channels: Vec<Channel>,
     log: u16,
-    /// Where the moving body is, when the scenario names one.
+    /// The channel of the moving body's position, if the scenario has a pose.
     transform: Option<u16>,
     header: RunHeader,
     next_flush: f64,
@@ -68,6 +67,9 @@ struct Side {
 }
 
 impl McapSink {
+    /// The file that it leaves.
+    pub const FILES: &[&str] = &["run.mcap"];
+
     /// Begins the file `run.mcap` of the run's folder.
     ///
     /// # Errors
@@ -197,7 +199,7 @@ impl Sink for McapSink {
     }
 }
 
-/// What is known from the start is written first, so that a run that is killed leaves it, too.
+/// Writes the description of the run first: a killed run leaves it, too.
 fn begin(writer: &mut Writer<BufWriter<File>>, header: &RunHeader) -> ::mcap::McapResult<()> {
     let entries = [
         ("scenario", header.scenario.clone()),
@@ -241,12 +243,12 @@ fn attach(
     })
 }
 
-/// Simulated time is the time of the recording, from 0 on.
+/// The recording's clock is the simulated time, from 0 on.
 fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64
 }
 
-/// Adds a channel for the columns, whose fields count from 1, and returns its number.
+/// Adds a channel with a field for each column, from field number 1 on, and returns its id.
 fn channel(
     writer: &mut Writer<BufWriter<File>>,
     (node, word): (&str, &str),
@@ -265,7 +267,7 @@ fn channel(
     for (field, column) in names.iter().zip(fields) {
         metadata.insert(format!("fmi:{field}"), column.variable.clone());
         metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
-        // Protobuf has only doubles for them.
+        // Integers and booleans are written as doubles.
         if matches!(column.kind, ValueKind::Integer | ValueKind::Boolean) {
             metadata.insert(format!("type:{field}"), format!("{:?}", column.kind));
         }
@@ -280,7 +282,7 @@ fn tag(number: u32) -> Vec<u8> {
     bytes
 }
 
-/// The names of the fields: identifiers of protobuf, no two of them equal.
+/// The names of the fields: different identifiers of protobuf.
 fn field_names(columns: &[&Column]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for column in columns {

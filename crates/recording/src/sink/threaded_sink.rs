@@ -1,4 +1,4 @@
-//! Lets a sink work on a thread of its own, so that a run and its recordings go on at the same time.
+//! Runs a sink on a thread of its own, so that a run does not wait for its recordings.
 
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -6,19 +6,19 @@ use std::thread::JoinHandle;
 
 use diagnostics::Error;
 
-use super::{Derived, Event, Sink, StatusChange};
+use super::{BoxedSink, Derived, Event, Notice, Sink, StatusChange};
 use crate::row::{Recorded, Row};
 
-/// Rows that are handed over at once, at most.
+/// Rows of a batch at most.
 const ROWS: usize = 128;
-/// Simulated time that is [s], at most: what is lost when the program is killed.
+/// Simulated time of a batch at most [s]: a killed program loses as much.
 const SPAN: f64 = 0.1;
-/// Batches that may wait; then the run waits, instead of filling the memory.
+/// Waiting batches at most; then the run waits, which bounds the memory.
 const WAITING: usize = 8;
 
-/// What is handed over, in its order.
+/// An item of a batch.
 enum Item {
-    /// Its tick, its time and its texts; the numbers are in the batch.
+    /// A row: its tick, its time and its texts; the batch holds its numbers.
     Row(u64, f64, Vec<String>),
     Event(Event),
     Status(StatusChange),
@@ -27,35 +27,34 @@ enum Item {
 #[derive(Default)]
 struct Batch {
     items: Vec<Item>,
-    /// Of all rows, one after the other.
+    /// The numbers of all rows, one row after the other.
     numbers: Vec<f64>,
     rows: usize,
     since: f64,
 }
 
-type Done = (Box<dyn Sink + Send>, Result<(), Error>);
+type Done = (BoxedSink, Result<(), Error>);
 
-/// Where the sink is.
-enum Place {
-    Here(Box<dyn Sink + Send>),
-    There(SyncSender<Batch>, JoinHandle<Done>),
-    /// On the way from one to the other.
-    Away,
+/// The state of the sink.
+enum State {
+    /// Not on a thread: before the first row, and after the last one.
+    Idle(BoxedSink),
+    Working(SyncSender<Batch>, JoinHandle<Done>),
+    /// Between the two.
+    Changing,
 }
 
-/// A sink that works on a thread of its own from its first row until its last one. What it fails with is told by one of the
-/// calls that follow, at the latest by [`Sink::finish`].
+/// A sink on a thread of its own, from its first row to its last one. Its errors come from a later call, at the latest from
+/// [`Sink::finish`].
 pub struct ThreadedSink {
-    place: Place,
+    state: State,
     batch: Batch,
-    url: Option<String>,
 }
 
 impl ThreadedSink {
-    /// Not yet on a thread.
-    pub fn new(sink: Box<dyn Sink + Send>) -> Self {
-        let url = sink.url().map(str::to_owned);
-        Self { place: Place::Here(sink), batch: Batch::default(), url }
+    /// Wraps a sink. Its thread starts with the first batch.
+    pub fn new(sink: BoxedSink) -> Self {
+        Self { state: State::Idle(sink), batch: Batch::default() }
     }
 
     fn hand_over(&mut self) -> Result<(), Error> {
@@ -63,43 +62,43 @@ impl ThreadedSink {
         if batch.items.is_empty() {
             return Ok(());
         }
-        self.place = match std::mem::replace(&mut self.place, Place::Away) {
-            Place::Here(sink) => {
+        self.state = match std::mem::replace(&mut self.state, State::Changing) {
+            State::Idle(sink) => {
                 let (sender, receiver) = sync_channel(WAITING);
                 let thread = std::thread::spawn(move || work(sink, &receiver));
-                Place::There(sender, thread)
+                State::Working(sender, thread)
             }
             other => other,
         };
-        let Place::There(sender, _) = &self.place else { return Ok(()) };
-        // Nobody takes it: the thread ended with an error.
+        let State::Working(sender, _) = &self.state else { return Ok(()) };
+        // The channel is closed: the thread ended with an error.
         if sender.send(batch).is_err() { self.fetch().map(drop) } else { Ok(()) }
     }
 
-    /// The sink, once it took all that was handed over.
-    fn fetch(&mut self) -> Result<&mut Box<dyn Sink + Send>, Error> {
+    /// Ends the thread and returns the sink.
+    fn fetch(&mut self) -> Result<&mut BoxedSink, Error> {
         let mut result = Ok(());
-        self.place = match std::mem::replace(&mut self.place, Place::Away) {
-            Place::There(sender, thread) => {
+        self.state = match std::mem::replace(&mut self.state, State::Changing) {
+            State::Working(sender, thread) => {
                 drop(sender);
                 let (sink, ended) = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
                 result = ended;
-                Place::Here(sink)
+                State::Idle(sink)
             }
             other => other,
         };
-        let Place::Here(sink) = &mut self.place else { unreachable!("it was fetched") };
+        let State::Idle(sink) = &mut self.state else { unreachable!("the thread has ended") };
         result.map(|()| sink)
     }
 
-    /// The sink after all that came so far.
-    fn caught_up(&mut self) -> Result<&mut Box<dyn Sink + Send>, Error> {
+    /// The sink, after it took all items so far.
+    fn caught_up(&mut self) -> Result<&mut BoxedSink, Error> {
         self.hand_over()?;
         self.fetch()
     }
 }
 
-fn work(mut sink: Box<dyn Sink + Send>, batches: &Receiver<Batch>) -> Done {
+fn work(mut sink: BoxedSink, batches: &Receiver<Batch>) -> Done {
     let mut row = Row::default();
     for batch in batches {
         let width = batch.numbers.len() / batch.rows.max(1);
@@ -157,14 +156,11 @@ impl Sink for ThreadedSink {
         self.caught_up()?.finish(summary, completed)
     }
 
-    fn url(&self) -> Option<&str> {
-        self.url.as_deref()
-    }
-
-    fn warning(&self) -> Option<&str> {
-        match &self.place {
-            Place::Here(sink) => sink.warning(),
-            Place::There(..) | Place::Away => None,
+    /// The notices of the sink; none while it works on its thread.
+    fn notices(&mut self) -> Vec<Notice> {
+        match &mut self.state {
+            State::Idle(sink) => sink.notices(),
+            State::Working(..) | State::Changing => Vec::new(),
         }
     }
 }
@@ -176,15 +172,15 @@ mod tests {
     use super::*;
     use crate::sink::Level;
 
-    /// Writes down what it takes, and fails at a tick.
+    /// Notes each call, and fails at a tick.
     struct Notes {
-        told: Arc<Mutex<Vec<String>>>,
+        notes: Arc<Mutex<Vec<String>>>,
         fails_at: u64,
     }
 
     impl Notes {
         fn note(&self, what: String) {
-            self.told.lock().expect("no panic").push(what);
+            self.notes.lock().expect("no panic").push(what);
         }
     }
 
@@ -208,10 +204,10 @@ mod tests {
         }
     }
 
-    fn beside(fails_at: u64) -> (ThreadedSink, Arc<Mutex<Vec<String>>>) {
-        let told = Arc::default();
-        let notes = Notes { told: Arc::clone(&told), fails_at };
-        (ThreadedSink::new(Box::new(notes)), told)
+    fn threaded(fails_at: u64) -> (ThreadedSink, Arc<Mutex<Vec<String>>>) {
+        let notes = Arc::default();
+        let sink = Notes { notes: Arc::clone(&notes), fails_at };
+        (ThreadedSink::new(Box::new(sink)), notes)
     }
 
     fn row(tick: u64) -> Row<Recorded> {
@@ -219,8 +215,8 @@ mod tests {
     }
 
     #[test]
-    fn all_arrives_in_its_order() {
-        let (mut sink, told) = beside(u64::MAX);
+    fn items_arrive_in_their_order() {
+        let (mut sink, notes) = threaded(u64::MAX);
         let event = |message: &str| Event {
             time: 0.0,
             level: Level::Info,
@@ -235,21 +231,21 @@ mod tests {
             }
         }
         sink.finish("after", true).expect("finished");
-        let told = told.lock().expect("no panic");
-        assert_eq!(told.len(), 1003);
-        assert_eq!((told[0].as_str(), told[1002].as_str()), ("before", "after"));
-        assert_eq!(told[501], r#"500 0.5 [500.0, 0.5] ["t500"]"#);
-        assert_eq!(told[502], "between");
+        let notes = notes.lock().expect("no panic");
+        assert_eq!(notes.len(), 1003);
+        assert_eq!((notes[0].as_str(), notes[1002].as_str()), ("before", "after"));
+        assert_eq!(notes[501], r#"500 0.5 [500.0, 0.5] ["t500"]"#);
+        assert_eq!(notes[502], "between");
     }
 
     #[test]
-    fn what_it_fails_with_is_told_and_it_can_still_be_finished() {
-        let (mut sink, told) = beside(300);
+    fn a_later_call_returns_the_error_of_the_thread_and_the_sink_can_still_be_finished() {
+        let (mut sink, notes) = threaded(300);
         let failed = (0..100_000).find_map(|tick| sink.row(tick, tick as f64, &row(tick)).err());
         assert!(failed.expect("an error").to_string().contains("the disk is full"));
-        assert_eq!(told.lock().expect("no panic").len(), 300);
+        assert_eq!(notes.lock().expect("no panic").len(), 300);
         sink.finish("after", false).expect("finished");
-        let (mut sink, _) = beside(3);
+        let (mut sink, _) = threaded(3);
         (0..5).for_each(|tick| sink.row(tick, 1e-3 * tick as f64, &row(tick)).expect("taken"));
         assert!(sink.finish("after", true).is_err());
     }

@@ -92,8 +92,8 @@ pub(super) fn read(
     let Some(time) = time else {
         return Err(TableError::NoTime { path: path.to_owned(), present: header });
     };
-    let places = places(path, &header, std::iter::once(time).chain(wanted.iter().copied()))?;
-    let mut cells = source.cells(&header, &places, true)?;
+    let positions = positions(path, &header, std::iter::once(time).chain(wanted.iter().copied()))?;
+    let mut cells = source.cells(&header, &positions, true)?;
     let time = cells.remove(0);
     let series = |values| Series { clock: 0, values, unit: None };
     let columns = cells.into_iter().map(series).collect();
@@ -115,12 +115,12 @@ pub fn columns(
         None => Source::open(path)?,
     };
     let header = source.header()?;
-    let places = places(path, &header, wanted.iter().copied())?;
-    Ok(source.cells(&header, &places, false)?)
+    let positions = positions(path, &header, wanted.iter().copied())?;
+    Ok(source.cells(&header, &positions, false)?)
 }
 
 /// Where the columns are in the header.
-fn places<'a>(
+fn positions<'a>(
     path: &Path,
     header: &[String],
     wanted: impl Iterator<Item = &'a str>,

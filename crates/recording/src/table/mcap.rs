@@ -17,7 +17,7 @@ use self::field::{Dead, Field, Reader};
 pub(crate) use self::file::Mcap;
 use super::{Recorded, Series, TableError};
 
-/// Which time stamp of a message counts.
+/// The time stamp that counts.
 #[derive(Debug, Clone, Copy)]
 enum Stamp {
     Log,
@@ -35,7 +35,7 @@ impl Stamp {
         }
     }
 
-    /// What it is called, and what the other one is.
+    /// Its name, and that of the other one.
     fn names(self) -> (&'static str, &'static str) {
         match self {
             Stamp::Log => ("log_time", "publish_time"),
@@ -52,15 +52,15 @@ impl Stamp {
     }
 }
 
-/// The wanted fields of a channel, and what its messages hold.
+/// The wanted fields of a channel, and their values.
 struct Track {
     channel: Arc<Channel<'static>>,
     reader: Reader,
-    /// Each with the column that asks for it.
+    /// Each with its column.
     fields: Vec<(String, Field)>,
-    /// Of each message the time stamp [ns] and its number in the order of the file.
+    /// The time stamp [ns] of each message, and its number in the order of the file.
     messages: Vec<(u64, u64)>,
-    /// Of each field the numbers.
+    /// The numbers of each field.
     columns: Vec<Vec<f64>>,
 }
 
@@ -76,10 +76,10 @@ pub(super) fn read(
     let stamp = Stamp::of(path, time)?;
     let file = Mcap::open(path)?;
     let channels = file.channels()?;
-    let (mut tracks, mut places) = (Vec::new(), Vec::new());
+    let (mut tracks, mut columns) = (Vec::new(), Vec::new());
     for column in wanted {
         let (channel, path) = catalogue::find(&file, &channels, column)?;
-        places.push(want(&file, column, channel, &path, &mut tracks)?);
+        columns.push(want(&file, column, channel, &path, &mut tracks)?);
     }
     file.messages(&mut |header, data| {
         let track = tracks.iter_mut().find(|track| track.channel.id == header.channel_id);
@@ -88,7 +88,7 @@ pub(super) fn read(
     for track in &mut tracks {
         track.sort(&file, stamp)?;
     }
-    Ok(recorded(&file, &mut tracks, places))
+    Ok(recorded(&file, &mut tracks, columns))
 }
 
 /// Adds a field to the track of its channel.
@@ -100,14 +100,14 @@ fn want(
     tracks: &mut Vec<Track>,
 ) -> Result<Place, TableError> {
     let known = tracks.iter().position(|track| track.channel.id == channel.id);
-    let place = match known {
-        Some(place) => place,
+    let index = match known {
+        Some(index) => index,
         None => {
             tracks.push(Track::new(file, column, channel)?);
             tracks.len() - 1
         }
     };
-    let track = &mut tracks[place];
+    let track = &mut tracks[index];
     let found = track.reader.find(field).map_err(|dead| match dead {
         Dead::Missing => catalogue::missing(file, &[channel], column),
         Dead::Other(found) => not_a_number(file, column, found),
@@ -115,7 +115,7 @@ fn want(
     track.fields.push((column.to_owned(), found));
     track.columns.push(Vec::new());
     let unit = channel.metadata.get(&format!("unit:{field}")).filter(|unit| !unit.is_empty());
-    Ok((place, track.fields.len() - 1, unit.cloned()))
+    Ok((index, track.fields.len() - 1, unit.cloned()))
 }
 
 fn not_a_number(file: &Mcap, column: &str, found: String) -> TableError {
@@ -201,7 +201,7 @@ fn seconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 / 1e9
 }
 
-fn recorded(file: &Mcap, tracks: &mut [Track], places: Vec<Place>) -> Recorded {
+fn recorded(file: &Mcap, tracks: &mut [Track], columns: Vec<Place>) -> Recorded {
     let ends = |track: &Track| Some((track.messages.first()?.0, track.messages.last()?.0));
     let ends: Vec<_> = tracks.iter().filter_map(ends).collect();
     let first = ends.iter().map(|(first, _)| *first).min().unwrap_or(0);
@@ -209,13 +209,13 @@ fn recorded(file: &Mcap, tracks: &mut [Track], places: Vec<Place>) -> Recorded {
     let clock =
         |track: &Track| track.messages.iter().map(|(stamp, _)| seconds(stamp - first)).collect();
     let clocks = tracks.iter().map(clock).collect();
-    let columns = places.into_iter().map(|(track, field, unit)| {
+    let columns = columns.into_iter().map(|(track, field, unit)| {
         let values = std::mem::take(&mut tracks[track].columns[field]);
         Series { clock: track, values, unit }
     });
     let warning = (!file.finished).then(|| {
         format!(
-            "the recording {} was not finished: what is behind its last whole chunk is lost, it is read up to {} s",
+            "the recording {} was not finished: it is read up to {} s, the end of its last complete chunk",
             file.path.display(),
             seconds(last)
         )

@@ -1,4 +1,4 @@
-//! Writes what two runs have in common and what differs: verdicts side by side, and the values of their scenarios.
+//! Writes the card of two runs: verdicts side by side, and different values of their scenarios.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -8,11 +8,11 @@ use scenario::Scenario;
 
 use super::{Comparison, RecordedRun};
 
-/// Differences of the scenarios that are listed; of more the number is told.
+/// Listed differences of the scenarios at most; the rest is counted.
 const LISTED: usize = 40;
 
 impl Comparison {
-    /// The run card as Markdown; `found` is what else is known of both runs, a line of the first table each.
+    /// The run card as Markdown; `found` are further lines of its first table.
     #[must_use]
     pub fn card(&self, found: &[(String, [String; 2])]) -> String {
         let [a, b] = &self.runs;
@@ -39,7 +39,7 @@ impl Comparison {
             text += "\n";
             table(&mut text, "Check", &self.runs, &checks);
         }
-        text += "\n### What differs in the scenarios\n\n";
+        text += "\n### Differences of the scenarios\n\n";
         match self.differences() {
             Ok(differences) if differences.is_empty() => text += "Nothing.\n",
             Ok(differences) => {
@@ -63,7 +63,7 @@ impl Comparison {
         text
     }
 
-    /// The checks of both runs, in the order of A, and what became of them.
+    /// The checks of both runs, in the order of A, and their verdicts.
     fn checks(&self) -> Vec<(String, [String; 2])> {
         let of: Vec<BTreeMap<_, _>> =
             self.runs.iter().map(|it| verdict(it).1.into_iter().collect()).collect();
@@ -73,11 +73,14 @@ impl Comparison {
                 names.push(name);
             }
         }
-        let told = |run: usize, name: &str| of[run].get(name).cloned().unwrap_or_default();
-        names.into_iter().map(|name| (name.clone(), [told(0, &name), told(1, &name)])).collect()
+        let verdict_of = |run: usize, name: &str| of[run].get(name).cloned().unwrap_or_default();
+        names
+            .into_iter()
+            .map(|name| (name.clone(), [verdict_of(0, &name), verdict_of(1, &name)]))
+            .collect()
     }
 
-    /// The values that differ between the scenarios, but for how they are looked at.
+    /// The values that differ between the scenarios; titles and views are left out.
     fn differences(&self) -> Result<Vec<(String, [String; 2])>, Error> {
         let values = |run: &RecordedRun| -> Result<BTreeMap<String, String>, Error> {
             let mut values =
@@ -97,8 +100,8 @@ impl Comparison {
         let [a, b] = [values(&self.runs[0])?, values(&self.runs[1])?];
         let names: BTreeSet<_> = a.keys().chain(b.keys()).collect();
         let differing = names.into_iter().filter(|name| a.get(*name) != b.get(*name));
-        let told = |value: Option<&String>| value.cloned().unwrap_or_else(|| "–".to_owned());
-        Ok(differing.map(|name| (name.clone(), [told(a.get(name)), told(b.get(name))])).collect())
+        let cell = |value: Option<&String>| value.cloned().unwrap_or_else(|| "–".to_owned());
+        Ok(differing.map(|name| (name.clone(), [cell(a.get(name)), cell(b.get(name))])).collect())
     }
 }
 
@@ -111,7 +114,7 @@ fn table(text: &mut String, head: &str, runs: &[RecordedRun; 2], lines: &[(Strin
     }
 }
 
-/// The headline of a run's summary, and what it says of each check.
+/// The headline of a run's summary, and the verdict on each check.
 fn verdict(run: &RecordedRun) -> (String, Vec<(String, String)>) {
     let Some(summary) = &run.recording.summary else {
         return ("the recording was cut off".to_owned(), Vec::new());

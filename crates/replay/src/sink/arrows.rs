@@ -1,15 +1,18 @@
 //! Draws vectors as arrows on the moving body.
 
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::Arrows3D;
+use re_sdk_types::components::Radius;
 use recording::view::Arrow;
 use recording::{Recorded, Row};
-use rerun::{Arrows3D, EntityPath, Radius, RecordingStream, RecordingStreamResult, TimeColumn};
 
 use super::palette::Palette;
 
-/// What the arrows are below.
+/// The root of the arrows.
 pub(super) const ROOT: &str = "world/car/arrows";
 
-/// The arrows, with the vectors that were not sent yet.
+/// The arrows, with their unsent vectors.
 pub(super) struct Arrows(Vec<(Arrow, Vec<[f32; 3]>)>);
 
 impl Arrows {
@@ -17,7 +20,7 @@ impl Arrows {
         Self(arrows.into_iter().map(|arrow| (arrow, Vec::new())).collect())
     }
 
-    /// Sends where they start and their colours.
+    /// Sends their origins and colours.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let mut palette = Palette::default();
         for (number, (arrow, _)) in self.0.iter().enumerate() {
@@ -38,7 +41,7 @@ impl Arrows {
             let turn = arrow.turn.as_ref().map_or(0.0, |it| it.value(time, row));
             let (sin, cos) = turn.sin_cos();
             let vector = [cos * x - sin * y, sin * x + cos * y, 0.0];
-            // What cannot be computed, such as a share of no load, has no arrow.
+            // A value that is no number has no arrow.
             vectors.push(vector.map(|it| if it.is_finite() { it as f32 } else { 0.0 }));
         }
     }

@@ -1,9 +1,9 @@
-//! Writes the run card: what was run, with what, and how it ended.
+//! Writes the run card: the run, its options and its ending.
 
+use re_sdk_types::archetypes::TextDocument;
 use recording::RunHeader;
-use rerun::TextDocument;
 
-/// What the recording says about itself.
+/// The facts of a run.
 pub(super) struct Card {
     title: String,
     scenario: String,
@@ -27,13 +27,13 @@ impl Card {
         }
     }
 
-    /// What it says until the end is reached.
+    /// The card before the end.
     pub fn running(&self) -> TextDocument {
         let state = "*This run has not ended yet, or it was cut off.*";
         TextDocument::from_markdown(format!("# {}\n\n{state}\n\n{}", self.title, self.facts("")))
     }
 
-    /// What it says in the end; `speeds` [m/s] are those of the ends of the colour scale.
+    /// The card at the end; `speeds` [m/s] are the ends of the colour scale.
     pub fn finished(
         &self,
         summary: &str,

@@ -1,21 +1,23 @@
-//! Draws the diagrams that analyses hand over, which do not change with time.
+//! Draws the static diagrams of analyses.
 
 use plugin::{Diagram, Layer, Shape};
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{LineStrips2D, Points2D};
+use re_sdk_types::components::{Color, Radius};
 use recording::view::Role;
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult};
 
 use super::frame::{Frame, Strip};
 use super::palette::{Palette, dimmed, faded};
-use super::planes::Shown;
 use super::signals::entity;
+use super::xy_plots::Shown;
 
 /// Of the first diagram of a group, and of the others: width by height, height of a line of text, and spaces between ticks.
 const FIRST: (f64, f32, f64) = (2.8, 0.065, 6.0);
 const OTHERS: (f64, f32, f64) = (1.3, 0.12, 3.5);
-/// The viewer fills no areas: vertical lines side by side do it.
+/// The viewer fills no areas: vertical lines side by side stand in.
 const COLUMNS: usize = 240;
 
-/// What analyses found, in the order in which it came.
+/// Groups of diagrams, in the order of their arrival.
 #[derive(Default)]
 pub(super) struct Diagrams(Vec<Group>);
 
@@ -25,7 +27,7 @@ pub(super) struct Group {
     pub name: String,
     /// The first one is the largest, and has the legend.
     pub shown: Vec<Shown>,
-    /// What has a colour already, so that it has the same one in all diagrams of the group.
+    /// Colours in use: one label has one colour in all diagrams of the group.
     known: Vec<(Role, String)>,
 }
 
@@ -54,12 +56,12 @@ impl Diagrams {
         diagram: &Diagram,
     ) -> RecordingStreamResult<()> {
         let known = self.0.iter().position(|it| it.analysis == analysis && it.name == name);
-        let place = known.unwrap_or_else(|| {
+        let index = known.unwrap_or_else(|| {
             let (analysis, name) = (analysis.to_owned(), name.to_owned());
             self.0.push(Group { analysis, name, shown: Vec::new(), known: Vec::new() });
             self.0.len() - 1
         });
-        self.0[place].draw(stream, diagram)
+        self.0[index].draw(stream, diagram)
     }
 }
 
@@ -110,7 +112,7 @@ impl Group {
     }
 }
 
-/// The ends of an axis; what is not told of them is where the layers end.
+/// The ends of an axis; an end that is no number is that of the layers.
 fn range(diagram: &Diagram, axis: usize) -> [f64; 2] {
     let values = diagram.layers.iter().flat_map(|layer| match axis {
         0 => layer.x.iter().chain(&[]),
@@ -119,12 +121,12 @@ fn range(diagram: &Diagram, axis: usize) -> [f64; 2] {
     let finite = || values.clone().copied().filter(|it| it.is_finite());
     let found = [finite().fold(f64::INFINITY, f64::min), finite().fold(-f64::INFINITY, f64::max)];
     let [from, to] = [0, 1].map(|end| {
-        let told = diagram.ranges[axis][end];
-        if told.is_finite() { told } else { found[end] }
+        let given = diagram.ranges[axis][end];
+        if given.is_finite() { given } else { found[end] }
     });
     match (to - from).is_finite() && from != to {
         true => [from, to],
-        // Nothing to see, or all of it at one place.
+        // No point, or all of them at one coordinate.
         false if from.is_finite() => [from - 0.5, from + 0.5],
         false => [0.0, 1.0],
     }
@@ -164,7 +166,7 @@ fn band(frame: &Frame, layer: &Layer, color: Color, rank: usize) -> LineStrips2D
         .with_draw_order(-100.0 + rank as f32)
 }
 
-/// The ends of a band at a place, on straight lines between its points, which rise.
+/// The ends of a band at one x, interpolated linearly; the x of its points rise.
 fn between(layer: &Layer, x: f64) -> Option<[f64; 2]> {
     let after = layer.x.partition_point(|it| *it <= x).min(layer.x.len().saturating_sub(1));
     let before = after.checked_sub(1)?;
@@ -248,9 +250,9 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_ends_where_it_is_told_to_or_where_the_layers_end() {
-        let told = diagram([[f64::NAN, 4.0], [f64::NAN; 2]], LINE);
-        assert_eq!([0, 1].map(|axis| range(&told, axis)), [[0.0, 4.0], [0.0, 20.0]]);
+    fn an_axis_ends_at_its_range_or_at_the_ends_of_the_layers() {
+        let given = diagram([[f64::NAN, 4.0], [f64::NAN; 2]], LINE);
+        assert_eq!([0, 1].map(|axis| range(&given, axis)), [[0.0, 4.0], [0.0, 20.0]]);
         let empty = diagram([[f64::NAN; 2]; 2], Layer { x: &[], y: &[], ..LINE });
         assert_eq!(range(&empty, 0), [0.0, 1.0]);
         let single = diagram([[f64::NAN; 2]; 2], Layer { x: &[7.0], y: &[7.0], ..LINE });

@@ -1,79 +1,79 @@
-//! Draws one run: its curves, texts, states, diagrams, moving body and events, from its rows on.
+//! Draws one run from its rows: curves, texts, status, diagrams, moving body and events.
 
+use re_sdk::{RecordingStream, RecordingStreamResult};
 use recording::{Event, NumberIndex, Recorded, Row, RunHeader, StatusChange};
-use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::RATE;
-use super::contender::Contender;
 use super::events::Events;
-use super::moments::{Clock, Moment, Moments};
-use super::planes::Planes;
+use super::run_slot::RunSlot;
 use super::scene::Scene;
 use super::signals::{Chart, Signals};
-use super::states::States;
+use super::status_tracks::StatusTracks;
 use super::texts::Texts;
+use super::timeline::{Clock, TimePoint, TimePoints};
+use super::xy_plots::XyPlots;
 
-/// What is shown of a run, with what was not sent yet.
+/// The drawing of a run, with its unsent rows.
 pub(super) struct Drawing {
     pub signals: Signals,
     pub texts: Texts,
-    pub states: States,
-    pub planes: Planes,
+    pub states: StatusTracks,
+    pub xy_plots: XyPlots,
     pub scene: Option<Scene>,
     pub events: Events,
     pub clock: Clock,
-    pub moments: Moments,
-    /// One row in so many is replayed, and the last one.
+    pub time_points: TimePoints,
+    /// Every so many-th row is replayed, and the last one.
     stride: u64,
     last: u64,
 }
 
 impl Drawing {
-    /// Plans what is shown, and the plots of it; the run lacks these columns of its rows.
+    /// Plans the drawing and its plots. The run lacks the columns `lacks`.
     pub fn new(
         header: &RunHeader,
-        contender: &Contender,
+        slot: &RunSlot,
         lacks: &[NumberIndex<Recorded>],
     ) -> (Self, Vec<Chart>) {
         let view = &header.view;
-        let (signals, charts) = Signals::new(header, contender, lacks);
+        let (signals, charts) = Signals::new(header, slot, lacks);
         let drawing = Self {
             signals,
-            texts: Texts::new(header, contender),
-            states: States::new(&header.status_tracks),
-            planes: Planes::new(&view.planes, header.columns.numbers().len(), contender),
-            scene: Scene::new(view, contender),
-            events: Events::new(contender),
+            texts: Texts::new(header, slot),
+            states: StatusTracks::new(&header.status_tracks),
+            xy_plots: XyPlots::new(&view.xy_plots, header.columns.numbers().len(), slot),
+            scene: Scene::new(view, slot),
+            events: Events::new(slot),
             clock: Clock::new(header.step, view.distance.clone()),
-            moments: Moments::default(),
+            time_points: TimePoints::default(),
             stride: ((1.0 / RATE / header.step + 1e-9) as u64).max(1),
             last: (header.stop / header.step).round() as u64,
         };
         (drawing, charts)
     }
 
-    /// Sends what does not change.
+    /// Sends the static parts.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         self.signals.describe(stream)?;
         self.states.describe(stream)?;
-        self.planes.describe(stream)?;
+        self.xy_plots.describe(stream)?;
         self.scene.as_ref().map_or(Ok(()), |it| it.describe(stream))
     }
 
-    /// Takes one row and tells its moment, if it is replayed.
-    pub fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Option<Moment> {
-        let moment = self.clock.row(time, row);
-        self.texts.push(moment, row.texts());
+    /// Takes a row; returns its time point, if the row is replayed.
+    pub fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Option<TimePoint> {
+        let time_point = self.clock.row(time, row);
+        self.texts.push(time_point, row.texts());
         if !tick.is_multiple_of(self.stride) && tick != self.last {
             return None;
         }
-        self.moments.push(moment);
+        self.time_points.push(time_point);
         self.signals.push(time, row);
-        self.planes.push(moment, time, row);
+        self.xy_plots.push(time_point, time, row);
         if let Some(scene) = &mut self.scene {
-            scene.push(moment, time, row);
+            scene.push(time_point, time, row);
         }
-        Some(moment)
+        Some(time_point)
     }
 
     pub fn event(&mut self, event: &Event) {
@@ -84,7 +84,7 @@ impl Drawing {
         self.states.push(self.clock.at(change.time), change);
     }
 
-    /// Sends what was collected and forgets it; `live` tells whether the driven line is to grow.
+    /// Sends the collected rows and forgets them. With `live` the driven line grows with them.
     pub fn send(&mut self, stream: &RecordingStream, live: bool) -> RecordingStreamResult<()> {
         self.send_rows(stream, live)?;
         self.texts.send(stream)?;
@@ -93,13 +93,13 @@ impl Drawing {
     }
 
     fn send_rows(&mut self, stream: &RecordingStream, live: bool) -> RecordingStreamResult<()> {
-        if self.moments.is_empty() {
+        if self.time_points.is_empty() {
             return Ok(());
         }
-        let axes = self.moments.axes();
-        self.moments.clear();
+        let axes = self.time_points.axes();
+        self.time_points.clear();
         self.signals.send(stream, &axes)?;
-        self.planes.send(stream, &axes)?;
+        self.xy_plots.send(stream, &axes)?;
         if let Some(scene) = &mut self.scene {
             scene.send(stream, &axes)?;
             if live {
@@ -109,10 +109,10 @@ impl Drawing {
         Ok(())
     }
 
-    /// Drops the rows that were collected and tells how many. Of states and texts the last one stays, which holds from then on.
+    /// Drops the collected rows; returns their number. The last status and the last text stay: they hold from then on.
     pub fn skip(&mut self) -> usize {
-        let dropped = self.moments.len();
-        // Sent to nobody, all of it is forgotten.
+        let dropped = self.time_points.len();
+        // A disabled stream discards them.
         let _ = self.send_rows(&RecordingStream::disabled(), true);
         self.texts.forget_past();
         self.states.forget_past();

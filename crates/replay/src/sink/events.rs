@@ -1,34 +1,36 @@
-//! Logs what happens between the rows.
+//! Logs events between rows.
 
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::TextLog;
+use re_sdk_types::components::TextLogLevel;
 use recording::{Event, Level};
-use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
 
-use super::contender::Contender;
-use super::moments::{Moment, Moments};
+use super::run_slot::RunSlot;
+use super::timeline::{TimePoint, TimePoints};
 
-/// Events that are kept for a viewer that is too slow.
+/// Events kept for a slow viewer.
 const KEPT: usize = 1_000;
 
-/// The events that were not sent yet.
+/// Unsent events.
 pub(super) struct Events {
-    contender: Contender,
-    moments: Moments,
+    slot: RunSlot,
+    time_points: TimePoints,
     events: Vec<Event>,
 }
 
 impl Events {
-    pub fn new(contender: &Contender) -> Self {
-        Self { contender: contender.clone(), moments: Moments::default(), events: Vec::new() }
+    pub fn new(slot: &RunSlot) -> Self {
+        Self { slot: slot.clone(), time_points: TimePoints::default(), events: Vec::new() }
     }
 
-    pub fn push(&mut self, moment: Moment, event: &Event) {
-        self.moments.push(moment);
+    pub fn push(&mut self, time_point: TimePoint, event: &Event) {
+        self.time_points.push(time_point);
         self.events.push(event.clone());
     }
 
     /// Forgets all but the last few.
     pub fn forget_past(&mut self) {
-        self.moments.keep_last(KEPT);
+        self.time_points.keep_last(KEPT);
         self.events.drain(..self.events.len().saturating_sub(KEPT));
     }
 
@@ -37,7 +39,7 @@ impl Events {
         if self.events.is_empty() {
             return Ok(());
         }
-        let text = |it: &Event| format!("{}: {}", self.contender.label(&it.source), it.message);
+        let text = |it: &Event| format!("{}: {}", self.slot.label(&it.source), it.message);
         let texts = self.events.iter().map(text);
         let levels = self.events.iter().map(|it| match it.level {
             Level::Info => TextLogLevel::INFO,
@@ -45,9 +47,9 @@ impl Events {
             Level::Error => TextLogLevel::ERROR,
         });
         let log = TextLog::update_fields().with_many_text(texts).with_many_level(levels);
-        let path = self.contender.path("events");
-        stream.send_columns(path, self.moments.axes(), log.columns_of_unit_batches()?)?;
-        self.moments.clear();
+        let path = self.slot.path("events");
+        stream.send_columns(path, self.time_points.axes(), log.columns_of_unit_batches()?)?;
+        self.time_points.clear();
         self.events.clear();
         Ok(())
     }

@@ -1,8 +1,8 @@
-//! Draws the axes and the legend of a diagram, and tells where in it things are.
+//! Draws the axes and the legend of a diagram, and maps coordinates to its view.
 
-use rerun::{
-    Color, EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,
-};
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{LineStrips2D, Points2D};
+use re_sdk_types::components::{Color, Radius};
 
 use super::round_number;
 
@@ -13,7 +13,7 @@ const TEXT: [u8; 3] = [190, 190, 195];
 /// The axes of a diagram of height 1.
 #[derive(Clone)]
 pub(super) struct Frame {
-    /// The entity that all of the diagram is below.
+    /// The root entity of the diagram.
     pub root: String,
     /// What the axes show, x and y, with units.
     pub labels: [String; 2],
@@ -27,7 +27,7 @@ pub(super) struct Frame {
     pub ticks: f64,
 }
 
-/// The places that a line goes through.
+/// The points of a line.
 pub(super) type Strip = Vec<[f32; 2]>;
 
 impl Frame {
@@ -39,25 +39,25 @@ impl Frame {
         })
     }
 
-    /// Where shares are in the view, whose y points down.
+    /// The position of shares in the view, whose y points down.
     pub fn at(&self, [x, y]: [f64; 2]) -> [f32; 2] {
         [(x * self.width) as f32, (1.0 - y) as f32]
     }
 
-    /// Where coordinates are in the view.
-    pub fn place(&self, coordinates: [f64; 2]) -> [f32; 2] {
+    /// The position of coordinates in the view.
+    pub fn position(&self, coordinates: [f64; 2]) -> [f32; 2] {
         self.at(self.shares(coordinates))
     }
 
-    /// Sends the grid with its numbers, and what the axes show.
+    /// Sends the grid with its numbers and the labels of the axes.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let (mut lines, mut colors, mut places, mut labels) = (vec![], vec![], vec![], vec![]);
+        let (mut lines, mut colors, mut positions, mut labels) = (vec![], vec![], vec![], vec![]);
         for axis in [0, 1] {
             let [from, to] = self.ranges[axis];
             let spacing = round_number((to - from).abs() / self.ticks);
             let across = self.ranges[1 - axis];
             let point = |along: f64, across: f64| {
-                self.place(if axis == 0 { [along, across] } else { [across, along] })
+                self.position(if axis == 0 { [along, across] } else { [across, along] })
             };
             let (first, last) = (from.min(to) / spacing, from.max(to) / spacing);
             for tick in (first - 1e-9).ceil() as i64..=(last + 1e-9).floor() as i64 {
@@ -65,7 +65,7 @@ impl Frame {
                 lines.push(across.map(|end| point(value, end)).to_vec());
                 colors.push(if tick == 0 { AXIS } else { GRID });
                 let [x, y] = point(value, across[0]);
-                places.push(match axis {
+                positions.push(match axis {
                     0 => [x, y + self.line],
                     _ => [x - 1.6 * self.line, y - 0.4 * self.line],
                 });
@@ -73,14 +73,14 @@ impl Frame {
             }
         }
         let middle = 0.5 * self.width as f32;
-        places.extend([[middle, 1.0 + 2.6 * self.line], [middle, -1.8 * self.line]]);
+        positions.extend([[middle, 1.0 + 2.6 * self.line], [middle, -1.8 * self.line]]);
         labels.extend([format!("→ {}", self.labels[0]), format!("↑ {}", self.labels[1])]);
         let grid = LineStrips2D::new(lines)
             .with_colors(colors)
             .with_radii([Radius::new_ui_points(0.5)])
             .with_draw_order(0.0);
         stream.log_static(format!("{}/grid", self.root), &grid)?;
-        let labels = Points2D::new(places)
+        let labels = Points2D::new(positions)
             .with_labels(labels)
             .with_show_labels(true)
             .with_colors([TEXT])
@@ -88,7 +88,7 @@ impl Frame {
         stream.log_static(format!("{}/labels", self.root), &labels)
     }
 
-    /// Sends a legend to `path`, below so many entries of others.
+    /// Sends a legend to `path`, below `above` other entries.
     pub fn describe_legend<L: AsRef<str>>(
         &self,
         stream: &RecordingStream,
@@ -96,10 +96,10 @@ impl Frame {
         above: usize,
         entries: &[(Color, L)],
     ) -> RecordingStreamResult<()> {
-        let place = |(row, _): (usize, _)| {
+        let position = |(row, _): (usize, _)| {
             [0.2 * self.width as f32, self.line * (0.6 + 1.6 * (above + row) as f32)]
         };
-        let legend = Points2D::new(entries.iter().enumerate().map(place))
+        let legend = Points2D::new(entries.iter().enumerate().map(position))
             .with_labels(entries.iter().map(|(_, label)| label.as_ref()))
             .with_show_labels(true)
             .with_colors(entries.iter().map(|(color, _)| *color))
@@ -108,7 +108,7 @@ impl Frame {
     }
 }
 
-/// As many digits as ticks at this distance differ by.
+/// Just enough digits to tell ticks at this distance apart.
 fn tick_label(value: f64, spacing: f64) -> String {
     let digits = (-spacing.log10().floor()).max(0.0) as usize;
     format!("{value:.digits$}")

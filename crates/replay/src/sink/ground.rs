@@ -1,8 +1,10 @@
 //! Draws the ground below the moving body.
 
-use rerun::{Color, LineStrips3D, RecordingStream, RecordingStreamResult, Transform3D};
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{LineStrips3D, Transform3D};
+use re_sdk_types::components::Color;
 
-use super::moments::{Moment, Moments};
+use super::timeline::{TimePoint, TimePoints};
 
 /// Line spacing [m].
 const SPACING: f32 = 10.0;
@@ -11,16 +13,16 @@ const JUMP: f32 = 50.0;
 /// Half its edge [m].
 const REACH: f32 = 250.0;
 
-/// A patch of ground that follows the car in jumps of whole squares, which looks like an endless plane.
+/// A patch of ground that follows the car in jumps of whole squares, which looks like an endless plot.
 #[derive(Default)]
 pub(super) struct Ground {
-    moments: Moments,
-    places: Vec<[f32; 3]>,
+    time_points: TimePoints,
+    positions: Vec<[f32; 3]>,
     last: Option<[f32; 3]>,
 }
 
 impl Ground {
-    /// Sends what does not move in its own frame.
+    /// Sends the parts that are fixed in its frame.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let half = (REACH / SPACING) as i32;
         let per_jump = (JUMP / SPACING) as i32;
@@ -36,23 +38,23 @@ impl Ground {
         stream.log_static("world/ground", &ground)
     }
 
-    pub fn push(&mut self, moment: Moment, position: [f32; 3]) {
-        let place = position.map(|it| (it / JUMP).round() * JUMP);
-        if self.last != Some(place) {
-            self.moments.push(moment);
-            self.places.push(place);
-            self.last = Some(place);
+    pub fn push(&mut self, time_point: TimePoint, position: [f32; 3]) {
+        let center = position.map(|it| (it / JUMP).round() * JUMP);
+        if self.last != Some(center) {
+            self.time_points.push(time_point);
+            self.positions.push(center);
+            self.last = Some(center);
         }
     }
 
-    /// Sends where it is and forgets it.
+    /// Sends its positions and forgets them.
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        if self.places.is_empty() {
+        if self.positions.is_empty() {
             return Ok(());
         }
-        let axes = self.moments.axes();
-        self.moments.clear();
-        let motion = Transform3D::update_fields().with_many_translation(self.places.drain(..));
+        let axes = self.time_points.axes();
+        self.time_points.clear();
+        let motion = Transform3D::update_fields().with_many_translation(self.positions.drain(..));
         stream.send_columns("world/ground", axes, motion.columns_of_unit_batches()?)
     }
 }

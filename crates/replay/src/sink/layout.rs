@@ -1,65 +1,61 @@
-//! Lays out the viewer: which views there are, where they are, and how their cameras and axes are set.
+//! Lays out the viewer: its views, their arrangement, cameras and axes.
 
-use recording::view::Role;
-use rerun::blueprint::{
+use re_sdk::blueprint::{
     Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,
     Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
     TimeSeriesView, Vertical, VisualizableArchetype,
 };
-use rerun::components::InterpolationMode;
-use rerun::external::re_sdk_types::blueprint::archetypes::{
+use re_sdk::{ApplicationId, EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::SeriesLines;
+use re_sdk_types::blueprint::archetypes::{
     Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
     VisibleTimeRanges, VisualBounds2D,
 };
-use rerun::external::re_sdk_types::blueprint::components::{
+use re_sdk_types::blueprint::components::{
     BackgroundKind, Corner2D, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
 };
-use rerun::external::re_sdk_types::blueprint::datatypes::{
-    TextLogColumn, TextLogColumnKind, TimelineColumn,
-};
-use rerun::external::re_sdk_types::datatypes::{
-    Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange,
-};
-use rerun::{
-    ApplicationId, Color, EntityPath, RecordingStream, RecordingStreamResult, SeriesLines,
-};
+use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn};
+use re_sdk_types::components::Color;
+use re_sdk_types::components::InterpolationMode;
+use re_sdk_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
+use recording::view::Role;
 
-use super::contender::OTHER;
 use super::diagrams::{Diagrams, Group};
-use super::moments::{DISTANCE, TIME};
 use super::palette::{Palette, faded};
-use super::planes::Shown;
 use super::properties::Properties;
+use super::run_slot::OTHER;
 use super::signals::{Chart, Line};
+use super::timeline::{DISTANCE, TIME};
 use super::trace::Bounds;
-use super::{arrows, states};
+use super::xy_plots::Shown;
+use super::{arrows, status_tracks};
 
-/// Plots that are visible at once; the last place holds all that are left, as tabs.
+/// Plots that are visible at once; the last slot holds the rest as tabs.
 const PLOTS_VISIBLE: usize = 5;
 /// Width by height of the map, which decides how high its camera is.
 const MAP_ASPECT: f32 = 2.2;
 /// Half the viewer's vertical field of view: tan(55 deg / 2).
 const HALF_VIEW: f32 = 0.5206;
 
-/// How a recording is shown.
+/// The layout of a recording.
 pub(super) struct Layout {
     pub application: ApplicationId,
     pub charts: Vec<Chart>,
-    /// What analyses added: a name and its plots.
+    /// Columns of analyses: a name and its plots.
     pub derived: Vec<(String, Vec<Chart>)>,
     /// Diagrams of one quantity over another.
-    pub planes: Vec<Shown>,
-    /// Diagrams that analyses handed over.
+    pub xy_plots: Vec<Shown>,
+    /// Diagrams of analyses.
     pub diagrams: Diagrams,
-    /// Whether there are lanes of states.
+    /// Whether there is a status track or a text.
     pub states: bool,
     /// The entities of texts, which are shown among the events.
     pub texts: Vec<EntityPath>,
-    /// Whether there is another run beside it.
+    /// Whether a second run is drawn.
     pub compared: bool,
-    /// Length of the moving body [m], when there is one.
+    /// Length of the moving body [m], if there is one.
     pub body: Option<f32>,
-    /// Whether the run is watched while it happens.
+    /// Whether a viewer can watch the run while it happens.
     pub live: bool,
 }
 
@@ -91,7 +87,7 @@ impl Layout {
         properties.send(stream, &self.application, &blueprint)
     }
 
-    /// The run, and beside it a tab for what each analysis found.
+    /// The run, and a tab for the diagrams of each analysis.
     fn with_diagrams(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
         let run = self.root(properties, bounds);
         if self.diagrams.is_empty() {
@@ -127,9 +123,9 @@ impl Layout {
             None => texts,
         };
         let mut columns = vec![(left, if self.body.is_some() { 1.0 } else { 0.5 })];
-        if !self.planes.is_empty() {
-            let planes: Vec<_> = self.planes.iter().map(|it| plane(properties, it)).collect();
-            columns.push((Vertical::new(planes).into(), 0.65));
+        if !self.xy_plots.is_empty() {
+            let xy_plots: Vec<_> = self.xy_plots.iter().map(|it| xy_plot(properties, it)).collect();
+            columns.push((Vertical::new(xy_plots).into(), 0.65));
         }
         if !self.charts.is_empty() || !self.derived.is_empty() || self.states {
             columns.push((self.right(properties), 1.25));
@@ -138,7 +134,7 @@ impl Layout {
         Horizontal::new(columns).with_column_shares(shares).into()
     }
 
-    /// The plots of the run, and beside them a tab for all that belongs together of an analysis.
+    /// The plots of the run, and a tab for each group of columns of an analysis.
     fn right(&self, properties: &mut Properties) -> ContainerLike {
         let mut tabs = Vec::new();
         if !self.charts.is_empty() || self.states {
@@ -207,14 +203,14 @@ impl Layout {
     fn lanes(&self, properties: &mut Properties) -> ContainerLike {
         let texts = self.texts.iter().map(|path| format!("+ {path}"));
         let contents =
-            states::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);
+            status_tracks::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);
         let view = StateTimelineView::new("Checks and states").with_origin("/");
         let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
         properties.add(view.with_contents(contents), [("TimeAxis", &linked)])
     }
 }
 
-/// Plots one below the other; the last place holds all that are too many, as tabs.
+/// Plots one below the other; the last slot holds the rest as tabs.
 fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
     if plots.len() > visible {
         let rest = plots.split_off(visible - 1);
@@ -225,7 +221,7 @@ fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
 
 /// The first diagram of a group above the others.
 fn group(properties: &mut Properties, group: &Group) -> ContainerLike {
-    let mut views = group.shown.iter().map(|it| plane(properties, it)).collect::<Vec<_>>();
+    let mut views = group.shown.iter().map(|it| xy_plot(properties, it)).collect::<Vec<_>>();
     let others = views.split_off(views.len().min(1));
     let mut shares = vec![1.0];
     if !others.is_empty() {
@@ -235,8 +231,8 @@ fn group(properties: &mut Properties, group: &Group) -> ContainerLike {
     Vertical::new(views).with_row_shares(shares).with_name(group.name.as_str()).into()
 }
 
-/// A diagram with some air around it for the numbers of its axes.
-fn plane(properties: &mut Properties, shown: &Shown) -> ContainerLike {
+/// A diagram with a margin for the numbers of its axes.
+fn xy_plot(properties: &mut Properties, shown: &Shown) -> ContainerLike {
     let view = Spatial2DView::new(shown.title.as_str())
         .with_origin(format!("/{}", shown.root))
         .with_contents([format!("+ /{}/**", shown.root)]);
@@ -253,7 +249,7 @@ fn plane(properties: &mut Properties, shown: &Shown) -> ContainerLike {
     view
 }
 
-/// What happened in the last `seconds`; on the axis of distance what was driven in them at 100 km/h.
+/// The last `seconds`; on the timeline of distance the way driven in them at 100 km/h.
 fn past(seconds: f64) -> VisibleTimeRanges {
     let range = |timeline: &str, length: f64| VisibleTimeRange {
         timeline: timeline.into(),
@@ -270,7 +266,7 @@ fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
     let mut view = TimeSeriesView::new(chart.title.as_str()).with_contents(contents);
     let mut palette = Palette::default();
     for line in &chart.lines {
-        let color = line.contender.color(palette.color(line.role, &line.label));
+        let color = line.slot.color(palette.color(line.role, &line.label));
         let style = style(line, color);
         view = view.with_override(line.path.clone(), style.visualizer());
     }
@@ -287,9 +283,9 @@ fn style(line: &Line, color: Color) -> SeriesLines {
         Role::Measurement => 0.75,
         Role::Other | Role::Reference | Role::Estimate | Role::Limit => 1.5,
     };
-    // Where both runs are the same, both are seen.
-    let width = if line.contender.is_first() { width } else { 0.6 * width };
-    let label = line.contender.label(&line.label);
+    // Where both runs agree, both curves stay visible.
+    let width = if line.slot.is_first() { width } else { 0.6 * width };
+    let label = line.slot.label(&line.label);
     let (name, color, width) = match line.bound {
         true => (format!("{label} ± 2σ"), faded(color, 110), 1.0),
         false => (label, color, width),
@@ -346,10 +342,10 @@ fn above(eye: EyeControls3D, bounds: Bounds) -> EyeControls3D {
     let [x, y] = [0, 1].map(|axis| 0.5 * (bounds.high[axis] + bounds.low[axis]));
     let up = if depth > width { [-1.0, 0.0] } else { [0.0, 1.0] };
     let (wide, tall) = (width.max(depth), width.min(depth));
-    // 20 % and 10 m of air around the line.
+    // 20 % and 10 m of margin around the line.
     let height = 1.2 * tall.max(wide / MAP_ASPECT) + 10.0;
     let distance = 0.5 * height / HALF_VIEW;
-    // Exactly above its target the eye would have no direction to call up.
+    // Exactly above its target the eye would have no upward direction.
     let aside = -1e-3 * distance;
     eye.with_eye_up([up[0], up[1], 0.0])
         .with_position([x + aside * up[0], y + aside * up[1], distance])

@@ -1,12 +1,12 @@
 //! Gives each role its colour, the same in every view.
 
+use re_sdk_types::components::Color;
 use recording::view::Role;
-use rerun::Color;
 
 use super::{ESTIMATE, LIMIT, MEASUREMENT, PLANT, REFERENCE, WHITE};
 
-/// Colours of curves that stand for nothing in particular: Okabe and Ito's purple and yellow, and two
-/// that can be told from them and from the roles' colours without red-green vision.
+/// Colours of curves without a role: Okabe and Ito's purple and yellow, and two more; all can be told
+/// apart without red-green vision.
 const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], WHITE];
 
 /// Gives every curve of one view its own colour.
@@ -16,8 +16,8 @@ pub(super) struct Palette<'a> {
 }
 
 impl<'a> Palette<'a> {
-    /// Curves of one role and one name, such as two sides of a limit, share their colour, because they
-    /// share their place in the legend.
+    /// Curves of one role and one name, such as two sides of a limit, share their colour and
+    /// their entry in the legend.
     pub fn color(&mut self, role: Role, label: &'a str) -> Color {
         if !self.used.contains(&(role, label)) {
             self.used.push((role, label));
@@ -52,7 +52,7 @@ pub(super) fn dimmed(color: Color) -> Color {
     Color::from([red, green, blue].map(|it| (0.3 * f32::from(it) + 10.0) as u8))
 }
 
-/// The colour, so opaque from 0 to 255.
+/// The colour with an opacity from 0 to 255.
 pub(super) fn faded(color: Color, opacity: u8) -> Color {
     let [red, green, blue, _] = color.to_array();
     Color::from_unmultiplied_rgba(red, green, blue, opacity)

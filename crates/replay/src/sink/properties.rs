@@ -1,8 +1,8 @@
-//! Sets what `rerun::blueprint` has no words for: properties of views, and of entities in them.
+//! Sets properties of views and of entities in them, for which `re_sdk::blueprint` has no methods.
 
-use rerun::blueprint::{Blueprint, BlueprintActivation, ContainerLike};
-use rerun::external::re_log_types::{BlueprintActivationCommand, LogMsg, StoreKind};
-use rerun::{
+use re_sdk::blueprint::{Blueprint, BlueprintActivation, ContainerLike};
+use re_sdk::external::re_log_types::{BlueprintActivationCommand, LogMsg, StoreKind};
+use re_sdk::{
     ApplicationId, AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder,
     RecordingStreamResult, SerializedComponentBatch,
 };
@@ -60,7 +60,7 @@ impl Properties {
             return Ok(());
         };
         let (extra, storage) = RecordingStreamBuilder::from_store_id(&id).memory()?;
-        // Every blueprint lives on a timeline of this name.
+        // The timeline of every blueprint.
         extra.set_time_sequence("blueprint", 0);
         for (path, batches) in self.0 {
             extra.log_serialized_batches(path, false, batches)?;

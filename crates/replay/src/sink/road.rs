@@ -1,8 +1,9 @@
 //! Draws the edges of the road.
 
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::LineStrips3D;
 use recording::view::{Track, edges};
 use recording::{Recorded, Row};
-use rerun::{LineStrips3D, RecordingStream, RecordingStreamResult};
 
 use super::thinned::Thinned;
 
@@ -10,39 +11,39 @@ const EDGE: [u8; 3] = [205, 205, 205];
 /// Half the width of the line that marks an edge [m].
 const RADIUS: f32 = 0.08;
 
-/// The road, as far as it is known.
+/// The known part of the road.
 pub(super) struct Road {
     track: Track,
-    /// What the rows tell: points of the left and the right edge, or of the centre line and nothing [m].
-    told: Thinned<[[f64; 2]; 2]>,
+    /// Points from rows: of the left and the right edge, or of the centre line and zeros [m].
+    points: Thinned<[[f64; 2]; 2]>,
 }
 
 impl Road {
     pub fn new(track: Track) -> Self {
-        Self { track, told: Thinned::default() }
+        Self { track, points: Thinned::default() }
     }
 
     pub fn push(&mut self, time: f64, row: &Row<Recorded>) {
         let point =
             |of: &[recording::view::Quantity; 2]| of.each_ref().map(|it| it.value(time, row));
-        let told = match &self.track {
+        let points = match &self.track {
             Track::Edges(_) => return,
             Track::Sides([left, right]) => [point(left), point(right)],
             Track::Center(center, _) => [point(center), [0.0; 2]],
         };
-        if told.as_flattened().iter().all(|it| it.is_finite()) {
-            self.told.push(told);
+        if points.as_flattened().iter().all(|it| it.is_finite()) {
+            self.points.push(points);
         }
     }
 
-    /// Sends the edges that are known.
+    /// Sends the known edges.
     pub fn draw(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let told = self.told.kept().iter();
+        let points = self.points.kept().iter();
         let edges = match &self.track {
             Track::Edges(edges) => edges.clone(),
-            Track::Sides(_) => [0, 1].map(|side| told.clone().map(|it| it[side]).collect()),
+            Track::Sides(_) => [0, 1].map(|side| points.clone().map(|it| it[side]).collect()),
             Track::Center(_, widths) => {
-                let center: Vec<_> = told.map(|it| it[0]).collect();
+                let center: Vec<_> = points.map(|it| it[0]).collect();
                 edges(&center, &vec![*widths; center.len()])
             }
         };

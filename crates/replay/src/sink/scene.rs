@@ -1,18 +1,21 @@
-//! Draws the moving body, the ground below it, the road and the line that it drove.
+//! Draws the moving body, the ground below it, the road and the driven line.
 
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{
+    Arrows3D, Boxes3D, LineStrips3D, Points3D, Transform3D, ViewCoordinates,
+};
+use re_sdk_types::components::{Color, FillMode, Radius};
+use re_sdk_types::datatypes::Quaternion;
 use recording::view::{Pose, View};
 use recording::{Recorded, Row};
-use rerun::{
-    Arrows3D, Boxes3D, Color, EntityPath, FillMode, LineStrips3D, Points3D, Quaternion, Radius,
-    RecordingStream, RecordingStreamResult, TimeColumn, Transform3D, ViewCoordinates,
-};
 
 use super::arrows::Arrows;
-use super::contender::Contender;
 use super::ground::Ground;
-use super::moments::Moment;
 use super::palette::faded;
 use super::road::Road;
+use super::run_slot::RunSlot;
+use super::timeline::TimePoint;
 use super::trace::{Bounds, STRIP_SAMPLES, Trace};
 use super::{PLANT, WHITE};
 
@@ -27,7 +30,7 @@ const GLASS: [u8; 3] = [28, 44, 58];
 
 /// The three-dimensional part of a recording.
 pub(super) struct Scene {
-    contender: Contender,
+    slot: RunSlot,
     pose: Pose,
     positions: Vec<[f32; 3]>,
     headings: Vec<Quaternion>,
@@ -36,39 +39,39 @@ pub(super) struct Scene {
     ground: Option<Ground>,
     road: Option<Road>,
     trace: Trace,
-    /// Rows in the driven line that a viewer has.
+    /// Rows of the driven line at the viewer.
     drawn: usize,
 }
 
 impl Scene {
     /// The scene of a scenario that has a moving body.
-    pub fn new(view: &View, contender: &Contender) -> Option<Self> {
-        // Of another run there are the body and its line; more would hide the first one.
-        let (arrows, road) = match contender.is_first() {
+    pub fn new(view: &View, slot: &RunSlot) -> Option<Self> {
+        // Of the second run only the body and its line are drawn; more would hide the first one.
+        let (arrows, road) = match slot.is_first() {
             true => (view.arrows.clone(), view.track.clone()),
             false => (Vec::new(), None),
         };
         Some(Self {
-            contender: contender.clone(),
+            slot: slot.clone(),
             pose: view.pose.clone()?,
             arrows: Arrows::new(arrows),
             road: road.map(Road::new),
             positions: Vec::new(),
             headings: Vec::new(),
             steers: Vec::new(),
-            ground: contender.is_first().then(Ground::default),
+            ground: slot.is_first().then(Ground::default),
             trace: Trace::default(),
             drawn: 0,
         })
     }
 
-    /// Sends what does not move in its own frame.
+    /// Sends the parts that are fixed in their frames.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         self.describe_body(stream)?;
         self.describe_wheels(stream)?;
         self.describe_marker(stream)?;
         self.describe_heading(stream, HEADING_LEAST)?;
-        if !self.contender.is_first() {
+        if !self.slot.is_first() {
             return Ok(());
         }
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
@@ -78,13 +81,13 @@ impl Scene {
         self.ground.as_ref().map_or(Ok(()), |ground| ground.describe(stream))
     }
 
-    /// Where the body is [m].
-    pub fn place(&self, row: &Row<Recorded>) -> [f64; 2] {
-        [self.pose.x, self.pose.y].map(|column| row[column])
+    /// The position of the body [m].
+    pub fn position(&self, row: &Row<Recorded>) -> [f64; 2] {
+        [self.pose.x, self.pose.y].map(|index| row[index])
     }
 
     /// Takes one row.
-    pub fn push(&mut self, moment: Moment, time: f64, row: &Row<Recorded>) {
+    pub fn push(&mut self, time_point: TimePoint, time: f64, row: &Row<Recorded>) {
         let position = [row[self.pose.x] as f32, row[self.pose.y] as f32, 0.0];
         self.positions.push(position);
         self.headings.push(turn(row[self.pose.heading]));
@@ -96,13 +99,13 @@ impl Scene {
             road.push(time, row);
         }
         if let Some(ground) = &mut self.ground {
-            ground.push(moment, position);
+            ground.push(time_point, position);
         }
         let speed = self.pose.speed.map_or(0.0, |it| row[it] as f32);
         self.trace.push(position, speed);
     }
 
-    /// Sends what was collected, against the given time axes, and forgets it.
+    /// Sends the collected rows over these time axes, and forgets them.
     pub fn send(
         &mut self,
         stream: &RecordingStream,
@@ -125,8 +128,8 @@ impl Scene {
         self.ground.as_mut().map_or(Ok(()), |ground| ground.send(stream))
     }
 
-    /// Sends the driven line so far, when it has grown by 3 %: so all that is sent in the course of a
-    /// run is some 30 times the line, and not its square.
+    /// Sends the driven line whenever it has grown by 3 %: in total some 30 times the line, not its
+    /// square.
     pub fn draw(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         if self.trace.rows() < self.drawn + self.drawn * 3 / 100 + STRIP_SAMPLES {
             return Ok(());
@@ -139,11 +142,11 @@ impl Scene {
     pub fn finish(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         if let Some(bounds) = self.bounds() {
             let size = (bounds.high[0] - bounds.low[0]).max(bounds.high[1] - bounds.low[1]);
-            // A twentieth of the map is seen whatever the size of the map.
+            // A twentieth of any map is visible.
             self.describe_heading(stream, HEADING_LEAST.max(0.05 * size))?;
         }
         self.draw_line(stream)?;
-        if !self.contender.is_first() {
+        if !self.slot.is_first() {
             return Ok(());
         }
         let (marks, labels) = self.trace.marks();
@@ -156,11 +159,11 @@ impl Scene {
     }
 
     fn draw_line(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let colored = self.pose.speed.is_some() && self.contender.is_first();
+        let colored = self.pose.speed.is_some() && self.slot.is_first();
         let (strips, mut colors) = self.trace.strips(colored);
         let mut radius = Radius::new_ui_points(2.0);
-        if !self.contender.is_first() {
-            // Where both drove, both lines are seen.
+        if !self.slot.is_first() {
+            // Where the lines coincide, both stay visible.
             (colors, radius) = (vec![self.marker()], Radius::new_ui_points(1.0));
         }
         let line = LineStrips3D::new(strips).with_colors(colors).with_radii([radius]);
@@ -168,16 +171,16 @@ impl Scene {
         self.road.as_ref().map_or(Ok(()), |road| road.draw(stream))
     }
 
-    /// Where an entity of this run is.
+    /// An entity of this run.
     fn path(&self, name: &str) -> EntityPath {
-        self.contender.below("world", name)
+        self.slot.below("world", name)
     }
 
-    /// The colour of the body of this run, or of a part that has this colour in the first one.
+    /// The colour of a part of the body; the first run has it in `color`.
     fn paint(&self, color: [u8; 3]) -> Color {
-        match self.contender.is_first() {
+        match self.slot.is_first() {
             true => Color::from(color),
-            false => faded(self.contender.color(PLANT.into()), GHOST),
+            false => faded(self.slot.color(PLANT.into()), GHOST),
         }
     }
 
@@ -216,10 +219,10 @@ impl Scene {
         Ok(())
     }
 
-    /// What a map shows instead of the car.
+    /// The marker on a map, in place of the car.
     fn describe_marker(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let marker = Points3D::new([(0.0, 0.0, 2.0)])
-            .with_labels(self.contender.0.as_deref())
+            .with_labels(self.slot.0.as_deref())
             .with_show_labels(true)
             .with_colors([self.marker()])
             .with_radii([Radius::new_ui_points(6.0)]);
@@ -227,9 +230,9 @@ impl Scene {
     }
 
     fn marker(&self) -> Color {
-        match self.contender.is_first() {
+        match self.slot.is_first() {
             true => Color::from(WHITE),
-            false => self.contender.color(PLANT.into()),
+            false => self.slot.color(PLANT.into()),
         }
     }
 
@@ -241,7 +244,7 @@ impl Scene {
         stream.log_static(self.path("car/heading"), &arrow)
     }
 
-    /// The rectangle that the body stayed in.
+    /// The rectangle around the driven line.
     pub fn bounds(&self) -> Option<Bounds> {
         self.trace.bounds()
     }
@@ -257,7 +260,7 @@ fn turn(angle: f64) -> Quaternion {
     Quaternion::from_xyzw([0.0, 0.0, sin as f32, cos as f32])
 }
 
-/// What a following camera needs.
+/// The geometry for a following camera.
 fn describe_frame(stream: &RecordingStream) -> RecordingStreamResult<()> {
     // The distance of a following camera is 1.5 times the bounding sphere of what it follows; a
     // transform without geometry is not followed at all.

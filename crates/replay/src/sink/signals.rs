@@ -1,23 +1,25 @@
-//! Collects recorded scalars in columns and decides under which entity each curve of a plot is found.
+//! Collects recorded numbers in columns and assigns an entity to each curve of a plot.
 
+use re_sdk::EntityPathPart;
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{Scalars, SeriesLines};
 use recording::view::{Plot, Quantity, Role, Series};
 use recording::{
     Column, Columns, Derived, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
 };
-use rerun::external::re_log_types::EntityPathPart;
-use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
 
-use super::contender::Contender;
+use super::run_slot::RunSlot;
 
 /// One curve of a plot, as the layout needs it.
 pub(super) struct Line {
     /// The entity that holds its values.
     pub path: EntityPath,
-    /// The run that it is of.
-    pub contender: Contender,
-    /// Its name in the legend, which is the same for all runs.
+    /// Its run.
+    pub slot: RunSlot,
+    /// Its name in the legend, the same for both runs.
     pub label: String,
-    /// What it stands for.
+    /// Its role.
     pub role: Role,
     /// Whether its values hold until the next sample.
     pub stepped: bool,
@@ -37,7 +39,7 @@ pub(super) struct Chart {
     pub lines: Vec<Line>,
 }
 
-/// One scalar entity with the samples that were not sent yet.
+/// One scalar entity with its unsent samples.
 struct Curve {
     path: EntityPath,
     quantity: Quantity,
@@ -49,38 +51,38 @@ struct Curve {
 /// Every scalar entity of a recording.
 pub(super) struct Signals {
     curves: Vec<Curve>,
-    /// Those of the columns, which come first.
+    /// Names of the curves of columns, which come first.
     names: Vec<String>,
 }
 
 impl Signals {
-    /// Plans the entities: one per column under `/signals`, and one under `/plots` for each curve that
-    /// is drawn in another unit than the column's.
+    /// Plans the entities: one per column under `/signals`, and one under `/plots` for each curve in
+    /// another unit.
     pub fn new(
         header: &RunHeader,
-        contender: &Contender,
+        slot: &RunSlot,
         lacks: &[NumberIndex<Recorded>],
     ) -> (Self, Vec<Chart>) {
         let columns = &header.columns;
         let own = || columns.numbers().filter(|(column, _)| !lacks.contains(column));
         let mut curves: Vec<Curve> = own()
             .map(|(column, it)| {
-                let path = contender.path(signal_path(it));
+                let path = slot.path(signal_path(it));
                 Curve::new(path, Quantity::Column(column), 1.0, 0.0)
             })
             .collect();
-        let names = own().map(|(_, it)| contender.label(&name_with_unit(it))).collect();
+        let names = own().map(|(_, it)| slot.label(&name_with_unit(it))).collect();
         let charts = header
             .view
             .plots
             .iter()
             .enumerate()
-            .map(|(number, plot)| chart((number, plot), columns, contender, &mut curves))
+            .map(|(number, plot)| chart((number, plot), columns, slot, &mut curves))
             .collect();
         (Self { curves, names }, charts)
     }
 
-    /// Names every column with its unit, for plots that the user makes by hand.
+    /// Names every column with its unit, for plots made by hand.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for (curve, name) in self.curves.iter().zip(&self.names) {
             let style = SeriesLines::new().with_names([name.as_str()]);
@@ -97,7 +99,7 @@ impl Signals {
         }
     }
 
-    /// Sends what was collected, against the given time axes, and forgets it.
+    /// Sends the collected samples over these time axes, and forgets them.
     pub fn send(
         &mut self,
         stream: &RecordingStream,
@@ -115,7 +117,7 @@ impl Signals {
     }
 }
 
-/// Sends what an analysis adds, beside the signals of the nodes.
+/// Sends columns of an analysis, beside the signals of the nodes.
 pub(super) fn add(
     stream: &RecordingStream,
     derived: &Derived,
@@ -131,14 +133,14 @@ pub(super) fn add(
     Ok(())
 }
 
-/// Plots of what an analysis adds, one for each unit.
+/// Plots of columns of an analysis, one for each unit.
 pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
     for signal in derived.columns {
         let title = if signal.unit.is_empty() { "-" } else { signal.unit };
         let line = Line {
             path: entity(["signals", derived.analysis, derived.group, signal.name]),
-            contender: Contender::default(),
+            slot: RunSlot::default(),
             label: signal.name.to_owned(),
             role: Role::Other,
             stepped: false,
@@ -183,12 +185,12 @@ fn name_with_unit(column: &Column) -> String {
 }
 
 /// The viewer paints the curves of a plot, and lists them in the legend, in the order of their paths.
-/// A measurement is noisy and must lie below the others, so it gets a path that comes first, and if
-/// need be an entity of its own; a band lies between them.
+/// A measurement is noisy and must lie below the others: its path comes first, if need be as an entity
+/// of its own. A band lies between them.
 fn chart(
     (number, plot): (usize, &Plot),
     columns: &Columns<Recorded>,
-    contender: &Contender,
+    slot: &RunSlot,
     curves: &mut Vec<Curve>,
 ) -> Chart {
     let mut series: Vec<&Series> = plot.series.iter().collect();
@@ -206,13 +208,13 @@ fn chart(
             && first_of_others.as_ref().is_some_and(|other| *other < natural);
         let path = if covered { plot_path(number, rank) } else { natural };
         let made = path == plot_path(number, rank);
-        let path = contender.path(path);
+        let path = slot.path(path);
         if made {
             curves.push(Curve::new(path.clone(), it.quantity.clone(), it.factor, it.offset));
         }
         lines.push(Line {
             path,
-            contender: contender.clone(),
+            slot: slot.clone(),
             label: it.label.clone(),
             role: it.role,
             stepped: column(it).is_some_and(|index| columns[index].kind != ValueKind::Real),

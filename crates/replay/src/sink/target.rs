@@ -4,29 +4,29 @@ use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use rerun::external::re_uri::RedapUri;
-use rerun::{MemoryLimit, RecordingStream, RecordingStreamBuilder, ServerOptions};
+use re_sdk::external::re_uri::RedapUri;
+use re_sdk::{MemoryLimit, RecordingStream, RecordingStreamBuilder, ServerOptions};
 
-/// How long a viewer may take to answer at all.
+/// Time limit for a viewer's first answer.
 pub(super) const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
 
-/// What the server keeps for viewers that connect later [bytes]; beyond that it forgets the oldest rows.
+/// Memory of the server for viewers that connect later [bytes]; beyond that it forgets the oldest rows.
 const SERVER_MEMORY: u64 = 1 << 30;
 
-/// Where a recording goes.
+/// The destination of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
     /// Into this file.
     File(PathBuf),
     /// To the viewer that listens at this address, `rerun+http://127.0.0.1:9876/proxy` or `host:port`.
     Connect(String),
-    /// To the viewers that ask for it at this address of this machine, see [`RerunSink::url`](super::RerunSink::url).
+    /// To the viewers that connect to this address of this machine; the URL is a notice of the sink.
     Serve(IpAddr),
 }
 
 impl Target {
-    /// What errors call it.
-    pub(super) fn place(&self) -> PathBuf {
+    /// Its name in messages.
+    pub(super) fn name(&self) -> PathBuf {
         match self {
             Target::File(path) => path.clone(),
             Target::Connect(url) => PathBuf::from(url),
@@ -34,7 +34,7 @@ impl Target {
         }
     }
 
-    /// Whether somebody may watch the run while it happens.
+    /// Whether a viewer can watch the run while it happens.
     pub(super) fn is_live(&self) -> bool {
         !matches!(self, Target::File(_))
     }
@@ -77,8 +77,8 @@ fn serve(
     builder: RecordingStreamBuilder,
     address: IpAddr,
 ) -> Result<(RecordingStream, String), String> {
-    // The SDK's server does not tell when its port is taken.
-    let port = TcpListener::bind((address, rerun::DEFAULT_SERVER_PORT))
+    // The SDK's server does not report a port in use.
+    let port = TcpListener::bind((address, re_sdk::DEFAULT_SERVER_PORT))
         .or_else(|_| TcpListener::bind((address, 0)))
         .and_then(|it| it.local_addr())
         .map_err(|it| format!("cannot serve at {address}: {it}"))?

@@ -1,21 +1,21 @@
-//! Logs recorded texts where they change, as events and as lanes of states.
+//! Logs recorded texts where they change, as events and over time.
 
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{StateChange, TextLog};
+use re_sdk_types::components::TextLogLevel;
 use recording::RunHeader;
-use rerun::{
-    EntityPath, RecordingStream, RecordingStreamResult, StateChange, TextLog, TextLogLevel,
-};
 
-use super::contender::Contender;
-use super::moments::{Moment, Moments};
+use super::run_slot::RunSlot;
 use super::signals::signal_path;
+use super::timeline::{TimePoint, TimePoints};
 
-/// One text with its changes that were not sent yet.
+/// One text with its unsent changes.
 struct Track {
     path: EntityPath,
     name: String,
-    /// What it is, once there was a row.
+    /// Its value in the last row.
     now: Option<String>,
-    moments: Moments,
+    time_points: TimePoints,
     changes: Vec<String>,
 }
 
@@ -23,13 +23,13 @@ struct Track {
 pub(super) struct Texts(Vec<Track>);
 
 impl Texts {
-    /// One entity for each text, where the entities of numbers are.
-    pub fn new(header: &RunHeader, contender: &Contender) -> Self {
+    /// One entity for each text, beside those of numbers.
+    pub fn new(header: &RunHeader, slot: &RunSlot) -> Self {
         let tracks = header.columns.texts().map(|(_, column)| Track {
-            path: contender.path(signal_path(column)),
-            name: contender.label(&column.name()),
+            path: slot.path(signal_path(column)),
+            name: slot.label(&column.name()),
             now: None,
-            moments: Moments::default(),
+            time_points: TimePoints::default(),
             changes: Vec::new(),
         });
         Self(tracks.collect())
@@ -41,21 +41,21 @@ impl Texts {
     }
 
     /// Takes the texts of one row.
-    pub fn push(&mut self, moment: Moment, texts: &[String]) {
+    pub fn push(&mut self, time_point: TimePoint, texts: &[String]) {
         for (track, text) in self.0.iter_mut().zip(texts) {
             if track.now.as_ref() == Some(text) {
                 continue;
             }
             track.changes.push(text.clone());
             track.now = Some(text.clone());
-            track.moments.push(moment);
+            track.time_points.push(time_point);
         }
     }
 
     /// Forgets all but the last change of each.
     pub fn forget_past(&mut self) {
         for track in &mut self.0 {
-            track.moments.keep_last(1);
+            track.time_points.keep_last(1);
             track.changes.drain(..track.changes.len().saturating_sub(1));
         }
     }
@@ -63,8 +63,8 @@ impl Texts {
     /// Sends the changes and forgets them.
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in self.0.iter_mut().filter(|it| !it.changes.is_empty()) {
-            let (axes, changes) = (track.moments.axes(), std::mem::take(&mut track.changes));
-            track.moments.clear();
+            let (axes, changes) = (track.time_points.axes(), std::mem::take(&mut track.changes));
+            track.time_points.clear();
             let log = TextLog::update_fields()
                 .with_many_level(changes.iter().map(|_| TextLogLevel::INFO))
                 .with_many_text(changes.iter().map(|text| format!("{}: {text}", track.name)));

@@ -1,14 +1,14 @@
 //! Keeps samples of a run of any length in bounded memory.
 
-/// Samples that are kept; beyond that every second one is dropped.
+/// Kept samples at most; then every second one is dropped.
 const LIMIT: usize = 20_000;
 
 /// Samples at even distances, from the first one on.
 pub(super) struct Thinned<T> {
     kept: Vec<T>,
-    /// One sample in so many is kept.
+    /// Every so many-th sample is kept.
     stride: usize,
-    /// Samples that were taken, kept or not.
+    /// All samples, kept or not.
     taken: usize,
 }
 
@@ -25,10 +25,10 @@ impl<T> Thinned<T> {
         }
         self.taken += 1;
         if self.kept.len() == LIMIT {
-            let mut place = 0;
+            let mut count = 0;
             self.kept.retain(|_| {
-                place += 1;
-                place % 2 == 1
+                count += 1;
+                count % 2 == 1
             });
             self.stride *= 2;
         }
@@ -48,7 +48,7 @@ mod tests {
     use super::{LIMIT, Thinned};
 
     #[test]
-    fn what_is_kept_is_bounded_and_even() {
+    fn kept_samples_are_bounded_and_evenly_spaced() {
         let mut thinned = Thinned::default();
         for sample in 0..10 * LIMIT {
             thinned.push(sample);

@@ -1,6 +1,6 @@
 //! Keeps the driven line, thinned out as it grows, and cuts it into coloured strips.
 
-use rerun::Color;
+use re_sdk_types::components::Color;
 
 use super::thinned::Thinned;
 use super::{WHITE, round_number};
@@ -36,21 +36,21 @@ impl Bounds {
 #[derive(Default)]
 pub(super) struct Trace(Thinned<Sample>);
 
-/// A place [m] and the speed there [m/s].
+/// A position [m] and the speed there [m/s].
 struct Sample {
     point: [f32; 3],
     speed: f32,
 }
 
 impl Trace {
-    /// Takes the place and the speed of one row; a place that is no number is left out.
+    /// Takes the position and the speed of a row, unless the position is no number.
     pub fn push(&mut self, point: [f32; 3], speed: f32) {
         if point.iter().all(|it| it.is_finite()) {
             self.0.push(Sample { point, speed });
         }
     }
 
-    /// Rows that were taken, kept or not.
+    /// All rows, kept or not.
     pub fn rows(&self) -> usize {
         self.0.taken()
     }
@@ -129,9 +129,9 @@ fn speed_color(share: f32) -> Color {
         [170.0, 220.0, 50.0],
         [253.0, 231.0, 37.0],
     ];
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
-    let below = (place as usize).min(STOPS.len() - 2);
-    let share = place - below as f32;
+    let position = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
+    let below = (position as usize).min(STOPS.len() - 2);
+    let share = position - below as f32;
     let mix = |i: usize| (STOPS[below][i] * (1.0 - share) + STOPS[below + 1][i] * share) as u8;
     Color::from_rgb(mix(0), mix(1), mix(2))
 }

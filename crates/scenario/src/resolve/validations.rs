@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnostics::{Error, Spanned};
 
-use crate::plan::{FILES, NodePlan};
+use crate::plan::{NodePlan, is_reserved};
 use crate::words::Scenario;
 
 /// Makes sure that each validation has a name of its own, which a folder can have.
@@ -13,7 +13,7 @@ pub(super) fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(),
     for (place, validation) in document.validation.iter().enumerate() {
         let name = validation.name.get_ref();
         let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
-        if !plain || FILES.contains(&name.as_str()) {
+        if !plain || is_reserved(name) {
             let message = format!("expected a name that a folder can have, found `{name}`");
             return Err(scenario.error(&validation.name, message));
         }

@@ -3,7 +3,8 @@
 use diagnostics::{Error, Spanned};
 use recording::table::{TableError, columns};
 use recording::view::{
-    Arrow, Distance, Function, Plane, Plot, Point, Pose, Quantity, Role, Series, Track, View, edges,
+    Arrow, Distance, Function, Plot, Point, Pose, Quantity, Role, Series, Track, View, XyPlot,
+    edges,
 };
 use recording::{Column, Direction, NumberIndex, Recorded, RunHeader};
 use units::Unit;
@@ -29,7 +30,7 @@ pub fn view(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
         pose,
         track: written.track.as_ref().map(|it| track(scenario, &names, it)).transpose()?,
         arrows: written.arrow.iter().map(|it| arrow(&names, it)).collect::<Result<_, _>>()?,
-        planes: written.xy_plot.iter().map(|it| plane(&names, it)).collect::<Result<_, _>>()?,
+        xy_plots: written.xy_plot.iter().map(|it| xy_plot(&names, it)).collect::<Result<_, _>>()?,
         plots: if plots.is_empty() { by_unit(header.columns.numbers()) } else { plots },
     })
 }
@@ -149,7 +150,7 @@ fn arrow(names: &Names, written: &words::Arrow) -> Result<Arrow, Error> {
     })
 }
 
-fn plane(names: &Names, written: &words::XyPlot) -> Result<Plane, Error> {
+fn xy_plot(names: &Names, written: &words::XyPlot) -> Result<XyPlot, Error> {
     let axes = [&written.x, &written.y];
     for axis in axes {
         let [from, to] = *axis.range.get_ref();
@@ -159,14 +160,14 @@ fn plane(names: &Names, written: &words::XyPlot) -> Result<Plane, Error> {
         }
     }
     let point = |it: &words::Point| {
-        let place = [names.quantity(&it.x)?, names.quantity(&it.y)?];
-        Ok(Point { label: it.label.clone(), role: it.role, place })
+        let coordinates = [names.quantity(&it.x)?, names.quantity(&it.y)?];
+        Ok(Point { label: it.label.clone(), role: it.role, coordinates })
     };
     let function = |it: &words::Function| {
         let (y, moves) = names.function(&it.y)?;
         Ok(Function { label: it.label.clone(), role: it.role, y, moves })
     };
-    Ok(Plane {
+    Ok(XyPlot {
         title: written.title.clone(),
         labels: axes.map(|axis| axis.label.clone()),
         ranges: axes.map(|axis| *axis.range.get_ref()),

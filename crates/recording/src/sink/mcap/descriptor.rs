@@ -4,7 +4,7 @@ use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
-/// A field of a message; `of` names the message or the enumeration that it is of.
+/// A field of a message; `of` names its message or enumeration type.
 pub(super) fn field(name: &str, number: i32, kind: Type, of: Option<&str>) -> FieldDescriptorProto {
     FieldDescriptorProto {
         name: Some(name.to_owned()),
@@ -21,7 +21,7 @@ pub(super) fn message(name: &str, field: Vec<FieldDescriptorProto>) -> Descripto
     DescriptorProto { name: Some(name.to_owned()), field, ..DescriptorProto::default() }
 }
 
-/// A file with one message, which needs other files.
+/// A file with one message, and the files that it needs.
 pub(super) fn file(
     package: &str,
     message: DescriptorProto,
@@ -37,7 +37,7 @@ pub(super) fn file(
     }
 }
 
-/// What MCAP wants of a schema: its file behind all that it needs.
+/// A schema as MCAP wants it: its file after the files that it needs.
 pub(super) fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
     FileDescriptorSet { file }.encode_to_vec()
 }

@@ -1,4 +1,4 @@
-//! Messages of Foxglove's well-known types, which Foxglove and Rerun show without being told how.
+//! Messages of Foxglove's well-known types, which Foxglove and Rerun display by themselves.
 
 use prost_types::field_descriptor_proto::Type;
 use prost_types::{
@@ -56,7 +56,7 @@ impl From<&Event> for Log {
     }
 }
 
-/// The event at `time` [s] that a message of [`Log`] tells.
+/// The event of a [`Log`] message at `time` [s].
 pub(crate) fn event(time: f64, message: &[u8]) -> Option<Event> {
     let log = <Log as prost::Message>::decode(message).ok()?;
     let level = match log.level {
@@ -91,7 +91,7 @@ pub(super) struct Quaternion {
     w: f64,
 }
 
-/// `foxglove.FrameTransform`: where a frame is in another one.
+/// `foxglove.FrameTransform`: the pose of a frame in another one.
 #[derive(Clone, PartialEq, prost::Message)]
 pub(super) struct FrameTransform {
     #[prost(message, optional, tag = "1")]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why an MCAP recording cannot be played back; messages count from 1 in each channel.
+/// An error in an MCAP recording; messages count from 1 in each channel.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file cannot be read to its end.
@@ -10,18 +10,18 @@ pub enum RecordingError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// What is in the file cannot have been written like that.
+    /// The contents of the file are damaged.
     #[error("the recording {} is damaged: {source}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What the reader says.
+        /// The error of the reader.
         source: ::mcap::McapError,
     },
-    /// The file is compressed in a way that is not known here.
+    /// The compression of the file is unknown.
     #[error(
         "the recording {} is compressed with {compression}: expected lz4, zstd or none; write it again with one \
          of these, such as `mcap compress --compression lz4`", path.display()
@@ -29,10 +29,10 @@ pub enum RecordingError {
     Compression {
         /// The file.
         path: PathBuf,
-        /// What the file says.
+        /// The file's word.
         compression: String,
     },
-    /// The scenario names a time that messages do not have.
+    /// The scenario names a time stamp that messages lack.
     #[error(
         "the time of the recording {} is `log_time` or `publish_time`, found `{found}`; it is MCAP, of which no \
          column is the time", path.display()
@@ -48,12 +48,12 @@ pub enum RecordingError {
     Ambiguous {
         /// The file.
         path: PathBuf,
-        /// The column that was asked for.
+        /// The column of the scenario.
         column: String,
         /// The topic.
         topic: String,
     },
-    /// Messages of a column's channel are of a kind that cannot be read.
+    /// The encoding of a column's channel is unknown.
     #[error(
         "`{column}` of {} is in messages of the encoding `{encoding}`, which cannot be read here: expected protobuf \
          or json; convert the topic `{topic}` to one of these, or to CSV", path.display()
@@ -61,14 +61,14 @@ pub enum RecordingError {
     Encoding {
         /// The file.
         path: PathBuf,
-        /// The column that was asked for.
+        /// The column of the scenario.
         column: String,
         /// The topic.
         topic: String,
-        /// What the file says.
+        /// The file's word.
         encoding: String,
     },
-    /// A channel does not say what its messages look like.
+    /// The schema of a channel is missing or wrong.
     #[error("the messages of `{topic}` in {} cannot be read: {what}", path.display())]
     Schema {
         /// The file.
@@ -78,19 +78,19 @@ pub enum RecordingError {
         /// What is wrong.
         what: String,
     },
-    /// What a column names is not a number.
+    /// A column names something other than a number.
     #[error(
         "`{column}` of {} is {found}: expected a number (or a boolean, or an enumeration)", path.display()
     )]
     NotANumber {
         /// The file.
         path: PathBuf,
-        /// The column that was asked for.
+        /// The column of the scenario.
         column: String,
-        /// What is there.
+        /// The value in its place.
         found: String,
     },
-    /// A channel has nothing to play back.
+    /// A channel has no message.
     #[error("there is no message of `{topic}` in {}", path.display())]
     Silent {
         /// The file.
@@ -105,7 +105,7 @@ pub enum RecordingError {
         path: PathBuf,
         /// The topic.
         topic: String,
-        /// Which of the topic's messages.
+        /// The number of the message in its topic.
         number: u64,
         /// What is wrong.
         what: String,
@@ -120,13 +120,13 @@ pub enum RecordingError {
         path: PathBuf,
         /// The topic.
         topic: String,
-        /// Which of the topic's messages.
+        /// The number of the message in its topic.
         numbers: [u64; 2],
-        /// What was taken as the time.
+        /// The time stamp in use.
         stamp: &'static str,
         /// The time stamp [s].
         time: f64,
-        /// What else could be taken.
+        /// The other time stamp.
         other: &'static str,
     },
 }

@@ -27,7 +27,7 @@ pub enum Message {
 /// The way to a number in the messages of a channel.
 #[derive(Debug)]
 pub enum Field {
-    /// Fields of messages, and places in lists.
+    /// Fields of messages, and indices in lists.
     Protobuf(Vec<Step>),
     /// Names with dots in between.
     Json(String),
@@ -124,7 +124,7 @@ fn way(message: &MessageDescriptor, path: &str) -> Result<Vec<Step>, Dead> {
         if list {
             let place = names
                 .next()
-                .ok_or_else(|| Dead::Other("a list: add a place, as in `.0`".to_owned()))?;
+                .ok_or_else(|| Dead::Other("a list: add an index, as in `.0`".to_owned()))?;
             steps.push(Step::At(place.parse().map_err(|_| Dead::Missing)?));
         }
         let last = names.peek().is_none();
@@ -217,7 +217,7 @@ fn json_number(json: &Json, path: &str) -> Result<f64, Dead> {
         Json::Bool(value) => Ok(f64::from(u8::from(*value))),
         Json::Null => Err(Dead::Other("null".to_owned())),
         Json::String(_) => Err(Dead::Other("a string".to_owned())),
-        Json::Array(_) => Err(Dead::Other("a list: add a place, as in `.0`".to_owned())),
+        Json::Array(_) => Err(Dead::Other("a list: add an index, as in `.0`".to_owned())),
         Json::Object(_) => Err(Dead::Other("an object".to_owned())),
     }
 }

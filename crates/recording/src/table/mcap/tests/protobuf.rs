@@ -142,7 +142,7 @@ fn every_number_of_protobuf_is_read_also_in_messages_and_lists() {
         ("/all.text", "is a string: expected a number"),
         ("/all.raw", "is bytes"),
         ("/all.inner", "is a message"),
-        ("/all.list", "is a list: add a place"),
+        ("/all.list", "is a list: add an index"),
         ("/all.doubel", "did you mean `/all.double`?"),
         ("/all.doubel", "/all.double, /all.float, /all.int32"),
         ("/all.doubel", "more; did you mean"),

@@ -1,52 +1,56 @@
-//! Hands a recording over: to a disk, which is waited for, or to a viewer, which must not hold up the run.
+//! Transports a recording to a disk or a viewer. The run waits for the disk, and never for a viewer.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use diagnostics::Error;
-use rerun::{RecordingStream, RecordingStreamBuilder};
+use re_sdk::{RecordingStream, RecordingStreamBuilder};
+use recording::Notice;
 
-use super::courier::Courier;
+use super::flush_worker::FlushWorker;
 use super::target::{CONNECT_PATIENCE, Target, open};
 
-/// How long the disk may take to accept a batch.
+/// Time limit of the disk for a batch.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How long a viewer may take to accept the last batch, and what analyses add, when the run is over.
+/// Time limit of a viewer for each batch after the end of the run.
 const FAREWELL: Duration = Duration::from_secs(3);
 
-/// The way of a recording to its file or its viewer.
-pub(super) struct Delivery {
-    /// `None` once nothing more can or shall be written.
+/// The open file or connection of a recording.
+pub(super) struct Transport {
+    /// `None` once the recording is closed or given up.
     stream: Option<RecordingStream>,
-    /// What errors call the recording.
-    place: PathBuf,
+    /// The name of the destination in messages.
+    destination: PathBuf,
     live: bool,
     /// Waits for a viewer.
-    courier: Option<Courier>,
-    /// How long to wait for a viewer now that the run is over; one that was waited for in vain is not waited for again.
+    flush_worker: Option<FlushWorker>,
+    /// Time limit of a viewer after the end of the run; zero once it was exceeded.
     farewell: Duration,
+    /// Viewers ask for the recording, and can do so as long as the stream is kept.
+    serves: bool,
     url: Option<String>,
     warning: Option<String>,
 }
 
-impl Delivery {
+impl Transport {
     /// Opens the file, the connection or the server.
     ///
     /// # Errors
     /// When the file cannot be made or no viewer listens at the address.
     pub fn open(builder: RecordingStreamBuilder, target: &Target) -> Result<Self, Error> {
-        let (place, live) = (target.place(), target.is_live());
-        let failed = |what: String| Error::output(&place, what);
+        let (destination, live) = (target.name(), target.is_live());
+        let failed = |what: String| Error::output(&destination, what);
         let (stream, url) = open(builder, target).map_err(failed)?;
         if !stream.is_enabled() {
             return Err(failed("the environment variable RERUN switches it off".into()));
         }
         stream.set_log_time_enabled(false);
-        let (stream, courier, farewell, warning) = (Some(stream), None, FAREWELL, None);
-        Ok(Self { stream, place, live, courier, farewell, url, warning })
+        let (stream, flush_worker, farewell, warning) = (Some(stream), None, FAREWELL, None);
+        let serves = url.is_some();
+        Ok(Self { stream, destination, live, flush_worker, farewell, serves, url, warning })
     }
 
-    /// Where to send, unless nothing more can be sent.
+    /// The stream, unless it is closed.
     pub fn stream(&self) -> Option<RecordingStream> {
         self.stream.clone()
     }
@@ -59,35 +63,33 @@ impl Delivery {
         self.live
     }
 
-    pub fn url(&self) -> Option<&str> {
-        self.url.as_deref()
+    /// The URL once, and the last warning once.
+    pub fn notices(&mut self) -> Vec<Notice> {
+        let url = self.url.take().map(Notice::Serving);
+        url.into_iter().chain(self.warning.take().map(Notice::Warning)).collect()
     }
 
-    pub fn warning(&self) -> Option<&str> {
-        self.warning.as_deref()
-    }
-
-    /// Waits until the beginning has arrived: only then somebody is there.
+    /// Waits until the beginning has arrived: this proves the connection.
     pub fn begun(&mut self, sent: Result<(), String>) -> Result<(), Error> {
         let Some(stream) = &self.stream else {
             return Ok(());
         };
         let result = sent.and_then(|()| settle(stream, CONNECT_PATIENCE));
         match result {
-            Ok(()) if self.live => self.courier = Some(Courier::new(stream.clone())),
+            Ok(()) if self.live => self.flush_worker = Some(FlushWorker::new(stream.clone())),
             Ok(()) => {}
             Err(_) => self.abandon(),
         }
-        result.map_err(|what| Error::output(&self.place, what))
+        result.map_err(|what| Error::output(&self.destination, what))
     }
 
-    /// Whether all that was sent before has arrived, so that more can be sent: so errors are noticed and the memory stays
-    /// bounded. Writing to a disk overlaps with computing, and is waited for; a viewer is not.
+    /// Whether everything so far has arrived. Checking this before each batch reveals errors and bounds the memory. It waits for a
+    /// disk, whose writing overlaps with computing, and not for a viewer.
     pub fn accepts(&mut self) -> Result<bool, String> {
         self.wait(Duration::ZERO)
     }
 
-    /// The same when the run is over, with a moment for a viewer.
+    /// The same after the end of the run, with some time for a viewer.
     pub fn accepts_at_last(&mut self) -> Result<bool, String> {
         let accepts = self.wait(self.farewell)?;
         self.farewell = if accepts { FAREWELL } else { Duration::ZERO };
@@ -95,25 +97,25 @@ impl Delivery {
     }
 
     fn wait(&mut self, for_viewer: Duration) -> Result<bool, String> {
-        match (&mut self.courier, &self.stream) {
-            (Some(courier), _) => courier.accepted(for_viewer),
+        match (&mut self.flush_worker, &self.stream) {
+            (Some(flush_worker), _) => flush_worker.accepted(for_viewer),
             (None, Some(stream)) => settle(stream, PATIENCE).map(|()| true),
             (None, None) => Ok(false),
         }
     }
 
-    /// Notes that something was sent.
+    /// Requests a confirmation of the data sent so far.
     pub fn sent(&mut self) {
-        if let Some(courier) = &mut self.courier {
-            courier.sent();
+        if let Some(flush_worker) = &mut self.flush_worker {
+            flush_worker.sent();
         }
     }
 
-    /// Closes the file or the connection. Viewers can connect to a server as long as this is kept.
+    /// Closes the file or the connection. A server stays open as long as this value lives.
     pub fn end(&mut self) -> Result<(), String> {
-        let arrived = if self.live && self.url.is_none() {
+        let arrived = if self.live && !self.serves {
             self.stream = None;
-            self.courier.take().is_none_or(|courier| courier.close(FAREWELL))
+            self.flush_worker.take().is_none_or(|flush_worker| flush_worker.close(FAREWELL))
         } else {
             self.accepts_at_last()?
         };
@@ -121,28 +123,28 @@ impl Delivery {
             self.stuck();
         }
         if !self.live {
-            // The last stream that goes writes the footer and closes the file.
+            // Dropping the last stream writes the footer and closes the file.
             self.stream = None;
         }
         Ok(())
     }
 
-    /// Gives up a viewer that takes nothing any more.
+    /// Gives up a viewer that accepts no more data.
     pub fn stuck(&mut self) {
         self.warn("did not take the end of the run: it is stuck");
         self.abandon();
     }
 
-    /// Tells what a viewer misses.
+    /// Adds to the warning about the viewer.
     pub fn warn(&mut self, what: &str) {
-        let place = self.place.display();
+        let viewer = self.destination.display();
         self.warning = Some(match self.warning.take() {
-            None => format!("the viewer at {place} {what}"),
+            None => format!("the viewer at {viewer} {what}"),
             Some(before) => format!("{before}; it {what}"),
         });
     }
 
-    /// A viewer that is lost does not concern the run; a file that cannot be written does.
+    /// A lost viewer is a warning; a file that cannot be written is an error.
     pub fn judge(&mut self, result: Result<(), String>) -> Result<(), Error> {
         let Err(what) = result else {
             return Ok(());
@@ -152,17 +154,17 @@ impl Delivery {
             self.warn(&format!("was lost: {what}"));
             return Ok(());
         }
-        Err(Error::output(&self.place, what))
+        Err(Error::output(&self.destination, what))
     }
 
-    /// Gives up the stream without waiting for it: dropping one whose reader is stuck blocks for ever.
+    /// Gives up the stream without dropping it: the drop would wait for a stuck viewer for ever.
     fn abandon(&mut self) {
         std::mem::forget(self.stream.take());
-        self.courier = None;
+        self.flush_worker = None;
     }
 }
 
-/// Waits until all that was sent is written or handed over.
+/// Waits until all data is written or handed over.
 pub(super) fn settle(stream: &RecordingStream, patience: Duration) -> Result<(), String> {
     let accepted = stream.flush_with_timeout(patience);
     accepted.map_err(|it| format!("it takes no more data (disk full, or connection lost?): {it}"))

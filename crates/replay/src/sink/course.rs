@@ -1,16 +1,15 @@
-//! Tells how much later one run comes by than another one: the difference of their times at the same distance.
+//! Finds the time at which a run first reaches a distance. The time gap of two runs is the difference of these times.
 
-/// A piece of a run in which it got further than ever before: time [s] and distance [m] at its ends.
+/// A piece of a run beyond its furthest point so far: time [s] and distance [m] at its ends.
 #[derive(Clone, Copy)]
 struct Piece {
     from: [f64; 2],
     to: [f64; 2],
 }
 
-/// When a run came by at which distance.
+/// The first time at each distance of a run.
 ///
-/// What counts is the first time that a distance is reached. A stop thus takes effect when the run goes on, and rows at which
-/// it is behind its furthest point, since it drives backwards, tell nothing.
+/// Distance is the furthest point reached so far; stopping or reversing does not change it.
 #[derive(Default)]
 pub(super) struct Course {
     pieces: Vec<Piece>,
@@ -18,8 +17,8 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Takes a row: its time [s] and the distance [m] there. Tells when the furthest distance so far was reached, if the row
-    /// is at it.
+    /// Takes the time [s] and the distance [m] of a row. Returns the time at which the furthest distance was reached, if the row
+    /// is there.
     pub fn push(&mut self, time: f64, distance: f64) -> Option<f64> {
         let to = [time, distance];
         let from = self.last.replace(to).unwrap_or(to);
@@ -40,14 +39,14 @@ impl Course {
         self.pieces.last().map(|piece| piece.to[1])
     }
 
-    /// When the distance [m] was first reached [s], on the straight line between two rows; nothing outside of the course.
+    /// The time [s] at which the distance [m] was first reached, interpolated linearly; `None` outside of the course.
     pub fn reached(&self, distance: f64) -> Option<f64> {
-        let place = self.pieces.partition_point(|piece| piece.to[1] < distance);
-        let Piece { from: [t0, s0], to: [t1, s1] } = *self.pieces.get(place)?;
+        let index = self.pieces.partition_point(|piece| piece.to[1] < distance);
+        let Piece { from: [t0, s0], to: [t1, s1] } = *self.pieces.get(index)?;
         if distance == s1 {
             return Some(t1);
         }
-        // Before the first row, or in a gap, which there is none of between rows.
+        // A smaller distance lies before the first row.
         (distance >= s0).then(|| t0 + (distance - s0) / (s1 - s0) * (t1 - t0))
     }
 }
@@ -65,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn a_distance_is_reached_once_also_by_who_stops_or_drives_back() {
+    fn stopping_or_reversing_does_not_change_the_first_time_at_a_distance() {
         // 0 to 2 s at 1 m/s, a stop until 5 s, back by 1 m until 6 s, then on at 2 m/s.
         let course = course(&[[0.0, 0.0], [2.0, 2.0], [5.0, 2.0], [6.0, 1.0], [8.0, 5.0]]);
         for (distance, time) in [(0.0, 0.0), (1.5, 1.5), (2.0, 2.0), (3.0, 7.0), (5.0, 8.0)] {
@@ -76,15 +75,15 @@ mod tests {
     }
 
     #[test]
-    fn rows_at_the_furthest_point_say_when_it_was_reached_and_others_nothing() {
+    fn rows_behind_the_furthest_point_have_no_time() {
         let mut course = Course::default();
         let rows = [[0.0, 3.0], [1.0, 3.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]];
-        let told = rows.map(|[time, distance]| course.push(time, distance));
-        assert_eq!(told, [Some(0.0), Some(0.0), None, Some(0.0), Some(4.0)]);
+        let times = rows.map(|[time, distance]| course.push(time, distance));
+        assert_eq!(times, [Some(0.0), Some(0.0), None, Some(0.0), Some(4.0)]);
     }
 
     #[test]
-    fn at_constant_speeds_the_difference_grows_as_the_distance() {
+    fn at_constant_speeds_the_time_gap_is_proportional_to_the_distance() {
         let drive = |speed: f64, step: f64| {
             let time = |k: u32| f64::from(k) * step;
             let rows: Vec<_> =
@@ -93,12 +92,9 @@ mod tests {
         };
         let (a, b) = (drive(20.0, 0.001), drive(16.0, 0.01));
         for distance in [0.0, 0.0123, 777.7, 1599.9] {
-            let delta = b.reached(distance).zip(a.reached(distance)).map(|(b, a)| b - a);
+            let gap = b.reached(distance).zip(a.reached(distance)).map(|(b, a)| b - a);
             let expected = distance / 16.0 - distance / 20.0;
-            assert!(
-                delta.is_some_and(|it| (it - expected).abs() < 1e-9),
-                "{distance} m: {delta:?}"
-            );
+            assert!(gap.is_some_and(|it| (it - expected).abs() < 1e-9), "{distance} m: {gap:?}");
         }
     }
 }

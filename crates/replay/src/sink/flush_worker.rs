@@ -1,47 +1,47 @@
-//! Waits for a viewer in the place of the run, which must not be held up by one that is slow, stuck or gone.
+//! Waits for a viewer on a thread of its own, so that a slow, stuck or lost viewer does not delay the run.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-use rerun::RecordingStream;
+use re_sdk::RecordingStream;
 
-use super::delivery::settle;
+use super::transport::settle;
 
-/// Knows how much of what was sent has been accepted.
-pub(super) struct Courier {
-    /// Asks to wait for all that was sent so far.
+/// A thread that flushes the stream on request.
+pub(super) struct FlushWorker {
+    /// Requests to flush all data so far.
     requests: Sender<()>,
-    /// Tells that it was accepted, or why it will not be; closed when the connection is.
+    /// The outcome of each request; closed with the connection.
     answers: Receiver<Result<(), String>>,
-    /// Requests that were not answered yet.
+    /// Requests without an answer.
     pending: usize,
 }
 
-impl Courier {
-    /// Begins to wait for what this stream sends.
+impl FlushWorker {
+    /// Starts the thread.
     pub fn new(stream: RecordingStream) -> Self {
         let (requests, asked) = channel();
-        let (tell, answers) = channel();
+        let (answer, answers) = channel();
         std::thread::spawn(move || {
             while asked.recv().is_ok() {
                 // Ends when the viewer goes away.
-                if tell.send(settle(&stream, Duration::MAX)).is_err() {
+                if answer.send(settle(&stream, Duration::MAX)).is_err() {
                     break;
                 }
             }
-            // Closing the connection waits for the viewer too. Then the channel tells that it is closed.
+            // Closing the connection waits for the viewer, too. The closed channel reports its end.
             drop(stream);
-            drop(tell);
+            drop(answer);
         });
         Self { requests, answers, pending: 0 }
     }
 
-    /// Notes that something was sent.
+    /// Requests a flush of all data so far.
     pub fn sent(&mut self) {
         self.pending += usize::from(self.requests.send(()).is_ok());
     }
 
-    /// Whether all that was sent has been accepted, after waiting for so long at most for each part of it.
+    /// Whether all data has been accepted; waits up to `patience` for each request.
     ///
     /// # Errors
     /// When the viewer is gone.
@@ -57,7 +57,7 @@ impl Courier {
         Ok(true)
     }
 
-    /// Closes the connection, when nobody else holds the stream, and tells whether that took no longer than this.
+    /// Closes the connection, if this holds the last stream. Returns whether that took less than `patience`.
     pub fn close(self, patience: Duration) -> bool {
         drop(self.requests);
         loop {

@@ -1,21 +1,21 @@
-//! Knows the time, the step and the distance of every row, which are the timelines of a recording.
+//! Computes the three timelines of a recording: time, step and distance of each row.
 
+use re_sdk::log::TimeColumn;
 use recording::view::Distance;
 use recording::{Recorded, Row};
-use rerun::TimeColumn;
 
 use super::thinned::Thinned;
 
 /// Timeline of the simulated time.
 pub(super) const TIME: &str = "sim_time";
-/// Timeline of the communication points' numbers.
+/// Timeline of communication points.
 const STEP: &str = "step";
-/// Timeline of the distance that was covered, in the viewer's whole numbers.
+/// Timeline of the distance, in whole centimetres.
 pub(super) const DISTANCE: &str = "distance_cm";
 
-/// A moment on every timeline.
+/// A point on every timeline.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Moment {
+pub(super) struct TimePoint {
     /// Simulated time [ns].
     pub time: i64,
     step: i64,
@@ -23,13 +23,13 @@ pub(super) struct Moment {
     distance: Option<i64>,
 }
 
-/// Moments, in the order of their rows.
+/// Time points, in the order of their rows.
 #[derive(Default)]
-pub(super) struct Moments(Vec<Moment>);
+pub(super) struct TimePoints(Vec<TimePoint>);
 
-impl Moments {
-    pub fn push(&mut self, moment: Moment) {
-        self.0.push(moment);
+impl TimePoints {
+    pub fn push(&mut self, time_point: TimePoint) {
+        self.0.push(time_point);
     }
 
     pub fn len(&self) -> usize {
@@ -49,7 +49,7 @@ impl Moments {
         self.0.drain(..self.0.len().saturating_sub(count));
     }
 
-    /// The axes that every column has; without one of them it would vanish from that timeline.
+    /// The axes of every column; a column without one of them would vanish from that timeline.
     pub fn axes(&self) -> Vec<TimeColumn> {
         let mut axes = vec![
             TimeColumn::new_duration_nanos(TIME, self.0.iter().map(|it| it.time)),
@@ -63,13 +63,13 @@ impl Moments {
     }
 }
 
-impl FromIterator<Moment> for Moments {
-    fn from_iter<I: IntoIterator<Item = Moment>>(moments: I) -> Self {
-        Self(moments.into_iter().collect())
+impl FromIterator<TimePoint> for TimePoints {
+    fn from_iter<I: IntoIterator<Item = TimePoint>>(time_points: I) -> Self {
+        Self(time_points.into_iter().collect())
     }
 }
 
-/// Tells the moments of rows, and of all that happens between them.
+/// Computes the time points of rows and of events between them.
 pub(super) struct Clock {
     /// Communication step [s].
     step: f64,
@@ -81,8 +81,8 @@ impl Clock {
         Self { step, odometer: distance.map(Odometer::new) }
     }
 
-    /// The moment of a row; rows come in the order of their time [s].
-    pub fn row(&mut self, time: f64, row: &Row<Recorded>) -> Moment {
+    /// The time point of a row; rows come in the order of their time [s].
+    pub fn row(&mut self, time: f64, row: &Row<Recorded>) -> TimePoint {
         if let Some(odometer) = &mut self.odometer {
             odometer.push(time, row);
         }
@@ -94,10 +94,10 @@ impl Clock {
         self.odometer.as_ref()?.last.map(|(_, distance, _)| distance)
     }
 
-    /// The moment of a time [s] that is not after the last row.
-    pub fn at(&self, time: f64) -> Moment {
+    /// The time point of a time [s] up to the last row.
+    pub fn at(&self, time: f64) -> TimePoint {
         let distance = self.odometer.as_ref().map(|it| (it.at(time) * 100.0).round() as i64);
-        Moment { time: nanoseconds(time), step: (time / self.step).round() as i64, distance }
+        TimePoint { time: nanoseconds(time), step: (time / self.step).round() as i64, distance }
     }
 }
 
@@ -105,7 +105,7 @@ pub(super) fn nanoseconds(time: f64) -> i64 {
     (time * 1e9).round() as i64
 }
 
-/// Measures the distance that was covered.
+/// Measures the distance.
 struct Odometer {
     source: Distance,
     /// Time [s], distance [m], and what the next distance is computed from.
@@ -123,7 +123,7 @@ impl Odometer {
         let (_, before, from) = self.last.unwrap_or((time, 0.0, [f64::NAN; 2]));
         let state = match &self.source {
             Distance::Given(distance) => [distance.value(time, row), 0.0],
-            Distance::Along(place) => place.map(|column| row[column]),
+            Distance::Along(position) => position.map(|index| row[index]),
             Distance::Driven(speed) => [speed.value(time, row), time],
         };
         let distance = match &self.source {
@@ -131,13 +131,13 @@ impl Odometer {
             Distance::Along(_) => before + (state[0] - from[0]).hypot(state[1] - from[1]),
             Distance::Driven(_) => before + 0.5 * (state[0] + from[0]) * (state[1] - from[1]),
         };
-        // The first row, and a value that is no number, cover no distance.
+        // The first row, and a NaN, cover no distance.
         let distance = if distance.is_finite() { distance } else { before };
         self.last = Some((time, distance, state));
         self.passed.push((time, distance));
     }
 
-    /// The distance at a time [s], on the straight line between rows that are kept.
+    /// The distance at a time [s], interpolated linearly between kept rows.
     fn at(&self, time: f64) -> f64 {
         let Some((end, distance, _)) = self.last else {
             return 0.0;
@@ -156,7 +156,7 @@ impl Odometer {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, Distance, Moment};
+    use super::{Clock, Distance, TimePoint};
     use recording::view::Quantity;
     use recording::{NumberIndex, Row};
 
@@ -170,7 +170,7 @@ mod tests {
             clock.row(time, &Row::from_values(numbers, Vec::new()));
         }
         let distance = |time| {
-            let Moment { time: nanoseconds, step, distance } = clock.at(time);
+            let TimePoint { time: nanoseconds, step, distance } = clock.at(time);
             assert_eq!((nanoseconds, step), ((time * 1e9) as i64, (time * 100.0) as i64));
             distance
         };
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn the_distance_is_told_by_positions_by_speed_or_by_itself() {
+    fn positions_a_speed_or_the_distance_itself_give_the_distance() {
         let driven = [0, 246_000, 598_000, 600_000].map(Some);
         for source in [
             Distance::Along([0, 1].map(NumberIndex::new)),

@@ -1,32 +1,32 @@
-//! Shows checks and faults as lanes of states over time.
+//! Draws the status of checks and faults over time.
 
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{StateChange, StateConfiguration};
+use re_sdk_types::components::Color;
 use recording::{Status, StatusChange, StatusTrack};
-use rerun::{
-    Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
-};
 
-use super::moments::{Moment, Moments};
+use super::timeline::{TimePoint, TimePoints};
 use super::{ESTIMATE, LIMIT, REFERENCE};
 
-/// What the lanes are below: checks, and inputs with faults.
+/// The roots of the tracks: checks, and inputs with faults.
 pub(super) const GROUPS: [&str; 2] = ["checks", "faults"];
 
-/// The lanes, with the changes that were not sent yet.
-pub(super) struct States(Vec<Track>);
+/// The tracks, with their unsent changes.
+pub(super) struct StatusTracks(Vec<Track>);
 
 struct Track {
     of: StatusTrack,
     path: EntityPath,
-    moments: Moments,
+    time_points: TimePoints,
     states: Vec<&'static str>,
 }
 
-impl States {
+impl StatusTracks {
     pub fn new(tracks: &[StatusTrack]) -> Self {
         let track = |(index, of): (usize, &StatusTrack)| Track {
             of: of.clone(),
             path: path(index + 1, of),
-            moments: Moments::default(),
+            time_points: TimePoints::default(),
             states: Vec::new(),
         };
         Self(tracks.iter().enumerate().map(track).collect())
@@ -36,7 +36,7 @@ impl States {
         self.0.is_empty()
     }
 
-    /// Gives the states their colours.
+    /// Sends the colour of each status.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in &self.0 {
             let colors = [ESTIMATE, LIMIT, REFERENCE].map(Color::from);
@@ -47,10 +47,10 @@ impl States {
         Ok(())
     }
 
-    pub fn push(&mut self, moment: Moment, change: &StatusChange) {
+    pub fn push(&mut self, time_point: TimePoint, change: &StatusChange) {
         let mut tracks = self.0.iter_mut();
         if let Some(track) = tracks.find(|it| it.of == change.track) {
-            track.moments.push(moment);
+            track.time_points.push(time_point);
             track.states.push(word(change.status));
         }
     }
@@ -58,7 +58,7 @@ impl States {
     /// Forgets all but the last change of each.
     pub fn forget_past(&mut self) {
         for track in &mut self.0 {
-            track.moments.keep_last(1);
+            track.time_points.keep_last(1);
             track.states.drain(..track.states.len().saturating_sub(1));
         }
     }
@@ -67,16 +67,15 @@ impl States {
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in self.0.iter_mut().filter(|it| !it.states.is_empty()) {
             let states = StateChange::new().with_state(track.states.drain(..));
-            let axes = track.moments.axes();
-            track.moments.clear();
+            let axes = track.time_points.axes();
+            track.time_points.clear();
             stream.send_columns(track.path.clone(), axes, states.columns_of_unit_batches()?)?;
         }
         Ok(())
     }
 }
 
-/// The viewer shows lanes in the order of their paths and writes these beside them, with a backslash before all but
-/// the plainest letters.
+/// The viewer orders tracks by their paths and shows these as labels. Letters other than these would get a backslash.
 fn path(number: usize, track: &StatusTrack) -> EntityPath {
     let group = match track {
         StatusTrack::Check(_) => GROUPS[0],
@@ -89,9 +88,9 @@ fn path(number: usize, track: &StatusTrack) -> EntityPath {
     ))
 }
 
-/// What a lane says; the empty word leaves a gap.
-fn word(state: Status) -> &'static str {
-    match state {
+/// The word on a track; an empty word leaves a gap.
+fn word(status: Status) -> &'static str {
+    match status {
         Status::Idle => "",
         Status::Holds => "holds",
         Status::Violated => "violated",

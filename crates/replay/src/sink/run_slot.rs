@@ -1,23 +1,23 @@
-//! Tells the runs of a recording apart: under which entities each is, how its curves are called and coloured.
+//! Gives each of two runs in one recording its entities, labels and colours.
 
-use rerun::external::re_log_types::EntityPathPart;
-use rerun::{Color, EntityPath};
+use re_sdk::{EntityPath, EntityPathPart};
+use re_sdk_types::components::Color;
 
-/// What the entities of the other run are below. The viewer paints and lists curves in the order of their paths, so that
-/// those of the other run come last.
+/// The root of the second run's entities. The viewer paints and lists curves in the order of their paths: those of the second
+/// run come last.
 pub(super) const OTHER: &str = "versus";
 
-/// One of the runs of a recording: the one that it is about, or, with a name, one that it is compared with.
+/// The slot of a run in a recording: the first run without a name, the second one with its name.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Contender(pub Option<String>);
+pub(super) struct RunSlot(pub Option<String>);
 
-impl Contender {
-    /// Whether it is the one that the recording is about.
+impl RunSlot {
+    /// Whether it is the first run.
     pub fn is_first(&self) -> bool {
         self.0.is_none()
     }
 
-    /// The entity of this run that is at `path` for the first one.
+    /// The entity of this run; the first run has it at `path`.
     pub fn path(&self, path: impl Into<EntityPath>) -> EntityPath {
         match self.is_first() {
             true => path.into(),
@@ -25,7 +25,7 @@ impl Contender {
         }
     }
 
-    /// The entity that is below `root` for the first one; what shares a view has the same root.
+    /// The entity of this run; the first run has it at `path` below `root`. Entities of one view share their root.
     pub fn below(&self, root: &str, path: &str) -> EntityPath {
         let root = EntityPath::from(root);
         let root = if self.is_first() { root } else { root / EntityPathPart::from(OTHER) };

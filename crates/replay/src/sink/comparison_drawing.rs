@@ -1,0 +1,272 @@
+//! Draws two runs in one recording: curves and points over each other, a ghost car, and the time gap at each distance.
+
+use std::path::Path;
+
+use diagnostics::Error;
+use re_sdk::{
+    ApplicationId, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
+};
+use re_sdk_types::archetypes::{Scalars, TextDocument};
+use recording::view::Role;
+use recording::{Event, Recorded, Row, Sink};
+
+use super::course::Course;
+use super::diagrams::Diagrams;
+use super::drawing::Drawing;
+use super::layout::Layout;
+use super::run_slot::{OTHER, RunSlot};
+use super::signals::{Chart, Line};
+use super::target::Target;
+use super::time_gap::TimeGap;
+use super::timeline::TimePoints;
+use super::transport::Transport;
+use super::{FILE_BATCH, application};
+use crate::comparison::{Comparison, RecordedRun};
+
+/// The entity of the time gap.
+const TIME_GAP: &str = "time_gap";
+/// Distances of runs whose first positions are further apart [m] do not compare.
+const APART: f64 = 1.0;
+
+impl Comparison {
+    /// Writes both runs into the file at `path`, with a layout. Oddities are added to the notes.
+    ///
+    /// # Errors
+    /// When a run cannot be read to its end, or the file cannot be written.
+    pub fn write(&mut self, path: &Path) -> Result<(), Error> {
+        let [a, b] = &self.runs;
+        let name = format!("{}_{OTHER}_{}", a.header.scenario, b.header.scenario);
+        let application = application(&name);
+        let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
+        let mut transport = Transport::open(builder, &Target::File(path.to_owned()))?;
+        let Some(stream) = transport.stream() else { return Ok(()) };
+        let mut pair = Pair::new([a, b], application);
+        let described = pair.describe(&stream, [a, b]).map_err(|error| error.to_string());
+        transport.begun(described)?;
+        let (courses, begins, time_gap) = pair.play(&stream, &mut transport, [a, b])?;
+        if let [Some(a), Some(b)] = begins
+            && (a[0] - b[0]).hypot(a[1] - b[1]) > APART
+        {
+            self.notes.push(
+                "the runs begin at different points, so their distances do not compare; give both scenarios a [view] distance \
+                 from one line"
+                    .to_owned(),
+            );
+        }
+        let card = self.card(&facts(pair.timed, courses, time_gap.last()));
+        let ended = pair.finish(&stream, &time_gap, card).map_err(|error| error.to_string());
+        drop(stream);
+        let ended = ended.and_then(|()| transport.end());
+        transport.judge(ended)
+    }
+}
+
+/// The drawings of both runs and their common layout.
+struct Pair {
+    slots: [RunSlot; 2],
+    first: Drawing,
+    other: Drawing,
+    layout: Layout,
+    /// Whether both runs have a distance.
+    timed: bool,
+    /// The title of the time gap.
+    title: String,
+}
+
+impl Pair {
+    fn new([a, b]: [&RecordedRun; 2], application: ApplicationId) -> Self {
+        let slots = [RunSlot::default(), RunSlot(Some(b.name.clone()))];
+        let [(first, charts), (other, more)] = [(a, &slots[0]), (b, &slots[1])]
+            .map(|(run, slot)| Drawing::new(&run.header, slot, &run.lacks()));
+        let timed = [a, b].iter().all(|run| run.header.view.distance.is_some());
+        let title = format!("{} behind {} at the same distance", b.name, a.name);
+        let layout = Layout {
+            application,
+            charts: overlaid(timed.then_some(&title), charts, more),
+            derived: Vec::new(),
+            xy_plots: first.xy_plots.shown_with(&other.xy_plots),
+            diagrams: Diagrams::default(),
+            states: a.header.columns.texts().len() > 0,
+            texts: [&first, &other].iter().flat_map(|it| it.texts.paths()).collect(),
+            compared: true,
+            body: first.scene.as_ref().and(a.header.view.pose.as_ref()).map(|it| it.length as f32),
+            live: false,
+        };
+        Self { slots, first, other, layout, timed, title }
+    }
+
+    /// Sends the layout and the static parts.
+    fn describe(
+        &self,
+        stream: &RecordingStream,
+        runs: [&RecordedRun; 2],
+    ) -> RecordingStreamResult<()> {
+        self.layout.send(stream, None)?;
+        stream.send_recording_name(format!("{} / {}", runs[0].name, runs[1].name))?;
+        for (run, slot) in runs.iter().zip(&self.slots) {
+            let text = TextDocument::new(run.header.source.whole());
+            stream.log_static(slot.path("scenario"), &text)?;
+        }
+        self.first.describe(stream)?;
+        self.other.describe(stream)
+    }
+
+    /// Draws the rows of both; returns their courses, their first positions [m] and their time gap.
+    fn play(
+        &mut self,
+        stream: &RecordingStream,
+        transport: &mut Transport,
+        [a, b]: [&RecordedRun; 2],
+    ) -> Result<([Course; 2], [Option<[f64; 2]>; 2], TimeGap), Error> {
+        let mut sink = DrawingSink::new(stream, transport, &mut self.other);
+        b.play(&mut sink)?;
+        sink.finish("", true)?;
+        let (of_b, begin_b) = (sink.course, sink.begin);
+        let mut sink = DrawingSink::new(stream, transport, &mut self.first);
+        sink.reference = self.timed.then_some(&of_b);
+        a.play(&mut sink)?;
+        sink.finish("", true)?;
+        let (of_a, begin_a, time_gap) = (sink.course, sink.begin, sink.time_gap);
+        Ok(([of_a, of_b], [begin_a, begin_b], time_gap))
+    }
+
+    /// Sends the parts that depend on all rows, the layout again among them.
+    fn finish(
+        mut self,
+        stream: &RecordingStream,
+        time_gap: &TimeGap,
+        card: String,
+    ) -> RecordingStreamResult<()> {
+        let scenes = [&self.first.scene, &self.other.scene].into_iter().flatten();
+        scenes.clone().try_for_each(|scene| scene.finish(stream))?;
+        let bounds = scenes.filter_map(|scene| scene.bounds()).reduce(|a, b| a.with(b));
+        let number = self.layout.xy_plots.len() + 1;
+        self.layout.xy_plots.extend(time_gap.send(stream, number, &self.title)?);
+        self.layout.send(stream, bounds)?;
+        stream.log_static("run", &TextDocument::from_markdown(card))
+    }
+}
+
+/// Each plot of the first run with the curves of the other one, below the time gap.
+fn overlaid(time_gap: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> Vec<Chart> {
+    let mut charts: Vec<_> = charts
+        .into_iter()
+        .zip(more)
+        .map(|(mut chart, other)| {
+            chart.lines.extend(other.lines);
+            chart
+        })
+        .collect();
+    charts.retain(|chart| !chart.lines.is_empty());
+    if let Some(title) = time_gap {
+        let line = Line {
+            path: EntityPath::from(TIME_GAP),
+            slot: RunSlot::default(),
+            label: "Δt".to_owned(),
+            role: Role::Other,
+            stepped: false,
+            bound: false,
+        };
+        let title = format!("{title} [s]");
+        let group = charts.first().and_then(|chart| chart.group.clone());
+        charts.insert(0, Chart { title, group, range: None, lines: vec![line] });
+    }
+    charts
+}
+
+/// Facts for the run card: distances [m], and the time gap [s] at the last common one.
+fn facts(timed: bool, courses: [Course; 2], last: Option<[f64; 2]>) -> Vec<(String, [String; 2])> {
+    if !timed {
+        let why = "unknown: [view] has no pose, distance or speed for both";
+        return vec![("Distance".to_owned(), [why.to_owned(), String::new()])];
+    }
+    let ends = courses.map(|course| course.furthest().map(|it| format!("{it:.1} m")));
+    let mut facts = vec![("Distance".to_owned(), ends.map(Option::unwrap_or_default))];
+    if let Some([distance, gap]) = last {
+        let gap = format!("{gap:+.3} s");
+        facts.push((format!("Time at {distance:.1} m"), [String::new(), gap]));
+    }
+    facts
+}
+
+/// Draws the rows of a run, and keeps its course.
+struct DrawingSink<'a> {
+    stream: &'a RecordingStream,
+    transport: &'a mut Transport,
+    drawing: &'a mut Drawing,
+    course: Course,
+    /// The first position of the body [m].
+    begin: Option<[f64; 2]>,
+    /// The course of the run to compare with.
+    reference: Option<&'a Course>,
+    time_points: TimePoints,
+    /// Unsent time gaps [s].
+    gaps: Vec<f64>,
+    time_gap: TimeGap,
+}
+
+impl<'a> DrawingSink<'a> {
+    fn new(
+        stream: &'a RecordingStream,
+        transport: &'a mut Transport,
+        drawing: &'a mut Drawing,
+    ) -> Self {
+        let (course, time_points) = (Course::default(), TimePoints::default());
+        let (begin, reference, time_gap) = (None, None, TimeGap::default());
+        Self {
+            stream,
+            transport,
+            drawing,
+            course,
+            begin,
+            reference,
+            time_points,
+            gaps: Vec::new(),
+            time_gap,
+        }
+    }
+
+    fn send(&mut self) -> RecordingStreamResult<()> {
+        self.drawing.send(self.stream, false)?;
+        if !self.gaps.is_empty() {
+            let gaps = Scalars::new(self.gaps.drain(..)).columns_of_unit_batches()?;
+            self.stream.send_columns(TIME_GAP, self.time_points.axes(), gaps)?;
+            self.time_points.clear();
+        }
+        Ok(())
+    }
+}
+
+impl Sink for DrawingSink<'_> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+        if let (None, Some(scene)) = (self.begin, &self.drawing.scene) {
+            self.begin = Some(scene.position(row));
+        }
+        let time_point = self.drawing.row(tick, time, row);
+        if let Some(distance) = self.drawing.clock.distance() {
+            let reached = self.course.push(time, distance);
+            let other = self.reference.and_then(|course| course.reached(distance));
+            if let (Some(time_point), Some(reached), Some(other)) = (time_point, reached, other) {
+                self.time_points.push(time_point);
+                self.gaps.push(other - reached);
+                self.time_gap.push(time_point, [distance, other - reached]);
+            }
+        }
+        if self.drawing.time_points.len() < FILE_BATCH {
+            return Ok(());
+        }
+        let sent = self.send().map_err(|error| error.to_string());
+        let sent = sent.and_then(|()| self.transport.accepts().map(drop));
+        self.transport.judge(sent)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Error> {
+        self.drawing.event(event);
+        Ok(())
+    }
+
+    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
+        let sent = self.send().map_err(|error| error.to_string());
+        self.transport.judge(sent)
+    }
+}

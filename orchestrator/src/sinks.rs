@@ -1,0 +1,51 @@
+//! Lists the ways to record a run: a new one is a line here.
+
+use diagnostics::Error;
+use recording::{BoxedSink, CsvSink, McapSink, RunHeader, SinkKind};
+
+use crate::options::{Replay, RunOptions};
+
+/// All ways to record a run.
+pub(crate) const SINKS: &[SinkKind<RunOptions>] = &[
+    SinkKind { files: McapSink::FILES, open: |run, _| Ok(Some(Box::new(McapSink::new(run)?))) },
+    SinkKind { files: CsvSink::FILES, open: csv },
+    SinkKind { files: &["run.rrd"], open: replay },
+];
+
+fn csv(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.csv { Some(Box::new(CsvSink::new(run)?)) } else { None })
+}
+
+#[cfg(feature = "rerun")]
+fn replay(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    use ::replay::{RerunSink, Target};
+    let target = match &options.replay {
+        Replay::Save => Target::File(run.folder.join("run.rrd")),
+        Replay::Connect(url) => Target::Connect(url.clone()),
+        Replay::Serve(address) => Target::Serve(*address),
+        Replay::Off => return Ok(None),
+    };
+    Ok(Some(Box::new(RerunSink::new(run, target)?)))
+}
+
+#[cfg(not(feature = "rerun"))]
+fn replay(_run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    match options.replay {
+        Replay::Save | Replay::Off => Ok(None),
+        Replay::Connect(_) | Replay::Serve(_) => {
+            Err(Error::input("this program was built without the feature `rerun`"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use scenario::plan::is_reserved;
+
+    use super::SINKS;
+
+    #[test]
+    fn recordings_have_names_that_nothing_else_in_the_folder_can_have() {
+        assert!(SINKS.iter().flat_map(|kind| kind.files).all(|file| is_reserved(file)));
+    }
+}
