@@ -25,8 +25,8 @@ fn joined(first: &Samples, second: &Samples) -> Samples {
     Samples::new(join(&first.slip, &second.slip), join(&first.force, &second.force))
 }
 
-fn found(samples: &Samples, earlier: Option<Normal>) -> Answer {
-    let settings = Settings { earlier, ..Settings::new(Direction::Longitudinal) };
+fn found(samples: &Samples, prior_from_file: Option<Normal>) -> Answer {
+    let settings = Settings { prior_from_file, ..Settings::new(Direction::Longitudinal) };
     identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
 }
 

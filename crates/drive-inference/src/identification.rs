@@ -3,23 +3,24 @@
 
 use std::time::Instant;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use numerics::convergence::Convergence;
 use numerics::sqp::Minimum;
 use rayon::prelude::*;
-use tire_inference::parameters::Theta;
+use tire_inference::axles::Axles;
 
 use crate::error::Error;
+use crate::explored::{Explored, inverse};
 use crate::identified::{Fitted, Identified, Innovations};
-use crate::likelihood::{Likelihood, Noise, Theta8, curve};
+use crate::likelihood::{Likelihood, Noise};
 use crate::options::{Formulation, Noises, Options};
 use crate::points::{self, Point};
-use crate::posterior_samples::{self, Drawn, Wanted};
-use crate::profile::{self, Explored};
+use crate::posterior_samples::{self, Drawn, Request};
 use crate::progress::{Board, watched};
 use crate::recording::Recording;
 use crate::regression::Target;
 use crate::smoothing::{self, Explained};
+use crate::tires::{SIZE, Tires, corners, from_array, from_vector, to_vector};
 use crate::{pem, search, series, verdict};
 
 /// What prediction errors start from.
@@ -93,11 +94,11 @@ struct Run<'a> {
 
 /// A minimum with the covariance that it means.
 struct Best {
-    theta: Theta8,
+    tires: Tires,
     information: DMatrix<f64>,
     covariance: DMatrix<f64>,
     cost: f64,
-    optima: Vec<(Theta8, f64)>,
+    optima: Vec<(Tires, f64)>,
     convergence: Convergence,
     likelihood: Likelihood,
 }
@@ -124,27 +125,27 @@ impl Run<'_> {
         let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
         likelihood.cancel = self.board.cancel.clone();
         let mut optima = Vec::new();
-        let (theta, minimum, convergence, found) = match formulation {
+        let (tires, minimum, convergence, found) = match formulation {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
                 let extra = (found.odd, Some(found.std));
-                (found.theta, found.minimum, found.convergence, extra)
+                (found.tires, found.minimum, found.convergence, extra)
             }
             Formulation::PredictionError => {
                 let maximum = self.problem(&likelihood).maximise(&self.starts())?;
                 (self.noise, optima) = (maximum.noise, maximum.optima);
-                (maximum.theta, maximum.minimum, maximum.convergence, ([0.0; 3], None))
+                (maximum.tires, maximum.minimum, maximum.convergence, ([0.0; 3], None))
             }
         };
         let (information, covariance) = curvature(&minimum);
         let cost = minimum.model.cost;
-        let at_bound = std::array::from_fn(|i| minimum.at_bound[i]);
-        let best = Best { theta, information, covariance, cost, optima, convergence, likelihood };
+        let at_bound = from_array(std::array::from_fn(|i| minimum.at_bound[i]));
+        let best = Best { tires, information, covariance, cost, optima, convergence, likelihood };
         let (odd, residual_std) = found;
         self.fitted.push(Fitted {
             formulation,
-            theta: best.theta,
-            std: std::array::from_fn(|i| best.covariance[(i, i)].max(0.0).sqrt()),
+            tires: best.tires,
+            std: from_vector(&best.covariance.diagonal().map(|variance| variance.max(0.0).sqrt())),
             at_bound,
             odd,
             residual_std,
@@ -159,11 +160,11 @@ impl Run<'_> {
         search::Search {
             target,
             weights: self.options.weights,
-            pull: self.options.pull,
-            odd: self.options.odd,
+            expected: self.options.expected(),
+            odd_terms: self.options.odd_terms,
             starts: self.options.starts,
             seed: self.options.seed,
-            bounds: self.options.bounds,
+            bounds: self.options.prior.bounds,
             // Errors of slip and load come on top of the noises; the fit corrects these guesses.
             std: [s_y.max(0.02), 1.5 * s_r + 1e-3, 200.0, 200.0],
         }
@@ -172,17 +173,17 @@ impl Run<'_> {
     fn problem<'a>(&self, likelihood: &'a Likelihood) -> pem::Problem<'a> {
         pem::Problem {
             likelihood,
-            bounds: self.options.bounds,
-            pull: self.options.pull,
+            bounds: self.options.prior.bounds,
+            expected: self.options.expected(),
             noise: self.noise,
             estimate_noise: self.options.noises == Noises::Estimated,
         }
     }
 
     /// What fits to points ended with.
-    fn starts(&self) -> Vec<Theta8> {
+    fn starts(&self) -> Vec<Tires> {
         let is_start = |fitted: &&Fitted| fitted.formulation == START;
-        self.fitted.iter().filter(is_start).map(|fitted| fitted.theta).collect()
+        self.fitted.iter().filter(is_start).map(|fitted| fitted.tires).collect()
     }
 
     fn identified(
@@ -191,21 +192,20 @@ impl Run<'_> {
         explained: Vec<Explained>,
         begin: Instant,
     ) -> Result<Identified, Error> {
-        let Best { theta, information, covariance, cost, optima, convergence, likelihood } = best;
+        let Best { tires, information, covariance, cost, optima, convergence, likelihood } = best;
         let options = self.options;
         let series =
-            series::series(&options.car, self.recordings, &likelihood, &theta, &self.noise);
-        let problem = self.problem(&likelihood);
-        let objective =
-            pem::OfTires { likelihood: &likelihood, noise: self.noise, pull: options.pull };
+            series::series(&options.car, self.recordings, &likelihood, &tires, &self.noise);
+        let expected = options.expected();
+        let objective = pem::OfTires { likelihood: &likelihood, noise: self.noise, expected };
         let explored = Explored {
             objective: &objective,
-            x: DVector::from_column_slice(&theta),
+            x: to_vector(&tires),
             cost,
             information,
-            corners: problem.corners(),
+            corners: corners(&options.prior.bounds),
         };
-        let slip_range = [series::slip_range(&series, 0), series::slip_range(&series, 1)];
+        let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = self.noise.sensor[3] / vehicle::G;
         let drawn = self.draw(&explored, &optima, slip_range, noise_std)?;
         self.board.tell(0.7, "judging")?;
@@ -214,21 +214,19 @@ impl Run<'_> {
             drawn: &drawn,
             covariance: &covariance,
             profile: options.profile && options.method == Formulation::PredictionError,
-            pull: options.pull,
+            prior: options.prior,
             slip_range,
             samples: likelihood.samples(),
             noise_std,
             convergence: convergence.clone(),
             seconds: begin.elapsed().as_secs_f64(),
         };
-        let [front, rear] = judge.estimates();
-        let row = |i: usize| (0..8).map(|j| covariance[(i, j)]).collect();
+        let estimates = judge.estimates();
+        let row = |i: usize| (0..SIZE).map(|j| covariance[(i, j)]).collect();
         Ok(Identified {
-            front,
-            rear,
-            curves: [0, 4]
-                .map(|o| -> Theta { tire_inference::parameters::theta(&curve(&theta, o)) }),
-            covariance: (0..8).map(row).collect(),
+            estimates,
+            tires,
+            covariance: (0..SIZE).map(row).collect(),
             noise: self.noise,
             convergence,
             innovations: Innovations::of(&series),
@@ -246,15 +244,15 @@ impl Run<'_> {
     fn draw(
         &self,
         explored: &Explored,
-        optima: &[(Theta8, f64)],
-        slip_range: [[f64; 2]; 2],
+        optima: &[(Tires, f64)],
+        slip_range: Axles<[f64; 2]>,
         noise_std: f64,
     ) -> Result<Drawn, Error> {
-        let Options { method, posterior, svi, seed, .. } = *self.options;
+        let Options { method, posterior, svi, seed, prior, .. } = *self.options;
         if posterior && method == Formulation::PredictionError {
             let go_on = || !self.board.cancel.is_cancelled();
-            let wanted = Wanted { slip_range, svi, noise_std, seed };
-            let drawn = posterior_samples::posterior(explored, optima, &wanted, go_on);
+            let request = Request { prior, slip_range, svi, noise_std, seed };
+            let drawn = posterior_samples::posterior(explored, optima, &request, go_on);
             if self.board.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }
@@ -262,14 +260,13 @@ impl Run<'_> {
                 return Ok(drawn);
             }
         }
-        let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
-        Ok(posterior_samples::normal(&best, &explored.in_box(), &explored.corners, seed))
+        Ok(posterior_samples::normal(explored, seed))
     }
 }
 
 /// Second derivatives of B, C, D, E of both axles, and their inverse together with whatever else was fitted.
 fn curvature(minimum: &Minimum) -> (DMatrix<f64>, DMatrix<f64>) {
     let H = &minimum.model.hessian;
-    let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (8, 8)).into_owned();
-    (of_tires(H), of_tires(&profile::inverse(H)))
+    let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (SIZE, SIZE)).into_owned();
+    (of_tires(H), of_tires(&inverse(H)))
 }

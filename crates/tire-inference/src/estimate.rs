@@ -110,8 +110,8 @@ pub fn identify(
     let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
     let robust = Robust::new(&noisy, settings.loss, best.noise_std);
     let data = match &robust {
-        Some(robust) => robust.near(&best.theta, settings.earlier),
-        None => Compressed::new(&noisy).with(settings.earlier, best.noise_std.powi(2)),
+        Some(robust) => robust.near(&best.theta, settings.prior_from_file),
+        None => Compressed::new(&noisy).with(settings.prior_from_file, best.noise_std.powi(2)),
     };
     let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
     let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };

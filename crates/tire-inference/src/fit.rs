@@ -13,25 +13,18 @@ use nalgebra::DVector;
 use numerics::sqp;
 
 pub use error::FitError;
-pub use joint::{Similarity, joint_least_squares};
+pub use joint::joint_least_squares;
 pub use slip_noise::SlipNoise;
 pub use solution::Solution;
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;
 
-use crate::parameters::{Bounds, COUNT, Normal, Parameter, Theta};
+use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::prior::Prior;
+use crate::regularisation::Regularisation;
 use curve::CurveCost;
 use solution::{Noise, Part};
-
-/// A pull towards expected values: ½ weight (θ − mean)ᵀ precision (θ − mean) is added to the cost.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull {
-    /// Expected values.
-    pub towards: Normal,
-    /// λ_reg: the variance of the noise, if the result is to be the most probable one.
-    pub weight: f64,
-}
 
 /// What physics says beside the bounds, as lowest and highest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,7 +47,7 @@ pub struct Problem<'a> {
     /// Values of those that are not.
     pub held: Theta,
     /// What is expected before any data.
-    pub pulls: Vec<Pull>,
+    pub regularisation: Vec<Regularisation>,
     /// What physics says.
     pub constraints: Constraints,
     /// How residuals count.
@@ -64,14 +57,15 @@ pub struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// Plain least squares for B, C, D and E in the default bounds, without shifts.
+    /// Plain least squares with the usual prior of a longitudinal curve: for B, C, D and E, without shifts.
     pub fn new(samples: &'a Samples) -> Self {
+        let Prior { bounds, free, centre } = Prior::longitudinal();
         Self {
             samples,
-            bounds: Bounds::default(),
-            free: [true, true, true, true, false, false],
-            held: [10.0, 1.65, 1.0, 0.0, 0.0, 0.0],
-            pulls: Vec::new(),
+            bounds,
+            free,
+            held: centre,
+            regularisation: Vec::new(),
             constraints: Constraints::default(),
             loss: Loss::Square,
             slip_noise: None,

@@ -4,7 +4,7 @@ use preparation::direction::Direction;
 use serde::{Serialize, Serializer};
 use tire_inference::estimate::identify;
 use tire_inference::fit::{FitError, Options, SlipNoise};
-use tire_inference::parameters::{Theta, by_parameter};
+use tire_inference::parameters::{Bounds, Theta, by_parameter};
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 use tire_inference::verdict::Judgement;
@@ -61,6 +61,7 @@ fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
     let usual = Settings::new(Direction::Longitudinal);
     let settings = Settings {
         slip_noise: (excitation.slip_std > 0.0).then(|| SlipNoise::new(excitation.slip_std)),
+        prior: usual.prior.within(Bounds::GOBLIRSCH),
         options: Options { seed: excitation.seed, ..usual.options },
         ..usual
     };

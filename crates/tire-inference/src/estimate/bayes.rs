@@ -65,6 +65,7 @@ impl Bayes<'_> {
         let mut variational = variational::fit(start, *optimiser, options.seed);
         variational.report.seconds += self.seconds[0];
         variational
+            .report
             .suspect(&Suspicion { at_bound: self.best.at_bound.clone(), modes: self.modes() });
         variational
     }

@@ -9,9 +9,10 @@ use numerics::sqp::{Inequality, Model, Objective};
 use preparation::samples::Samples;
 
 use crate::compressed::Compressed;
-use crate::fit::{Constraints, Problem, Pull};
+use crate::fit::{Constraints, Problem};
 use crate::kernel::{self, Pass};
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::regularisation::Regularisation;
 
 /// Fewer samples times starts are quicker as they are: compressing takes as long as some passes over them.
 const MANY: usize = 4000;
@@ -119,16 +120,22 @@ fn sine_argument(theta: &Theta, slip: f64) -> (f64, Theta) {
     (C * v.atan(), [by_u * x, v.atan(), 0.0, -by_v * bend, by_u * B, 0.0])
 }
 
-/// Adds pulls to a model.
-pub fn add_pulls(model: &mut Model, unknowns: &Unknowns, theta: &Theta, pulls: &[Pull]) {
+/// Adds what is expected to a model.
+pub fn regularise(
+    model: &mut Model,
+    unknowns: &Unknowns,
+    theta: &Theta,
+    regularisation: &[Regularisation],
+) {
     let slopes = unknowns.slopes(theta);
-    for Pull { towards, weight } in pulls {
-        let (distance, gradient) = towards.distance(theta);
-        model.cost += 0.5 * weight * distance;
+    for expected in regularisation {
+        let (cost, gradient) = expected.at(theta);
+        model.cost += cost;
         for (k, &i) in unknowns.free.iter().enumerate() {
-            model.gradient[k] += weight * gradient[i] * slopes[k];
+            model.gradient[k] += gradient[i] * slopes[k];
             for (l, &j) in unknowns.free.iter().enumerate() {
-                model.hessian[(k, l)] += weight * towards.precision[i][j] * slopes[k] * slopes[l];
+                let precision = expected.towards.precision[i][j];
+                model.hessian[(k, l)] += expected.weight * precision * slopes[k] * slopes[l];
             }
         }
     }
@@ -141,12 +148,12 @@ enum Data<'a> {
     Compressed(Box<Compressed>),
 }
 
-/// Sum of the losses of one curve, with what pulls at it.
+/// Sum of the losses of one curve, with what is expected of it.
 pub struct CurveCost<'a> {
     data: Data<'a>,
     free: [bool; COUNT],
     loss: Loss,
-    pulls: &'a [Pull],
+    regularisation: &'a [Regularisation],
     constraints: Constraints,
     pub unknowns: Unknowns,
     /// What residuals of rounding would cost.
@@ -173,7 +180,7 @@ impl<'a> CurveCost<'a> {
             data,
             free: problem.free,
             loss: problem.loss,
-            pulls: &problem.pulls,
+            regularisation: &problem.regularisation,
             constraints: problem.constraints,
             unknowns: Unknowns::new(problem),
             floor: ROUNDING * energy.sqrt() + f64::MIN_POSITIVE,
@@ -192,12 +199,11 @@ impl<'a> CurveCost<'a> {
 
     /// The cost alone.
     pub fn cost(&self, theta: &Theta) -> f64 {
-        let pull = |pull: &Pull| 0.5 * pull.weight * pull.towards.distance(theta).0;
         let own = match &self.data {
             Data::Samples(samples) => kernel::cost(samples, theta, self.loss),
             Data::Compressed(data) => 0.5 * data.squares(theta),
         };
-        own + self.pulls.iter().map(pull).sum::<f64>()
+        own + self.regularisation.iter().map(|expected| expected.at(theta).0).sum::<f64>()
     }
 
     fn pass(&self, theta: &Theta) -> Pass {
@@ -238,7 +244,7 @@ impl Objective for CurveCost<'_> {
             }),
             scale: 0.0,
         };
-        add_pulls(&mut model, &self.unknowns, &theta, self.pulls);
+        regularise(&mut model, &self.unknowns, &theta, self.regularisation);
         model.scale = (2.0 * model.cost).sqrt() + self.floor;
         model
     }

@@ -12,7 +12,7 @@ use numerics::sqp::{Inequality, Model, Objective};
 use rayon::prelude::*;
 use vehicle::MagicFormula;
 
-use crate::fit::curve::{Unknowns, add_pulls};
+use crate::fit::curve::{Unknowns, regularise};
 use crate::fit::deconvolution::{Moments, moments};
 use crate::fit::solution::{Noise, Part};
 use crate::fit::{FitError, Options, Problem, Solution, least_squares, multistart};
@@ -207,7 +207,7 @@ impl Objective for Likelihood<'_> {
             model.hessian += part.hessian;
         }
         model.hessian.fill_upper_triangle_with_lower_triangle();
-        add_pulls(&mut model, &self.unknowns, &theta, &self.problem.pulls);
+        regularise(&mut model, &self.unknowns, &theta, &self.problem.regularisation);
         model
     }
 

@@ -39,8 +39,8 @@ impl<'a> Robust<'a> {
         (loss != Loss::Square).then_some(Self { samples, loss, variance })
     }
 
-    /// The normal problem near a curve, with what was found earlier.
-    pub fn near(&self, theta: &Theta, earlier: Option<Normal>) -> Compressed {
+    /// The normal problem near a curve, with what was known from elsewhere.
+    pub fn near(&self, theta: &Theta, known: Option<Normal>) -> Compressed {
         let mut weighted = self.samples.clone();
         let (mut weights, mut curvatures) = (0.0, 0.0);
         let points = self.samples.slip.iter().zip(&self.samples.force);
@@ -52,7 +52,7 @@ impl<'a> Robust<'a> {
         }
         let wider = if curvatures * WIDEST > weights { weights / curvatures } else { WIDEST };
         let variance = wider.max(1.0) * self.variance;
-        Compressed::new(&weighted).of_variance(variance, theta).with(earlier, variance)
+        Compressed::new(&weighted).of_variance(variance, theta).with(known, variance)
     }
 
     /// Draws from the posterior; `near` is that of [`Self::near`].
@@ -67,9 +67,9 @@ impl<'a> Robust<'a> {
         let Found { posterior, report } = draw(near, prior, optima, &more);
         let half = 0.5 * (near.count() as f64 - 1.0);
         let log_weight = |theta: &Theta| {
-            let earlier = near.earlier().map_or(0.0, |(normal, _)| normal.distance(theta).0);
+            let known = near.prior().map_or(0.0, |(normal, _)| normal.distance(theta).0);
             let cost = kernel::cost(self.samples, theta, self.loss) / self.variance;
-            half * near.squares(theta).ln() - cost - 0.5 * earlier
+            half * near.squares(theta).ln() - cost - 0.5 * known
         };
         let logs: Vec<f64> = posterior.draws.par_iter().map(log_weight).collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -4,6 +4,7 @@ use numerics::convergence::Status;
 use numerics::psis::{Diagnosis, HIGHEST_K_HAT};
 use numerics::statistics::{interval, mean, std};
 use numerics::text::significant;
+use numerics::variational::judged::Judged;
 use serde::Serialize;
 
 use crate::parameters::Parameter;
@@ -54,6 +55,48 @@ pub struct Report {
     pub seconds: f64,
 }
 
+impl Report {
+    /// Of a fit and the draws from it: of one tire, with weights of draws that start from it.
+    pub fn new(
+        judged: &Judged,
+        correction: Diagnosis,
+        gaussian: &Posterior,
+        prior: &Prior,
+        noise_std: f64,
+    ) -> Self {
+        let Judged { fitted, points, draws, seconds } = judged;
+        let Summary { mean, std, interval } = Summary::of(gaussian, prior);
+        let free: Vec<_> = prior.free().collect();
+        Self {
+            trusted: true,
+            warning: None,
+            mean,
+            std,
+            interval,
+            parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
+            covariance: gaussian.covariance(&free),
+            noise_std,
+            status: fitted.status,
+            gradient_norm: fitted.gradient_norm,
+            steps: fitted.steps,
+            points: *points,
+            evaluations: fitted.evaluations + draws.points.len(),
+            elbo: draws.elbo,
+            elbo_trace: fitted.trace.clone(),
+            diagnosis: draws.diagnosis,
+            correction,
+            seconds: *seconds,
+        }
+    }
+
+    /// Takes into account what the fit itself cannot see.
+    pub fn suspect(&mut self, suspicion: &Suspicion) {
+        let weights = [&self.diagnosis, &self.correction];
+        self.warning = warning((self.status, self.gradient_norm), weights, suspicion);
+        self.trusted = self.warning.is_none();
+    }
+}
+
 /// Numbers of a distribution.
 pub struct Summary {
     /// Means.
@@ -89,7 +132,7 @@ pub struct Suspicion {
 }
 
 /// Why a normal distribution is not to be trusted; `None` if it is.
-pub fn warning(
+fn warning(
     (status, gradient_norm): (Status, f64),
     weights: [&Diagnosis; 2],
     suspicion: &Suspicion,

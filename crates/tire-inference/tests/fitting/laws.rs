@@ -3,8 +3,9 @@
 use approx::assert_relative_eq;
 use numerics::loss::Loss;
 use preparation::samples::Samples;
-use tire_inference::fit::{Options, Problem, Pull, Similarity, joint_least_squares, least_squares};
+use tire_inference::fit::{Options, Problem, joint_least_squares, least_squares};
 use tire_inference::parameters::{Normal, Parameter, Theta};
+use tire_inference::regularisation::{AxleCoupling, Regularisation};
 
 use crate::support::{ALL, TRUTH, sweep};
 
@@ -97,8 +98,8 @@ fn a_prior_decides_what_the_data_leave_open_and_no_more() {
     let with = |weight: f64| {
         let std = [5.0, 0.3, 0.3, 0.5, 1.0, 1.0];
         let towards = Normal::diagonal([14.0, 1.8, 1.3, 0.6, 0.0, 0.0], std);
-        let pulls = vec![Pull { towards, weight }];
-        least_squares(&Problem { pulls, ..Problem::new(&samples) }, &Options::default())
+        let regularisation = vec![Regularisation { towards, weight }];
+        least_squares(&Problem { regularisation, ..Problem::new(&samples) }, &Options::default())
             .expect("a fit")
             .theta
     };
@@ -110,7 +111,7 @@ fn a_prior_decides_what_the_data_leave_open_and_no_more() {
 }
 
 #[test]
-fn axles_are_apart_without_similarity_and_one_with_all_of_it() {
+fn axles_are_apart_without_coupling_and_one_with_all_of_it() {
     let front = sweep(&TRUTH, [0.0, 0.75], 800, 0.05, 1);
     let rear = sweep(&[18.0, 1.8, 1.4, 0.7, 0.0, 0.0], [0.0, 0.5], 600, 0.05, 2);
     let both = Samples::new(
@@ -119,8 +120,8 @@ fn axles_are_apart_without_similarity_and_one_with_all_of_it() {
     );
     let problems = [Problem::new(&front), Problem::new(&rear)];
     let with = |weight: f64| {
-        let similarity = Similarity { weight, std: [10.0, 1.0, 1.0, 1.0, 1.0, 1.0] };
-        joint_least_squares([&problems[0], &problems[1]], similarity, &Options::default())
+        let coupling = AxleCoupling { weight, unit: [10.0, 1.0, 1.0, 1.0, 1.0, 1.0] };
+        joint_least_squares([&problems[0], &problems[1]], coupling, &Options::default())
             .expect("a fit")
     };
     let apart = with(0.0);

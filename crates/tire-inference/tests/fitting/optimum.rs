@@ -4,8 +4,9 @@ use approx::assert_relative_eq;
 use numerics::convergence::Status;
 use numerics::loss::Loss;
 use preparation::samples::Samples;
-use tire_inference::fit::{Constraints, Options, Problem, Pull, least_squares, nelder_mead};
-use tire_inference::parameters::{Normal, Parameter, Theta, curve};
+use tire_inference::fit::{Constraints, Options, Problem, least_squares, nelder_mead};
+use tire_inference::parameters::{Bounds, Normal, Parameter, Theta, curve};
+use tire_inference::regularisation::Regularisation;
 
 use crate::support::{ALL, TRUTH, cost_and_gradient, slope, sweep};
 
@@ -60,7 +61,7 @@ fn cases() -> Vec<Case> {
             change: |p| {
                 let std = [5.0, 0.2, 0.5, 0.1, 1.0, 1.0];
                 let towards = Normal::diagonal([12.0, 1.5, 1.0, 0.3, 0.0, 0.0], std);
-                p.pulls = vec![Pull { towards, weight: 0.0025 }];
+                p.regularisation = vec![Regularisation { towards, weight: 0.0025 }];
             },
             ..plain("", [0.0, 0.08], false)
         },
@@ -84,7 +85,7 @@ fn cases() -> Vec<Case> {
 #[test]
 fn least_squares_ends_where_the_conditions_of_optimality_hold() {
     for case in cases() {
-        let mut problem = Problem::new(&case.samples);
+        let mut problem = Problem { bounds: Bounds::GOBLIRSCH, ..Problem::new(&case.samples) };
         (case.change)(&mut problem);
         let solution = least_squares(&problem, &Options::default()).expect(case.name);
         assert_eq!(solution.convergence.status, Status::Converged, "{}", case.name);
@@ -105,7 +106,7 @@ fn least_squares_ends_where_the_conditions_of_optimality_hold() {
 #[test]
 fn nelder_mead_finds_the_same_where_it_can_and_never_anything_better() {
     for case in cases() {
-        let mut problem = Problem::new(&case.samples);
+        let mut problem = Problem { bounds: Bounds::GOBLIRSCH, ..Problem::new(&case.samples) };
         (case.change)(&mut problem);
         // On a bound on purpose: a simplex that is clipped there has no extent in E.
         let start = Options::from_start([10.0, 1.65, 1.5, -1.0, 0.0, 0.0]);

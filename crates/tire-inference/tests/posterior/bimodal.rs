@@ -1,5 +1,6 @@
 //! Posteriors with two modes.
 
+use tire_inference::parameters::Bounds;
 use tire_inference::prior::Prior;
 
 use super::judge::judge;
@@ -7,7 +8,7 @@ use super::support::{data, draw};
 
 #[test]
 fn both_modes_have_their_masses() {
-    let prior = Prior::longitudinal();
+    let prior = Prior::longitudinal().within(Bounds::GOBLIRSCH);
     // A tire of an even sequence in the box, the largest slip, a value of E between the modes.
     for (number, level, between) in [(6, 0.08, 0.6), (152, 0.75, 0.65)] {
         let tire = prior.fill(number + 1).last().expect("a tire");

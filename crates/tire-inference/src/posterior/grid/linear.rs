@@ -108,17 +108,17 @@ impl<'a> Linear<'a> {
     pub fn at(&self, B: f64, C: f64, E: f64) -> Integral {
         let (mut normal, mut right) = self.normal_equations([B, C, E]);
         let mut squares = self.whole[2];
-        if let Some((earlier, variance)) = self.data.earlier() {
+        if let Some((known, variance)) = self.data.prior() {
             // D (S_h − shift) is told of as if D were the best one.
             let ends = [self.prior.bounds.lower[PEAK], self.prior.bounds.upper[PEAK]];
             let peak = (right[1] / normal[1][1].max(f64::MIN_POSITIVE)).clamp(ends[0], ends[1]);
             let scale = [1.0, 1.0, peak.recip()];
-            let (distance, gradient) = earlier.distance(&[B, C, 0.0, E, self.shift, 0.0]);
+            let (distance, gradient) = known.distance(&[B, C, 0.0, E, self.shift, 0.0]);
             squares += variance * distance;
             for (k, i) in ORDER.into_iter().enumerate() {
                 right[k] -= variance * scale[k] * gradient[i];
                 for (l, j) in ORDER.into_iter().enumerate() {
-                    normal[k][l] += variance * scale[k] * scale[l] * earlier.precision[i][j];
+                    normal[k][l] += variance * scale[k] * scale[l] * known.precision[i][j];
                 }
             }
         }
