@@ -1,13 +1,13 @@
 //! Evaluates the Magic Formula over many samples: cost, gradient and the Hessian of Gauss and Newton in one pass.
 //!
-//! With u = Bx, a = atan u, v = u − E(u − a), w = atan v, φ = Cw and S = DC cos φ / (1 + v²), the derivatives of y = D sin φ are
-//! y_D = sin φ, y_C = D w cos φ, y_E = −S(u − a), y_x = S B p and y_B = S x p with p = 1 − E + E/(1 + u²).
+//! The definition is [`vehicle::MagicFormula`], whose functions are those of the standard library; what is computed here, with
+//! functions that the compiler vectorises, agrees with it to rounding.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 mod slope;
 mod squares;
+mod terms;
 
-use numerics::elementary::{atan, sin_cos};
 use numerics::loss::Loss;
 use preparation::samples::Samples;
 use rayon::prelude::*;
@@ -16,6 +16,8 @@ use crate::parameters::{COUNT, Parameter, Theta};
 
 pub use slope::{Local, ValueAndSlope, local};
 pub use squares::squares;
+pub use terms::Real;
+use terms::Terms;
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.
 const CHUNK: usize = 4096;
@@ -85,27 +87,26 @@ pub fn values(theta: &Theta, slip: &[f64]) -> Vec<f64> {
 #[inline(always)]
 pub fn value(theta: &Theta, slip: f64) -> f64 {
     let [B, C, D, E, S_h, S_v] = *theta;
-    let u = B * (slip + S_h);
-    let v = u - E * (u - atan(u));
-    D * sin_cos(C * atan(v)).0 + S_v
+    Terms::new([B, C, D, E], slip + S_h).value() + S_v
 }
 
 /// Friction coefficient at a slip and its derivatives with respect to the parameters.
 #[inline(always)]
 pub fn value_and_gradient(theta: &Theta, slip: f64) -> (f64, Theta) {
     let [B, C, D, E, S_h, S_v] = *theta;
-    let x = slip + S_h;
-    let u = B * x;
-    let bend = u - atan(u);
-    let v = u - E * bend;
-    let w = atan(v);
-    let (sin, cos) = sin_cos(C * w);
-    // One division instead of two: 1/(1 + u²) and 1/(1 + v²).
-    let (uu, vv) = (1.0 + u * u, 1.0 + v * v);
-    let both = 1.0 / (uu * vv);
-    let S = D * C * cos * (uu * both);
-    let Sp = S * (1.0 - E + E * (vv * both));
-    (D * sin + S_v, [Sp * x, D * w * cos, sin, -S * bend, Sp * B, 1.0])
+    let terms = Terms::new([B, C, D, E], slip + S_h);
+    let [by_B, by_C, by_D, by_E, by_x] = terms.gradient();
+    (terms.value() + S_v, [by_B, by_C, by_D, by_E, by_x, 1.0])
+}
+
+/// The argument C atan v of the sine at a slip, and its derivatives with respect to the parameters.
+pub fn sine_argument(theta: &Theta, slip: f64) -> (f64, Theta) {
+    let [B, C, D, E, S_h, _] = *theta;
+    let terms = Terms::new([B, C, D, E], slip + S_h);
+    let by_v = C * terms.flat;
+    let by_u = by_v * terms.p;
+    let by_theta = [by_u * terms.x, terms.w, 0.0, -by_v * terms.bend, by_u * B, 0.0];
+    (C * terms.w, by_theta)
 }
 
 /// Σ a h², Σ b h and Σ c h over slips, where h is the curve of B, C and E with D = 1 and without shifts. The number of slips

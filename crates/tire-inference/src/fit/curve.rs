@@ -95,7 +95,7 @@ impl Unknowns {
             constraints.peak_slip.into_iter().flat_map(|[low, high]| [(low, -1.0), (high, 1.0)])
         {
             if limit.is_finite() {
-                let (argument, by_theta) = sine_argument(theta, limit);
+                let (argument, by_theta) = kernel::sine_argument(theta, limit);
                 add(sign, argument - FRAC_PI_2, by_theta);
             }
         }
@@ -106,18 +106,6 @@ impl Unknowns {
 /// Whether a parameter is fitted as its logarithm.
 fn is_log(parameter: usize) -> bool {
     parameter <= Parameter::D as usize
-}
-
-/// φ = C atan v at a slip, and its derivatives with respect to the parameters.
-fn sine_argument(theta: &Theta, slip: f64) -> (f64, Theta) {
-    let [B, C, _, E, S_h, _] = *theta;
-    let x = slip + S_h;
-    let u = B * x;
-    let bend = u - u.atan();
-    let v = u - E * bend;
-    let by_v = C / (1.0 + v * v);
-    let by_u = by_v * (1.0 - E + E / (1.0 + u * u));
-    (C * v.atan(), [by_u * x, v.atan(), 0.0, -by_v * bend, by_u * B, 0.0])
 }
 
 /// Adds what is expected to a model.
