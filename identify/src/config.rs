@@ -8,8 +8,8 @@ pub use closed_loop::{ClosedLoop, HoldOut};
 use preparation::direction::Direction;
 use preparation::{Pipeline, Shift};
 use serde::Deserialize;
-use tire_inference::fit::{Constraints, Options, SlipNoise};
-use tire_inference::noise::Noise;
+use tire_inference::fit::{Constraints, FitOptions, SlipNoise};
+use tire_inference::noise::NoiseModel;
 use tire_inference::parameters::{COUNT, Parameter, Theta, from_parameters};
 use tire_inference::prior::Prior;
 use tire_inference::regularisation::Regularisation;
@@ -215,7 +215,7 @@ pub struct Curve {
     /// Limits of the slip at the peak.
     pub peak_slip: Option<[f64; 2]>,
     /// How residuals count: what the noise is taken to be.
-    pub loss: Noise,
+    pub loss: NoiseModel,
     /// Standard deviation of the noise of the slip.
     pub slip_std: Option<f64>,
     /// λ_reg: how strongly the fit is drawn to the typical values, in units of the standard deviations of parameters that are uniform within
@@ -246,7 +246,7 @@ impl Curve {
         if !self.loss.is_valid() {
             return Err(format!("{direction}: `loss`: expected finite numbers above 0"));
         }
-        if self.loss != Noise::Square && self.slip_std.is_some() {
+        if self.loss != NoiseModel::Square && self.slip_std.is_some() {
             return Err(format!(
                 "{direction}: `slip_std` goes with normal noise only, not with this `loss`"
             ));
@@ -275,7 +275,7 @@ impl Curve {
             regularisation,
             slip_noise: self.slip_std.map(SlipNoise::new),
             hold: self.hold == Hold::NotIdentifiable,
-            options: Options {
+            options: FitOptions {
                 starts: self.starts.unwrap_or(usual.options.starts),
                 seed,
                 ..usual.options

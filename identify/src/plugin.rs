@@ -8,7 +8,7 @@ use plugin::{Analysis, Host, Need, Request};
 use preparation::Recording;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
-use tire_inference::posterior::report::Source;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
 
@@ -80,7 +80,7 @@ fn methods<'a>(found: &'a Answer) -> Vec<page::Method<'a>> {
     let shown = |(method, estimate): &'a (Method, Estimate)| {
         let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
         let posterior = match (estimate.source, variational) {
-            (Source::Svi, Some(variational)) => &variational.corrected,
+            (UncertaintySource::Svi, Some(variational)) => &variational.corrected,
             _ => &found.posterior,
         };
         let gaussian = variational.map(|variational| &variational.gaussian);

@@ -91,7 +91,8 @@ fn the_grid_multiplies_the_likelihood_with_what_was_known() {
         centre: [15.0, 2.0, 1.5, 0.8, 0.0, 0.0],
         ..Prior::longitudinal()
     };
-    let found = grid::draw(&data, &prior, &[], &posterior::Options::default()).expect("applies");
+    let found =
+        grid::draw(&data, &prior, &[], &posterior::SamplingOptions::default()).expect("applies");
     let mut sums = [0.0; 5];
     for k in 0..300 * 300 {
         let (peak, shift) = (1.4 + (k / 300) as f64 * 0.0008, -0.06 + (k % 300) as f64 * 0.0004);

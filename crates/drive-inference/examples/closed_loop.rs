@@ -8,12 +8,12 @@
 #[path = "../tests/support/drive.rs"]
 mod drive;
 
-use drive_inference::likelihood::{Likelihood, Noise};
+use drive_inference::likelihood::{DriveNoise, Likelihood};
 use drive_inference::regression::Target;
 use drive_inference::smoothing::Smoothing;
 use drive_inference::tires::{Tires, block, from_array, to_array};
 use drive_inference::validation::{Manoeuvre, compare};
-use drive_inference::{Formulation, Identified, Noises, Options, Recording, identify};
+use drive_inference::{DriveOptions, Formulation, Identified, Noises, Recording, identify};
 use numerics::statistics;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::{Parameter, TireParameters};
@@ -255,7 +255,7 @@ fn run(
     wishes: &Wishes,
 ) {
     let noises = if wishes.known_noise {
-        Noises::Known(Noise::of_sensors(*noise))
+        Noises::Known(DriveNoise::of_sensors(*noise))
     } else {
         Noises::Estimated
     };
@@ -263,14 +263,14 @@ fn run(
     let compare =
         if wishes.compare { others.map(Formulation::Points).to_vec() } else { Vec::new() };
     let smoothing = Smoothing { em_passes: wishes.em_passes };
-    let options = Options {
+    let options = DriveOptions {
         car: *car,
         noises,
         profile: wishes.profile,
         compare,
         svi: wishes.svi,
         smoothing,
-        ..Options::default()
+        ..DriveOptions::default()
     };
     let begin = processor();
     match identify(std::slice::from_ref(recording), &options, &mut |_, _| true) {

@@ -12,8 +12,8 @@ use tire_inference::axles::Axles;
 use crate::error::Error;
 use crate::explored::{Explored, inverse};
 use crate::identified::{Fitted, Identified, Innovations};
-use crate::likelihood::{Likelihood, Noise};
-use crate::options::{Formulation, Noises, Options};
+use crate::likelihood::{DriveNoise, Likelihood};
+use crate::options::{DriveOptions, Formulation, Noises};
 use crate::points::{self, Point};
 use crate::posterior_samples::{self, Drawn, Request};
 use crate::progress::{Board, watched};
@@ -34,7 +34,7 @@ const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
 /// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was called off.
 pub fn identify(
     recordings: &[Recording],
-    options: &Options,
+    options: &DriveOptions,
     progress: &mut dyn FnMut(f64, &str) -> bool,
 ) -> Result<Identified, Error> {
     let begin = Instant::now();
@@ -44,7 +44,7 @@ pub fn identify(
     let Some(first) = recordings.first() else { return Err(Error::NoRecording) };
     let noise = match options.noises {
         Noises::Known(noise) => noise,
-        Noises::Estimated => Noise::of_sensors(first.rough_noise()),
+        Noises::Estimated => DriveNoise::of_sensors(first.rough_noise()),
     };
     watched(progress, |board| {
         board.tell(0.0, "smoothing")?;
@@ -71,8 +71,8 @@ pub fn identify(
 /// The nominal car along each recording.
 fn explain(
     recordings: &[Recording],
-    options: &Options,
-    noise: &Noise,
+    options: &DriveOptions,
+    noise: &DriveNoise,
     board: &Board,
 ) -> Result<Vec<Explained>, Error> {
     let of = |(recording, drive)| {
@@ -85,8 +85,8 @@ fn explain(
 
 struct Run<'a> {
     recordings: &'a [Recording],
-    options: &'a Options,
-    noise: Noise,
+    options: &'a DriveOptions,
+    noise: DriveNoise,
     points: Vec<Vec<Point>>,
     fitted: Vec<Fitted>,
     board: &'a Board,
@@ -248,7 +248,7 @@ impl Run<'_> {
         slip_range: Axles<[f64; 2]>,
         noise_std: f64,
     ) -> Result<Drawn, Error> {
-        let Options { method, posterior, svi, seed, prior, .. } = *self.options;
+        let DriveOptions { method, posterior, svi, seed, prior, .. } = *self.options;
         if posterior && method == Formulation::PredictionError {
             let go_on = || !self.board.cancel.is_cancelled();
             let request = Request { prior, slip_range, svi, noise_std, seed };

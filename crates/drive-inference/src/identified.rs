@@ -5,9 +5,9 @@ use preparation::samples::Samples;
 use serde::Serialize;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::Estimate;
-use tire_inference::posterior::Posterior;
+use tire_inference::posterior::PosteriorSamples;
 
-use crate::likelihood::Noise;
+use crate::likelihood::DriveNoise;
 use crate::options::Formulation;
 use crate::series::Series;
 use crate::smoothing::Explained;
@@ -82,7 +82,7 @@ pub struct Identified {
     /// Covariance of B, C, D, E of the front and the rear axle [8 × 8]: the bound of Cramér and Rao.
     pub covariance: Vec<Vec<f64>>,
     /// Noises that were estimated or given.
-    pub noise: Noise,
+    pub noise: DriveNoise,
     /// How the deciding formulation converged.
     pub convergence: Convergence,
     /// How well measurements were predicted by these tires.
@@ -92,10 +92,10 @@ pub struct Identified {
     /// Draws of both axles, for bands and densities: from the posterior, or, where nobody asked for it or there is no
     /// likelihood, normal, as the curvature says, within the box.
     #[serde(skip)]
-    pub posterior: Axles<Posterior>,
+    pub posterior: Axles<PosteriorSamples>,
     /// Draws of both axles from the normal distribution of variational inference, where that was asked for.
     #[serde(skip)]
-    pub gaussian: Option<Axles<Posterior>>,
+    pub gaussian: Option<Axles<PosteriorSamples>>,
     /// Points of both axles along the smoothed states.
     #[serde(skip)]
     pub samples: Axles<Samples>,

@@ -29,14 +29,14 @@ const THIN_FROM: usize = 16 * STRETCH;
 
 /// Noises of a recording, as standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Noise {
+pub struct DriveNoise {
     /// Of measured v_x, v_y, r and a_y [m/s, m/s, rad/s, m/s²].
     pub sensor: [f64; 4],
     /// Of the random walk that v_x, v_y, r and ξ_x do besides the model, after one second [m/s, m/s, rad/s, N].
     pub process: [f64; 4],
 }
 
-impl Noise {
+impl DriveNoise {
     /// These sensors, on a car that the model describes well.
     pub fn of_sensors(sensor: [f64; 4]) -> Self {
         Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0] }
@@ -101,13 +101,13 @@ impl Likelihood {
     }
 
     /// Cost, gradient and information with respect to the parameters of the tires.
-    pub fn of_tires(&self, tires: &Tires, noise: &Noise) -> Evaluation {
+    pub fn of_tires(&self, tires: &Tires, noise: &DriveNoise) -> Evaluation {
         self.evaluate(tires, noise, [1.0; SIZE], [0.0; SIZE])
     }
 
     /// Cost, gradient and information with respect to the logarithms of the standard deviations of the sensors' noises, and to
     /// the variances of the process noises: those may be 0, where the logarithm would have no slope.
-    pub fn of_noise(&self, tires: &Tires, noise: &Noise) -> Evaluation {
+    pub fn of_noise(&self, tires: &Tires, noise: &DriveNoise) -> Evaluation {
         let rate = |i: usize| if i < 4 { 2.0 * noise.sensor[i].powi(2) } else { 1.0 };
         self.evaluate(tires, noise, [0.0; SIZE], std::array::from_fn(rate))
     }
@@ -115,7 +115,7 @@ impl Likelihood {
     fn evaluate(
         &self,
         tires: &Tires,
-        noise: &Noise,
+        noise: &DriveNoise,
         of_tires: [f64; SIZE],
         of_noises: [f64; SIZE],
     ) -> Evaluation {
@@ -138,7 +138,7 @@ impl Likelihood {
         &self,
         simd: S,
         tires: &Tires,
-        noise: &Noise,
+        noise: &DriveNoise,
         [of_tires, of_noises]: &[[f64; SIZE]; 2],
     ) -> Evaluation {
         let theta = tires::to_array(*tires);
@@ -157,12 +157,12 @@ impl Likelihood {
     }
 
     /// The cost alone.
-    pub fn cost(&self, tires: &Tires, noise: &Noise) -> f64 {
+    pub fn cost(&self, tires: &Tires, noise: &DriveNoise) -> f64 {
         self.costs(&[*tires; LANES], noise)[0]
     }
 
     /// The costs of several tires, in hardly more time than that of one.
-    pub fn costs(&self, tires: &[Tires; LANES], noise: &Noise) -> [f64; LANES] {
+    pub fn costs(&self, tires: &[Tires; LANES], noise: &DriveNoise) -> [f64; LANES] {
         if self.cancel.is_cancelled() {
             return [f64::INFINITY; LANES];
         }

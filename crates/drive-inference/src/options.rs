@@ -5,7 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
-use crate::likelihood::Noise;
+use crate::likelihood::DriveNoise;
 use crate::regression::{Target, Weights};
 use crate::regularisation::Expected;
 use crate::smoothing::Smoothing;
@@ -77,12 +77,12 @@ pub enum Noises {
     #[default]
     Estimated,
     /// They are these.
-    Known(Noise),
+    Known(DriveNoise),
 }
 
 /// What can be chosen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub struct DriveOptions {
     /// The car; its own tires are not used.
     pub car: Vehicle,
     /// What decides.
@@ -117,14 +117,14 @@ pub struct Options {
     pub profile: bool,
 }
 
-impl Options {
+impl DriveOptions {
     /// What is expected of both tires.
     pub fn expected(&self) -> Expected {
         Expected::new(&self.prior, self.regularisation, self.axle_coupling)
     }
 }
 
-impl Default for Options {
+impl Default for DriveOptions {
     fn default() -> Self {
         Self {
             car: Vehicle::default(),

@@ -9,7 +9,7 @@ use tire_inference::axles::{Axle, Axles};
 use tire_inference::parameters::{Bounds, TireParameters};
 
 use crate::error::Error;
-use crate::likelihood::{Likelihood, Noise};
+use crate::likelihood::{DriveNoise, Likelihood};
 use crate::regularisation::Expected;
 use crate::ridge::{Features, reshaped};
 use crate::search::{convergence, different};
@@ -46,7 +46,7 @@ pub struct Maximum {
     /// Parameters.
     pub tires: Tires,
     /// Noises, estimated or as given.
-    pub noise: Noise,
+    pub noise: DriveNoise,
     /// The minimum of the negative logarithm, for its second derivatives.
     pub minimum: Minimum,
     /// Different optima, best first, with their costs.
@@ -60,7 +60,7 @@ pub struct OfTires<'a> {
     /// The likelihood.
     pub likelihood: &'a Likelihood,
     /// The noises.
-    pub noise: Noise,
+    pub noise: DriveNoise,
     /// What is expected of the tires.
     pub expected: Expected,
 }
@@ -97,8 +97,8 @@ struct OfNoise<'a> {
     tires: Tires,
 }
 
-fn noise_at(x: &DVector<f64>) -> Noise {
-    Noise {
+fn noise_at(x: &DVector<f64>) -> DriveNoise {
+    DriveNoise {
         sensor: std::array::from_fn(|i| x[i].exp()),
         process: std::array::from_fn(|i| x[4 + i].sqrt()),
     }
@@ -120,7 +120,7 @@ pub struct Problem<'a> {
     /// What is expected of the tires.
     pub expected: Expected,
     /// The noises, or where their estimation starts.
-    pub noise: Noise,
+    pub noise: DriveNoise,
     /// Whether the noises are estimated.
     pub estimate_noise: bool,
 }
@@ -173,7 +173,7 @@ impl Problem<'_> {
 
     /// Whether a minimum can be reached from a point along its ridge without going uphill: then they are one optimum, and
     /// a minimisation from there, which takes many small steps along the ridge, would tell nothing.
-    fn downhill(&self, from: &DVector<f64>, to: &Minimum, noise: &Noise) -> bool {
+    fn downhill(&self, from: &DVector<f64>, to: &Minimum, noise: &DriveNoise) -> bool {
         let features = |x: &DVector<f64>| Features::of_both(&from_vector(x));
         let (Some(start), Some(end)) = (features(from), features(&to.x)) else {
             return false;
@@ -212,7 +212,7 @@ impl Problem<'_> {
         (different(minima, CLOSE), count, evaluations)
     }
 
-    fn minimise(&self, start: &DVector<f64>, noise: &Noise, limits: Limits) -> Minimum {
+    fn minimise(&self, start: &DVector<f64>, noise: &DriveNoise, limits: Limits) -> Minimum {
         let objective =
             OfTires { likelihood: self.likelihood, noise: *noise, expected: self.expected };
         let [lower, upper] = corners(&self.bounds);
@@ -220,7 +220,7 @@ impl Problem<'_> {
     }
 
     /// From one start; through more process noise if the filter cannot follow.
-    fn from(&self, start: &Tires, noise: &Noise) -> Minimum {
+    fn from(&self, start: &Tires, noise: &DriveNoise) -> Minimum {
         let mut x = to_vector(start);
         let at_start = self.likelihood.of_tires(start, noise).mean_square;
         let follows = at_start.iter().all(|square| *square < EXPLODED);
@@ -237,7 +237,7 @@ impl Problem<'_> {
         minimum
     }
 
-    fn noises(&self, tires: &Tires, start: &Noise, evaluations: &mut usize) -> Noise {
+    fn noises(&self, tires: &Tires, start: &DriveNoise, evaluations: &mut usize) -> DriveNoise {
         let square = |std: &f64| std * std;
         let sensor = start.sensor.iter().map(|std| std.ln());
         let first: Vec<f64> = sensor.chain(start.process.iter().map(square)).collect();

@@ -9,8 +9,8 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::parameters::{Parameter, TireParameters};
-use tire_inference::posterior::Posterior;
-use tire_inference::posterior::report::{Band, Method, Report, Status};
+use tire_inference::posterior::PosteriorSamples;
+use tire_inference::posterior::report::{Band, PosteriorReport, SamplingMethod, SamplingStatus};
 use tire_inference::prior::Prior;
 use tire_inference::variational;
 
@@ -34,16 +34,16 @@ const COMPETITIVE: f64 = 10.0;
 #[derive(Clone, Debug, Default)]
 pub struct Drawn {
     /// Of each axle; a draw of both has the same index in both.
-    pub axles: Axles<Posterior>,
+    pub axles: Axles<PosteriorSamples>,
     /// What the draws are; absent where nobody asked for the posterior.
-    pub reports: Option<Axles<Report>>,
+    pub reports: Option<Axles<PosteriorReport>>,
     /// Draws from the normal distribution of variational inference, and what it said.
-    pub svi: Option<(Axles<Posterior>, Axles<variational::report::Report>)>,
+    pub svi: Option<(Axles<PosteriorSamples>, Axles<variational::report::VariationalReport>)>,
 }
 
 impl Drawn {
     /// Draws that are from the posterior.
-    pub fn exact(&self) -> Option<&Axles<Posterior>> {
+    pub fn exact(&self) -> Option<&Axles<PosteriorSamples>> {
         self.reports.as_ref().filter(|reports| reports.front.is_exact()).map(|_| &self.axles)
     }
 }
@@ -100,7 +100,7 @@ pub fn posterior(
         let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
         let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
         let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
-        Axles::new(|axle| Posterior { draws: draws(axle) })
+        Axles::new(|axle| PosteriorSamples { draws: draws(axle) })
     } else {
         // A handful of draws would look like certainty.
         normal(explored, seed).axles
@@ -108,9 +108,9 @@ pub fn posterior(
     let report = |axle: Axle| {
         let posterior = &axles[axle];
         let mean = |p: &Parameter| (p.name().to_owned(), posterior.mean(*p));
-        Report {
-            method: Method::Importance,
-            status: if even { Status::Exact } else { Status::Uneven },
+        PosteriorReport {
+            method: SamplingMethod::Importance,
+            status: if even { SamplingStatus::Exact } else { SamplingStatus::Uneven },
             effective_share: sampled.diagnosis.effective_share,
             largest_weight: sampled.diagnosis.largest_weight,
             k_hat: Some(sampled.diagnosis.k_hat),
@@ -118,7 +118,7 @@ pub fn posterior(
             levels: sampled.rounds,
             mean: TireParameters::<f64>::PARAMETERS.iter().map(mean).collect(),
             band: Some(Band::new(posterior, slip_range[axle], BAND)),
-            ..Report::default()
+            ..PosteriorReport::default()
         }
     };
     let reports = Some(Axles::new(report));
@@ -140,7 +140,7 @@ pub fn normal(explored: &Explored, seed: u64) -> Drawn {
     let [lower, upper] = &explored.corners;
     let axles = Axles::new(|axle| {
         let Some(factor) = Cholesky::new(of_axle(&covariance, axle)) else {
-            return Posterior::default();
+            return PosteriorSamples::default();
         };
         let at = block(axle);
         let part = |x: &DVector<f64>| x.rows_range(at.clone()).into_owned();
@@ -161,7 +161,7 @@ pub fn normal(explored: &Explored, seed: u64) -> Drawn {
             let x: [f64; 4] = std::array::from_fn(|i| x[i].clamp(lower[i], upper[i]));
             TireParameters::from(x).theta()
         };
-        Posterior { draws: (0..DRAWS).map(&mut draw).collect() }
+        PosteriorSamples { draws: (0..DRAWS).map(&mut draw).collect() }
     });
     Drawn { axles, ..Drawn::default() }
 }

@@ -3,7 +3,7 @@
 use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, State, Vehicle};
 
-use crate::likelihood::{Likelihood, Noise};
+use crate::likelihood::{DriveNoise, Likelihood};
 use crate::recording::Recording;
 use crate::tires::Tires;
 
@@ -59,7 +59,7 @@ pub fn series(
     recordings: &[Recording],
     likelihood: &Likelihood,
     tires: &Tires,
-    noise: &Noise,
+    noise: &DriveNoise,
 ) -> Vec<Series> {
     let car = car.with_tires(tires.front.curve(), tires.rear.curve());
     let mut all = vec![Series::default(); recordings.len()];

@@ -10,7 +10,7 @@ use vehicle::{Aero, Body, Input, State, Vehicle};
 use super::*;
 use crate::car::{Held, linearise};
 use crate::filter::{Belief, Filter};
-use crate::likelihood::{Likelihood, Noise};
+use crate::likelihood::{DriveNoise, Likelihood};
 use crate::tires::from_array;
 
 const TIRES: Tires = Tires {
@@ -88,7 +88,8 @@ fn recording(car: &Vehicle, seconds: f64) -> Recording {
     recording
 }
 
-const NOISE: Noise = Noise { sensor: [0.05, 0.01, 0.01, 0.1], process: [2e-3, 3e-3, 1e-3, 200.0] };
+const NOISE: DriveNoise =
+    DriveNoise { sensor: [0.05, 0.01, 0.01, 0.1], process: [2e-3, 3e-3, 1e-3, 200.0] };
 
 #[test]
 fn gradients_are_those_of_central_differences() {
@@ -197,7 +198,7 @@ fn innovations_are_those_of_a_textbook_filter() {
 fn predictions_are_those_of_short_steps() {
     let (car, tires) = (winged(), TIRES);
     let sensor = [1e6; 4];
-    let filter = Filter { car: &car, tires, noise: Noise { sensor, ..NOISE }.variances() };
+    let filter = Filter { car: &car, tires, noise: DriveNoise { sensor, ..NOISE }.variances() };
     for (v_x, steps) in [(8.0, 2), (15.0, 1), (25.0, 1), (60.0, 1)] {
         for slide in [-0.25, -0.1, 0.0, 0.05, 0.15] {
             let held = Held::new(&car, &Input { F_x: -2000.0, delta: 0.12 });
@@ -236,7 +237,7 @@ fn rate(car: &Vehicle, tires: &Tires<f64>, x: &SVector<f64, 4>, held: &Held) -> 
 fn unusable_recordings_say_where() {
     let good = recording(&Vehicle::default(), 1.0);
     let identify = |recording: &Recording| {
-        identify(std::slice::from_ref(recording), &Options::default(), &mut |_, _| true)
+        identify(std::slice::from_ref(recording), &DriveOptions::default(), &mut |_, _| true)
             .expect_err("nothing to identify from")
             .to_string()
     };
@@ -251,7 +252,7 @@ fn unusable_recordings_say_where() {
     let mut still = good.clone();
     still.t[5] = still.t[4];
     assert!(identify(&still).contains("in row 5"));
-    let nothing = crate::identify(&[], &Options::default(), &mut |_, _| true);
+    let nothing = crate::identify(&[], &DriveOptions::default(), &mut |_, _| true);
     assert_eq!(nothing.err(), Some(Error::NoRecording));
 }
 

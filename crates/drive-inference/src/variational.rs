@@ -11,9 +11,9 @@ use numerics::variational::newton::{self, Limits};
 use rayon::prelude::*;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::parameters::TireParameters;
-use tire_inference::posterior::Posterior;
+use tire_inference::posterior::PosteriorSamples;
 use tire_inference::prior::Prior;
-use tire_inference::variational::report::{Report, Suspicion};
+use tire_inference::variational::report::{Suspicion, VariationalReport};
 
 use crate::coordinates::Coordinates;
 use crate::explored::Explored;
@@ -67,7 +67,7 @@ impl LogDensity for DriveDensity<'_> {
 /// A normal distribution in place of the posterior of both axles.
 pub struct Variational {
     /// Draws from it.
-    pub gaussian: Axles<Posterior>,
+    pub gaussian: Axles<PosteriorSamples>,
     judged: Judged,
 }
 
@@ -87,7 +87,7 @@ impl Variational {
         let gaussian = Axles::new(|axle| {
             let points = judged.draws.points.iter();
             let tires = points.filter_map(|z| density.coordinates.parameters(z));
-            Posterior { draws: tires.map(|(tires, _)| tires[axle].theta()).collect() }
+            PosteriorSamples { draws: tires.map(|(tires, _)| tires[axle].theta()).collect() }
         });
         Some(Self { gaussian, judged })
     }
@@ -107,13 +107,14 @@ impl Variational {
         noise_std: f64,
         correction: Diagnosis,
         modes: usize,
-    ) -> Report {
+    ) -> VariationalReport {
         let at_bound = explored.at_bound(places(axle));
         let at_bound = at_bound.into_array().into_iter().zip(TireParameters::<f64>::PARAMETERS);
         let at_bound = at_bound.filter_map(|(stands, parameter)| stands.then_some(parameter));
         let suspicion = Suspicion { at_bound: at_bound.collect(), modes };
         let posterior = &self.gaussian[axle];
-        let mut report = Report::new(&self.judged, correction, posterior, prior, noise_std);
+        let mut report =
+            VariationalReport::new(&self.judged, correction, posterior, prior, noise_std);
         report.suspect(&suspicion);
         report
     }

@@ -6,8 +6,8 @@ use numerics::statistics::{interval, std};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
 use tire_inference::parameters::{TireParameters, curve};
-use tire_inference::posterior::Posterior;
-use tire_inference::posterior::report::Source;
+use tire_inference::posterior::PosteriorSamples;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::profile::Profile;
 use tire_inference::quantity::{ByName, Quantity};
@@ -54,7 +54,7 @@ pub struct Judge<'a> {
 impl Judge<'_> {
     /// The estimates of both axles.
     pub fn estimates(&self) -> Axles<Estimate> {
-        let before = Posterior { draws: self.prior.fill(BEFORE).collect() };
+        let before = PosteriorSamples { draws: self.prior.fill(BEFORE).collect() };
         let mut known = Axles::new(|axle| self.known(axle, &before));
         let better = if self.profile { self.follow(&mut known) } else { 0.0 };
         let mut estimates = Axles::new(|axle| self.estimate(axle, &known[axle]));
@@ -98,11 +98,11 @@ impl Judge<'_> {
     }
 
     /// The draws of an axle, if they are from the posterior.
-    fn exact(&self, axle: Axle) -> Option<&Posterior> {
+    fn exact(&self, axle: Axle) -> Option<&PosteriorSamples> {
         self.drawn.exact().map(|axles| &axles[axle])
     }
 
-    fn known(&self, axle: Axle, before: &Posterior) -> Vec<Known> {
+    fn known(&self, axle: Axle, before: &PosteriorSamples) -> Vec<Known> {
         let theta = from_vector(&self.explored.x)[axle].theta();
         let one = |quantity: Quantity| {
             let mean = quantity.value(&theta);
@@ -184,7 +184,9 @@ impl Judge<'_> {
             noise_std: self.noise_std,
             convergence: self.convergence.clone(),
             seconds: self.seconds,
-            source: self.exact(axle).map_or(Source::Likelihood, |_| Source::Importance),
+            source: self
+                .exact(axle)
+                .map_or(UncertaintySource::Likelihood, |_| UncertaintySource::Importance),
             posterior: self.drawn.reports.as_ref().map(|reports| reports[axle].clone()),
             svi: self.drawn.svi.as_ref().map(|(_, reports)| reports[axle].clone()),
         }

@@ -11,12 +11,12 @@ use drive_inference::smoothing::Smoothing;
 use drive_inference::tires::to_array;
 use drive_inference::validation::{Manoeuvre, compare};
 use drive_inference::{
-    Formulation, Identified, Noise, Noises, Options, Recording, Tires, identify,
+    DriveNoise, DriveOptions, Formulation, Identified, Noises, Recording, Tires, identify,
 };
 use numerics::convergence::Status;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::TireParameters;
-use tire_inference::posterior::report::Source;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
@@ -34,7 +34,7 @@ static LIMIT: LazyLock<Recording> = LazyLock::new(|| {
     drive::drive(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1)
 });
 
-fn of(recording: &Recording, options: &Options) -> Identified {
+fn of(recording: &Recording, options: &DriveOptions) -> Identified {
     identify(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
 }
 
@@ -54,7 +54,7 @@ fn curve_error(found: &Tires, axle: Axle) -> f64 {
 
 #[test]
 fn prediction_errors_recover_unequal_tires() {
-    let options = Options { svi: true, ..Options::default() };
+    let options = DriveOptions { svi: true, ..DriveOptions::default() };
     let found = of(&LIMIT, &options);
     let tires = tires(&found);
     let (theta, truth) = (to_array(tires), to_array(UNEQUAL));
@@ -66,7 +66,10 @@ fn prediction_errors_recover_unequal_tires() {
     }
     for (axle, estimate) in found.estimates.each_ref().into_array().into_iter().enumerate() {
         let posterior = estimate.posterior.as_ref().expect("a posterior");
-        assert!(posterior.is_exact() && estimate.source == Source::Importance, "{posterior:?}");
+        assert!(
+            posterior.is_exact() && estimate.source == UncertaintySource::Importance,
+            "{posterior:?}"
+        );
         for (i, name) in ["B", "C", "D", "E"].into_iter().enumerate() {
             let place = 4 * axle + i;
             // As much is known as the bound of Cramér and Rao allows, and hardly more or less.
@@ -108,8 +111,8 @@ fn prediction_errors_recover_unequal_tires() {
 fn two_recordings_tell_more_than_one() {
     let half = LIMIT.len() / 2;
     let parts = [LIMIT.slice(0..half), LIMIT.slice(half..LIMIT.len())];
-    let noises = Noises::Known(Noise::of_sensors(drive::USUAL));
-    let options = Options { noises, smoothing: UNTUNED, ..Options::default() };
+    let noises = Noises::Known(DriveNoise::of_sensors(drive::USUAL));
+    let options = DriveOptions { noises, smoothing: UNTUNED, ..DriveOptions::default() };
     let std = |recordings: &[Recording]| {
         let found = identify(recordings, &options, &mut |_, _| true).expect("tires");
         found.estimates.map(|estimate| estimate.std["K"]).into_array()
@@ -122,8 +125,9 @@ fn two_recordings_tell_more_than_one() {
 fn slip_far_below_the_peak_is_not_enough() {
     let car = Vehicle::default();
     let recording = drive::drive(&car, &drive::chirp(30.0), &drive::CLEAN, 2);
-    let noises = Noises::Known(Noise::of_sensors(drive::CLEAN));
-    let options = Options { noises, smoothing: UNTUNED, profile: true, ..Options::default() };
+    let noises = Noises::Known(DriveNoise::of_sensors(drive::CLEAN));
+    let options =
+        DriveOptions { noises, smoothing: UNTUNED, profile: true, ..DriveOptions::default() };
     let found = of(&recording, &options);
     for estimate in found.estimates.into_array() {
         for name in ["B", "C", "D", "E"] {
@@ -148,7 +152,8 @@ fn every_formulation_can_be_chosen() {
     for (target, allowed) in targets.into_iter().zip([0.15, 0.15, 0.15, 0.02]) {
         for weights in [Weights::Plain, Weights::Variance { clamp: 0.1 }] {
             let method = Formulation::Points(target);
-            let options = Options { method, weights, smoothing: UNTUNED, ..Options::default() };
+            let options =
+                DriveOptions { method, weights, smoothing: UNTUNED, ..DriveOptions::default() };
             let found = of(&LIMIT, &options);
             let tires = tires(&found);
             let worst =
@@ -162,14 +167,16 @@ fn every_formulation_can_be_chosen() {
 #[test]
 fn coupling_draws_the_axles_together_and_odd_terms_are_found_to_be_small() {
     let method = Formulation::Points(Target::AccelerationAndYaw);
-    let free =
-        of(&LIMIT, &Options { method, odd_terms: true, smoothing: UNTUNED, ..Options::default() });
+    let free = of(
+        &LIMIT,
+        &DriveOptions { method, odd_terms: true, smoothing: UNTUNED, ..DriveOptions::default() },
+    );
     let fitted = free.formulations.last().expect("one formulation");
     // The plant has no such terms; at a side-slip of 0.1 rad they may reach some hundredths of m/s².
     assert!(fitted.odd[0].abs() * 0.1 < 0.3, "{:?}", fitted.odd);
     assert!(fitted.odd.iter().all(|factor| *factor != 0.0));
     let smoothing = UNTUNED;
-    let tied = Options { method, axle_coupling: 1e7, smoothing, ..Options::default() };
+    let tied = DriveOptions { method, axle_coupling: 1e7, smoothing, ..DriveOptions::default() };
     let tied = tires(&of(&LIMIT, &tied));
     for (front, rear) in tied.front.into_array().into_iter().zip(tied.rear.into_array()) {
         assert!((front / rear - 1.0).abs() < 0.02, "{tied:?}");

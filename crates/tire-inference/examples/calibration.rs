@@ -22,9 +22,9 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use tire_inference::compressed::Compressed;
 use tire_inference::estimate::identify;
-use tire_inference::fit::{Options, Problem, SlipNoise, least_squares};
+use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
 use tire_inference::parameters::Theta;
-use tire_inference::posterior::{Found, Options as Draws, draw};
+use tire_inference::posterior::{Found, SamplingOptions, draw};
 use tire_inference::prior::Prior;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
@@ -83,7 +83,7 @@ fn coverage(
                 ..Excitation::default()
             };
             let usual = Settings::new(Direction::Longitudinal);
-            let mut settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            let mut settings = Settings { options: FitOptions { seed, ..usual.options }, ..usual };
             if slip_std.is_some() {
                 excitation.truth[4..].copy_from_slice(&SHIFTS);
                 settings.prior.free = [true; 6];
@@ -128,9 +128,9 @@ fn of_tire(
     let excitation =
         Excitation { truth, samples: size, slip_std: 0.0, seed, ..Excitation::default() };
     let samples = samples(&excitation, level);
-    let fit = least_squares(&Problem::new(&samples), &Options::default())?;
+    let fit = least_squares(&Problem::new(&samples), &FitOptions::default())?;
     let optima: Vec<Theta> = fit.optima.iter().map(|(theta, _)| *theta).collect();
-    let options = Draws { seed, ..Draws::default() };
+    let options = SamplingOptions { seed, ..SamplingOptions::default() };
     let found = draw(&Compressed::new(&samples), &Prior::longitudinal(), &optima, &options);
     Ok((samples, found))
 }

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::time::Instant;
 
-use tire_inference::fit::{FitError, Options, Problem, least_squares, nelder_mead};
+use tire_inference::fit::{FitError, FitOptions, Problem, least_squares, nelder_mead};
 
 mod csv;
 
@@ -18,8 +18,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let samples = csv::read(file)?;
     let problem = Problem::new(&samples);
     let options = match start[..] {
-        [] => Options::default(),
-        [b, c, d, e] => Options::from_start([b, c, d, e, 0.0, 0.0]),
+        [] => FitOptions::default(),
+        [b, c, d, e] => FitOptions::from_start([b, c, d, e, 0.0, 0.0]),
         _ => return Err("a start has four numbers: B C D E".into()),
     };
     let fit = || {

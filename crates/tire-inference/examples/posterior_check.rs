@@ -7,9 +7,9 @@ use std::time::Instant;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
-use tire_inference::fit::{Options, Problem, least_squares};
+use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::parameters::Theta;
-use tire_inference::posterior::{Options as Draws, grid};
+use tire_inference::posterior::{SamplingOptions, grid};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -38,10 +38,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             mirror(&mut samples);
         }
         let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(&samples) };
-        let fit = least_squares(&problem, &Options::default())?;
+        let fit = least_squares(&problem, &FitOptions::default())?;
         let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
         let data = Compressed::new(&samples);
-        let draw = || grid::draw(&data, &prior, &optima, &Draws::default());
+        let draw = || grid::draw(&data, &prior, &optima, &SamplingOptions::default());
         let times = (0..5).map(|_| {
             let start = Instant::now();
             std::hint::black_box(draw());

@@ -2,7 +2,7 @@
 
 use preparation::direction::Direction;
 use tire_inference::estimate::identify;
-use tire_inference::fit::Options;
+use tire_inference::fit::FitOptions;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let excitation =
                 Excitation { seed, samples: 1500, slip_std: 0.0, ..Excitation::default() };
             let usual = Settings::new(Direction::Longitudinal);
-            let settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            let settings = Settings { options: FitOptions { seed, ..usual.options }, ..usual };
             let samples = samples(&excitation, level);
             let answer = identify(&samples, &settings, &[Method::Svi, Method::Reference])?;
             let [(_, svi), (_, exact)] = &answer.estimates[..] else { continue };

@@ -5,7 +5,7 @@ use numerics::statistics::std;
 use crate::compressed::Compressed;
 use crate::minimise::{Target, minimise};
 use crate::parameters::Theta;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::profile::{Point, Profile, Profiled, RULED_OUT, profile};
 use crate::quantity::Quantity;
@@ -17,7 +17,7 @@ const STARTS: usize = 16;
 pub struct Profiler<'a> {
     data: &'a Compressed,
     prior: &'a Prior,
-    posterior: &'a Posterior,
+    posterior: &'a PosteriorSamples,
     /// Sum of squares of each draw.
     squares: Vec<f64>,
     best: Theta,
@@ -30,7 +30,7 @@ impl<'a> Profiler<'a> {
     pub fn new(
         data: &'a Compressed,
         prior: &'a Prior,
-        posterior: &'a Posterior,
+        posterior: &'a PosteriorSamples,
         optimum: &Theta,
     ) -> Self {
         let squares: Vec<f64> = posterior.draws.iter().map(|theta| data.squares(theta)).collect();
@@ -144,7 +144,7 @@ impl Profiled for Profiler<'_> {
 mod tests {
     use super::*;
     use crate::parameters::{Bounds, Parameter};
-    use crate::posterior::{Options, draw};
+    use crate::posterior::{SamplingOptions, draw};
     use crate::synthetic::{Excitation, samples};
 
     const TRUTH: Theta = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
@@ -153,7 +153,8 @@ mod tests {
         let excitation = Excitation { samples: 1000, slip_std: 0.0, ..Excitation::default() };
         let data = Compressed::new(&samples(&excitation, level));
         let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
-        let posterior = draw(&data, &prior, &[TRUTH], &Options { draws: 1024, seed: 0 }).posterior;
+        let posterior =
+            draw(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
         let profiler = Profiler::new(&data, &prior, &posterior, &TRUTH);
         let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
         quantities.map(|quantity| profiler.profile(quantity)).collect()
@@ -201,7 +202,8 @@ mod tests {
         let data = Compressed::new(&samples);
         let mut prior = Prior { centre: TRUTH, ..Prior::lateral() };
         prior.free = [false, false, true, false, false, false];
-        let posterior = draw(&data, &prior, &[TRUTH], &Options { draws: 1024, seed: 0 }).posterior;
+        let posterior =
+            draw(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
         let profile = Profiler::new(&data, &prior, &posterior, &TRUTH)
             .profile(Quantity::Parameter(Parameter::D));
         let shapes =

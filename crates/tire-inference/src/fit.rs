@@ -24,7 +24,7 @@ use crate::parameters::{Bounds, COUNT, Parameter, Theta};
 use crate::prior::Prior;
 use crate::regularisation::Regularisation;
 use curve::CurveCost;
-use solution::{Noise, Part};
+use solution::{Part, ResidualNoise};
 
 /// What physics says beside the bounds, as lowest and highest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,7 +52,7 @@ pub struct Problem<'a> {
     pub constraints: Constraints,
     /// How residuals count.
     pub loss: Loss,
-    /// Noise in the slip, which makes plain least squares too soft a tire.
+    /// ResidualNoise in the slip, which makes plain least squares too soft a tire.
     pub slip_noise: Option<SlipNoise>,
 }
 
@@ -80,7 +80,7 @@ impl<'a> Problem<'a> {
 
 /// How the optimum is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct FitOptions {
     /// How many starts, the one below included.
     pub starts: usize,
     /// The first start, where wanted; the others spread over the box.
@@ -91,13 +91,13 @@ pub struct Options {
     pub iterations: usize,
 }
 
-impl Default for Options {
+impl Default for FitOptions {
     fn default() -> Self {
         Self { starts: 8, start: None, seed: 0, iterations: 500 }
     }
 }
 
-impl Options {
+impl FitOptions {
     /// One start, at these values.
     pub fn from_start(start: Theta) -> Self {
         Self { starts: 1, start: Some(start), ..Self::default() }
@@ -111,7 +111,7 @@ impl Options {
 ///
 /// # Errors
 /// If the samples, bounds or constraints leave nothing to fit; see [`FitError`].
-pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
+pub fn least_squares(problem: &Problem, options: &FitOptions) -> Result<Solution, FitError> {
     error::check(problem)?;
     if let Some(noise) = problem.slip_noise {
         return slip_noise::fit(problem, noise, options);
@@ -127,6 +127,6 @@ pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, F
     let search = multistart::search(&cost, rough, &lower, &upper, &starts, options)?;
     let optima = search.optima.iter().map(|m| (cost.theta(&m.x), m.model.cost)).collect();
     let part = Part::of(&search.best, 0, cost.unknowns.free.len());
-    let noise = Noise::of(problem, &cost.theta(&search.best.x), part.fitted);
+    let noise = ResidualNoise::of(problem, &cost.theta(&search.best.x), part.fitted);
     Ok(part.solution(problem, &noise, search.convergence(), optima))
 }

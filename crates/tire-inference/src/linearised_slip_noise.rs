@@ -37,7 +37,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
-    use crate::fit::{Options, Problem, least_squares};
+    use crate::fit::{FitOptions, Problem, least_squares};
     use crate::synthetic::{Excitation, samples};
 
     #[test]
@@ -46,7 +46,7 @@ mod tests {
         let told = Excitation { samples: 20_000, slip_std: 0.005, ..Excitation::default() };
         let stiffness = |samples: &Samples| {
             let theta =
-                least_squares(&Problem::new(samples), &Options::default()).expect("fits").theta;
+                least_squares(&Problem::new(samples), &FitOptions::default()).expect("fits").theta;
             theta[0] * theta[1] * theta[2]
         };
         let (mut plain, mut changed) = (0.0, 0.0);

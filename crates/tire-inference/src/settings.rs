@@ -6,7 +6,7 @@ use preparation::samples::Samples;
 use serde::Deserialize;
 
 use crate::fit::{
-    Constraints, FitError, Options, Problem, SlipNoise, Solution, least_squares, nelder_mead,
+    Constraints, FitError, FitOptions, Problem, SlipNoise, Solution, least_squares, nelder_mead,
 };
 use crate::parameters::Normal;
 use crate::prior::Prior;
@@ -69,7 +69,7 @@ pub struct Settings {
     /// Whether parameters that the data cannot tell are held at the prior.
     pub hold: bool,
     /// How the optimum is searched.
-    pub options: Options,
+    pub options: FitOptions,
     /// How variational inference raises its bound.
     pub svi: Optimiser,
 }
@@ -90,7 +90,7 @@ impl Settings {
             loss: Loss::Square,
             slip_noise: None,
             hold: true,
-            options: Options::default(),
+            options: FitOptions::default(),
             svi: Optimiser::default(),
         }
     }
@@ -158,7 +158,7 @@ impl Settings {
             Method::NelderMead => {
                 let constraints = Constraints::default();
                 let plain = Problem { constraints, slip_noise: None, ..problem };
-                nelder_mead::fit(&plain, &Options { start: Some(prior.centre), ..self.options })
+                nelder_mead::fit(&plain, &FitOptions { start: Some(prior.centre), ..self.options })
             }
         }
     }

@@ -23,10 +23,10 @@ use serde::Deserialize;
 use crate::compressed::Compressed;
 use crate::density::{Minibatch, TireDensity};
 use crate::parameters::Theta;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use adam::Adam;
-use report::{Report, Suspicion};
+use report::{Suspicion, VariationalReport};
 
 /// Draws that judge the fit, as many as the exact posterior gives.
 const DRAWS: usize = 8192;
@@ -64,11 +64,11 @@ pub struct Start<'a> {
 #[derive(Clone, Debug)]
 pub struct Variational {
     /// Draws from it.
-    pub gaussian: Posterior,
+    pub gaussian: PosteriorSamples,
     /// Draws from it with heavier tails, weighted by the posterior: what remains of its error where it is close.
-    pub corrected: Posterior,
+    pub corrected: PosteriorSamples,
     /// What it said.
-    pub report: Report,
+    pub report: VariationalReport,
 }
 
 /// Fits the distribution, and judges it.
@@ -109,12 +109,13 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
         |fitted: &Fitted| fitted.status == Status::Converged && optimiser == Optimiser::Newton;
     let judged = judged::fit(&density, fit, [fewest, MOST_POINTS], worth_more, (DRAWS, seed));
     let drawn = &judged.draws.points;
-    let gaussian = Posterior { draws: drawn.iter().map(|x| density.theta(x)).collect() };
+    let gaussian = PosteriorSamples { draws: drawn.iter().map(|x| density.theta(x)).collect() };
     let noise_std = drawn.iter().map(|x| density.noise_std(x) / DRAWS as f64).sum();
     let heavy = Draws::new(&density, &judged.fitted.gaussian, Tails::Heavy, DRAWS, seed);
     let chosen = systematic(&heavy.weights, DRAWS, seed).into_iter();
-    let corrected = Posterior { draws: chosen.map(|i| density.theta(&heavy.points[i])).collect() };
-    let mut report = Report::new(&judged, heavy.diagnosis, &gaussian, prior, noise_std);
+    let corrected =
+        PosteriorSamples { draws: chosen.map(|i| density.theta(&heavy.points[i])).collect() };
+    let mut report = VariationalReport::new(&judged, heavy.diagnosis, &gaussian, prior, noise_std);
     report.evaluations += DRAWS;
     report.seconds = begin.elapsed().as_secs_f64();
     report.suspect(&Suspicion::default());

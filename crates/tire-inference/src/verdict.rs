@@ -14,12 +14,12 @@ use serde::Serialize;
 use crate::compressed::Compressed;
 use crate::curve_profile::Profiler;
 use crate::parameters::{Theta, curve};
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::profile::Profile;
 use crate::quantity::Quantity;
 
-/// Posterior over prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
+/// PosteriorSamples over prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
 pub const NARROWED: f64 = 0.3;
 /// Standard deviations by which half or double the width of the prior may move the mean.
 pub const UNMOVED: f64 = 0.25;
@@ -80,7 +80,7 @@ pub struct Evidence<'a> {
     pub noise_std: f64,
     /// Which force.
     pub direction: Direction,
-    /// Whether the draws have the masses of all modes, see [`crate::posterior::report::Report::is_exact`].
+    /// Whether the draws have the masses of all modes, see [`crate::posterior::report::PosteriorReport::is_exact`].
     pub exact: bool,
 }
 
@@ -88,11 +88,11 @@ pub struct Evidence<'a> {
 pub fn judge(
     evidence: &Evidence,
     prior: &Prior,
-    posterior: &Posterior,
+    posterior: &PosteriorSamples,
     optimum: &Theta,
 ) -> Vec<Judgement> {
     let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
-    let before = Posterior { draws: prior.fill(4096).collect() };
+    let before = PosteriorSamples { draws: prior.fill(4096).collect() };
     let lessons = Lessons::new(evidence, posterior);
     let one = |quantity: Quantity| {
         let values = posterior.values(quantity);
@@ -181,7 +181,7 @@ impl Known {
 
 /// Criterion (a), from draws of the posterior and of the prior: of parameters standard deviations; of what follows from them, whose
 /// prior has long tails, the middle 68 %.
-pub fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &Posterior) -> f64 {
+pub fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &PosteriorSamples) -> f64 {
     match quantity {
         Quantity::Parameter(parameter) => std(values) / prior.std(parameter),
         _ => middle(values.to_vec()) / middle(before.values(quantity)),
@@ -189,7 +189,7 @@ pub fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &Posteri
 }
 
 /// Criterion (a), where only a standard deviation is known.
-pub fn width_of_std(quantity: Quantity, prior: &Prior, std: f64, before: &Posterior) -> f64 {
+pub fn width_of_std(quantity: Quantity, prior: &Prior, std: f64, before: &PosteriorSamples) -> f64 {
     /// The middle 68 % of the standard normal distribution.
     const MIDDLE: f64 = 1.988_915_7;
     match quantity {
@@ -206,7 +206,7 @@ fn middle(mut values: Vec<f64>) -> f64 {
 
 /// Criterion (c), from draws of the posterior: the larger move of the mean when a normal prior as wide as the box, about its centre, is given half and double its
 /// width, in standard deviations.
-pub fn prior_shift(prior: &Prior, posterior: &Posterior, values: &[f64]) -> f64 {
+pub fn prior_shift(prior: &Prior, posterior: &PosteriorSamples, values: &[f64]) -> f64 {
     let distance = |theta: &Theta| -> f64 {
         prior
             .free()
@@ -237,7 +237,7 @@ struct Lessons {
 }
 
 impl Lessons {
-    fn new(evidence: &Evidence, posterior: &Posterior) -> Self {
+    fn new(evidence: &Evidence, posterior: &PosteriorSamples) -> Self {
         let driven = evidence.slip_range[0].abs().max(evidence.slip_range[1].abs());
         let slips: Vec<f64> = (1..=30).map(|i| 1.5 * driven * f64::from(i) / 30.0).collect();
         let predict = |&slip: &f64| {

@@ -3,10 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use drive_inference::likelihood::Noise;
+use drive_inference::likelihood::DriveNoise;
 use drive_inference::regression::Weights;
 use drive_inference::smoothing::Smoothing;
-use drive_inference::{Formulation, Noises, Options};
+use drive_inference::{DriveOptions, Formulation, Noises};
 use serde::Deserialize;
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
@@ -106,7 +106,7 @@ pub struct KnownProcess {
 
 impl Default for ClosedLoop {
     fn default() -> Self {
-        let usual = Options::default();
+        let usual = DriveOptions::default();
         Self {
             body: Body::default(),
             aero: Aero::default(),
@@ -225,8 +225,8 @@ impl ClosedLoop {
     }
 
     /// What the library is asked for.
-    pub fn options(&self) -> Options {
-        Options {
+    pub fn options(&self) -> DriveOptions {
+        DriveOptions {
             car: Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() },
             method: self.method,
             compare: self.compare.clone(),
@@ -247,12 +247,12 @@ impl ClosedLoop {
 }
 
 impl KnownNoise {
-    fn all(self) -> Noise {
+    fn all(self) -> DriveNoise {
         let Self { v_x, v_y, r, a_y, process } = self;
-        let noise = Noise::of_sensors([v_x, v_y, r, a_y]);
+        let noise = DriveNoise::of_sensors([v_x, v_y, r, a_y]);
         match process {
             Some(KnownProcess { v_x, v_y, r, xi_x }) => {
-                Noise { process: [v_x, v_y, r, xi_x], ..noise }
+                DriveNoise { process: [v_x, v_y, r, xi_x], ..noise }
             }
             None => noise,
         }

@@ -6,7 +6,7 @@ use plugin::Host;
 use preparation::samples::Samples;
 use tire_inference::estimate::Estimate;
 use tire_inference::parameters::{Parameter, Theta, curve, theta};
-use tire_inference::posterior::Posterior;
+use tire_inference::posterior::PosteriorSamples;
 use tire_inference::quantity::Quantity;
 
 use crate::page::axis::Axis;
@@ -147,7 +147,7 @@ fn trace(section: &Section) -> Option<Plot> {
 fn density(section: &Section, quantity: Quantity) -> Plot {
     let range = quantity.range(section.prior);
     // Methods may share one posterior, and a method's posterior may be its normal distribution.
-    let mut curves: Vec<(&Posterior, Class, bool)> = Vec::new();
+    let mut curves: Vec<(&PosteriorSamples, Class, bool)> = Vec::new();
     for (method, class) in section.methods.iter().zip(COLOURS.into_iter().cycle()) {
         let own = method.gaussian.map(|gaussian| (gaussian, class, true));
         for curve in own.into_iter().chain([(method.posterior, class, false)]) {

@@ -4,7 +4,7 @@ use numerics::convergence::Convergence;
 use tire_inference::compressed::Compressed;
 use tire_inference::estimate::{assemble, identify};
 use tire_inference::fit::Solution;
-use tire_inference::posterior::{Options, draw};
+use tire_inference::posterior::{SamplingOptions, draw};
 use tire_inference::settings::{Method as Asked, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 use tire_inference::verdict::{Evidence, judge};
@@ -15,7 +15,7 @@ use crate::studies::excitation::{Level, Study};
 struct Found {
     samples: Samples,
     prior: Prior,
-    posterior: Posterior,
+    posterior: PosteriorSamples,
     estimate: Estimate,
     study: Study,
 }
@@ -29,7 +29,7 @@ fn found() -> Found {
     let samples = samples(&excitation, 0.08);
     let data = Compressed::new(&samples);
     let prior = Prior::longitudinal();
-    let posterior = draw(&data, &prior, &[], &Options { draws: 512, seed: 0 }).posterior;
+    let posterior = draw(&data, &prior, &[], &SamplingOptions { draws: 512, seed: 0 }).posterior;
     let slip_range = samples.slip_range().expect("points");
     let evidence = Evidence {
         data: &data,
@@ -163,7 +163,8 @@ fn each_plot_has_labels_with_units() {
 
 #[test]
 fn a_page_without_data_is_a_page() {
-    let found = Found { samples: Samples::default(), posterior: Posterior::default(), ..found() };
+    let found =
+        Found { samples: Samples::default(), posterior: PosteriorSamples::default(), ..found() };
     let html = page(&found, "");
     parse(&html);
     assert!(html.contains("No samples."));

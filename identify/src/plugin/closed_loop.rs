@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use drive_inference::replay::{Replay, replay};
 use drive_inference::{
-    Fitted, Identified, Options, Recording, SHORTEST, Tires, identify, smoothing,
+    DriveOptions, Fitted, Identified, Recording, SHORTEST, Tires, identify, smoothing,
 };
 use plugin::{Host, Request};
 use preparation::direction::Direction;
@@ -15,8 +15,8 @@ use serde_json::{Map, Value, json};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
 use tire_inference::parameters::TireParameters;
-use tire_inference::posterior::Posterior;
-use tire_inference::posterior::report::Source;
+use tire_inference::posterior::PosteriorSamples;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::quantity::ByName;
 use vehicle::State;
 
@@ -134,7 +134,7 @@ fn extent(recording: &Recording) -> String {
 fn validation(
     name: String,
     recording: Recording,
-    options: &Options,
+    options: &DriveOptions,
     found: &Identified,
 ) -> Result<Validation, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
@@ -150,7 +150,7 @@ fn validation(
 }
 
 fn report(
-    options: &Options,
+    options: &DriveOptions,
     used: &[Recording],
     found: &Identified,
     validations: &[Validation],
@@ -175,7 +175,7 @@ fn report(
 
 /// Leaves the page, with the deciding formulation first.
 fn draw(
-    options: &Options,
+    options: &DriveOptions,
     used: &[Recording],
     found: &Identified,
     validations: &[Validation],
@@ -191,7 +191,7 @@ fn draw(
         let decisive = &found.estimates[axle];
         others.iter().rev().map(|fitted| estimate(fitted, axle, decisive)).collect()
     });
-    let none = Posterior::default();
+    let none = PosteriorSamples::default();
     let sections = axles.into_iter().map(|(name, axle)| {
         let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
         let gaussian = found.gaussian.as_ref().map(|axles| &axles[axle]);
@@ -241,7 +241,7 @@ fn estimate(fitted: &Fitted, axle: Axle, decisive: &Estimate) -> Estimate {
         noise_std: f64::NAN,
         convergence: fitted.convergence.clone(),
         seconds: fitted.seconds,
-        source: Source::Likelihood,
+        source: UncertaintySource::Likelihood,
         posterior: None,
         svi: None,
         ..decisive.clone()

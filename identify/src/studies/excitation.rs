@@ -3,7 +3,7 @@
 use preparation::direction::Direction;
 use serde::{Serialize, Serializer};
 use tire_inference::estimate::identify;
-use tire_inference::fit::{FitError, Options, SlipNoise};
+use tire_inference::fit::{FitError, FitOptions, SlipNoise};
 use tire_inference::parameters::{Bounds, Theta, by_parameter};
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
@@ -62,7 +62,7 @@ fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
     let settings = Settings {
         slip_noise: (excitation.slip_std > 0.0).then(|| SlipNoise::new(excitation.slip_std)),
         prior: usual.prior.within(Bounds::GOBLIRSCH),
-        options: Options { seed: excitation.seed, ..usual.options },
+        options: FitOptions { seed: excitation.seed, ..usual.options },
         ..usual
     };
     let answer = identify(&samples, &settings, &[Method::LeastSquares, Method::NelderMead])?;

@@ -6,7 +6,7 @@ use preparation::samples::Samples;
 use crate::compressed::Compressed;
 use crate::estimate::{Estimate, by_name};
 use crate::fit::Solution;
-use crate::posterior::report::{Report, Source};
+use crate::posterior::report::{PosteriorReport, UncertaintySource};
 use crate::settings::Settings;
 use crate::variational::report::{Summary, Suspicion};
 use crate::variational::{self, Start, Variational};
@@ -27,7 +27,7 @@ pub struct Bayes<'a> {
     /// The best fit with everything free.
     pub best: &'a Solution,
     pub judgements: &'a [Judgement],
-    pub report: &'a Report,
+    pub report: &'a PosteriorReport,
     /// What is told of the best fit.
     pub plain: Estimate,
     /// What the best fit took, and the draws [s].
@@ -37,7 +37,7 @@ pub struct Bayes<'a> {
 impl Bayes<'_> {
     /// The posterior's own numbers.
     pub fn reference(&self) -> Estimate {
-        let Report { levels, cells, .. } = *self.report;
+        let PosteriorReport { levels, cells, .. } = *self.report;
         let status =
             if self.report.is_exact() { Status::Converged } else { Status::IterationLimit };
         Estimate {
@@ -83,7 +83,7 @@ impl Bayes<'_> {
                 interval,
                 covariance: variational.corrected.covariance(&free),
                 noise_std: told.noise_std,
-                source: Source::Svi,
+                source: UncertaintySource::Svi,
                 posterior: Some(self.report.clone()),
                 ..self.plain.clone()
             }

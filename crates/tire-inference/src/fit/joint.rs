@@ -4,8 +4,8 @@ use nalgebra::DVector;
 use numerics::sqp::{Inequality, Model, Objective};
 
 use crate::fit::curve::CurveCost;
-use crate::fit::solution::{Noise, Part};
-use crate::fit::{FitError, Options, Problem, Solution, error, multistart};
+use crate::fit::solution::{Part, ResidualNoise};
+use crate::fit::{FitError, FitOptions, Problem, Solution, error, multistart};
 use crate::parameters::Parameter;
 use crate::regularisation::AxleCoupling;
 
@@ -17,7 +17,7 @@ use crate::regularisation::AxleCoupling;
 pub fn joint_least_squares(
     problems: [&Problem; 2],
     coupling: AxleCoupling,
-    options: &Options,
+    options: &FitOptions,
 ) -> Result<[Solution; 2], FitError> {
     for problem in problems {
         error::check(problem)?;
@@ -47,7 +47,7 @@ pub fn joint_least_squares(
         let part = Part::of(&search.best, from, count);
         let theta = |x: &DVector<f64>| cost.axles[axle].theta(&x.rows(from, count).into_owned());
         let optima = search.optima.iter().map(|m| (theta(&m.x), m.model.cost)).collect();
-        let noise = Noise::of(problems[axle], &theta(&search.best.x), part.fitted);
+        let noise = ResidualNoise::of(problems[axle], &theta(&search.best.x), part.fitted);
         part.solution(problems[axle], &noise, search.convergence(), optima)
     };
     Ok([solution(0), solution(1)])

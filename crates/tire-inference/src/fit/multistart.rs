@@ -6,7 +6,7 @@ use numerics::low_discrepancy::AdditiveRecurrence;
 use numerics::sqp::{self, Limits, Minimum, Objective};
 use rayon::prelude::*;
 
-use crate::fit::{FitError, Options};
+use crate::fit::{FitError, FitOptions};
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
 
 /// Violations of constraints below this are rounding.
@@ -39,7 +39,7 @@ impl Search {
 }
 
 /// The starts in the box: the given one first, then points that leave no gaps.
-pub fn starts(bounds: &Bounds, held: &Theta, options: &Options) -> Vec<Theta> {
+pub fn starts(bounds: &Bounds, held: &Theta, options: &FitOptions) -> Vec<Theta> {
     let points = AdditiveRecurrence::<COUNT>::new(options.seed);
     let point = |k: usize| -> Theta {
         let shares = points.point(k + 1);
@@ -62,7 +62,7 @@ pub fn search(
     lower: &DVector<f64>,
     upper: &DVector<f64>,
     starts: &[DVector<f64>],
-    options: &Options,
+    options: &FitOptions,
 ) -> Result<Search, FitError> {
     let limits = Limits { iterations: options.iterations, ..Limits::default() };
     let minimise =

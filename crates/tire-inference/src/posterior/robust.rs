@@ -14,8 +14,8 @@ use crate::compressed::Compressed;
 use crate::kernel::{self, value};
 use crate::parameters::{Normal, Theta};
 use crate::posterior::grid::{EFFECTIVE, LARGEST};
-use crate::posterior::report::{Report, Status};
-use crate::posterior::{Found, Options, Posterior, draw};
+use crate::posterior::report::{PosteriorReport, SamplingStatus};
+use crate::posterior::{Found, PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
 
 /// Draws of the normal problem for each one that is wanted.
@@ -61,9 +61,9 @@ impl<'a> Robust<'a> {
         near: &Compressed,
         prior: &Prior,
         optima: &[Theta],
-        options: &Options,
+        options: &SamplingOptions,
     ) -> Found {
-        let more = Options { draws: SPARE * options.draws, ..*options };
+        let more = SamplingOptions { draws: SPARE * options.draws, ..*options };
         let Found { posterior, report } = draw(near, prior, optima, &more);
         let half = 0.5 * (near.count() as f64 - 1.0);
         let log_weight = |theta: &Theta| {
@@ -81,12 +81,12 @@ impl<'a> Robust<'a> {
         let largest_weight = weights.iter().copied().fold(0.0, f64::max) / whole;
         let even = effective_share >= EFFECTIVE && largest_weight <= LARGEST;
         let status = match report.status {
-            Status::Exact if !even => Status::Uneven,
+            SamplingStatus::Exact if !even => SamplingStatus::Uneven,
             status => status,
         };
         let chosen = systematic(&weights, options.draws, options.seed);
         let draws = chosen.into_iter().map(|index| posterior.draws[index]).collect();
-        let report = Report { effective_share, largest_weight, status, ..report };
-        Found { posterior: Posterior { draws }, report }
+        let report = PosteriorReport { effective_share, largest_weight, status, ..report };
+        Found { posterior: PosteriorSamples { draws }, report }
     }
 }

@@ -8,13 +8,13 @@ use numerics::variational::judged::Judged;
 use serde::Serialize;
 
 use crate::parameters::Parameter;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::quantity::{ByName, Quantity};
 
 /// What the normal distribution itself said, and how well it matches the posterior.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct VariationalReport {
     /// Whether it can stand for the posterior.
     pub trusted: bool,
     /// Why not, in a sentence.
@@ -55,12 +55,12 @@ pub struct Report {
     pub seconds: f64,
 }
 
-impl Report {
+impl VariationalReport {
     /// Of a fit and the draws from it: of one tire, with weights of draws that start from it.
     pub fn new(
         judged: &Judged,
         correction: Diagnosis,
-        gaussian: &Posterior,
+        gaussian: &PosteriorSamples,
         prior: &Prior,
         noise_std: f64,
     ) -> Self {
@@ -109,7 +109,7 @@ pub struct Summary {
 
 impl Summary {
     /// Of draws, for all parameters that are free and what follows from them.
-    pub fn of(posterior: &Posterior, prior: &Prior) -> Self {
+    pub fn of(posterior: &PosteriorSamples, prior: &Prior) -> Self {
         let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
         let mut summary = Self { mean: ByName::new(), std: ByName::new(), interval: ByName::new() };
         for quantity in quantities {

@@ -2,7 +2,7 @@
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;
-use tire_inference::fit::{Constraints, FitError, Options, Problem, SlipNoise, least_squares};
+use tire_inference::fit::{Constraints, FitError, FitOptions, Problem, SlipNoise, least_squares};
 use tire_inference::parameters::Bounds;
 
 use crate::support::{TRUTH, sweep};
@@ -10,7 +10,7 @@ use crate::support::{TRUTH, sweep};
 fn error(samples: &Samples, change: impl Fn(&mut Problem)) -> FitError {
     let mut problem = Problem::new(samples);
     change(&mut problem);
-    least_squares(&problem, &Options::default()).expect_err("an error")
+    least_squares(&problem, &FitOptions::default()).expect_err("an error")
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn a_seed_gives_the_same_draws_with_any_number_of_threads() {
     let (data, optima) = data(TRUTH, 300, 0.3, 1);
     let draws = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let options = posterior::Options { draws: 256, seed };
+        let options = posterior::SamplingOptions { draws: 256, seed };
         let prior = Prior::longitudinal();
         pool.install(|| grid::draw(&data, &prior, &optima, &options)).expect("applies").posterior
     };

@@ -1,4 +1,4 @@
-//! Noise that is not normal.
+//! NoiseModel that is not normal.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use numerics::loss::Loss;
@@ -7,8 +7,8 @@ use preparation::direction::Direction;
 use preparation::samples::Samples;
 use tire_inference::estimate::{Answer, identify};
 use tire_inference::kernel;
-use tire_inference::noise::Noise;
-use tire_inference::posterior::Options;
+use tire_inference::noise::NoiseModel;
+use tire_inference::posterior::SamplingOptions;
 use tire_inference::posterior::robust::Robust;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
@@ -33,7 +33,7 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
         prior.free = [true, false, true, false, false, false];
         let robust = Robust::new(&samples, loss, 0.05).expect("not normal");
         let near = robust.near(&TRUTH, None);
-        let found = robust.draw(&near, &prior, &[TRUTH], &Options::default());
+        let found = robust.draw(&near, &prior, &[TRUTH], &SamplingOptions::default());
         assert!(found.report.is_exact(), "{:?}", found.report);
         let mut sums = [0.0; 5];
         for k in 0..200 * 200 {
@@ -56,7 +56,7 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
     }
 }
 
-fn found(samples: &Samples, noise: Noise) -> Answer {
+fn found(samples: &Samples, noise: NoiseModel) -> Answer {
     let settings = Settings { hold: false, ..Settings::new(Direction::Longitudinal) };
     let settings = noise.settle(settings, samples).expect("fits");
     identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
@@ -65,7 +65,7 @@ fn found(samples: &Samples, noise: Noise) -> Answer {
 #[test]
 fn with_gross_outliers_student_covers_the_truth_where_normal_noise_does_not() {
     let quantities = [Quantity::K, Quantity::Peak, Quantity::PeakSlip];
-    let noises = [Noise::Square, Noise::StudentT { freedom: None, scale: None }];
+    let noises = [NoiseModel::Square, NoiseModel::StudentT { freedom: None, scale: None }];
     let hits = noises.map(|noise| {
         let mut hits = [0; 3];
         for seed in 0..8 {

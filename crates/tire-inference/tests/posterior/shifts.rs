@@ -4,7 +4,7 @@
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
-use tire_inference::fit::{Options, Problem, least_squares};
+use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::linearised_slip_noise::effective;
 use tire_inference::parameters::{COUNT, Theta};
 use tire_inference::prior::Prior;
@@ -31,7 +31,7 @@ fn drive(count: usize, level: f64, slip_std: f64) -> Samples {
 
 fn compare(samples: &Samples, prior: &Prior, nodes: [usize; 2]) {
     let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
-    let fit = least_squares(&problem, &Options::default()).expect("fits");
+    let fit = least_squares(&problem, &FitOptions::default()).expect("fits");
     let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
     let data = Compressed::new(samples);
     let found = draw(&data, prior, &optima);
