@@ -99,9 +99,9 @@ fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
 }
 
 fn excitation_study(config: &Excitation, host: &mut dyn Host) -> Result<Value, String> {
-    let mut go_on = |place: usize| {
-        let (level, count) = (config.levels[place], config.levels.len());
-        host.progress(place as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))
+    let mut go_on = |index: usize| {
+        let (level, count) = (config.levels[index], config.levels.len());
+        host.progress(index as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))
     };
     let study = excitation::run(config, &mut go_on).map_err(|error| error.to_string())?;
     let study = study.ok_or(CANCELLED)?;

@@ -135,7 +135,7 @@ fn normal(told: &Told, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
         true => 0.0,
         false => told.covariance[used[k].0][used[l].0],
     });
-    let places: Vec<usize> = used.iter().map(|(_, place)| *place).collect();
+    let places: Vec<usize> = used.iter().map(|(_, index)| *index).collect();
     let normal = Normal::new(&places, mean, &covariance);
     normal.map(Some).ok_or_else(|| {
         "expected finite means and a positive definite covariance, found others".to_owned()

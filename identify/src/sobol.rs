@@ -128,10 +128,10 @@ impl Variances {
         };
         found.first[2] = D.variance * self.mean * self.mean / whole;
         found.total[2] = D.variance * self.square / whole;
-        for (axis, &place) in PLACE.iter().enumerate() {
-            found.first[place] = mean_square * self.one[axis] / whole;
-            found.total[place] = (mean_square + D.variance) * (spread - self.all_but[axis]) / whole;
-            found.pair(place, 2, D.variance * self.one[axis] / whole);
+        for (axis, &index) in PLACE.iter().enumerate() {
+            found.first[index] = mean_square * self.one[axis] / whole;
+            found.total[index] = (mean_square + D.variance) * (spread - self.all_but[axis]) / whole;
+            found.pair(index, 2, D.variance * self.one[axis] / whole);
             let (left, right) = ((axis + 1) % 3, (axis + 2) % 3);
             let both = self.all_but[axis] - self.one[left] - self.one[right];
             found.pair(PLACE[left], PLACE[right], mean_square * both / whole);

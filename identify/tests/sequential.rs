@@ -102,10 +102,10 @@ fn the_grid_multiplies_the_likelihood_with_what_was_known() {
             *sum += weight * part;
         }
     }
-    for (place, at) in [(1, 2), (3, 5)] {
-        let expected = sums[place] / sums[0];
-        let width = (sums[place + 1] / sums[0] - expected * expected).sqrt();
-        let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[at]).collect();
+    for (index, at) in [(1, 2), (3, 5)] {
+        let expected = sums[index] / sums[0];
+        let width = (sums[index + 1] / sums[0] - expected * expected).sqrt();
+        let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[at]).collect();
         assert!((mean(&values) - expected).abs() < 0.05 * width, "{} {expected}", mean(&values));
         assert!((std(&values) / width - 1.0).abs() < 0.05, "{} {width}", std(&values));
     }

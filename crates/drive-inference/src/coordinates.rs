@@ -1,13 +1,13 @@
 //! Maps the box of both axles' parameters to coordinates without bounds in which a likelihood of driving is nearly normal.
 //!
-//! They are the logits of the places of B, C, D and E between their bounds, but for one shear: along a ridge of equal stiffness
+//! They are the logits of the indices of B, C, D and E between their bounds, but for one shear: along a ridge of equal stiffness
 //! B C D, which data leave open longest, B falls as C and D rise. To its logit is added what that fall changes in it, to first order at
 //! one tire, so that the ridge is straight.
 
 use nalgebra::{DMatrix, DVector};
 use tire_inference::axles::{Axle, Axles};
 
-use crate::tires::{self, SIZE, Tires, places};
+use crate::tires::{self, SIZE, Tires, indices};
 
 /// A start this close to a bound, as a share of the box, is moved inside: the logit of the bound itself is infinite.
 const INSIDE: f64 = 0.01;
@@ -26,7 +26,7 @@ impl Coordinates {
     /// Of a box with these corners, straight along the ridges of some tires.
     pub fn new([lower, upper]: &[DVector<f64>; 2], tires: &Tires) -> Self {
         let fall = Axles::new(|axle| {
-            let (at, tire) = (places(axle), tires[axle]);
+            let (at, tire) = (indices(axle), tires[axle]);
             let width = upper[at.B] - lower[at.B];
             let share = ((tire.B - lower[at.B]) / width).clamp(BENT, 1.0 - BENT);
             tire.B / (width * share * (1.0 - share))
@@ -46,7 +46,7 @@ impl Coordinates {
             (share / (1.0 - share)).ln()
         });
         for axle in Axle::ALL {
-            let at = places(axle);
+            let at = indices(axle);
             let [C, D] = [at.C, at.D].map(|i| self.lower[i] + self.width[i] * logistic(z[i]));
             z[at.B] += self.fall[axle] * (C * D).ln();
         }
@@ -94,7 +94,7 @@ impl Coordinates {
         let mut logits = z.clone();
         let mut theta = [0.0; SIZE];
         for axle in Axle::ALL {
-            let at = places(axle);
+            let at = indices(axle);
             for i in [at.C, at.D, at.E] {
                 theta[i] = self.lower[i] + self.width[i] * logistic(z[i]);
             }
@@ -116,7 +116,7 @@ impl Coordinates {
     fn shear(&self, theta: &[f64; SIZE], slopes: &[f64; SIZE]) -> DMatrix<f64> {
         let mut shear = DMatrix::identity(SIZE, SIZE);
         for axle in Axle::ALL {
-            let at = places(axle);
+            let at = indices(axle);
             for i in [at.C, at.D] {
                 shear[(at.B, i)] = -self.fall[axle] * slopes[i] / theta[i];
             }

@@ -5,7 +5,7 @@ use numerics::sqp::{Model, Objective};
 use tire_inference::axles::Axle;
 use tire_inference::parameters::TireParameters;
 
-use crate::tires::{block, places};
+use crate::tires::{block, indices};
 
 /// A maximum whose surroundings are explored.
 pub struct Explored<'a> {
@@ -37,9 +37,9 @@ impl Explored<'_> {
         at.into_array().map(|i| self.x[i] <= lower[i] || self.x[i] >= upper[i]).into()
     }
 
-    /// The same maximum with K = B C D in place of B of an axle; the cost is given with that.
+    /// The same maximum with K = B C D in index of B of an axle; the cost is given with that.
     pub fn with_stiffness<'b>(&self, objective: &'b dyn Objective, axle: Axle) -> Explored<'b> {
-        let at = places(axle);
+        let at = indices(axle);
         let with = |x: &DVector<f64>| {
             let mut x = x.clone();
             x[at.B] *= x[at.C] * x[at.D];
@@ -58,8 +58,8 @@ impl Explored<'_> {
     /// Standard deviation of the stiffness of an axle, all else being somewhere in the box. Its digits would drown in the variances of
     /// B and C, which have no limit.
     pub fn stiffness_std(&self, axle: Axle) -> f64 {
-        let place = places(axle).B;
-        self.with_stiffness(self.objective, axle).in_box()[(place, place)].max(0.0).sqrt()
+        let index = indices(axle).B;
+        self.with_stiffness(self.objective, axle).in_box()[(index, index)].max(0.0).sqrt()
     }
 }
 
@@ -73,7 +73,7 @@ pub struct WithStiffness<'a> {
 
 impl WithStiffness<'_> {
     fn original(&self, x: &DVector<f64>) -> DVector<f64> {
-        let at = places(self.axle);
+        let at = indices(self.axle);
         let mut original = x.clone();
         original[at.B] = x[at.B] / (x[at.C] * x[at.D]);
         original
@@ -84,7 +84,7 @@ impl Objective for WithStiffness<'_> {
     fn model(&self, x: &DVector<f64>) -> Model {
         let original = self.original(x);
         let mut model = self.objective.model(&original);
-        let J = by_stiffness(&original, places(self.axle));
+        let J = by_stiffness(&original, indices(self.axle));
         model.gradient = J.tr_mul(&model.gradient);
         model.hessian = J.tr_mul(&model.hessian) * &J;
         model
@@ -95,7 +95,7 @@ impl Objective for WithStiffness<'_> {
     }
 }
 
-/// Derivatives of the parameters with respect to those with K in place of B, at parameters with B.
+/// Derivatives of the parameters with respect to those with K in index of B, at parameters with B.
 fn by_stiffness(x: &DVector<f64>, at: TireParameters<usize>) -> DMatrix<f64> {
     let mut J = DMatrix::identity(x.len(), x.len());
     J[(at.B, at.B)] = 1.0 / (x[at.C] * x[at.D]);

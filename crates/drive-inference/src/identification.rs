@@ -1,4 +1,4 @@
-//! Runs an identification from its recordings to what is told: states, fits, posterior, verdicts.
+//! Runs an identification from its recordings to what is reported: states, fits, posterior, verdicts.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
 use std::time::Instant;
@@ -16,7 +16,7 @@ use crate::likelihood::{DriveNoise, Likelihood};
 use crate::options::{DriveOptions, Formulation, Noises};
 use crate::points::{self, Point};
 use crate::posterior_samples::{self, Drawn, Request};
-use crate::progress::{Board, watched};
+use crate::progress::{Progress, with_progress};
 use crate::recording::Recording;
 use crate::regression::Target;
 use crate::smoothing::{self, Explained};
@@ -26,12 +26,12 @@ use crate::{pem, search, series, verdict};
 /// What prediction errors start from.
 const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
 
-/// Identifies both axles from recordings of one car. `progress` is told the share that is done and what comes next, again and
-/// again; `false` calls the work off.
+/// Identifies both axles from recordings of one car. `progress` receives the share done and the next stage, again and again; `false`
+/// cancels the work.
 ///
 /// # Errors
 ///
-/// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was called off.
+/// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was cancelled.
 pub fn identify(
     recordings: &[Recording],
     options: &DriveOptions,
@@ -46,16 +46,16 @@ pub fn identify(
         Noises::Known(noise) => noise,
         Noises::Estimated => DriveNoise::of_sensors(first.rough_noise()),
     };
-    watched(progress, |board| {
-        board.tell(0.0, "smoothing")?;
-        let explained = explain(recordings, options, &noise, board)?;
+    with_progress(progress, |progress| {
+        progress.report(0.0, "smoothing")?;
+        let explained = explain(recordings, options, &noise, progress)?;
         let points = |(recording, explained)| points::points(&options.car, recording, explained);
         let states = explained.iter().map(|explained| &explained.smoothed);
         let points = recordings.iter().zip(states).map(points).collect();
-        let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), board };
+        let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), progress };
         let mut decisive = None;
         for formulation in run.formulations() {
-            board.tell(0.2, formulation.title())?;
+            progress.report(0.2, formulation.title())?;
             let best = run.fit(formulation)?;
             if formulation == options.method {
                 decisive = Some(best);
@@ -63,7 +63,7 @@ pub fn identify(
         }
         run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
         let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
-        board.tell(0.3, "drawing from the posterior")?;
+        progress.report(0.3, "drawing from the posterior")?;
         run.identified(decisive, explained, begin)
     })
 }
@@ -73,10 +73,10 @@ fn explain(
     recordings: &[Recording],
     options: &DriveOptions,
     noise: &DriveNoise,
-    board: &Board,
+    progress: &Progress,
 ) -> Result<Vec<Explained>, Error> {
     let of = |(recording, drive)| {
-        let go_on = || !board.cancel.is_cancelled();
+        let go_on = || !progress.cancel.is_cancelled();
         smoothing::explain(&options.car, drive, noise, &options.smoothing, go_on)
             .map_err(|source| Error::Smoothing { recording, source })
     };
@@ -89,7 +89,7 @@ struct Run<'a> {
     noise: DriveNoise,
     points: Vec<Vec<Point>>,
     fitted: Vec<Fitted>,
-    board: &'a Board,
+    progress: &'a Progress,
 }
 
 /// A minimum with the covariance that it means.
@@ -123,7 +123,7 @@ impl Run<'_> {
     fn fit(&mut self, formulation: Formulation) -> Result<Best, Error> {
         let begin = Instant::now();
         let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
-        likelihood.cancel = self.board.cancel.clone();
+        likelihood.cancel = self.progress.cancel.clone();
         let mut optima = Vec::new();
         let (tires, minimum, convergence, found) = match formulation {
             Formulation::Points(target) => {
@@ -208,7 +208,7 @@ impl Run<'_> {
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = self.noise.sensor[3] / vehicle::G;
         let drawn = self.draw(&explored, &optima, slip_range, noise_std)?;
-        self.board.tell(0.7, "judging")?;
+        self.progress.report(0.7, "judging")?;
         let judge = verdict::Judge {
             explored: &explored,
             drawn: &drawn,
@@ -250,10 +250,10 @@ impl Run<'_> {
     ) -> Result<Drawn, Error> {
         let DriveOptions { method, posterior, svi, seed, prior, .. } = *self.options;
         if posterior && method == Formulation::PredictionError {
-            let go_on = || !self.board.cancel.is_cancelled();
+            let go_on = || !self.progress.cancel.is_cancelled();
             let request = Request { prior, slip_range, svi, noise_std, seed };
             let drawn = posterior_samples::posterior(explored, optima, &request, go_on);
-            if self.board.cancel.is_cancelled() {
+            if self.progress.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }
             if let Some(drawn) = drawn {

@@ -75,7 +75,7 @@ impl Innovations {
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Identified {
-    /// What is told of each axle.
+    /// What is reported of each axle.
     pub estimates: Axles<Estimate>,
     /// The tires.
     pub tires: Tires,

@@ -5,14 +5,14 @@
 //! information Σ (e_i e_j / s + ½ s_i s_j / s²), which needs first derivatives only.
 
 use numerics::scalar::Scalar;
-use numerics::simd_batch::{LANES, SimdBatch};
+use numerics::simd_batch::{SimdBatch, WIDTH};
 use numerics::tangent::Tangent;
 use vehicle::{Input, Vehicle};
 
 use crate::car::Held;
 use crate::evaluation::{Costs, Evaluation, Sums, Visit};
 use crate::filter::{Belief, Filter, Innovation, Variances};
-use crate::progress::Cancel;
+use crate::progress::Cancellation;
 use crate::recording::Recording;
 use crate::tires::{self, SIZE, Tires};
 
@@ -67,7 +67,7 @@ pub struct Likelihood {
     recordings: Vec<([f64; 4], Vec<Sample>)>,
     samples: usize,
     /// Once set, evaluations end at once, with an infinite cost.
-    pub cancel: Cancel,
+    pub cancel: Cancellation,
 }
 
 impl Likelihood {
@@ -75,7 +75,7 @@ impl Likelihood {
     pub fn new(car: &Vehicle, recordings: &[Recording]) -> Self {
         let prepared: Vec<_> = recordings.iter().map(|recording| prepare(car, recording)).collect();
         let samples = prepared.iter().map(|(_, samples)| samples.len()).sum();
-        Self { car: *car, recordings: prepared, samples, cancel: Cancel::default() }
+        Self { car: *car, recordings: prepared, samples, cancel: Cancellation::default() }
     }
 
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
@@ -158,23 +158,23 @@ impl Likelihood {
 
     /// The cost alone.
     pub fn cost(&self, tires: &Tires, noise: &DriveNoise) -> f64 {
-        self.costs(&[*tires; LANES], noise)[0]
+        self.costs(&[*tires; WIDTH], noise)[0]
     }
 
     /// The costs of several tires, in hardly more time than that of one.
-    pub fn costs(&self, tires: &[Tires; LANES], noise: &DriveNoise) -> [f64; LANES] {
+    pub fn costs(&self, tires: &[Tires; WIDTH], noise: &DriveNoise) -> [f64; WIDTH] {
         if self.cancel.is_cancelled() {
-            return [f64::INFINITY; LANES];
+            return [f64::INFINITY; WIDTH];
         }
         let all_tires = tires.map(tires::to_array);
         let parameter = |i: usize| SimdBatch(std::array::from_fn(|index| all_tires[index][i]));
-        let all = |variance: f64| SimdBatch([variance; LANES]);
+        let all = |variance: f64| SimdBatch([variance; WIDTH]);
         let Variances { process, sensor } = noise.variances();
         let pass = Pass {
             likelihood: self,
             tires: tires::from_array(std::array::from_fn(parameter)),
             noise: Variances { process: process.map(all), sensor: sensor.map(all) },
-            visit: Costs([0.0; LANES]),
+            visit: Costs([0.0; WIDTH]),
         };
         pulp::Arch::new().dispatch(pass).0
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 use numerics::convergence::Convergence;
-use numerics::simd_batch::LANES;
+use numerics::simd_batch::WIDTH;
 use numerics::sqp::{self, Limits, Minimum, Model, Objective};
 use rayon::prelude::*;
 use tire_inference::axles::{Axle, Axles};
@@ -87,7 +87,7 @@ impl Objective for OfTires<'_> {
             let expected = points.iter().map(|x| self.expected.cost(&from_vector(x)));
             expected.zip(costs).map(|(expected, cost)| cost + expected).collect()
         };
-        points.par_chunks(LANES).flat_map_iter(batch).collect()
+        points.par_chunks(WIDTH).flat_map_iter(batch).collect()
     }
 }
 

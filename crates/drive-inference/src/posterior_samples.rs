@@ -57,7 +57,7 @@ pub struct Request {
     pub slip_range: Axles<[f64; 2]>,
     /// Whether the first distribution is that of variational inference.
     pub svi: bool,
-    /// Standard deviation of the noise of the friction coefficient [-], to be told.
+    /// Standard deviation of the noise of the friction coefficient [-], to be reported.
     pub noise_std: f64,
     /// Of the generators.
     pub seed: u64,
@@ -100,7 +100,7 @@ pub fn posterior(
         let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
         let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
         let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
-        Axles::new(|axle| PosteriorSamples { draws: draws(axle) })
+        Axles::new(|axle| PosteriorSamples { samples: draws(axle) })
     } else {
         // A handful of draws would look like certainty.
         normal(explored, seed).axles
@@ -161,7 +161,7 @@ pub fn normal(explored: &Explored, seed: u64) -> Drawn {
             let x: [f64; 4] = std::array::from_fn(|i| x[i].clamp(lower[i], upper[i]));
             TireParameters::from(x).theta()
         };
-        PosteriorSamples { draws: (0..DRAWS).map(&mut draw).collect() }
+        PosteriorSamples { samples: (0..DRAWS).map(&mut draw).collect() }
     });
     Drawn { axles, ..Drawn::default() }
 }

@@ -9,7 +9,7 @@ use tire_inference::profile::{Point, Profile, Profiled, profile};
 use tire_inference::quantity::Quantity;
 
 use crate::explored::{Explored, WithStiffness};
-use crate::tires::places;
+use crate::tires::indices;
 
 const LIMITS: Limits = Limits { iterations: 20, target: 1e-4, tolerance: 1e-3, damping: 1e-5 };
 
@@ -17,13 +17,13 @@ const LIMITS: Limits = Limits { iterations: 20, target: 1e-4, tolerance: 1e-3, d
 pub fn profiles(explored: &Explored, quantities: &[(Axle, Quantity)]) -> Vec<Option<Profile>> {
     let one = |(axle, quantity): &(Axle, Quantity)| match quantity {
         Quantity::Parameter(parameter) => {
-            let place = *places(*axle).into_array().get(*parameter as usize)?;
-            Some(profile(&Variables::new(explored), place))
+            let index = *indices(*axle).into_array().get(*parameter as usize)?;
+            Some(profile(&Variables::new(explored), index))
         }
         Quantity::K => {
             let objective = WithStiffness { objective: explored.objective, axle: *axle };
             let explored = explored.with_stiffness(&objective, *axle);
-            Some(profile(&Variables::new(&explored), places(*axle).B))
+            Some(profile(&Variables::new(&explored), indices(*axle).B))
         }
         _ => None,
     };
@@ -44,24 +44,24 @@ impl<'a> Variables<'a> {
 
 impl Profiled for Variables<'_> {
     type X = DVector<f64>;
-    /// The place of a variable.
+    /// The index of a variable.
     type Quantity = usize;
 
-    fn best(&self, place: usize) -> Point<DVector<f64>> {
+    fn best(&self, index: usize) -> Point<DVector<f64>> {
         let Explored { x, cost, .. } = self.explored;
-        Point { value: x[place], x: x.clone(), cost: *cost, converged: true }
+        Point { value: x[index], x: x.clone(), cost: *cost, converged: true }
     }
 
     fn rivals(&self, _: usize) -> Vec<f64> {
         Vec::new()
     }
 
-    fn range(&self, place: usize) -> [f64; 2] {
-        [self.explored.corners[0][place], self.explored.corners[1][place]]
+    fn range(&self, index: usize) -> [f64; 2] {
+        [self.explored.corners[0][index], self.explored.corners[1][index]]
     }
 
-    fn spread(&self, place: usize) -> f64 {
-        self.covariance[(place, place)].max(0.0).sqrt()
+    fn spread(&self, index: usize) -> f64 {
+        self.covariance[(index, index)].max(0.0).sqrt()
     }
 
     fn rise(&self, cost: f64, least: f64) -> f64 {
@@ -73,15 +73,15 @@ impl Profiled for Variables<'_> {
     }
 
     /// From a neighbour moved along the ridge.
-    fn hold(&self, place: usize, target: f64, _: f64, from: &DVector<f64>) -> Point<DVector<f64>> {
+    fn hold(&self, index: usize, target: f64, _: f64, from: &DVector<f64>) -> Point<DVector<f64>> {
         let objective = self.explored.objective;
         let [mut lower, mut upper] = self.explored.corners.clone();
-        (lower[place], upper[place]) = (target, target);
+        (lower[index], upper[index]) = (target, target);
         let within =
             |x: DVector<f64>| DVector::from_fn(x.len(), |i, _| x[i].clamp(lower[i], upper[i]));
-        let along = self.covariance.column(place) / self.covariance[(place, place)].max(1e-300);
+        let along = self.covariance.column(index) / self.covariance[(index, index)].max(1e-300);
         // On a flat ridge the straight way along it may lead off it, and staying is the better start.
-        let moved = within(from + along * (target - from[place]));
+        let moved = within(from + along * (target - from[index]));
         let stayed = within(from.clone());
         let better = objective.cost(&moved) <= objective.cost(&stayed);
         let start = if better { moved } else { stayed };

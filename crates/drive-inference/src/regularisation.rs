@@ -7,7 +7,7 @@ use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
 use tire_inference::regularisation::{AxleCoupling, Regularisation};
 
-use crate::tires::{Tires, from_vector, places};
+use crate::tires::{Tires, from_vector, indices};
 
 /// What is expected of both tires.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,14 +44,14 @@ impl Expected {
         if let Some(expected) = self.regularisation {
             for axle in Axle::ALL {
                 let (_, gradient) = expected.at(&tires[axle].theta());
-                for (i, place) in places(axle).into_array().into_iter().enumerate() {
-                    model.gradient[place] += gradient[i];
-                    model.hessian[(place, place)] +=
+                for (i, index) in indices(axle).into_array().into_iter().enumerate() {
+                    model.gradient[index] += gradient[i];
+                    model.hessian[(index, index)] +=
                         expected.weight * expected.towards.precision[i][i];
                 }
             }
         }
-        let [front, rear] = [places(Axle::Front), places(Axle::Rear)].map(|at| at.into_array());
+        let [front, rear] = [indices(Axle::Front), indices(Axle::Rear)].map(|at| at.into_array());
         for (i, parameter) in TireParameters::<f64>::PARAMETERS.into_iter().enumerate() {
             let (f, r) = (front[i], rear[i]);
             let [_, slope, bend] = self.coupling.at(parameter, x[f], x[r]);

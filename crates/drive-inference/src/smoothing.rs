@@ -69,7 +69,7 @@ pub struct Explained {
     pub smoothed: Smoothed<6>,
     /// Lateral acceleration that the smoothed states mean, with ξ_y as a virtual force sensor [m/s²].
     pub a_y: Vec<f64>,
-    /// What is told of it.
+    /// What is reported of it.
     pub report: Report,
 }
 

@@ -21,7 +21,7 @@ pub fn block(axle: Axle) -> Range<usize> {
 }
 
 /// Where each parameter of an axle is.
-pub fn places(axle: Axle) -> TireParameters<usize> {
+pub fn indices(axle: Axle) -> TireParameters<usize> {
     let from = block(axle).start;
     TireParameters { B: from, C: from + 1, D: from + 2, E: from + 3 }
 }
@@ -71,9 +71,9 @@ mod tests {
         let x = to_vector(&tires);
         assert_eq!(from_vector(&x), tires);
         for axle in Axle::ALL {
-            let places = places(axle).into_array();
-            assert_eq!(places.map(|place| x[place]), tires[axle].into_array());
-            assert!(block(axle).eq(places));
+            let indices = indices(axle).into_array();
+            assert_eq!(indices.map(|index| x[index]), tires[axle].into_array());
+            assert!(block(axle).eq(indices));
         }
     }
 }

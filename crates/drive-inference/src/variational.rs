@@ -17,12 +17,12 @@ use tire_inference::variational::report::{Suspicion, VariationalReport};
 
 use crate::coordinates::Coordinates;
 use crate::explored::Explored;
-use crate::tires::{SIZE, places, to_vector};
+use crate::tires::{SIZE, indices, to_vector};
 
 /// Points that stand for the standard normal distribution: with their exact covariance they find a normal posterior exactly.
 const POINTS: usize = 64;
-/// Draws that judge the fit.
-const DRAWS: usize = 1024;
+/// Draws that judge the fit, as many as the posterior gives.
+const DRAWS: usize = 2048;
 const LIMITS: Limits = Limits { tolerance: 1e-2, steps: 15 };
 
 /// The posterior of both axles: the prior is flat in the box, noises are held.
@@ -64,7 +64,7 @@ impl LogDensity for DriveDensity<'_> {
     }
 }
 
-/// A normal distribution in place of the posterior of both axles.
+/// A normal distribution in index of the posterior of both axles.
 pub struct Variational {
     /// Draws from it.
     pub gaussian: Axles<PosteriorSamples>,
@@ -87,7 +87,7 @@ impl Variational {
         let gaussian = Axles::new(|axle| {
             let points = judged.draws.points.iter();
             let tires = points.filter_map(|z| density.coordinates.parameters(z));
-            PosteriorSamples { draws: tires.map(|(tires, _)| tires[axle].theta()).collect() }
+            PosteriorSamples { samples: tires.map(|(tires, _)| tires[axle].theta()).collect() }
         });
         Some(Self { gaussian, judged })
     }
@@ -108,7 +108,7 @@ impl Variational {
         correction: Diagnosis,
         modes: usize,
     ) -> VariationalReport {
-        let at_bound = explored.at_bound(places(axle));
+        let at_bound = explored.at_bound(indices(axle));
         let at_bound = at_bound.into_array().into_iter().zip(TireParameters::<f64>::PARAMETERS);
         let at_bound = at_bound.filter_map(|(stands, parameter)| stands.then_some(parameter));
         let suspicion = Suspicion { at_bound: at_bound.collect(), modes };

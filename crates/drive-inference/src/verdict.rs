@@ -18,7 +18,7 @@ use tire_inference::verdict::{
 use crate::explored::{Explored, of_axle};
 use crate::posterior_samples::Drawn;
 use crate::profile::profiles;
-use crate::tires::{block, from_vector, places};
+use crate::tires::{block, from_vector, indices};
 
 /// Standard deviations to the ends of the middle 95 % of a normal distribution.
 const REACH: f64 = 1.959_964;
@@ -54,7 +54,7 @@ pub struct Judge<'a> {
 impl Judge<'_> {
     /// The estimates of both axles.
     pub fn estimates(&self) -> Axles<Estimate> {
-        let before = PosteriorSamples { draws: self.prior.fill(BEFORE).collect() };
+        let before = PosteriorSamples { samples: self.prior.fill(BEFORE).collect() };
         let mut known = Axles::new(|axle| self.known(axle, &before));
         let better = if self.profile { self.follow(&mut known) } else { 0.0 };
         let mut estimates = Axles::new(|axle| self.estimate(axle, &known[axle]));
@@ -143,8 +143,8 @@ impl Judge<'_> {
     fn std(&self, axle: Axle, quantity: Quantity) -> f64 {
         match quantity {
             Quantity::Parameter(parameter) => {
-                let place = places(axle).into_array()[parameter as usize];
-                self.covariance[(place, place)].max(0.0).sqrt()
+                let index = indices(axle).into_array()[parameter as usize];
+                self.covariance[(index, index)].max(0.0).sqrt()
             }
             Quantity::K => self.explored.stiffness_std(axle),
             _ => {
@@ -161,7 +161,7 @@ impl Judge<'_> {
         let judgements: Vec<Judgement> =
             known.iter().map(|known| known.clone().judge(&self.prior, &advice)).collect();
         let free: Vec<_> = self.prior.free().collect();
-        let at_bound = self.explored.at_bound(places(axle)).into_array();
+        let at_bound = self.explored.at_bound(indices(axle)).into_array();
         let at_bound = TireParameters::<f64>::PARAMETERS.iter().zip(at_bound).filter(|(_, is)| *is);
         let rows = || block(axle);
         let of_likelihood =

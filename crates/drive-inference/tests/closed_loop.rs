@@ -71,11 +71,11 @@ fn prediction_errors_recover_unequal_tires() {
             "{posterior:?}"
         );
         for (i, name) in ["B", "C", "D", "E"].into_iter().enumerate() {
-            let place = 4 * axle + i;
+            let index = 4 * axle + i;
             // As much is known as the bound of Cramér and Rao allows, and hardly more or less.
-            let ratio = estimate.std[name] / found.covariance[place][place].sqrt();
+            let ratio = estimate.std[name] / found.covariance[index][index].sqrt();
             assert!((0.85..1.15).contains(&ratio), "{name}: {ratio}");
-            let off = (posterior.mean[name] - theta[place]) / estimate.std[name];
+            let off = (posterior.mean[name] - theta[index]) / estimate.std[name];
             assert!(off.abs() < 0.3, "{name}: {off}");
         }
         // So does a normal distribution in coordinates without bounds, which knows nothing of the draws.

@@ -65,7 +65,7 @@ pub struct Offset {
     pub source: OffsetSource,
     /// How many samples of straight driving there are.
     pub samples: usize,
-    /// Standard deviation of the bulk of single samples about it; none if it was given or could not be told.
+    /// Standard deviation of the bulk of single samples about it; none if it was given or could not be reported.
     pub spread: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Prepares a recording: the order of the steps, and what is told of each.
+//! Prepares a recording: the order of the steps, and what is reported of each.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

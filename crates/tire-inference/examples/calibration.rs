@@ -37,7 +37,7 @@ mod judge_closely;
 use judge::{COUNT, Moments, quantities};
 
 const NAMES: [&str; COUNT] = ["B", "C", "D", "E", "K"];
-/// Draws of one posterior whose order among the truth is told: one in four, as neighbours may be equal.
+/// Draws of one posterior whose order among the truth is reported: one in four, as neighbours may be equal.
 const THIN: usize = 4;
 /// E of narrow second modes.
 const NEEDLE: f64 = 0.95;
@@ -50,8 +50,8 @@ type Failure = Box<dyn std::error::Error + Send + Sync>;
 fn main() -> Result<(), Failure> {
     const USAGE: &str = "expected coverage|noisy|ranks|brute|times COUNT [SAMPLES [MORE]]";
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let number = |place: usize, absent: usize| {
-        arguments.get(place).map_or(Ok(absent), |text| text.parse::<usize>())
+    let number = |index: usize, absent: usize| {
+        arguments.get(index).map_or(Ok(absent), |text| text.parse::<usize>())
     };
     let count = number(1, 200)?;
     match arguments.first().map(String::as_str) {
@@ -172,7 +172,7 @@ fn ranks(count: usize, size: usize, first: usize) -> Result<(), Failure> {
         let one = |seed: usize| -> Result<[f64; COUNT], Failure> {
             let (truth, _, found) = of_prior(seed, size, level)?;
             let truth = quantities(&truth);
-            let draws = found.posterior.draws.iter().step_by(THIN).map(quantities);
+            let draws = found.posterior.samples.iter().step_by(THIN).map(quantities);
             let draws: Vec<[f64; COUNT]> = draws.collect();
             Ok(std::array::from_fn(|i| {
                 let below = draws.iter().filter(|draw| draw[i] < truth[i]).count() as f64;
@@ -255,7 +255,7 @@ fn brute(
             let (_, samples, found) = of_prior(seed, size, level)?;
             inexact += usize::from(!found.report.is_exact());
             let data = Compressed::new(&samples);
-            let draws = &found.posterior.draws;
+            let draws = &found.posterior.samples;
             let mut off = Off::new(draws, &judge::judge(&data, &prior, nodes, NEEDLE));
             if off.is_far() {
                 // The judge itself may be too coarse.

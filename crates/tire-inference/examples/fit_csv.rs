@@ -1,7 +1,7 @@
 //! Fits a curve to a CSV file with the columns slip and force (and weight, if there is one) and prints the result as JSON.
 //!
 //! `fit_csv [--nelder-mead] FILE [B C D E]`: with numbers, one start there; without, several starts. The fit is made five times
-//! and the median time is told.
+//! and the median time is reported.
 use std::error::Error;
 use std::time::Instant;
 

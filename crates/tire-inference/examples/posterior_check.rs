@@ -74,15 +74,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let names = ["B", "C", "D", "E", "K", "S_h", "S_v"];
         let mut line = String::new();
         for (i, (name, (centre, spread))) in names.into_iter().zip(expected).enumerate() {
-            let draws = found.posterior.draws.iter();
+            let draws = found.posterior.samples.iter();
             let values: Vec<f64> = draws.map(|theta| judge_shifts::quantities(theta)[i]).collect();
             let (error, ratio) = ((mean(&values) - centre) / spread, std(&values) / spread);
             line += &format!("  {name}: {error:+.3} x{ratio:.3}");
         }
         println!("     {line} ({:.1} s)", start.elapsed().as_secs_f64());
         if let Some(judge::Moments { mass_above, .. }) = truth {
-            let above = found.posterior.draws.iter().filter(|theta| theta[3] > 0.95).count();
-            let share = above as f64 / found.posterior.draws.len() as f64;
+            let above = found.posterior.samples.iter().filter(|theta| theta[3] > 0.95).count();
+            let share = above as f64 / found.posterior.samples.len() as f64;
             println!("       E above 0.95: {share:.3}, by brute force {mass_above:.3}");
         }
     }

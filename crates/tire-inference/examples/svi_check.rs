@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for level in arguments {
         let level: f64 = level.parse()?;
         let mut trusted = 0;
-        // Of those that were trusted: what is told, and what the normal distribution itself said.
+        // Of those that were trusted: what is reported, and what the normal distribution itself said.
         let mut worst = [[0.0_f64; 5]; 2];
         let mut ratios = [[[f64::INFINITY, 0.0]; 5]; 2];
         for seed in 0..seeds {

@@ -33,9 +33,9 @@ impl<'a> Profiler<'a> {
         posterior: &'a PosteriorSamples,
         optimum: &Theta,
     ) -> Self {
-        let squares: Vec<f64> = posterior.draws.iter().map(|theta| data.squares(theta)).collect();
+        let squares: Vec<f64> = posterior.samples.iter().map(|theta| data.squares(theta)).collect();
         let draw = posterior
-            .draws
+            .samples
             .iter()
             .zip(&squares)
             .min_by(|a, b| a.1.total_cmp(b.1))
@@ -130,7 +130,7 @@ impl Profiled for Profiler<'_> {
         let cost = |(theta, squares): (&Theta, &f64)| {
             squares + weight * (quantity.value(theta) - target).powi(2)
         };
-        let draws = self.posterior.draws.iter().zip(&self.squares);
+        let draws = self.posterior.samples.iter().zip(&self.squares);
         let draw = draws.min_by(|&a, &b| cost(a).total_cmp(&cost(b))).map(|pair| *pair.0);
         std::iter::once(self.best).chain(draw).collect()
     }

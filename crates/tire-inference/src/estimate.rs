@@ -1,4 +1,4 @@
-//! Puts a fit, its verdicts and its posterior together into what is told of a tire.
+//! Puts a fit, its verdicts and its posterior together into what is reported of a tire.
 //!
 //! What the data cannot tell is held at the prior and the rest is fitted again, as Goblirsch et al. (IV 2025) advise. The
 //! values are those of this second fit: the curve to use where data are. Standard deviations, intervals and covariance are
@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::compressed::Compressed;
 use crate::fit::{FitError, Solution};
-use crate::linearised_slip_noise::effective;
+use crate::linearised_slip_noise::with_slip_noise;
 use crate::parameters::{Parameter, Theta};
 use crate::posterior::predictive::predictive;
 use crate::posterior::report::{Band, PosteriorReport, UncertaintySource};
@@ -75,7 +75,7 @@ pub struct Estimate {
 /// What was identified.
 #[derive(Clone, Debug)]
 pub struct Answer {
-    /// What is told, by method, in the order that was asked for.
+    /// What is reported, by method, in the order that was asked for.
     pub estimates: Vec<(Method, Estimate)>,
     /// The fit with all parameters free that each method is or starts from.
     pub unrestricted: Vec<(Method, Solution)>,
@@ -107,7 +107,7 @@ pub fn identify(
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
 
     let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
-    let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
+    let noisy = with_slip_noise(samples, &best.theta, slip_std, best.noise_std);
     let robust = Robust::new(&noisy, settings.loss, best.noise_std);
     let data = match &robust {
         Some(robust) => robust.near(&best.theta, settings.prior_from_file),
@@ -218,7 +218,7 @@ pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
     held
 }
 
-/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time and what is told of the
+/// What is reported of a tire whose second fit, with `fixed` held, ended with `solution`. The time and what is reported of the
 /// posterior are left to the caller.
 pub fn assemble(
     solution: &Solution,

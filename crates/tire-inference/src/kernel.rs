@@ -24,7 +24,7 @@ const CHUNK: usize = 4096;
 /// Samples whose columns fit into the first-level cache.
 const BLOCK: usize = 128;
 /// Partial sums that are kept side by side.
-const LANES: usize = 8;
+const PARTIAL_SUMS: usize = 8;
 /// Below, starting threads takes longer than the sums.
 const PARALLEL_FROM: usize = 4 * CHUNK;
 
@@ -135,12 +135,12 @@ impl<const SLOPES: bool> pulp::WithSimd for Shapes<'_, SLOPES> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 7] {
         let [B, C, E] = self.of;
-        let [a, b, c, d] = self.weights.map(|weights| weights.as_chunks::<LANES>().0);
-        let mut sums = [[0.0; LANES]; 7];
+        let [a, b, c, d] = self.weights.map(|weights| weights.as_chunks::<PARTIAL_SUMS>().0);
+        let mut sums = [[0.0; PARTIAL_SUMS]; 7];
         let tire = [B, C, 1.0, E, 0.0, 0.0];
-        for (place, slips) in self.slips.as_chunks::<LANES>().0.iter().enumerate() {
-            let (mut h, mut slope) = ([0.0; LANES], [0.0; LANES]);
-            for k in 0..LANES {
+        for (index, slips) in self.slips.as_chunks::<PARTIAL_SUMS>().0.iter().enumerate() {
+            let (mut h, mut slope) = ([0.0; PARTIAL_SUMS], [0.0; PARTIAL_SUMS]);
+            for k in 0..PARTIAL_SUMS {
                 if SLOPES {
                     let (value, by) = value_and_gradient(&tire, slips[k]);
                     (h[k], slope[k]) = (value, by[Parameter::S_h as usize]);
@@ -148,19 +148,19 @@ impl<const SLOPES: bool> pulp::WithSimd for Shapes<'_, SLOPES> {
                     h[k] = value(&tire, slips[k]);
                 }
             }
-            for k in 0..LANES {
-                sums[0][k] += a[place][k] * h[k] * h[k];
-                sums[1][k] += b[place][k] * h[k];
-                sums[2][k] += c[place][k] * h[k];
+            for k in 0..PARTIAL_SUMS {
+                sums[0][k] += a[index][k] * h[k] * h[k];
+                sums[1][k] += b[index][k] * h[k];
+                sums[2][k] += c[index][k] * h[k];
                 if SLOPES {
-                    sums[3][k] += c[place][k] * h[k] * slope[k];
-                    sums[4][k] += a[place][k] * slope[k] * slope[k];
-                    sums[5][k] += d[place][k] * slope[k];
-                    sums[6][k] += a[place][k] * slope[k];
+                    sums[3][k] += c[index][k] * h[k] * slope[k];
+                    sums[4][k] += a[index][k] * slope[k] * slope[k];
+                    sums[5][k] += d[index][k] * slope[k];
+                    sums[6][k] += a[index][k] * slope[k];
                 }
             }
         }
-        sums.map(add_lanes)
+        sums.map(add_up)
     }
 }
 
@@ -209,13 +209,13 @@ fn chunk_pass(
         }
         let (cost, weight) = weigh(loss, &residual, &weight);
         total.cost += cost;
-        for (place, &i) in free.iter().enumerate() {
+        for (index, &i) in free.iter().enumerate() {
             let mut weighted = [0.0; BLOCK];
             for k in 0..BLOCK {
                 weighted[k] = weight[k] * J[i][k];
             }
             total.gradient[i] += dot(&weighted, &residual);
-            for &j in &free[place..] {
+            for &j in &free[index..] {
                 total.hessian[i][j] += dot(&weighted, &J[j]);
             }
         }
@@ -261,19 +261,19 @@ fn weigh(loss: Loss, residual: &Column, weight: &Column) -> (f64, Column) {
     (dot(weight, &cost), effective)
 }
 
-/// Σ a b, in lanes.
+/// Σ a b, in partial sums.
 #[inline(always)]
 fn dot(a: &Column, b: &Column) -> f64 {
-    let mut lanes = [0.0; LANES];
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
-        for k in 0..LANES {
-            lanes[k] += a[k] * b[k];
+    let mut sums = [0.0; PARTIAL_SUMS];
+    for (a, b) in a.chunks_exact(PARTIAL_SUMS).zip(b.chunks_exact(PARTIAL_SUMS)) {
+        for k in 0..PARTIAL_SUMS {
+            sums[k] += a[k] * b[k];
         }
     }
-    add_lanes(lanes)
+    add_up(sums)
 }
 
 #[inline(always)]
-fn add_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+fn add_up([a, b, c, d, e, f, g, h]: [f64; PARTIAL_SUMS]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }

@@ -40,7 +40,7 @@ const ROUNDS: usize = 50;
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 impl NoiseModel {
-    /// Whether the numbers that are told make sense.
+    /// Whether the numbers that are reported make sense.
     pub fn is_valid(self) -> bool {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         match self {

@@ -1,6 +1,6 @@
 //! Holds what the data and the box together say about a tire: draws of its parameters.
 //!
-//! Whatever method made the draws, everything that is told of uncertainty comes from here.
+//! Whatever method made the draws, everything that is reported of uncertainty comes from here.
 
 pub mod grid;
 mod local;
@@ -66,17 +66,17 @@ pub fn draw(
     }
 }
 
-/// Draws of equal weight.
+/// Samples of equal weight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosteriorSamples {
-    /// The draws.
-    pub draws: Vec<Theta>,
+    /// The samples.
+    pub samples: Vec<Theta>,
 }
 
 impl PosteriorSamples {
     /// A quantity in each draw.
     pub fn values(&self, quantity: Quantity) -> Vec<f64> {
-        self.draws.iter().map(|theta| quantity.value(theta)).collect()
+        self.samples.iter().map(|theta| quantity.value(theta)).collect()
     }
 
     /// Mean of a parameter.
@@ -108,7 +108,7 @@ impl PosteriorSamples {
     pub fn band(&self, slips: &[f64]) -> Vec<[f64; 2]> {
         let at = |&slip: &f64| {
             let values = self
-                .draws
+                .samples
                 .iter()
                 .map(|theta| crate::parameters::curve(theta).coefficient(slip))
                 .collect();
@@ -129,7 +129,7 @@ mod tests {
     fn the_summaries_are_those_of_a_ramp() {
         let draws =
             (0..=100).map(|i| [f64::from(i), 2.0 * f64::from(i), 1.0, 0.0, 0.0, 0.0]).collect();
-        let posterior = PosteriorSamples { draws };
+        let posterior = PosteriorSamples { samples: draws };
         let values = posterior.values(Quantity::Parameter(Parameter::B));
         assert_relative_eq!(mean(&values), 50.0);
         assert_eq!(interval(values.clone()), [2.5, 97.5]);

@@ -109,12 +109,12 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
         |fitted: &Fitted| fitted.status == Status::Converged && optimiser == Optimiser::Newton;
     let judged = judged::fit(&density, fit, [fewest, MOST_POINTS], worth_more, (DRAWS, seed));
     let drawn = &judged.draws.points;
-    let gaussian = PosteriorSamples { draws: drawn.iter().map(|x| density.theta(x)).collect() };
+    let gaussian = PosteriorSamples { samples: drawn.iter().map(|x| density.theta(x)).collect() };
     let noise_std = drawn.iter().map(|x| density.noise_std(x) / DRAWS as f64).sum();
     let heavy = Draws::new(&density, &judged.fitted.gaussian, Tails::Heavy, DRAWS, seed);
     let chosen = systematic(&heavy.weights, DRAWS, seed).into_iter();
     let corrected =
-        PosteriorSamples { draws: chosen.map(|i| density.theta(&heavy.points[i])).collect() };
+        PosteriorSamples { samples: chosen.map(|i| density.theta(&heavy.points[i])).collect() };
     let mut report = VariationalReport::new(&judged, heavy.diagnosis, &gaussian, prior, noise_std);
     report.evaluations += DRAWS;
     report.seconds = begin.elapsed().as_secs_f64();

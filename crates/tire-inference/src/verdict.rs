@@ -92,7 +92,7 @@ pub fn judge(
     optimum: &Theta,
 ) -> Vec<Judgement> {
     let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
-    let before = PosteriorSamples { draws: prior.fill(4096).collect() };
+    let before = PosteriorSamples { samples: prior.fill(4096).collect() };
     let lessons = Lessons::new(evidence, posterior);
     let one = |quantity: Quantity| {
         let values = posterior.values(quantity);
@@ -213,7 +213,7 @@ pub fn prior_shift(prior: &Prior, posterior: &PosteriorSamples, values: &[f64]) 
             .map(|p| ((theta[p as usize] - prior.centre[p as usize]) / prior.std(p)).powi(2))
             .sum()
     };
-    let distances: Vec<f64> = posterior.draws.iter().map(distance).collect();
+    let distances: Vec<f64> = posterior.samples.iter().map(distance).collect();
     let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
     let mean = |width: f64| {
         let weights =
@@ -242,7 +242,7 @@ impl Lessons {
         let slips: Vec<f64> = (1..=30).map(|i| 1.5 * driven * f64::from(i) / 30.0).collect();
         let predict = |&slip: &f64| {
             let values: Vec<f64> =
-                posterior.draws.iter().map(|theta| curve(theta).coefficient(slip)).collect();
+                posterior.samples.iter().map(|theta| curve(theta).coefficient(slip)).collect();
             let mean = mean(&values);
             values.into_iter().map(|value| value - mean).collect()
         };

@@ -178,7 +178,7 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
         smooth.iter().flatten().copied().filter(|height| height.is_finite()).fold(0.0, f64::max);
     let mut plot = Plot::new(SMALL, x, Axis::linear("density", 0.0, 1.08 * top));
     for ((posterior, class, gaussian), heights) in curves.iter().zip(&smooth) {
-        if posterior.draws.is_empty() {
+        if posterior.samples.is_empty() {
             continue;
         }
         let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();

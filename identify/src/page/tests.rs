@@ -190,7 +190,7 @@ fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
     let html = rendered(&Page { sections: vec![section], ..Page::default() });
     let text = text_of(&parse(&html));
     let said = estimate.svi.as_ref().expect("a report");
-    assert!(text.contains(said.warning.as_deref().expect("a valley is no normal distribution")));
+    assert!(text.contains(said.warning.as_deref().expect("a ridge is no normal distribution")));
     assert!(text.contains(&with_std(said.mean["C"], said.std["C"])));
     assert!(text.contains(&with_std(estimate.mean["C"], estimate.std["C"])));
     assert!(text.contains("posterior (grid)") && text.contains("k-hat"));

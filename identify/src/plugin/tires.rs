@@ -123,11 +123,11 @@ fn report(
     prepared: &Prepared,
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
-    for (place, method) in config.methods.iter().enumerate() {
+    for (index, method) in config.methods.iter().enumerate() {
         let by_curve: Map<_, _> = curves
             .iter()
             .zip(found)
-            .map(|(curve, (_, found))| (curve.key.to_owned(), json!(found.estimates[place].1)))
+            .map(|(curve, (_, found))| (curve.key.to_owned(), json!(found.estimates[index].1)))
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }

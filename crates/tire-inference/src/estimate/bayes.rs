@@ -28,7 +28,7 @@ pub struct Bayes<'a> {
     pub best: &'a Solution,
     pub judgements: &'a [Judgement],
     pub report: &'a PosteriorReport,
-    /// What is told of the best fit.
+    /// What is reported of the best fit.
     pub plain: Estimate,
     /// What the best fit took, and the draws [s].
     pub seconds: [f64; 2],
@@ -95,7 +95,7 @@ impl Bayes<'_> {
             iterations: told.steps,
             evaluations: told.evaluations,
             kkt_residual: None,
-            // The evidence lower bound is told with the normal distribution.
+            // The evidence lower bound is reported with the normal distribution.
             trace: Vec::new(),
             ..self.best.convergence.clone()
         };

@@ -9,7 +9,7 @@ use crate::fit::{FitError, FitOptions, Problem, Solution, error, multistart};
 use crate::parameters::Parameter;
 use crate::regularisation::AxleCoupling;
 
-/// Fits two curves at once; what is expected is told by each problem. `cost` and `convergence` of both
+/// Fits two curves at once; what is expected is reported by each problem. `cost` and `convergence` of both
 /// solutions are those of the whole, and their covariances take the noise of their own axle.
 ///
 /// # Errors
@@ -108,14 +108,14 @@ impl Objective for JointCost<'_> {
 
     fn inequalities(&self, x: &DVector<f64>) -> Vec<Inequality> {
         let parts = self.split(x);
-        let place = |axle: usize, row: Inequality| {
+        let index = |axle: usize, row: Inequality| {
             let zeros = DVector::zeros(parts[1 - axle].len());
             let gradient =
                 if axle == 0 { join([row.gradient, zeros]) } else { join([zeros, row.gradient]) };
             Inequality { gradient, ..row }
         };
         let of = |axle: usize| {
-            self.axles[axle].inequalities(&parts[axle]).into_iter().map(move |row| place(axle, row))
+            self.axles[axle].inequalities(&parts[axle]).into_iter().map(move |row| index(axle, row))
         };
         of(0).chain(of(1)).collect()
     }

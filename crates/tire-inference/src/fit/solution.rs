@@ -36,8 +36,8 @@ pub struct Solution {
 impl Solution {
     /// Standard deviation of a free parameter.
     pub fn std(&self, parameter: Parameter) -> Option<f64> {
-        let place = self.free.iter().position(|&p| p == parameter)?;
-        Some(self.covariance[(place, place)].sqrt())
+        let index = self.free.iter().position(|&p| p == parameter)?;
+        Some(self.covariance[(index, index)].sqrt())
     }
 }
 

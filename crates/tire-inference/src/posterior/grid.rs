@@ -36,7 +36,7 @@ pub const EFFECTIVE: f64 = 0.5;
 pub const LARGEST: f64 = 0.01;
 /// How often cells are split once more for it.
 const FINER: usize = 2;
-/// Modes of less mass are not told.
+/// Modes of less mass are not reported.
 const TOLD: f64 = 1e-3;
 
 /// Draws of equal weight. `optima` are points that the grid must not miss, such as the minima of least squares; `None` where
@@ -84,7 +84,7 @@ pub fn draw(
     };
     let chosen = systematic(weights, options.draws, options.seed);
     let draws = chosen.into_iter().map(|index| drawn[index].theta).collect();
-    Some(Found { posterior: PosteriorSamples { draws }, report })
+    Some(Found { posterior: PosteriorSamples { samples: draws }, report })
 }
 
 struct Draw {

@@ -46,5 +46,5 @@ pub fn draw(
         levels: sampled.rounds,
         ..PosteriorReport::default()
     };
-    sampled.is_exact().then_some(Found { posterior: PosteriorSamples { draws }, report })
+    sampled.is_exact().then_some(Found { posterior: PosteriorSamples { samples: draws }, report })
 }

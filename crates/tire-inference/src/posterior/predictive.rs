@@ -53,10 +53,10 @@ pub fn predictive(
     seed: u64,
 ) -> Option<Predictive> {
     let used: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
-    let every = posterior.draws.len().div_ceil(DRAWS).max(1);
+    let every = posterior.samples.len().div_ceil(DRAWS).max(1);
     let freedom = ChiSquared::new(used.len().checked_sub(1)? as f64).ok()?;
     let reference = ChiSquared::new(GROUPS as f64).ok()?;
-    if used.len() < FEWEST || posterior.draws.is_empty() {
+    if used.len() < FEWEST || posterior.samples.is_empty() {
         return None;
     }
     let mut by_slip: Vec<usize> = (0..used.len()).collect();
@@ -68,7 +68,7 @@ pub fn predictive(
     let mut first = vec![0.0; used.len()];
     let mut second = vec![0.0; used.len()];
     let mut noise = 0.0;
-    for theta in posterior.draws.iter().step_by(every) {
+    for theta in posterior.samples.iter().step_by(every) {
         let residual = |&i: &usize| {
             samples.weight[i].sqrt() * (samples.force[i] - value(theta, samples.slip[i]))
         };

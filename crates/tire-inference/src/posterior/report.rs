@@ -120,7 +120,7 @@ impl PosteriorReport {
         self.method != SamplingMethod::Tempered && self.status == SamplingStatus::Exact
     }
 
-    /// What numbers from the draws are told to be of.
+    /// What numbers from the draws are reported to be of.
     pub fn source(&self) -> UncertaintySource {
         match self.method {
             SamplingMethod::Grid => UncertaintySource::Grid,

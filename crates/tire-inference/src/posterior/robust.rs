@@ -71,7 +71,7 @@ impl<'a> Robust<'a> {
             let cost = kernel::cost(self.samples, theta, self.loss) / self.variance;
             half * near.squares(theta).ln() - cost - 0.5 * known
         };
-        let logs: Vec<f64> = posterior.draws.par_iter().map(log_weight).collect();
+        let logs: Vec<f64> = posterior.samples.par_iter().map(log_weight).collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = logs.iter().map(|log| (log - best).exp()).collect();
         let whole: f64 = weights.iter().sum();
@@ -85,8 +85,8 @@ impl<'a> Robust<'a> {
             status => status,
         };
         let chosen = systematic(&weights, options.draws, options.seed);
-        let draws = chosen.into_iter().map(|index| posterior.draws[index]).collect();
+        let draws = chosen.into_iter().map(|index| posterior.samples[index]).collect();
         let report = PosteriorReport { effective_share, largest_weight, status, ..report };
-        Found { posterior: PosteriorSamples { draws }, report }
+        Found { posterior: PosteriorSamples { samples: draws }, report }
     }
 }

@@ -2,7 +2,7 @@
 //! given more and more weight (sequential Monte Carlo, Del Moral, Doucet and Jasra 2006).
 //!
 //! The noise is integrated out under a flat prior. Moves along differences of two other members follow curved and
-//! bounded valleys, where a normal distribution at the best fit has a third of the true width. A second mode of
+//! bounded ridges, where a normal distribution at the best fit has a third of the true width. A second mode of
 //! a ten-thousandth of the volume can be missed: its mass is not to be relied on.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
@@ -52,7 +52,7 @@ pub fn draw(data: &Compressed, prior: &Prior, options: &TemperingOptions) -> Pos
             draws.extend(walk.members.iter().map(|member| member.theta));
         }
     }
-    PosteriorSamples { draws }
+    PosteriorSamples { samples: draws }
 }
 
 #[derive(Clone, Copy)]
@@ -268,8 +268,8 @@ mod tests {
             Compressed::new(&samples(&Excitation { samples: 200, ..Excitation::default() }, 0.2));
         let options = TemperingOptions { members: 64, ..TemperingOptions::default() };
         let first = draw(&data, &Prior::lateral(), &options);
-        assert_eq!(first.draws.len(), 256);
+        assert_eq!(first.samples.len(), 256);
         assert_eq!(first, draw(&data, &Prior::lateral(), &options));
-        assert!(first.draws.iter().all(|theta| Prior::lateral().contains(theta)));
+        assert!(first.samples.iter().all(|theta| Prior::lateral().contains(theta)));
     }
 }

@@ -47,7 +47,7 @@ fn cases() -> Vec<Case> {
             ..plain("", [0.0, 0.75], true)
         },
         Case {
-            name: "flat valley",
+            name: "flat ridge",
             at_bound: &[Parameter::C, Parameter::D],
             ..plain("", [0.0, 0.02], false)
         },

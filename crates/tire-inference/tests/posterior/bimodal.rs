@@ -18,7 +18,7 @@ fn both_modes_have_their_masses() {
         // Found also where no fit says where to look.
         for seeds in [&optima[..], &[]] {
             let found = draw(&data, &prior, seeds);
-            let draws = &found.posterior.draws;
+            let draws = &found.posterior.samples;
             let above = draws.iter().filter(|theta| theta[3] > between).count();
             let mass = above as f64 / draws.len() as f64;
             assert!((mass - expected).abs() < 0.02, "{number}: {mass} instead of {expected}");

@@ -53,7 +53,7 @@ fn a_needle_is_drawn_from_about_the_optimum() {
     let covariance: SMatrix<f64, 6, 6> =
         near.hessian.try_inverse().expect("all is known") * variance;
     for i in 0..6 {
-        let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[i]).collect();
+        let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[i]).collect();
         let normal = covariance[(i, i)].sqrt();
         let off = (mean(&values) - fit.theta[i]) / normal;
         assert!(off.abs() < 0.1, "{i}: off by {off} standard deviations");

@@ -45,10 +45,10 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
                 *sum += weight * part;
             }
         }
-        for (place, at) in [(1, 0), (3, 2)] {
-            let expected = sums[place] / sums[0];
-            let width = (sums[place + 1] / sums[0] - expected * expected).sqrt();
-            let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[at]).collect();
+        for (index, at) in [(1, 0), (3, 2)] {
+            let expected = sums[index] / sums[0];
+            let width = (sums[index + 1] / sums[0] - expected * expected).sqrt();
+            let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[at]).collect();
             let (error, ratio) = ((mean(&values) - expected) / width, std(&values) / width);
             assert!(error.abs() < 0.06, "{loss:?}: {error}");
             assert!((ratio - 1.0).abs() < 0.05, "{loss:?}: {ratio}");
@@ -71,7 +71,7 @@ fn with_gross_outliers_student_covers_the_truth_where_normal_noise_does_not() {
         for seed in 0..8 {
             let answer = found(&spoilt(1000, seed), noise);
             // As many draws as an interval needs, whether or not their share is what counts as exact.
-            let effective = answer.report.effective_share * answer.posterior.draws.len() as f64;
+            let effective = answer.report.effective_share * answer.posterior.samples.len() as f64;
             assert!(effective > 500.0, "{:?}", answer.report);
             for (hit, quantity) in hits.iter_mut().zip(quantities) {
                 let [low, high] = interval(answer.posterior.values(quantity));

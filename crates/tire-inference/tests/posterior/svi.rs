@@ -111,5 +111,5 @@ fn a_seed_gives_the_same_numbers_with_any_number_of_threads() {
     let start = Start { samples: &samples, data: &data, prior: &prior, best };
     let of = |seed| fit(start, Optimiser::Newton, seed).corrected;
     assert_ne!(of(1), of(2));
-    assert_eq!(of(1).draws.len(), posterior::SamplingOptions::default().draws);
+    assert_eq!(of(1).samples.len(), posterior::SamplingOptions::default().draws);
 }
