@@ -7,7 +7,7 @@ use identify::{design, sobol};
 use preparation::direction::Direction;
 use tire_inference::compressed::Compressed;
 use tire_inference::parameters::curve;
-use tire_inference::posterior::{Options, draw};
+use tire_inference::posterior::{SamplingOptions, draw};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
 use tire_inference::verdict::{Evidence, judge};
@@ -40,7 +40,7 @@ fn main() {
         let prior = Prior::longitudinal();
         let data = Compressed::new(&samples);
         let optima = [excitation.truth];
-        let posterior = draw(&data, &prior, &optima, &Options::default()).posterior;
+        let posterior = draw(&data, &prior, &optima, &SamplingOptions::default()).posterior;
         let slip_range = samples.slip_range().unwrap_or_default();
         let evidence = Evidence {
             data: &data,
@@ -53,7 +53,7 @@ fn main() {
             "{level:>6} {:>14.2} {:>12.2} {:>14.0} {:>12.0}",
             time(10, || Compressed::new(&samples)),
             time(10, || (0..1000).map(|_| data.squares(black_box(&excitation.truth))).sum::<f64>()),
-            time(3, || draw(&data, &prior, &optima, &Options::default())),
+            time(3, || draw(&data, &prior, &optima, &SamplingOptions::default())),
             time(3, || judge(&evidence, &prior, &posterior, &excitation.truth)),
         );
     }

@@ -8,9 +8,11 @@ pub use closed_loop::{ClosedLoop, HoldOut};
 use preparation::direction::Direction;
 use preparation::{Pipeline, Shift};
 use serde::Deserialize;
-use tire_inference::fit::{Constraints, Options, Pull, SlipNoise};
-use tire_inference::noise::Noise;
-use tire_inference::parameters::{COUNT, Normal, Parameter, Theta, from_parameters};
+use tire_inference::fit::{Constraints, FitOptions, SlipNoise};
+use tire_inference::noise::NoiseModel;
+use tire_inference::parameters::{COUNT, Parameter, Theta, from_parameters};
+use tire_inference::prior::Prior;
+use tire_inference::regularisation::Regularisation;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::Excitation;
 use tire_inference::variational::Optimiser;
@@ -88,6 +90,21 @@ fn rising(bounds: &BTreeMap<Parameter, [f64; 2]>) -> Result<(), String> {
     Ok(())
 }
 
+/// What is known before any data: the usual prior in other bounds, with other typical values.
+fn prior(
+    usual: Prior,
+    bounds: &BTreeMap<Parameter, [f64; 2]>,
+    typical: &BTreeMap<Parameter, f64>,
+) -> Prior {
+    let mut within = usual.bounds;
+    bounds.iter().for_each(|(&parameter, &range)| within.set(parameter, range));
+    let mut prior = usual.within(within);
+    for (&parameter, &value) in typical {
+        prior.centre[parameter as usize] = value;
+    }
+    prior
+}
+
 fn check_svi(svi: &Optimiser) -> Result<(), String> {
     let Optimiser::Adam(Adam { step, steps, batch, .. }) = svi else { return Ok(()) };
     demand(*step > 0.0 && step.is_finite(), "step", "a number above 0")?;
@@ -114,9 +131,10 @@ pub struct Tires {
     /// How the method `svi` raises its bound.
     #[serde(default)]
     pub svi: Optimiser,
-    /// λ_sim: weight of a pull of front and rear lateral curves to each other, in units of the width of the bounds.
+    /// λ_sim: how strongly front and rear lateral curves are drawn to each other, in units of the standard deviations of parameters that
+    /// are uniform within the bounds.
     #[serde(default)]
-    pub similarity: f64,
+    pub axle_coupling: f64,
     /// The node whose start values `tires.toml` sets.
     #[serde(default = "plant")]
     pub node: String,
@@ -139,8 +157,8 @@ fn plant() -> String {
 impl Tires {
     fn check(&self) -> Result<(), String> {
         demand(!self.methods.is_empty(), "methods", "`least_squares` at least")?;
-        let pull = self.similarity;
-        demand(pull >= 0.0 && pull.is_finite(), "similarity", "0 or above")?;
+        let weight = self.axle_coupling;
+        demand(weight >= 0.0 && weight.is_finite(), "axle_coupling", "0 or above")?;
         check_svi(&self.svi)?;
         self.prepare.check().map_err(|error| error.to_string())?;
         self.lateral.check("lateral")?;
@@ -197,10 +215,11 @@ pub struct Curve {
     /// Limits of the slip at the peak.
     pub peak_slip: Option<[f64; 2]>,
     /// How residuals count: what the noise is taken to be.
-    pub loss: Noise,
+    pub loss: NoiseModel,
     /// Standard deviation of the noise of the slip.
     pub slip_std: Option<f64>,
-    /// λ_reg: weight of a pull of the fit towards the typical values, in units of the width of the bounds.
+    /// λ_reg: how strongly the fit is drawn to the typical values, in units of the standard deviations of parameters that are uniform within
+    /// the bounds.
     pub regularisation: f64,
     /// Starts of the fit.
     pub starts: Option<usize>,
@@ -227,7 +246,7 @@ impl Curve {
         if !self.loss.is_valid() {
             return Err(format!("{direction}: `loss`: expected finite numbers above 0"));
         }
-        if self.loss != Noise::Square && self.slip_std.is_some() {
+        if self.loss != NoiseModel::Square && self.slip_std.is_some() {
             return Err(format!(
                 "{direction}: `slip_std` goes with normal noise only, not with this `loss`"
             ));
@@ -241,16 +260,7 @@ impl Curve {
     /// The settings for points whose shift was found beforehand, or is to be found with the rest; the noise is yet to be settled.
     pub fn settings(&self, direction: Direction, shift: Option<Shift>, seed: u64) -> Settings {
         let usual = Settings::new(direction);
-        let mut prior = usual.prior;
-        for (&parameter, &[low, high]) in &self.bounds {
-            prior.bounds.lower[parameter as usize] = low;
-            prior.bounds.upper[parameter as usize] = high;
-            let centre = &mut prior.centre[parameter as usize];
-            *centre = centre.clamp(low, high);
-        }
-        for (&parameter, &value) in &self.typical {
-            prior.centre[parameter as usize] = value;
-        }
+        let mut prior = prior(usual.prior, &self.bounds, &self.typical);
         match shift {
             Some(Shift { S_h, S_v, .. }) => {
                 prior.centre[Parameter::S_h as usize] = S_h;
@@ -258,17 +268,14 @@ impl Curve {
             }
             None => prior.free = [true; COUNT],
         }
-        let width = Parameter::ALL.map(|parameter| prior.std(parameter));
-        let towards = Normal::diagonal(prior.centre, width);
-        let ridge =
-            (self.regularisation > 0.0).then_some(Pull { towards, weight: self.regularisation });
+        let regularisation = Regularisation::towards_typical(&prior, self.regularisation);
         Settings {
             prior,
             constraints: Constraints { stiffness: self.stiffness, peak_slip: self.peak_slip },
-            ridge,
+            regularisation,
             slip_noise: self.slip_std.map(SlipNoise::new),
             hold: self.hold == Hold::NotIdentifiable,
-            options: Options {
+            options: FitOptions {
                 starts: self.starts.unwrap_or(usual.options.starts),
                 seed,
                 ..usual.options

@@ -19,9 +19,9 @@ use plugin::Host;
 use preparation::direction::Direction;
 use preparation::samples::Samples;
 use tire_inference::estimate::Estimate;
-use tire_inference::posterior::Posterior;
+use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::predictive::Predictive;
-use tire_inference::posterior::report::Source;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::ByName;
 use tire_inference::verdict::Verdict;
@@ -69,9 +69,9 @@ pub struct Method<'a> {
     /// The result.
     pub estimate: &'a Estimate,
     /// Draws, for band and densities.
-    pub posterior: &'a Posterior,
+    pub posterior: &'a PosteriorSamples,
     /// Draws from the normal distribution of variational inference, to be compared.
-    pub gaussian: Option<&'a Posterior>,
+    pub gaussian: Option<&'a PosteriorSamples>,
 }
 
 /// Leaves the page as a file, and for the replay what it shows of each tire.
@@ -94,7 +94,7 @@ fn render(page: &Page, figures: &[Figures]) -> String {
     );
     if page.drives.is_some() {
         let mut first = page.sections.iter().filter_map(|section| section.methods.first());
-        let exact = first.all(|method| method.estimate.source == Source::Importance);
+        let exact = first.all(|method| method.estimate.source == UncertaintySource::Importance);
         let of = match exact {
             true => "the posterior, the prior being flat in the box",
             false => "a normal distribution in the box, as the curvature of the cost says",
@@ -251,11 +251,11 @@ fn write_methods(html: &mut String, section: &Section) {
             convergence.optima,
             significant(estimate.seconds, 2),
             match estimate.source {
-                Source::Likelihood => "likelihood",
-                Source::Svi => "posterior (weighted draws)",
-                Source::Grid => "posterior (grid)",
-                Source::Tempered => "posterior (tempered)",
-                Source::Importance => "posterior (importance)",
+                UncertaintySource::Likelihood => "likelihood",
+                UncertaintySource::Svi => "posterior (weighted draws)",
+                UncertaintySource::Grid => "posterior (grid)",
+                UncertaintySource::Tempered => "posterior (tempered)",
+                UncertaintySource::Importance => "posterior (importance)",
             }
         );
         if let Some(told) = &estimate.svi {

@@ -8,7 +8,7 @@ use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
 use preparation::Recording;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
-use tire_inference::posterior::report::Source;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
 
@@ -80,7 +80,7 @@ fn methods<'a>(found: &'a Answer) -> Vec<page::Method<'a>> {
     let shown = |(method, estimate): &'a (Method, Estimate)| {
         let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
         let posterior = match (estimate.source, variational) {
-            (Source::Svi, Some(variational)) => &variational.corrected,
+            (UncertaintySource::Svi, Some(variational)) => &variational.corrected,
             _ => &found.posterior,
         };
         let gaussian = variational.map(|variational| &variational.gaussian);
@@ -99,9 +99,9 @@ fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
 }
 
 fn excitation_study(config: &Excitation, host: &mut dyn Host) -> Result<Value, String> {
-    let mut go_on = |place: usize| {
-        let (level, count) = (config.levels[place], config.levels.len());
-        host.progress(place as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))
+    let mut go_on = |index: usize| {
+        let (level, count) = (config.levels[index], config.levels.len());
+        host.progress(index as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))
     };
     let study = excitation::run(config, &mut go_on).map_err(|error| error.to_string())?;
     let study = study.ok_or(CANCELLED)?;

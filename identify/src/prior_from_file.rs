@@ -27,7 +27,7 @@ impl Files {
     ///
     /// # Errors
     /// Those of [`read`].
-    pub fn earlier(&self, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
+    pub fn curve(&self, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
         let Some(text) = &self.prior else { return Ok(None) };
         read(text, curve, free).map_err(|error| format!("`prior`: {error}"))
     }
@@ -39,7 +39,7 @@ impl Files {
     pub fn check(&self, curves: &[&str]) -> Result<(), String> {
         let mut told = self.prior.is_none();
         for curve in curves {
-            told |= self.earlier(curve, &[true; COUNT])?.is_some();
+            told |= self.curve(curve, &[true; COUNT])?.is_some();
         }
         let names = curves.join(", ");
         if told {
@@ -135,7 +135,7 @@ fn normal(told: &Told, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
         true => 0.0,
         false => told.covariance[used[k].0][used[l].0],
     });
-    let places: Vec<usize> = used.iter().map(|(_, place)| *place).collect();
+    let places: Vec<usize> = used.iter().map(|(_, index)| *index).collect();
     let normal = Normal::new(&places, mean, &covariance);
     normal.map(Some).ok_or_else(|| {
         "expected finite means and a positive definite covariance, found others".to_owned()

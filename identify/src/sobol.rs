@@ -6,6 +6,7 @@
 
 use numerics::quadrature::gauss_legendre;
 use serde::Serialize;
+use tire_inference::kernel::value;
 use tire_inference::parameters::by_parameter;
 use vehicle::MagicFormula;
 
@@ -46,11 +47,9 @@ pub fn with_nodes(curve: &MagicFormula, spread: f64, slips: &[f64], nodes: usize
     let shape = |slip: f64| {
         let mut values = Vec::with_capacity(nodes.pow(3));
         for &B in &B {
-            let u = B * (slip + curve.S_h);
-            let a = u.atan();
             for &E in &E {
-                let w = (u - E * (u - a)).atan();
-                values.extend(C.iter().map(|&C| (C * w).sin()));
+                let shape = |&C: &f64| value(&[B, C, 1.0, E, curve.S_h, 0.0], slip);
+                values.extend(C.iter().map(shape));
             }
         }
         values
@@ -129,10 +128,10 @@ impl Variances {
         };
         found.first[2] = D.variance * self.mean * self.mean / whole;
         found.total[2] = D.variance * self.square / whole;
-        for (axis, &place) in PLACE.iter().enumerate() {
-            found.first[place] = mean_square * self.one[axis] / whole;
-            found.total[place] = (mean_square + D.variance) * (spread - self.all_but[axis]) / whole;
-            found.pair(place, 2, D.variance * self.one[axis] / whole);
+        for (axis, &index) in PLACE.iter().enumerate() {
+            found.first[index] = mean_square * self.one[axis] / whole;
+            found.total[index] = (mean_square + D.variance) * (spread - self.all_but[axis]) / whole;
+            found.pair(index, 2, D.variance * self.one[axis] / whole);
             let (left, right) = ((axis + 1) % 3, (axis + 2) % 3);
             let both = self.all_but[axis] - self.one[left] - self.one[right];
             found.pair(PLACE[left], PLACE[right], mean_square * both / whole);

@@ -89,7 +89,7 @@ fn quote(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use numerics::convergence::{Convergence, Status};
-    use tire_inference::posterior::report::Source;
+    use tire_inference::posterior::report::UncertaintySource;
 
     use super::*;
 
@@ -124,7 +124,7 @@ mod tests {
                 trace: Vec::new(),
             },
             seconds: 0.0,
-            source: Source::Likelihood,
+            source: UncertaintySource::Likelihood,
             posterior: None,
             svi: None,
         }

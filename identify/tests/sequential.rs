@@ -25,8 +25,8 @@ fn joined(first: &Samples, second: &Samples) -> Samples {
     Samples::new(join(&first.slip, &second.slip), join(&first.force, &second.force))
 }
 
-fn found(samples: &Samples, earlier: Option<Normal>) -> Answer {
-    let settings = Settings { earlier, ..Settings::new(Direction::Longitudinal) };
+fn found(samples: &Samples, prior_from_file: Option<Normal>) -> Answer {
+    let settings = Settings { prior_from_file, ..Settings::new(Direction::Longitudinal) };
     identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
 }
 
@@ -91,7 +91,8 @@ fn the_grid_multiplies_the_likelihood_with_what_was_known() {
         centre: [15.0, 2.0, 1.5, 0.8, 0.0, 0.0],
         ..Prior::longitudinal()
     };
-    let found = grid::draw(&data, &prior, &[], &posterior::Options::default()).expect("applies");
+    let found =
+        grid::draw(&data, &prior, &[], &posterior::SamplingOptions::default()).expect("applies");
     let mut sums = [0.0; 5];
     for k in 0..300 * 300 {
         let (peak, shift) = (1.4 + (k / 300) as f64 * 0.0008, -0.06 + (k % 300) as f64 * 0.0004);
@@ -101,10 +102,10 @@ fn the_grid_multiplies_the_likelihood_with_what_was_known() {
             *sum += weight * part;
         }
     }
-    for (place, at) in [(1, 2), (3, 5)] {
-        let expected = sums[place] / sums[0];
-        let width = (sums[place + 1] / sums[0] - expected * expected).sqrt();
-        let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[at]).collect();
+    for (index, at) in [(1, 2), (3, 5)] {
+        let expected = sums[index] / sums[0];
+        let width = (sums[index + 1] / sums[0] - expected * expected).sqrt();
+        let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[at]).collect();
         assert!((mean(&values) - expected).abs() < 0.05 * width, "{} {expected}", mean(&values));
         assert!((std(&values) / width - 1.0).abs() < 0.05, "{} {width}", std(&values));
     }

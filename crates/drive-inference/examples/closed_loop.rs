@@ -8,19 +8,27 @@
 #[path = "../tests/support/drive.rs"]
 mod drive;
 
-use drive_inference::likelihood::{Likelihood, Noise, Theta8, curve};
+use drive_inference::likelihood::{DriveNoise, Likelihood};
 use drive_inference::regression::Target;
 use drive_inference::smoothing::Smoothing;
+use drive_inference::tires::{Tires, block, from_array, to_array};
 use drive_inference::validation::{Manoeuvre, compare};
-use drive_inference::{Formulation, Identified, Noises, Options, Recording, identify};
+use drive_inference::{DriveOptions, Formulation, Identified, Noises, Recording, identify};
 use numerics::statistics;
-use tire_inference::parameters::Parameter;
+use tire_inference::axles::Axle;
+use tire_inference::parameters::{Parameter, TireParameters};
 use tire_inference::quantity::{ByName, Quantity};
 use tire_inference::verdict::Verdict;
 use vehicle::{Body, Vehicle};
 
-const EQUAL: Theta8 = [22.0, 1.8, 1.6, 0.8, 22.0, 1.8, 1.6, 0.8];
-const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+const DEMO: TireParameters = TireParameters { B: 22.0, C: 1.8, D: 1.6, E: 0.8 };
+const EQUAL: Tires = Tires { front: DEMO, rear: DEMO };
+const UNEQUAL: Tires = Tires {
+    front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
+    rear: TireParameters { B: 25.0, C: 1.9, D: 1.7, E: 0.9 },
+};
+
+const NAMED: [(&str, Axle); 2] = [("front", Axle::Front), ("rear", Axle::Rear)];
 
 /// Processor time of this process [s], with a resolution of 0.01 s; not a number where the system does not tell.
 fn processor() -> f64 {
@@ -31,8 +39,8 @@ fn processor() -> f64 {
 }
 
 /// Largest distance of two curves of an axle over 0 to 0.3 rad, in % of the peak.
-fn curve_error(found: &Theta8, truth: &Theta8, o: usize) -> f64 {
-    let (found, expected) = (curve(found, o), curve(truth, o));
+fn curve_error(found: &Tires, truth: &Tires, axle: Axle) -> f64 {
+    let (found, expected) = (found[axle].curve(), truth[axle].curve());
     let off = |k: usize| {
         let slip = 0.001 * k as f64;
         (found.coefficient(slip) - expected.coefficient(slip)).abs()
@@ -40,28 +48,24 @@ fn curve_error(found: &Theta8, truth: &Theta8, o: usize) -> f64 {
     100.0 * (0..=300).map(off).fold(0.0, f64::max) / expected.D
 }
 
-fn stiffness(theta: &Theta8, o: usize) -> f64 {
-    theta[o] * theta[o + 1] * theta[o + 2]
-}
-
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most, value| most.max(value.abs()))
 }
 
-fn line(name: &str, theta: &Theta8, truth: &Theta8, car: &Vehicle) {
-    let parameter = largest((0..8).map(|i| 100.0 * (theta[i] / truth[i] - 1.0)));
-    let K = largest(
-        [0, 4].map(|o| 100.0 * (stiffness(theta, o) / stiffness(truth, o) - 1.0)).into_iter(),
-    );
-    let curves = |theta: &Theta8| [curve(theta, 0), curve(theta, 4)];
+fn line(name: &str, found: &Tires, truth: &Tires, car: &Vehicle) {
+    let parameters = to_array(*found).into_iter().zip(to_array(*truth));
+    let parameter = largest(parameters.map(|(found, truth)| 100.0 * (found / truth - 1.0)));
+    let stiffness = |axle: Axle| found[axle].stiffness() / truth[axle].stiffness();
+    let K = largest(Axle::ALL.map(|axle| 100.0 * (stiffness(axle) - 1.0)).into_iter());
+    let curves = |tires: &Tires| tires.map(|tire| tire.curve()).into_array();
     let rmse = Manoeuvre::ALL.map(|manoeuvre| {
-        let off = compare(manoeuvre, car, curves(theta), curves(truth));
+        let off = compare(manoeuvre, car, curves(found), curves(truth));
         100.0 * off[0].max(off[1])
     });
     println!(
         "{name:28} {parameter:9.3} {:9.4} {:9.4} {K:9.4}   {:8.3} {:8.3} {:8.3} {:8.3}",
-        curve_error(theta, truth, 0),
-        curve_error(theta, truth, 4),
+        curve_error(found, truth, Axle::Front),
+        curve_error(found, truth, Axle::Rear),
         rmse[0],
         rmse[1],
         rmse[2],
@@ -69,7 +73,7 @@ fn line(name: &str, theta: &Theta8, truth: &Theta8, car: &Vehicle) {
     );
 }
 
-fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds: f64) {
+fn report(name: &str, found: &Identified, truth: &Tires, car: &Vehicle, seconds: f64) {
     for fitted in &found.formulations {
         let kind = match fitted.formulation {
             Formulation::Points(Target::SmoothedAcceleration) => "A",
@@ -78,8 +82,8 @@ fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds
             Formulation::Points(Target::AccelerationAndYaw) => "E",
             Formulation::PredictionError => "D",
         };
-        line(&format!("{name} {kind}"), &fitted.theta, truth, car);
-        println!("    {:.4?}", fitted.theta);
+        line(&format!("{name} {kind}"), &fitted.tires, truth, car);
+        println!("    {:.4?}", to_array(fitted.tires));
         let convergence = &fitted.convergence;
         println!(
             "    {:?} {:.3} s wall, {} evaluations, kkt {:.1e}, {} optima of {} starts",
@@ -119,15 +123,16 @@ fn report(name: &str, found: &Identified, truth: &Theta8, car: &Vehicle, seconds
 
 /// Errors in standard deviations, and what the data themselves say of the truth: twice the rise of the cost from the optimum to
 /// it is a sample of χ² with 8 degrees of freedom, if all is well.
-fn limits(found: &Identified, truth: &Theta8, car: &Vehicle, recording: &Recording) {
+fn limits(found: &Identified, truth: &Tires, car: &Vehicle, recording: &Recording) {
     let likelihood = Likelihood::new(car, std::slice::from_ref(recording));
     let Some(best) = found.formulations.last() else { return };
+    let (theta, expected) = (to_array(best.tires), to_array(*truth));
     let std: [f64; 8] = std::array::from_fn(|i| found.covariance[i][i].sqrt());
-    let rise = likelihood.cost(truth, &found.noise) - likelihood.cost(&best.theta, &found.noise);
+    let rise = likelihood.cost(truth, &found.noise) - likelihood.cost(&best.tires, &found.noise);
     println!(
         "    standard deviations [%] {:.2?}, errors over them {:.2?}, twice the rise of the cost to the truth {:.2}",
-        std::array::from_fn::<f64, 8, _>(|i| 100.0 * std[i] / truth[i]),
-        std::array::from_fn::<f64, 8, _>(|i| (best.theta[i] - truth[i]) / std[i]),
+        std::array::from_fn::<f64, 8, _>(|i| 100.0 * std[i] / expected[i]),
+        std::array::from_fn::<f64, 8, _>(|i| (theta[i] - expected[i]) / std[i]),
         2.0 * rise
     );
     let short = |stds: [f64; 4]| stds.map(|std| format!("{std:.3e}")).join(" ");
@@ -139,14 +144,14 @@ fn limits(found: &Identified, truth: &Theta8, car: &Vehicle, recording: &Recordi
 }
 
 /// What the posterior says beside the bound of Cramér and Rao, and how many of its 95 % intervals hold the truth.
-fn exact(found: &Identified, truth: &Theta8) {
+fn exact(found: &Identified, truth: &Tires) {
     let (mut held, mut all) = (0, 0);
-    for (axle, (name, estimate)) in
-        [("front", &found.front), ("rear", &found.rear)].into_iter().enumerate()
-    {
+    for (name, axle) in NAMED {
+        let estimate = &found.estimates[axle];
         let Some(told) = &estimate.posterior else { return };
-        let o = 4 * axle;
-        let truths = [truth[o], truth[o + 1], truth[o + 2], truth[o + 3], stiffness(truth, o)];
+        let (tire, o) = (truth[axle], block(axle).start);
+        let [B, C, D, E] = tire.into_array();
+        let truths = [B, C, D, E, tire.stiffness()];
         let holds = |name: &str, truth: f64| {
             let [low, high] = estimate.interval[name];
             (low..=high).contains(&truth)
@@ -170,10 +175,8 @@ fn exact(found: &Identified, truth: &Theta8) {
 
 /// How the normal distribution of variational inference compares with the weighted draws.
 fn variational(found: &Identified) {
-    for (axle, (name, estimate)) in
-        [("front", &found.front), ("rear", &found.rear)].into_iter().enumerate()
-    {
-        let Some(told) = &estimate.svi else { return };
+    for (name, axle) in NAMED {
+        let Some(told) = &found.estimates[axle].svi else { return };
         let quantities: Vec<Quantity> = Parameter::ALL[..4]
             .iter()
             .map(|p| Quantity::Parameter(*p))
@@ -200,7 +203,7 @@ fn variational(found: &Identified) {
 }
 
 fn verdicts(found: &Identified) {
-    for (axle, estimate) in [("front", &found.front), ("rear", &found.rear)] {
+    for (axle, estimate) in NAMED.map(|(name, axle)| (name, &found.estimates[axle])) {
         let identified: &ByName<Verdict> = &estimate.identified;
         for (name, verdict) in identified {
             let (value, std, ends) =
@@ -246,13 +249,13 @@ struct Wishes {
 fn run(
     name: &str,
     recording: &Recording,
-    truth: &Theta8,
+    truth: &Tires,
     car: &Vehicle,
     noise: &[f64; 4],
     wishes: &Wishes,
 ) {
     let noises = if wishes.known_noise {
-        Noises::Known(Noise::of_sensors(*noise))
+        Noises::Known(DriveNoise::of_sensors(*noise))
     } else {
         Noises::Estimated
     };
@@ -260,14 +263,14 @@ fn run(
     let compare =
         if wishes.compare { others.map(Formulation::Points).to_vec() } else { Vec::new() };
     let smoothing = Smoothing { em_passes: wishes.em_passes };
-    let options = Options {
+    let options = DriveOptions {
         car: *car,
         noises,
         profile: wishes.profile,
         compare,
         svi: wishes.svi,
         smoothing,
-        ..Options::default()
+        ..DriveOptions::default()
     };
     let begin = processor();
     match identify(std::slice::from_ref(recording), &options, &mut |_, _| true) {
@@ -304,10 +307,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let Some(path) = arguments.first().filter(|a| a.ends_with(".csv")) {
         let tires: Vec<f64> = match after("--tires") {
             Some(text) => text.split(',').map(str::parse).collect::<Result<_, _>>()?,
-            None => EQUAL.to_vec(),
+            None => to_array(EQUAL).to_vec(),
         };
-        let truth: Theta8 = tires.try_into().map_err(|_| "eight numbers after --tires")?;
-        run("recording", &read(path)?, &truth, &default, &drive::USUAL, &wishes);
+        let truth: [f64; 8] = tires.try_into().map_err(|_| "eight numbers after --tires")?;
+        run("recording", &read(path)?, &from_array(truth), &default, &drive::USUAL, &wishes);
         return Ok(());
     }
     if has("--chirp") {

@@ -5,16 +5,10 @@
 
 use numerics::scalar::Scalar;
 use tire_inference::kernel::ValueAndSlope;
+use tire_inference::parameters::TireParameters;
 use vehicle::{G, Input, SLIP_SPEED_FLOOR, Vehicle};
 
-/// Parameters B, C, D, E of both axles.
-#[derive(Clone, Copy, Debug)]
-pub struct Tires<T> {
-    /// Of the front axle.
-    pub front: [T; 4],
-    /// Of the rear axle.
-    pub rear: [T; 4],
-}
+use crate::tires::Tires;
 
 /// An input that is held, with what depends on nothing else.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +82,7 @@ fn longitudinal<T: Scalar>(car: &Vehicle, u: &Held, v_x: T, xi_x: T) -> T {
 
 /// Friction coefficient and its slope at a slip angle.
 #[inline(always)]
-fn curve<T: Scalar>([B, C, D, E]: &[T; 4], slip: T) -> [T; 2] {
+fn curve<T: Scalar>(TireParameters { B, C, D, E }: &TireParameters<T>, slip: T) -> [T; 2] {
     T::apply::<ValueAndSlope, 5, 2>([&slip, B, C, D, E])
 }
 

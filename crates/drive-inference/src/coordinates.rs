@@ -1,12 +1,13 @@
 //! Maps the box of both axles' parameters to coordinates without bounds in which a likelihood of driving is nearly normal.
 //!
-//! They are the logits of the places of B, C, D and E between their bounds, but for one shear: along a valley of equal stiffness
+//! They are the logits of the indices of B, C, D and E between their bounds, but for one shear: along a ridge of equal stiffness
 //! B C D, which data leave open longest, B falls as C and D rise. To its logit is added what that fall changes in it, to first order at
-//! one tire, so that the valley is straight.
+//! one tire, so that the ridge is straight.
 
 use nalgebra::{DMatrix, DVector};
+use tire_inference::axles::{Axle, Axles};
 
-use crate::likelihood::Theta8;
+use crate::tires::{self, SIZE, Tires, indices};
 
 /// A start this close to a bound, as a share of the box, is moved inside: the logit of the bound itself is infinite.
 const INSIDE: f64 = 0.01;
@@ -15,19 +16,20 @@ const BENT: f64 = 0.1;
 
 /// The coordinates of a box.
 pub struct Coordinates {
-    lower: Theta8,
-    width: Theta8,
-    /// By how much the logit of B falls with ln C and ln D along the valley, of each axle.
-    fall: [f64; 2],
+    lower: [f64; SIZE],
+    width: [f64; SIZE],
+    /// By how much the logit of B falls with ln C and ln D along the ridge, of each axle.
+    fall: Axles<f64>,
 }
 
 impl Coordinates {
-    /// Of a box with these corners, straight along the valley of a tire.
-    pub fn new([lower, upper]: &[DVector<f64>; 2], tire: &Theta8) -> Self {
-        let fall = [0, 4].map(|o| {
-            let width = upper[o] - lower[o];
-            let share = ((tire[o] - lower[o]) / width).clamp(BENT, 1.0 - BENT);
-            tire[o] / (width * share * (1.0 - share))
+    /// Of a box with these corners, straight along the ridges of some tires.
+    pub fn new([lower, upper]: &[DVector<f64>; 2], tires: &Tires) -> Self {
+        let fall = Axles::new(|axle| {
+            let (at, tire) = (indices(axle), tires[axle]);
+            let width = upper[at.B] - lower[at.B];
+            let share = ((tire.B - lower[at.B]) / width).clamp(BENT, 1.0 - BENT);
+            tire.B / (width * share * (1.0 - share))
         });
         Self {
             lower: std::array::from_fn(|i| lower[i]),
@@ -37,28 +39,31 @@ impl Coordinates {
     }
 
     /// The point of some parameters.
-    pub fn point(&self, theta: &Theta8) -> DVector<f64> {
-        let mut z = DVector::from_fn(8, |i, _| {
+    pub fn point(&self, tires: &Tires) -> DVector<f64> {
+        let theta = tires::to_array(*tires);
+        let mut z = DVector::from_fn(SIZE, |i, _| {
             let share = ((theta[i] - self.lower[i]) / self.width[i]).clamp(INSIDE, 1.0 - INSIDE);
             (share / (1.0 - share)).ln()
         });
-        let inside = |i: usize| self.lower[i] + self.width[i] * logistic(z[i]);
-        let sheared = [0, 4].map(|o| self.fall[o / 4] * (inside(o + 1) * inside(o + 2)).ln());
-        (z[0], z[4]) = (z[0] + sheared[0], z[4] + sheared[1]);
+        for axle in Axle::ALL {
+            let at = indices(axle);
+            let [C, D] = [at.C, at.D].map(|i| self.lower[i] + self.width[i] * logistic(z[i]));
+            z[at.B] += self.fall[axle] * (C * D).ln();
+        }
         z
     }
 
     /// The parameters at a point, and the logarithm of their volume for one of the coordinates: ln |det ∂θ/∂z|. `None` where numbers
     /// end.
-    pub fn parameters(&self, z: &DVector<f64>) -> Option<(Theta8, f64)> {
+    pub fn parameters(&self, z: &DVector<f64>) -> Option<(Tires, f64)> {
         let (logits, theta) = self.unsheared(z);
         let log_volume = |i: usize| {
             let far = logits[i].abs();
             self.width[i].ln() - far - 2.0 * (-far).exp().ln_1p()
         };
-        let log_volume: f64 = (0..8).map(log_volume).sum();
+        let log_volume: f64 = (0..SIZE).map(log_volume).sum();
         (theta.iter().all(|x| x.is_finite()) && log_volume.is_finite())
-            .then_some((theta, log_volume))
+            .then_some((tires::from_array(theta), log_volume))
     }
 
     /// Less the Hessian of the posterior's logarithm at a point, from that of the cost by the parameters, without second
@@ -67,7 +72,7 @@ impl Coordinates {
         let (logits, theta) = self.unsheared(z);
         let slopes = self.slopes(&logits);
         let box_term = |i: usize| 2.0 * slopes[i] / self.width[i];
-        let by_logits = DMatrix::from_fn(8, 8, |i, j| {
+        let by_logits = DMatrix::from_fn(SIZE, SIZE, |i, j| {
             by_parameters[(i, j)] * slopes[i] * slopes[j] + if i == j { box_term(i) } else { 0.0 }
         });
         let shear = self.shear(&theta, &slopes);
@@ -78,28 +83,29 @@ impl Coordinates {
     pub fn gradient(&self, z: &DVector<f64>, by_parameters: &DVector<f64>) -> DVector<f64> {
         let (logits, theta) = self.unsheared(z);
         let slopes = self.slopes(&logits);
-        let by_logits = DVector::from_fn(8, |i, _| {
+        let by_logits = DVector::from_fn(SIZE, |i, _| {
             1.0 - 2.0 * logistic(logits[i]) - by_parameters[i] * slopes[i]
         });
         self.shear(&theta, &slopes).tr_mul(&by_logits)
     }
 
     /// The logits at a point, and the parameters.
-    fn unsheared(&self, z: &DVector<f64>) -> (DVector<f64>, Theta8) {
+    fn unsheared(&self, z: &DVector<f64>) -> (DVector<f64>, [f64; SIZE]) {
         let mut logits = z.clone();
-        let mut theta = [0.0; 8];
-        for o in [0, 4] {
-            for i in [o + 1, o + 2, o + 3] {
+        let mut theta = [0.0; SIZE];
+        for axle in Axle::ALL {
+            let at = indices(axle);
+            for i in [at.C, at.D, at.E] {
                 theta[i] = self.lower[i] + self.width[i] * logistic(z[i]);
             }
-            logits[o] -= self.fall[o / 4] * (theta[o + 1] * theta[o + 2]).ln();
-            theta[o] = self.lower[o] + self.width[o] * logistic(logits[o]);
+            logits[at.B] -= self.fall[axle] * (theta[at.C] * theta[at.D]).ln();
+            theta[at.B] = self.lower[at.B] + self.width[at.B] * logistic(logits[at.B]);
         }
         (logits, theta)
     }
 
     /// dθ/d(logit) of each parameter.
-    fn slopes(&self, logits: &DVector<f64>) -> Theta8 {
+    fn slopes(&self, logits: &DVector<f64>) -> [f64; SIZE] {
         std::array::from_fn(|i| {
             let share = logistic(logits[i]);
             self.width[i] * share * (1.0 - share)
@@ -107,11 +113,12 @@ impl Coordinates {
     }
 
     /// Derivatives of the logits by the coordinates.
-    fn shear(&self, theta: &Theta8, slopes: &Theta8) -> DMatrix<f64> {
-        let mut shear = DMatrix::identity(8, 8);
-        for o in [0, 4] {
-            for i in [o + 1, o + 2] {
-                shear[(o, i)] = -self.fall[o / 4] * slopes[i] / theta[i];
+    fn shear(&self, theta: &[f64; SIZE], slopes: &[f64; SIZE]) -> DMatrix<f64> {
+        let mut shear = DMatrix::identity(SIZE, SIZE);
+        for axle in Axle::ALL {
+            let at = indices(axle);
+            for i in [at.C, at.D] {
+                shear[(at.B, i)] = -self.fall[axle] * slopes[i] / theta[i];
             }
         }
         shear
@@ -126,27 +133,30 @@ fn logistic(z: f64) -> f64 {
 mod tests {
     use approx::assert_relative_eq;
     use proptest::prelude::*;
+    use tire_inference::parameters::{Bounds, TireParameters};
 
     use super::*;
 
-    const TIRE: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+    const TIRES: Tires = Tires {
+        front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
+        rear: TireParameters { B: 25.0, C: 1.9, D: 1.7, E: 0.9 },
+    };
 
     fn coordinates() -> Coordinates {
-        let both = |side: [f64; 4]| DVector::from_fn(8, |i, _| side[i % 4]);
-        Coordinates::new(&[both([5.0, 1.0, 0.5, -1.0]), both([40.0, 2.8, 3.0, 1.0])], &TIRE)
+        Coordinates::new(&tires::corners(&Bounds::default()), &TIRES)
     }
 
     proptest! {
         #[test]
         fn a_point_and_its_parameters_belong_together(
-            front in (5.4..39.6f64, 1.02..2.78f64, 0.53..2.97f64, -0.97..0.97f64),
-            rear in (5.4..39.6f64, 1.02..2.78f64, 0.53..2.97f64, -0.97..0.97f64),
+            front in (5.4..39.6f64, 1.03..2.97f64, 0.14..2.96f64, -0.97..0.97f64),
+            rear in (5.4..39.6f64, 1.03..2.97f64, 0.14..2.96f64, -0.97..0.97f64),
         ) {
             let theta = [front.0, front.1, front.2, front.3, rear.0, rear.1, rear.2, rear.3];
             let coordinates = coordinates();
-            let z = coordinates.point(&theta);
+            let z = coordinates.point(&tires::from_array(theta));
             let (back, log_volume) = coordinates.parameters(&z).expect("finite");
-            for (back, theta) in back.iter().zip(theta) {
+            for (back, theta) in tires::to_array(back).iter().zip(theta) {
                 prop_assert!((back - theta).abs() < 1e-12 * (1.0 + theta.abs()));
             }
             // The information of a cost ½ |θ|² is JᵀJ, whose determinant is that of the volume, squared.
@@ -159,12 +169,12 @@ mod tests {
     #[test]
     fn the_derivatives_are_those_of_differences() {
         let coordinates = coordinates();
-        let z = coordinates.point(&TIRE) + DVector::from_element(8, 0.2);
+        let z = coordinates.point(&TIRES) + DVector::from_element(8, 0.2);
         // Of a cost Σ (i + 1) θ_i.
         let by_parameters = DVector::from_fn(8, |i, _| i as f64 + 1.0);
         let log = |z: &DVector<f64>| {
             let (theta, log_volume) = coordinates.parameters(z).expect("finite");
-            log_volume - by_parameters.dot(&DVector::from_column_slice(&theta))
+            log_volume - by_parameters.dot(&tires::to_vector(&theta))
         };
         let gradient = coordinates.gradient(&z, &by_parameters);
         for i in 0..8 {
@@ -179,15 +189,15 @@ mod tests {
     }
 
     #[test]
-    fn the_valley_of_equal_stiffness_is_straight() {
+    fn the_ridge_of_equal_stiffness_is_straight() {
         let coordinates = coordinates();
-        let here = coordinates.point(&TIRE);
-        let mut along = TIRE;
+        let here = coordinates.point(&TIRES);
+        let mut along = TIRES;
         // 1 % more C, 1 % less B.
-        (along[0], along[1]) = (TIRE[0] / 1.01, TIRE[1] * 1.01);
+        (along.front.B, along.front.C) = (TIRES.front.B / 1.01, TIRES.front.C * 1.01);
         let change = coordinates.point(&along) - &here;
         let logit = |B: f64| ((B - 5.0) / (40.0 - B)).ln();
-        assert!(change[0].abs() < 0.02 * (logit(along[0]) - logit(TIRE[0])).abs());
+        assert!(change[0].abs() < 0.02 * (logit(along.front.B) - logit(TIRES.front.B)).abs());
         assert!(change[1] > 0.0 && change.rows(2, 6).amax() < 1e-12);
     }
 
@@ -196,7 +206,7 @@ mod tests {
         let coordinates = coordinates();
         let far = DVector::from_element(8, 30.0);
         let (theta, _) = coordinates.parameters(&far).expect("finite");
-        assert!((5.0..=40.0).contains(&theta[0]) && (1.0..=2.8).contains(&theta[1]));
+        assert!((5.0..=40.0).contains(&theta.front.B) && (1.0..=3.0).contains(&theta.front.C));
         assert!(coordinates.parameters(&DVector::from_element(8, f64::NAN)).is_none());
     }
 }

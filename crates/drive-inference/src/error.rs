@@ -72,7 +72,7 @@ pub enum Error {
         /// What went wrong.
         source: EmError,
     },
-    /// Whoever was told of the progress called it off.
+    /// Whoever was reported of the progress called it off.
     #[error("cancelled")]
     Cancelled,
     /// No start led to numbers.

@@ -1,7 +1,7 @@
 //! The likelihood at one point with its derivatives, summed up from innovations.
 
 use nalgebra::{DMatrix, DVector};
-use numerics::simd_batch::{LANES, SimdBatch};
+use numerics::simd_batch::{SimdBatch, WIDTH};
 use numerics::tangent::{DIRECTIONS, Products, Tangent};
 
 use crate::filter::{Belief, Innovation};
@@ -20,7 +20,7 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// What is told instead once nobody wants to know.
+    /// What is reported instead once nobody wants to know.
     pub const CANCELLED: Self = Self {
         cost: f64::INFINITY,
         gradient: [0.0; DIRECTIONS],
@@ -65,7 +65,7 @@ impl<T, F: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> Visit<T> for F {
 }
 
 /// The costs of several parameter vectors while they grow.
-pub struct Costs(pub [f64; LANES]);
+pub struct Costs(pub [f64; WIDTH]);
 
 impl Visit<SimdBatch> for Costs {
     #[inline(always)]
@@ -77,13 +77,13 @@ impl Visit<SimdBatch> for Costs {
         _: &Belief<SimdBatch>,
     ) {
         let [e, s] = [innovation.residual, innovation.variance];
-        for lane in 0..LANES {
+        for index in 0..WIDTH {
             let (mut squares, mut determinant) = (0.0, 1.0);
             for i in 0..4 {
-                squares += e[i].0[lane] * e[i].0[lane] / s[i].0[lane];
-                determinant *= s[i].0[lane];
+                squares += e[i].0[index] * e[i].0[index] / s[i].0[index];
+                determinant *= s[i].0[index];
             }
-            self.0[lane] += 0.5 * (squares + determinant.ln());
+            self.0[index] += 0.5 * (squares + determinant.ln());
         }
     }
 }

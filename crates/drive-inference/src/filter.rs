@@ -10,7 +10,8 @@
 use numerics::scalar::Scalar;
 use vehicle::Vehicle;
 
-use crate::car::{Held, Linear, Tires, linearise};
+use crate::car::{Held, Linear, linearise};
+use crate::tires::Tires;
 
 /// Variances of the noises.
 #[derive(Clone, Copy, Debug)]

@@ -1,39 +1,40 @@
-//! Runs an identification from its recordings to what is told: states, fits, posterior, verdicts.
+//! Runs an identification from its recordings to what is reported: states, fits, posterior, verdicts.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
 use std::time::Instant;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use numerics::convergence::Convergence;
 use numerics::sqp::Minimum;
 use rayon::prelude::*;
-use tire_inference::parameters::Theta;
+use tire_inference::axles::Axles;
 
 use crate::error::Error;
+use crate::explored::{Explored, inverse};
 use crate::identified::{Fitted, Identified, Innovations};
-use crate::likelihood::{Likelihood, Noise, Theta8, curve};
-use crate::options::{Formulation, Noises, Options};
+use crate::likelihood::{DriveNoise, Likelihood};
+use crate::options::{DriveOptions, Formulation, Noises};
 use crate::points::{self, Point};
-use crate::posterior_samples::{self, Drawn, Wanted};
-use crate::profile::{self, Explored};
-use crate::progress::{Board, watched};
+use crate::posterior_samples::{self, Drawn, Request};
+use crate::progress::{Progress, with_progress};
 use crate::recording::Recording;
 use crate::regression::Target;
 use crate::smoothing::{self, Explained};
+use crate::tires::{SIZE, Tires, corners, from_array, from_vector, to_vector};
 use crate::{pem, search, series, verdict};
 
 /// What prediction errors start from.
 const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
 
-/// Identifies both axles from recordings of one car. `progress` is told the share that is done and what comes next, again and
-/// again; `false` calls the work off.
+/// Identifies both axles from recordings of one car. `progress` receives the share done and the next stage, again and again; `false`
+/// cancels the work.
 ///
 /// # Errors
 ///
-/// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was called off.
+/// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was cancelled.
 pub fn identify(
     recordings: &[Recording],
-    options: &Options,
+    options: &DriveOptions,
     progress: &mut dyn FnMut(f64, &str) -> bool,
 ) -> Result<Identified, Error> {
     let begin = Instant::now();
@@ -43,18 +44,18 @@ pub fn identify(
     let Some(first) = recordings.first() else { return Err(Error::NoRecording) };
     let noise = match options.noises {
         Noises::Known(noise) => noise,
-        Noises::Estimated => Noise::of_sensors(first.rough_noise()),
+        Noises::Estimated => DriveNoise::of_sensors(first.rough_noise()),
     };
-    watched(progress, |board| {
-        board.tell(0.0, "smoothing")?;
-        let explained = explain(recordings, options, &noise, board)?;
+    with_progress(progress, |progress| {
+        progress.report(0.0, "smoothing")?;
+        let explained = explain(recordings, options, &noise, progress)?;
         let points = |(recording, explained)| points::points(&options.car, recording, explained);
         let states = explained.iter().map(|explained| &explained.smoothed);
         let points = recordings.iter().zip(states).map(points).collect();
-        let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), board };
+        let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), progress };
         let mut decisive = None;
         for formulation in run.formulations() {
-            board.tell(0.2, formulation.title())?;
+            progress.report(0.2, formulation.title())?;
             let best = run.fit(formulation)?;
             if formulation == options.method {
                 decisive = Some(best);
@@ -62,7 +63,7 @@ pub fn identify(
         }
         run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
         let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
-        board.tell(0.3, "drawing from the posterior")?;
+        progress.report(0.3, "drawing from the posterior")?;
         run.identified(decisive, explained, begin)
     })
 }
@@ -70,12 +71,12 @@ pub fn identify(
 /// The nominal car along each recording.
 fn explain(
     recordings: &[Recording],
-    options: &Options,
-    noise: &Noise,
-    board: &Board,
+    options: &DriveOptions,
+    noise: &DriveNoise,
+    progress: &Progress,
 ) -> Result<Vec<Explained>, Error> {
     let of = |(recording, drive)| {
-        let go_on = || !board.cancel.is_cancelled();
+        let go_on = || !progress.cancel.is_cancelled();
         smoothing::explain(&options.car, drive, noise, &options.smoothing, go_on)
             .map_err(|source| Error::Smoothing { recording, source })
     };
@@ -84,20 +85,20 @@ fn explain(
 
 struct Run<'a> {
     recordings: &'a [Recording],
-    options: &'a Options,
-    noise: Noise,
+    options: &'a DriveOptions,
+    noise: DriveNoise,
     points: Vec<Vec<Point>>,
     fitted: Vec<Fitted>,
-    board: &'a Board,
+    progress: &'a Progress,
 }
 
 /// A minimum with the covariance that it means.
 struct Best {
-    theta: Theta8,
+    tires: Tires,
     information: DMatrix<f64>,
     covariance: DMatrix<f64>,
     cost: f64,
-    optima: Vec<(Theta8, f64)>,
+    optima: Vec<(Tires, f64)>,
     convergence: Convergence,
     likelihood: Likelihood,
 }
@@ -122,29 +123,29 @@ impl Run<'_> {
     fn fit(&mut self, formulation: Formulation) -> Result<Best, Error> {
         let begin = Instant::now();
         let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
-        likelihood.cancel = self.board.cancel.clone();
+        likelihood.cancel = self.progress.cancel.clone();
         let mut optima = Vec::new();
-        let (theta, minimum, convergence, found) = match formulation {
+        let (tires, minimum, convergence, found) = match formulation {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
                 let extra = (found.odd, Some(found.std));
-                (found.theta, found.minimum, found.convergence, extra)
+                (found.tires, found.minimum, found.convergence, extra)
             }
             Formulation::PredictionError => {
                 let maximum = self.problem(&likelihood).maximise(&self.starts())?;
                 (self.noise, optima) = (maximum.noise, maximum.optima);
-                (maximum.theta, maximum.minimum, maximum.convergence, ([0.0; 3], None))
+                (maximum.tires, maximum.minimum, maximum.convergence, ([0.0; 3], None))
             }
         };
         let (information, covariance) = curvature(&minimum);
         let cost = minimum.model.cost;
-        let at_bound = std::array::from_fn(|i| minimum.at_bound[i]);
-        let best = Best { theta, information, covariance, cost, optima, convergence, likelihood };
+        let at_bound = from_array(std::array::from_fn(|i| minimum.at_bound[i]));
+        let best = Best { tires, information, covariance, cost, optima, convergence, likelihood };
         let (odd, residual_std) = found;
         self.fitted.push(Fitted {
             formulation,
-            theta: best.theta,
-            std: std::array::from_fn(|i| best.covariance[(i, i)].max(0.0).sqrt()),
+            tires: best.tires,
+            std: from_vector(&best.covariance.diagonal().map(|variance| variance.max(0.0).sqrt())),
             at_bound,
             odd,
             residual_std,
@@ -159,11 +160,11 @@ impl Run<'_> {
         search::Search {
             target,
             weights: self.options.weights,
-            pull: self.options.pull,
-            odd: self.options.odd,
+            expected: self.options.expected(),
+            odd_terms: self.options.odd_terms,
             starts: self.options.starts,
             seed: self.options.seed,
-            bounds: self.options.bounds,
+            bounds: self.options.prior.bounds,
             // Errors of slip and load come on top of the noises; the fit corrects these guesses.
             std: [s_y.max(0.02), 1.5 * s_r + 1e-3, 200.0, 200.0],
         }
@@ -172,17 +173,17 @@ impl Run<'_> {
     fn problem<'a>(&self, likelihood: &'a Likelihood) -> pem::Problem<'a> {
         pem::Problem {
             likelihood,
-            bounds: self.options.bounds,
-            pull: self.options.pull,
+            bounds: self.options.prior.bounds,
+            expected: self.options.expected(),
             noise: self.noise,
             estimate_noise: self.options.noises == Noises::Estimated,
         }
     }
 
     /// What fits to points ended with.
-    fn starts(&self) -> Vec<Theta8> {
+    fn starts(&self) -> Vec<Tires> {
         let is_start = |fitted: &&Fitted| fitted.formulation == START;
-        self.fitted.iter().filter(is_start).map(|fitted| fitted.theta).collect()
+        self.fitted.iter().filter(is_start).map(|fitted| fitted.tires).collect()
     }
 
     fn identified(
@@ -191,44 +192,41 @@ impl Run<'_> {
         explained: Vec<Explained>,
         begin: Instant,
     ) -> Result<Identified, Error> {
-        let Best { theta, information, covariance, cost, optima, convergence, likelihood } = best;
+        let Best { tires, information, covariance, cost, optima, convergence, likelihood } = best;
         let options = self.options;
         let series =
-            series::series(&options.car, self.recordings, &likelihood, &theta, &self.noise);
-        let problem = self.problem(&likelihood);
-        let objective =
-            pem::OfTires { likelihood: &likelihood, noise: self.noise, pull: options.pull };
+            series::series(&options.car, self.recordings, &likelihood, &tires, &self.noise);
+        let expected = options.expected();
+        let objective = pem::OfTires { likelihood: &likelihood, noise: self.noise, expected };
         let explored = Explored {
             objective: &objective,
-            x: DVector::from_column_slice(&theta),
+            x: to_vector(&tires),
             cost,
             information,
-            corners: problem.corners(),
+            corners: corners(&options.prior.bounds),
         };
-        let slip_range = [series::slip_range(&series, 0), series::slip_range(&series, 1)];
+        let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = self.noise.sensor[3] / vehicle::G;
         let drawn = self.draw(&explored, &optima, slip_range, noise_std)?;
-        self.board.tell(0.7, "judging")?;
+        self.progress.report(0.7, "judging")?;
         let judge = verdict::Judge {
             explored: &explored,
             drawn: &drawn,
             covariance: &covariance,
             profile: options.profile && options.method == Formulation::PredictionError,
-            pull: options.pull,
+            prior: options.prior,
             slip_range,
             samples: likelihood.samples(),
             noise_std,
             convergence: convergence.clone(),
             seconds: begin.elapsed().as_secs_f64(),
         };
-        let [front, rear] = judge.estimates();
-        let row = |i: usize| (0..8).map(|j| covariance[(i, j)]).collect();
+        let estimates = judge.estimates();
+        let row = |i: usize| (0..SIZE).map(|j| covariance[(i, j)]).collect();
         Ok(Identified {
-            front,
-            rear,
-            curves: [0, 4]
-                .map(|o| -> Theta { tire_inference::parameters::theta(&curve(&theta, o)) }),
-            covariance: (0..8).map(row).collect(),
+            estimates,
+            tires,
+            covariance: (0..SIZE).map(row).collect(),
             noise: self.noise,
             convergence,
             innovations: Innovations::of(&series),
@@ -246,30 +244,29 @@ impl Run<'_> {
     fn draw(
         &self,
         explored: &Explored,
-        optima: &[(Theta8, f64)],
-        slip_range: [[f64; 2]; 2],
+        optima: &[(Tires, f64)],
+        slip_range: Axles<[f64; 2]>,
         noise_std: f64,
     ) -> Result<Drawn, Error> {
-        let Options { method, posterior, svi, seed, .. } = *self.options;
+        let DriveOptions { method, posterior, svi, seed, prior, .. } = *self.options;
         if posterior && method == Formulation::PredictionError {
-            let go_on = || !self.board.cancel.is_cancelled();
-            let wanted = Wanted { slip_range, svi, noise_std, seed };
-            let drawn = posterior_samples::posterior(explored, optima, &wanted, go_on);
-            if self.board.cancel.is_cancelled() {
+            let go_on = || !self.progress.cancel.is_cancelled();
+            let request = Request { prior, slip_range, svi, noise_std, seed };
+            let drawn = posterior_samples::posterior(explored, optima, &request, go_on);
+            if self.progress.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }
             if let Some(drawn) = drawn {
                 return Ok(drawn);
             }
         }
-        let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
-        Ok(posterior_samples::normal(&best, &explored.in_box(), &explored.corners, seed))
+        Ok(posterior_samples::normal(explored, seed))
     }
 }
 
 /// Second derivatives of B, C, D, E of both axles, and their inverse together with whatever else was fitted.
 fn curvature(minimum: &Minimum) -> (DMatrix<f64>, DMatrix<f64>) {
     let H = &minimum.model.hessian;
-    let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (8, 8)).into_owned();
-    (of_tires(H), of_tires(&profile::inverse(H)))
+    let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (SIZE, SIZE)).into_owned();
+    (of_tires(H), of_tires(&inverse(H)))
 }

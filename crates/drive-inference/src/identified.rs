@@ -1,18 +1,17 @@
 //! What an identification from closed-loop drives found.
 
-use std::collections::BTreeMap;
-
 use numerics::convergence::Convergence;
 use preparation::samples::Samples;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
+use tire_inference::axles::Axles;
 use tire_inference::estimate::Estimate;
-use tire_inference::parameters::{Parameter, Theta};
-use tire_inference::posterior::Posterior;
+use tire_inference::posterior::PosteriorSamples;
 
-use crate::likelihood::{Noise, Theta8};
+use crate::likelihood::DriveNoise;
 use crate::options::Formulation;
 use crate::series::Series;
 use crate::smoothing::Explained;
+use crate::tires::Tires;
 
 /// What one formulation found.
 #[derive(Clone, Debug, Serialize)]
@@ -20,14 +19,12 @@ pub struct Fitted {
     /// Which one.
     pub formulation: Formulation,
     /// Parameters.
-    #[serde(serialize_with = "by_axle")]
-    pub theta: Theta8,
+    #[serde(rename = "theta")]
+    pub tires: Tires,
     /// Standard deviations of the parameters, from the curvature of the cost.
-    #[serde(serialize_with = "by_axle")]
-    pub std: Theta8,
+    pub std: Tires,
     /// Which parameters stand on a bound.
-    #[serde(serialize_with = "by_axle")]
-    pub at_bound: [bool; 8],
+    pub at_bound: Tires<bool>,
     /// Factors of the odd terms v_y/v_x, r/v_x and v_x v_y of the lateral acceleration; 0 unless they were free.
     pub odd: [f64; 3],
     /// Root mean squares of the residuals of fits to points: accelerations [m/s²], yaw-rate changes [rad/s], front and rear
@@ -37,13 +34,6 @@ pub struct Fitted {
     pub convergence: Convergence,
     /// Wall time without smoothing [s].
     pub seconds: f64,
-}
-
-fn by_axle<S: Serializer, T: Serialize + Copy>(values: &[T; 8], to: S) -> Result<S::Ok, S::Error> {
-    let axle = |from: usize| -> BTreeMap<&str, T> {
-        (0..4).map(|i| (Parameter::ALL[i].name(), values[from + i])).collect()
-    };
-    to.collect_map([("front", axle(0)), ("rear", axle(4))])
 }
 
 /// How well measurements were predicted.
@@ -85,16 +75,14 @@ impl Innovations {
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Identified {
-    /// Front axle.
-    pub front: Estimate,
-    /// Rear axle.
-    pub rear: Estimate,
-    /// Curves of the front and the rear axle.
-    pub curves: [Theta; 2],
+    /// What is reported of each axle.
+    pub estimates: Axles<Estimate>,
+    /// The tires.
+    pub tires: Tires,
     /// Covariance of B, C, D, E of the front and the rear axle [8 × 8]: the bound of Cramér and Rao.
     pub covariance: Vec<Vec<f64>>,
     /// Noises that were estimated or given.
-    pub noise: Noise,
+    pub noise: DriveNoise,
     /// How the deciding formulation converged.
     pub convergence: Convergence,
     /// How well measurements were predicted by these tires.
@@ -104,13 +92,13 @@ pub struct Identified {
     /// Draws of both axles, for bands and densities: from the posterior, or, where nobody asked for it or there is no
     /// likelihood, normal, as the curvature says, within the box.
     #[serde(skip)]
-    pub posterior: [Posterior; 2],
+    pub posterior: Axles<PosteriorSamples>,
     /// Draws of both axles from the normal distribution of variational inference, where that was asked for.
     #[serde(skip)]
-    pub gaussian: Option<[Posterior; 2]>,
+    pub gaussian: Option<Axles<PosteriorSamples>>,
     /// Points of both axles along the smoothed states.
     #[serde(skip)]
-    pub samples: [Samples; 2],
+    pub samples: Axles<Samples>,
     /// Columns of each recording.
     #[serde(skip)]
     pub series: Vec<Series>,

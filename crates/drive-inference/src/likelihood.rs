@@ -5,15 +5,16 @@
 //! information Σ (e_i e_j / s + ½ s_i s_j / s²), which needs first derivatives only.
 
 use numerics::scalar::Scalar;
-use numerics::simd_batch::{LANES, SimdBatch};
+use numerics::simd_batch::{SimdBatch, WIDTH};
 use numerics::tangent::Tangent;
-use vehicle::{Input, MagicFormula, Vehicle};
+use vehicle::{Input, Vehicle};
 
-use crate::car::{Held, Tires};
+use crate::car::Held;
 use crate::evaluation::{Costs, Evaluation, Sums, Visit};
 use crate::filter::{Belief, Filter, Innovation, Variances};
-use crate::progress::Cancel;
+use crate::progress::Cancellation;
 use crate::recording::Recording;
+use crate::tires::{self, SIZE, Tires};
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
 const START_STD_XI: f64 = 300.0;
@@ -28,14 +29,14 @@ const THIN_FROM: usize = 16 * STRETCH;
 
 /// Noises of a recording, as standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Noise {
+pub struct DriveNoise {
     /// Of measured v_x, v_y, r and a_y [m/s, m/s, rad/s, m/s²].
     pub sensor: [f64; 4],
     /// Of the random walk that v_x, v_y, r and ξ_x do besides the model, after one second [m/s, m/s, rad/s, N].
     pub process: [f64; 4],
 }
 
-impl Noise {
+impl DriveNoise {
     /// These sensors, on a car that the model describes well.
     pub fn of_sensors(sensor: [f64; 4]) -> Self {
         Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0] }
@@ -52,15 +53,6 @@ impl Noise {
     }
 }
 
-/// Parameters of both axles in the order B, C, D, E of the front and of the rear axle.
-pub type Theta8 = [f64; 8];
-
-/// The curve of the axle whose parameters begin at a place.
-pub fn curve(theta: &Theta8, from: usize) -> MagicFormula {
-    let [B, C, D, E] = [theta[from], theta[from + 1], theta[from + 2], theta[from + 3]];
-    MagicFormula { B, C, D, E, S_h: 0.0, S_v: 0.0 }
-}
-
 #[derive(Clone, Copy)]
 struct Sample {
     u: Held,
@@ -75,7 +67,7 @@ pub struct Likelihood {
     recordings: Vec<([f64; 4], Vec<Sample>)>,
     samples: usize,
     /// Once set, evaluations end at once, with an infinite cost.
-    pub cancel: Cancel,
+    pub cancel: Cancellation,
 }
 
 impl Likelihood {
@@ -83,7 +75,7 @@ impl Likelihood {
     pub fn new(car: &Vehicle, recordings: &[Recording]) -> Self {
         let prepared: Vec<_> = recordings.iter().map(|recording| prepare(car, recording)).collect();
         let samples = prepared.iter().map(|(_, samples)| samples.len()).sum();
-        Self { car: *car, recordings: prepared, samples, cancel: Cancel::default() }
+        Self { car: *car, recordings: prepared, samples, cancel: Cancellation::default() }
     }
 
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
@@ -109,27 +101,34 @@ impl Likelihood {
     }
 
     /// Cost, gradient and information with respect to the parameters of the tires.
-    pub fn of_tires(&self, theta: &Theta8, noise: &Noise) -> Evaluation {
-        self.evaluate(theta, noise, [1.0; 8], [0.0; 8])
+    pub fn of_tires(&self, tires: &Tires, noise: &DriveNoise) -> Evaluation {
+        self.evaluate(tires, noise, [1.0; SIZE], [0.0; SIZE])
     }
 
     /// Cost, gradient and information with respect to the logarithms of the standard deviations of the sensors' noises, and to
     /// the variances of the process noises: those may be 0, where the logarithm would have no slope.
-    pub fn of_noise(&self, theta: &Theta8, noise: &Noise) -> Evaluation {
+    pub fn of_noise(&self, tires: &Tires, noise: &DriveNoise) -> Evaluation {
         let rate = |i: usize| if i < 4 { 2.0 * noise.sensor[i].powi(2) } else { 1.0 };
-        self.evaluate(theta, noise, [0.0; 8], std::array::from_fn(rate))
+        self.evaluate(tires, noise, [0.0; SIZE], std::array::from_fn(rate))
     }
 
-    fn evaluate(&self, theta: &Theta8, noise: &Noise, tires: Theta8, noises: Theta8) -> Evaluation {
+    fn evaluate(
+        &self,
+        tires: &Tires,
+        noise: &DriveNoise,
+        of_tires: [f64; SIZE],
+        of_noises: [f64; SIZE],
+    ) -> Evaluation {
+        let rates = [of_tires, of_noises];
         if self.cancel.is_cancelled() {
             return Evaluation::CANCELLED;
         }
         match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V4(simd) => self.evaluate_in::<_, 1>(simd, theta, noise, &[tires, noises]),
+            pulp::Arch::V4(simd) => self.evaluate_in::<_, 1>(simd, tires, noise, &rates),
             #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V3(simd) => self.evaluate_in::<_, 2>(simd, theta, noise, &[tires, noises]),
-            _ => self.evaluate_in::<_, 8>(pulp::Scalar::new(), theta, noise, &[tires, noises]),
+            pulp::Arch::V3(simd) => self.evaluate_in::<_, 2>(simd, tires, noise, &rates),
+            _ => self.evaluate_in::<_, 8>(pulp::Scalar::new(), tires, noise, &rates),
         }
     }
 
@@ -138,18 +137,16 @@ impl Likelihood {
     pub(crate) fn evaluate_in<S: pulp::Simd, const N: usize>(
         &self,
         simd: S,
-        theta: &Theta8,
-        noise: &Noise,
-        [of_tires, of_noises]: &[Theta8; 2],
+        tires: &Tires,
+        noise: &DriveNoise,
+        [of_tires, of_noises]: &[[f64; SIZE]; 2],
     ) -> Evaluation {
+        let theta = tires::to_array(*tires);
         let tire = |i: usize| Tangent::<S, N>::seed(simd, theta[i], i, of_tires[i]);
         let variance = |std: f64, i: usize| Tangent::seed(simd, std * std, i, of_noises[i]);
         let pass = Pass {
             likelihood: self,
-            tires: Tires {
-                front: std::array::from_fn(tire),
-                rear: std::array::from_fn(|i| tire(4 + i)),
-            },
+            tires: tires::from_array(std::array::from_fn(tire)),
             noise: Variances {
                 sensor: std::array::from_fn(|i| variance(noise.sensor[i], i)),
                 process: std::array::from_fn(|i| variance(noise.process[i], 4 + i)),
@@ -160,26 +157,24 @@ impl Likelihood {
     }
 
     /// The cost alone.
-    pub fn cost(&self, theta: &Theta8, noise: &Noise) -> f64 {
-        self.costs(&[*theta; LANES], noise)[0]
+    pub fn cost(&self, tires: &Tires, noise: &DriveNoise) -> f64 {
+        self.costs(&[*tires; WIDTH], noise)[0]
     }
 
     /// The costs of several tires, in hardly more time than that of one.
-    pub fn costs(&self, theta: &[Theta8; LANES], noise: &Noise) -> [f64; LANES] {
+    pub fn costs(&self, tires: &[Tires; WIDTH], noise: &DriveNoise) -> [f64; WIDTH] {
         if self.cancel.is_cancelled() {
-            return [f64::INFINITY; LANES];
+            return [f64::INFINITY; WIDTH];
         }
-        let parameter = |i: usize| SimdBatch(std::array::from_fn(|lane| theta[lane][i]));
-        let all = |variance: f64| SimdBatch([variance; LANES]);
+        let all_tires = tires.map(tires::to_array);
+        let parameter = |i: usize| SimdBatch(std::array::from_fn(|index| all_tires[index][i]));
+        let all = |variance: f64| SimdBatch([variance; WIDTH]);
         let Variances { process, sensor } = noise.variances();
         let pass = Pass {
             likelihood: self,
-            tires: Tires {
-                front: std::array::from_fn(parameter),
-                rear: std::array::from_fn(|i| parameter(4 + i)),
-            },
+            tires: tires::from_array(std::array::from_fn(parameter)),
             noise: Variances { process: process.map(all), sensor: sensor.map(all) },
-            visit: Costs([0.0; LANES]),
+            visit: Costs([0.0; WIDTH]),
         };
         pulp::Arch::new().dispatch(pass).0
     }
@@ -220,12 +215,6 @@ impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Pass<'_, T, V> {
         }
         self.visit
     }
-}
-
-/// Plain numbers for both axles.
-pub(crate) fn tires(theta: &Theta8) -> Tires<f64> {
-    let [bf, cf, df, ef, br, cr, dr, er] = *theta;
-    Tires { front: [bf, cf, df, ef], rear: [br, cr, dr, er] }
 }
 
 /// The first row as the state before the second.

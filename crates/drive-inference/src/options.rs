@@ -2,27 +2,13 @@
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
-use crate::likelihood::Noise;
-use crate::pull::Pull;
+use crate::likelihood::DriveNoise;
 use crate::regression::{Target, Weights};
+use crate::regularisation::Expected;
 use crate::smoothing::Smoothing;
-
-/// The box of each axle: B [1/rad], C, D, E.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Lowest values.
-    pub lower: [f64; 4],
-    /// Highest values.
-    pub upper: [f64; 4],
-}
-
-impl Default for Bounds {
-    fn default() -> Self {
-        Self { lower: [5.0, 1.0, 0.5, -1.0], upper: [40.0, 2.8, 3.0, 1.0] }
-    }
-}
 
 /// How tires are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,26 +77,28 @@ pub enum Noises {
     #[default]
     Estimated,
     /// They are these.
-    Known(Noise),
+    Known(DriveNoise),
 }
 
 /// What can be chosen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub struct DriveOptions {
     /// The car; its own tires are not used.
     pub car: Vehicle,
     /// What decides.
     pub method: Formulation,
     /// What is fitted besides, for comparison.
     pub compare: Vec<Formulation>,
-    /// The box of each axle.
-    pub bounds: Bounds,
-    /// What pulls the parameters.
-    pub pull: Pull,
+    /// What is known of each tire before any data: the box, and typical values.
+    pub prior: Prior,
+    /// λ_reg: what draws each tire to the typical values, see [`tire_inference::regularisation`].
+    pub regularisation: f64,
+    /// λ_sim: what draws both tires to each other.
+    pub axle_coupling: f64,
     /// How residuals of points are weighed.
     pub weights: Weights,
     /// Whether fits of points to accelerations have three odd terms besides the tires.
-    pub odd: bool,
+    pub odd_terms: bool,
     /// Starts of fits to points.
     pub starts: usize,
     /// Turns the starts.
@@ -125,27 +113,35 @@ pub struct Options {
     /// Whether a normal distribution is fitted to that posterior first, by variational inference: it is judged, told, and where the
     /// weighted draws start.
     pub svi: bool,
-    /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes as long as two fits.
+    /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes longer than the fit.
     pub profile: bool,
 }
 
-impl Default for Options {
+impl DriveOptions {
+    /// What is expected of both tires.
+    pub fn expected(&self) -> Expected {
+        Expected::new(&self.prior, self.regularisation, self.axle_coupling)
+    }
+}
+
+impl Default for DriveOptions {
     fn default() -> Self {
         Self {
             car: Vehicle::default(),
             method: Formulation::PredictionError,
             compare: Vec::new(),
-            bounds: Bounds::default(),
-            pull: Pull::default(),
+            prior: Prior::lateral(),
+            regularisation: 0.0,
+            axle_coupling: 0.0,
             weights: Weights::Plain,
-            odd: false,
+            odd_terms: false,
             starts: 8,
             seed: 1,
             noises: Noises::Estimated,
             smoothing: Smoothing::default(),
             posterior: true,
             svi: false,
-            profile: true,
+            profile: false,
         }
     }
 }

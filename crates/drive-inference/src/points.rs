@@ -4,6 +4,7 @@
 use kalman::Smoothed;
 use nalgebra::RowSVector;
 use preparation::samples::Samples;
+use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, NominalCar, SLIP_SPEED_FLOOR, Vehicle};
 
 use crate::recording::Recording;
@@ -70,16 +71,19 @@ pub fn points(car: &Vehicle, recording: &Recording, smoothed: &Smoothed<6>) -> V
 
 /// Slip angles and friction coefficients of both axles as the smoothed states have them, to be seen: the coefficients lag where
 /// forces change fast.
-pub fn samples(points: &[Vec<Point>]) -> [Samples; 2] {
-    let mut axles = [Samples::default(), Samples::default()];
+pub fn samples(points: &[Vec<Point>]) -> Axles<Samples> {
+    let mut axles = Axles::<Samples>::default();
     for point in points.iter().flatten() {
         let Side { alpha_f, F_z, cos, braking } = point.before;
         let [front, rear] = point.forces.map(|[force, _]| force);
-        let forces = [(front - braking) / cos, rear];
-        for (axle, slip) in [alpha_f, point.alpha_r].into_iter().enumerate() {
+        let [load_f, load_r] = F_z;
+        let front = (alpha_f, (front - braking) / cos, load_f);
+        let sides = Axles { front, rear: (point.alpha_r, rear, load_r) };
+        for axle in Axle::ALL {
+            let (slip, force, load) = sides[axle];
             // An axle in the air has no coefficient.
-            if F_z[axle] > 0.0 {
-                axles[axle].push(slip, forces[axle] / F_z[axle], 1.0);
+            if load > 0.0 {
+                axles[axle].push(slip, force / load, 1.0);
             }
         }
     }

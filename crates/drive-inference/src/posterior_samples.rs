@@ -3,18 +3,21 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use numerics::importance;
 use numerics::resampling::systematic;
+use numerics::variational::LogDensity;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
-use tire_inference::parameters::Parameter;
-use tire_inference::posterior::Posterior;
-use tire_inference::posterior::report::{Band, Method, Report, Status};
+use tire_inference::axles::{Axle, Axles};
+use tire_inference::parameters::{Parameter, TireParameters};
+use tire_inference::posterior::PosteriorSamples;
+use tire_inference::posterior::report::{Band, PosteriorReport, SamplingMethod, SamplingStatus};
+use tire_inference::prior::Prior;
 use tire_inference::variational;
 
 use crate::coordinates::Coordinates;
-use crate::likelihood::Theta8;
-use crate::profile::{Explored, inverse};
-use crate::variational::{DriveDensity, Variational, of_axle};
+use crate::explored::{Explored, inverse, of_axle};
+use crate::tires::{Tires, block, from_vector, to_vector};
+use crate::variational::{DriveDensity, Variational};
 
 /// How many there are.
 const DRAWS: usize = 2048;
@@ -30,28 +33,31 @@ const COMPETITIVE: f64 = 10.0;
 /// Draws of both axles.
 #[derive(Clone, Debug, Default)]
 pub struct Drawn {
-    /// Of the front and the rear axle; a draw of both has the same place in both.
-    pub axles: [Posterior; 2],
+    /// Of each axle; a draw of both has the same index in both.
+    pub axles: Axles<PosteriorSamples>,
     /// What the draws are; absent where nobody asked for the posterior.
-    pub reports: Option<[Report; 2]>,
+    pub reports: Option<Axles<PosteriorReport>>,
     /// Draws from the normal distribution of variational inference, and what it said.
-    pub svi: Option<([Posterior; 2], [variational::report::Report; 2])>,
+    pub svi: Option<(Axles<PosteriorSamples>, Axles<variational::report::VariationalReport>)>,
 }
 
 impl Drawn {
     /// Draws that are from the posterior.
-    pub fn exact(&self) -> Option<&[Posterior; 2]> {
-        self.reports.as_ref().filter(|[report, _]| report.is_exact()).map(|_| &self.axles)
+    pub fn exact(&self) -> Option<&Axles<PosteriorSamples>> {
+        self.reports.as_ref().filter(|reports| reports.front.is_exact()).map(|_| &self.axles)
     }
 }
 
-/// What is wanted of draws.
-pub struct Wanted {
+/// What draws are to be like.
+#[derive(Clone, Copy)]
+pub struct Request {
+    /// What is known of each tire before any data.
+    pub prior: Prior,
     /// Slips of the bands [rad]: smallest and largest of each axle.
-    pub slip_range: [[f64; 2]; 2],
+    pub slip_range: Axles<[f64; 2]>,
     /// Whether the first distribution is that of variational inference.
     pub svi: bool,
-    /// Standard deviation of the noise of the friction coefficient [-], to be told.
+    /// Standard deviation of the noise of the friction coefficient [-], to be reported.
     pub noise_std: f64,
     /// Of the generators.
     pub seed: u64,
@@ -62,24 +68,24 @@ pub struct Wanted {
 /// are from the normal distribution. `None` if the work was called off, or the cost has no curvature.
 pub fn posterior(
     explored: &Explored,
-    optima: &[(Theta8, f64)],
-    &Wanted { slip_range, svi, noise_std, seed }: &Wanted,
+    optima: &[(Tires, f64)],
+    &Request { prior, slip_range, svi, noise_std, seed }: &Request,
     go_on: impl Fn() -> bool,
 ) -> Option<Drawn> {
-    let best: Theta8 = std::array::from_fn(|i| explored.x[i]);
+    let best = from_vector(&explored.x);
     let coordinates = Coordinates::new(&explored.corners, &best);
     let density = DriveDensity { explored, coordinates: &coordinates };
     let log_density = |points: &[DVector<f64>]| density.logs(points);
-    let about = |theta: &Theta8, information: &DMatrix<f64>| {
-        let z = coordinates.point(theta);
+    let about = |tires: &Tires, information: &DMatrix<f64>| {
+        let z = coordinates.point(tires);
         let covariance = inverse(&coordinates.information(&z, information));
         (z, covariance)
     };
     let others =
-        optima.iter().filter(|(theta, cost)| *theta != best && *cost < explored.cost + COMPETITIVE);
-    let others = others.map(|(theta, _)| {
-        let model = explored.objective.model(&DVector::from_column_slice(theta));
-        about(theta, &model.hessian)
+        optima.iter().filter(|(tires, cost)| *tires != best && *cost < explored.cost + COMPETITIVE);
+    let others = others.map(|(tires, _)| {
+        let model = explored.objective.model(&to_vector(tires));
+        about(tires, &model.hessian)
     });
     let mut starts: Vec<_> =
         std::iter::once(about(&best, &explored.information)).chain(others).collect();
@@ -90,57 +96,58 @@ pub fn posterior(
     let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
     let even = sampled.is_exact();
     let axles = if even {
-        let theta = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
+        let tires = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
         let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
-        let chosen: Vec<Theta8> = chosen.filter_map(theta).collect();
-        [0, 4].map(|o| Posterior { draws: chosen.iter().map(|theta| of_axle(theta, o)).collect() })
+        let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
+        let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
+        Axles::new(|axle| PosteriorSamples { samples: draws(axle) })
     } else {
         // A handful of draws would look like certainty.
-        normal(&best, &explored.in_box(), &explored.corners, seed).axles
+        normal(explored, seed).axles
     };
-    let report = |axle: usize| {
+    let report = |axle: Axle| {
         let posterior = &axles[axle];
         let mean = |p: &Parameter| (p.name().to_owned(), posterior.mean(*p));
-        Report {
-            method: Method::Importance,
-            status: if even { Status::Exact } else { Status::Uneven },
+        PosteriorReport {
+            method: SamplingMethod::Importance,
+            status: if even { SamplingStatus::Exact } else { SamplingStatus::Uneven },
             effective_share: sampled.diagnosis.effective_share,
             largest_weight: sampled.diagnosis.largest_weight,
             k_hat: Some(sampled.diagnosis.k_hat),
             cells: sampled.evaluations,
             levels: sampled.rounds,
-            mean: Parameter::ALL[..4].iter().map(mean).collect(),
+            mean: TireParameters::<f64>::PARAMETERS.iter().map(mean).collect(),
             band: Some(Band::new(posterior, slip_range[axle], BAND)),
-            ..Report::default()
+            ..PosteriorReport::default()
         }
     };
-    let reports = Some([report(0), report(1)]);
+    let reports = Some(Axles::new(report));
     let svi = variational.map(|variational| {
         let correction = sampled.diagnosis;
-        let told = |axle| variational.report(axle, explored, noise_std, correction, starts.len());
-        let told = [0, 1].map(told);
-        (variational.gaussian, told)
+        let known = (explored, &prior);
+        let report = |axle| variational.report(axle, known, noise_std, correction, starts.len());
+        let reports = Axles::new(report);
+        (variational.gaussian, reports)
     });
     Some(Drawn { axles, reports, svi })
 }
 
 /// From the normal distribution about the best parameters, as far as it is in the box; none if its covariance is not positive
 /// definite.
-pub fn normal(
-    best: &Theta8,
-    covariance: &DMatrix<f64>,
-    [lower, upper]: &[DVector<f64>; 2],
-    seed: u64,
-) -> Drawn {
+pub fn normal(explored: &Explored, seed: u64) -> Drawn {
     let mut rng = Pcg64::seed_from_u64(seed);
-    let axles = [0, 4].map(|o| {
-        let own = covariance.view((o, o), (4, 4)).into_owned();
-        let Some(factor) = Cholesky::new(own) else { return Posterior::default() };
-        let best = DVector::from_column_slice(&best[o..o + 4]);
-        let inside =
-            |x: &DVector<f64>| (0..4).all(|i| (lower[o + i]..=upper[o + i]).contains(&x[i]));
+    let covariance = explored.in_box();
+    let [lower, upper] = &explored.corners;
+    let axles = Axles::new(|axle| {
+        let Some(factor) = Cholesky::new(of_axle(&covariance, axle)) else {
+            return PosteriorSamples::default();
+        };
+        let at = block(axle);
+        let part = |x: &DVector<f64>| x.rows_range(at.clone()).into_owned();
+        let (best, lower, upper) = (part(&explored.x), part(lower), part(upper));
+        let inside = |x: &DVector<f64>| (0..x.len()).all(|i| (lower[i]..=upper[i]).contains(&x[i]));
         let mut normal = || {
-            let z = DVector::from_fn(4, |_, _| rng.sample::<f64, _>(StandardNormal));
+            let z = DVector::from_fn(best.len(), |_, _| rng.sample::<f64, _>(StandardNormal));
             &best + factor.l() * z
         };
         let mut draw = |_| {
@@ -151,10 +158,10 @@ pub fn normal(
                 }
                 x = normal();
             }
-            let x: [f64; 4] = std::array::from_fn(|i| x[i].clamp(lower[o + i], upper[o + i]));
-            [x[0], x[1], x[2], x[3], 0.0, 0.0]
+            let x: [f64; 4] = std::array::from_fn(|i| x[i].clamp(lower[i], upper[i]));
+            TireParameters::from(x).theta()
         };
-        Posterior { draws: (0..DRAWS).map(&mut draw).collect() }
+        PosteriorSamples { samples: (0..DRAWS).map(&mut draw).collect() }
     });
-    Drawn { axles, reports: None, svi: None }
+    Drawn { axles, ..Drawn::default() }
 }

@@ -1,4 +1,4 @@
-//! Runs long work beside the thread that is told of its progress, and that may call it off at any time.
+//! Runs long work on a thread of its own, with progress reports and cancellation.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -12,58 +12,58 @@ use crate::error::Error;
 /// Longest time between two questions whether to go on.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Whether work has been called off: a flag that all who work on it share.
+/// Whether work has been cancelled: a flag that all who work on it share.
 #[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancellation(Arc<AtomicBool>);
 
-impl Cancel {
-    /// Whether it has.
+impl Cancellation {
+    /// Whether it has been.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// Where work tells how far it is.
+/// Takes progress reports.
 #[derive(Clone, Debug)]
-pub struct Board {
+pub struct Progress {
     stages: Sender<(f64, &'static str)>,
-    /// For loops that cannot tell anything.
-    pub cancel: Cancel,
+    /// For loops that cannot report anything.
+    pub cancel: Cancellation,
 }
 
-impl Board {
-    /// Tells the share that is done, and what comes next.
+impl Progress {
+    /// Reports the share done and the next stage.
     ///
     /// # Errors
     ///
-    /// [`Error::Cancelled`] if the work has been called off.
-    pub fn tell(&self, share: f64, what: &'static str) -> Result<(), Error> {
-        // Nobody listens any more once the work has been called off.
+    /// [`Error::Cancelled`] if the work has been cancelled.
+    pub fn report(&self, share: f64, what: &'static str) -> Result<(), Error> {
+        // Nobody listens any more after a cancellation.
         let _ = self.stages.send((share, what));
         if self.cancel.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 }
 
-/// Does work on a thread of its own, while this one tells `progress` of each stage, and asks it again and again during long
-/// ones. Once it says `false`, the result does not count.
+/// Does work on a thread of its own; this one calls `progress` at each stage, and again and again during long ones. Once that returns
+/// `false`, the result does not count.
 ///
 /// # Errors
 ///
 /// Those of the work, and [`Error::Cancelled`].
-pub fn watched<T: Send>(
+pub fn with_progress<T: Send>(
     progress: &mut dyn FnMut(f64, &str) -> bool,
-    work: impl FnOnce(&Board) -> Result<T, Error> + Send,
+    work: impl FnOnce(&Progress) -> Result<T, Error> + Send,
 ) -> Result<T, Error> {
-    let (stages, told) = channel();
-    let cancel = Cancel::default();
-    let board = Board { stages, cancel: cancel.clone() };
+    let (stages, reported) = channel();
+    let cancel = Cancellation::default();
+    let shared = Progress { stages, cancel: cancel.clone() };
     thread::scope(|scope| {
-        // The channel closes with the board, when the work ends.
-        let worker = scope.spawn(move || work(&board));
+        // The channel closes with the sender, when the work ends.
+        let worker = scope.spawn(move || work(&shared));
         let mut stage = None;
         loop {
-            match told.recv_timeout(PATIENCE) {
+            match reported.recv_timeout(PATIENCE) {
                 Ok(next) => stage = Some(next),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -93,9 +93,9 @@ mod tests {
             }
             true
         };
-        let sum = watched(&mut progress, |board| {
-            board.tell(0.0, "one")?;
-            board.tell(0.5, "two")?;
+        let sum = with_progress(&mut progress, |progress| {
+            progress.report(0.0, "one")?;
+            progress.report(0.5, "two")?;
             Ok(1 + 2)
         });
         assert_eq!(sum, Ok(3));
@@ -109,10 +109,10 @@ mod tests {
             asked += 1;
             asked < 3
         };
-        let never: Result<(), _> = watched(&mut progress, |board| {
-            board.tell(0.0, "a stage without end")?;
+        let never: Result<(), _> = with_progress(&mut progress, |progress| {
+            progress.report(0.0, "a stage without end")?;
             loop {
-                board.tell(0.0, "a stage without end")?;
+                progress.report(0.0, "a stage without end")?;
                 thread::sleep(Duration::from_millis(1));
             }
         });

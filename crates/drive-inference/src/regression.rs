@@ -4,14 +4,17 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use numerics::sqp;
+use tire_inference::axles::{Axle, Axles};
 use tire_inference::kernel::value_and_gradient;
+use tire_inference::parameters::Theta;
 use vehicle::Body;
 
 use crate::points::{Point, Side};
-use crate::pull::Pull;
+use crate::regularisation::Expected;
+use crate::tires::{SIZE, from_vector, indices};
 
 /// Parameters of both tires and three odd residual terms of the lateral acceleration.
-pub const COLUMNS: usize = 11;
+pub const COLUMNS: usize = SIZE + 3;
 type Row = [f64; COLUMNS];
 
 /// What the tires have to explain.
@@ -59,9 +62,9 @@ pub struct Regression<'a> {
     /// Standard deviations of the residuals: accelerations [m/s²], yaw-rate changes [rad/s], front and rear forces [N].
     pub std: [f64; 4],
     /// Whether the odd terms are free.
-    pub odd: bool,
-    /// What pulls the parameters.
-    pub pull: Pull,
+    pub odd_terms: bool,
+    /// What is expected of the tires.
+    pub expected: Expected,
 }
 
 /// Sums of squares while they grow.
@@ -91,11 +94,12 @@ impl Sums {
 
 /// A sum of axle forces, with derivatives by the parameters of both tires.
 #[inline(always)]
-fn combined(share_f: f64, share_r: f64, f: &(f64, [f64; 6]), r: &(f64, [f64; 6])) -> (f64, Row) {
+fn combined(share_f: f64, share_r: f64, f: &(f64, Theta), r: &(f64, Theta)) -> (f64, Row) {
     let mut by = [0.0; COLUMNS];
+    let [front, rear] = [Axle::Front, Axle::Rear].map(|axle| indices(axle).into_array());
     for i in 0..4 {
-        by[i] = share_f * f.1[i];
-        by[i + 4] = share_r * r.1[i];
+        by[front[i]] = share_f * f.1[i];
+        by[rear[i]] = share_r * r.1[i];
     }
     (share_f * f.0 + share_r * r.0, by)
 }
@@ -118,9 +122,8 @@ impl Regression<'_> {
             squares: [0.0; 4],
             counts: [0; 4],
         };
-        let tire = |o: usize| [x[o], x[o + 1], x[o + 2], x[o + 3], 0.0, 0.0];
-        let tires = [tire(0), tire(4)];
-        let odd: [f64; 3] = std::array::from_fn(|i| if self.odd { x[8 + i] } else { 0.0 });
+        let tires = from_vector(x).map(|tire| tire.theta());
+        let odd: [f64; 3] = std::array::from_fn(|i| if self.odd_terms { x[SIZE + i] } else { 0.0 });
         for (recording, range) in &self.blocks {
             let points = &self.points[*recording][range.clone()];
             pulp::Arch::new().dispatch(Block { of: self, points, tires, odd, sums: &mut sums });
@@ -143,7 +146,7 @@ impl Regression<'_> {
 struct Block<'a> {
     of: &'a Regression<'a>,
     points: &'a [Point],
-    tires: [[f64; 6]; 2],
+    tires: Axles<Theta>,
     odd: [f64; 3],
     sums: &'a mut Sums,
 }
@@ -160,8 +163,8 @@ impl pulp::WithSimd for Block<'_> {
         let mut integral = (0.0, [0.0; COLUMNS]);
         let mut rate_after = (0.0, [0.0; COLUMNS]);
         for (k, point) in points.iter().enumerate() {
-            let rear = value_and_gradient(&tires[1], point.alpha_r);
-            let front = value_and_gradient(&tires[0], point.before.alpha_f);
+            let rear = value_and_gradient(&tires.rear, point.alpha_r);
+            let front = value_and_gradient(&tires.front, point.before.alpha_f);
             if of.target == Target::AxleForces {
                 forces(of, point, &front, &rear, sums);
                 continue;
@@ -174,7 +177,7 @@ impl pulp::WithSimd for Block<'_> {
                 let rate_before = yaw_rate(&of.body, &point.before, &front, &rear);
                 let half = 0.5 * points[k - 1].h;
                 integral.0 += half * (rate_after.0 + rate_before.0);
-                for i in 0..8 {
+                for i in 0..SIZE {
                     integral.1[i] += half * (rate_after.1[i] + rate_before.1[i]);
                 }
             }
@@ -188,7 +191,7 @@ impl pulp::WithSimd for Block<'_> {
                 sums.add(1, integral.0 - from.0 - change, &by, of.std[1].powi(-2));
             }
             integrals[k % WINDOW] = integral;
-            let front = value_and_gradient(&tires[0], point.after.alpha_f);
+            let front = value_and_gradient(&tires.front, point.after.alpha_f);
             rate_after = yaw_rate(&of.body, &point.after, &front, &rear);
         }
     }
@@ -196,7 +199,7 @@ impl pulp::WithSimd for Block<'_> {
 
 /// Yaw acceleration [rad/s²].
 #[inline(always)]
-fn yaw_rate(body: &Body, side: &Side, f: &(f64, [f64; 6]), r: &(f64, [f64; 6])) -> (f64, Row) {
+fn yaw_rate(body: &Body, side: &Side, f: &(f64, Theta), r: &(f64, Theta)) -> (f64, Row) {
     let share_f = body.l_f * side.F_z[0] * side.cos / body.I_zz;
     let (value, by) = combined(share_f, -body.l_r * side.F_z[1] / body.I_zz, f, r);
     (value + body.l_f * side.braking / body.I_zz, by)
@@ -206,8 +209,8 @@ fn yaw_rate(body: &Body, side: &Side, f: &(f64, [f64; 6]), r: &(f64, [f64; 6])) 
 fn acceleration(
     of: &Regression,
     point: &Point,
-    f: &(f64, [f64; 6]),
-    r: &(f64, [f64; 6]),
+    f: &(f64, Theta),
+    r: &(f64, Theta),
     odd: &[f64; 3],
     sums: &mut Sums,
 ) {
@@ -216,7 +219,7 @@ fn acceleration(
     let mut residual = force + side.braking / m;
     for i in 0..3 {
         residual += odd[i] * point.odd[i];
-        by[8 + i] = if of.odd { point.odd[i] } else { 0.0 };
+        by[SIZE + i] = if of.odd_terms { point.odd[i] } else { 0.0 };
     }
     let smoothed = of.target == Target::SmoothedAcceleration;
     residual -= if smoothed { point.a_y[0] } else { point.measured[0] };
@@ -226,13 +229,7 @@ fn acceleration(
 }
 
 #[inline(always)]
-fn forces(
-    of: &Regression,
-    point: &Point,
-    f: &(f64, [f64; 6]),
-    r: &(f64, [f64; 6]),
-    sums: &mut Sums,
-) {
+fn forces(of: &Regression, point: &Point, f: &(f64, Theta), r: &(f64, Theta), sums: &mut Sums) {
     let side = &point.before;
     let shares = [[side.F_z[0] * side.cos, 0.0], [0.0, side.F_z[1]]];
     for (axle, [share_f, share_r]) in shares.into_iter().enumerate() {
@@ -254,7 +251,7 @@ impl sqp::Objective for Regression<'_> {
             hessian: DMatrix::from_fn(n, n, |i, j| sums.hessian[i][j]),
             scale: (rows as f64).sqrt().max((2.0 * sums.cost).sqrt()),
         };
-        self.pull.add(x, &mut model);
+        self.expected.add(x, &mut model);
         model
     }
 }

@@ -1,48 +1,71 @@
-//! Goes along the valley of the likelihood in which B, C and E make up for each other: the same stiffness, peak and peak slip with
+//! Goes along the ridge of the likelihood on which B, C and E make up for each other: the same stiffness, peak and peak slip with
 //! another shape.
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::likelihood::Theta8;
-use crate::options::Bounds;
+use tire_inference::axles::Axles;
+use tire_inference::parameters::{Bounds, Parameter, TireParameters};
+
+use crate::tires::Tires;
 
 /// Shapes of the starts.
 const SHAPES: [f64; 4] = [1.3, 1.6, 1.9, 2.2];
 
-/// Stiffness per load B C D, shape C, peak D and peak slip of both axles. `None` for a curve without a peak.
-pub fn features(theta: &Theta8) -> Option<Theta8> {
-    let mut features = *theta;
-    for o in [0, 4] {
-        let [B, C, D] = [theta[o], theta[o + 1], theta[o + 2]];
-        features[o] = B * C * D;
-        features[o + 3] = crate::likelihood::curve(theta, o).peak_slip()?;
-    }
-    Some(features)
+/// What stays the same along the ridge, and the shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Features {
+    /// Stiffness per load B C D [1/rad].
+    pub stiffness: f64,
+    /// Shape C.
+    pub shape: f64,
+    /// Peak D.
+    pub peak: f64,
+    /// Slip of the peak [rad].
+    pub peak_slip: f64,
 }
 
-/// Parameters with these features, or the next ones in the box.
-pub fn with_features(features: &Theta8, bounds: &Bounds) -> Theta8 {
-    let mut theta = *features;
-    for o in [0, 4] {
-        let [K, C, D, peak] = [features[o], features[o + 1], features[o + 2], features[o + 3]];
-        let B = K / (C * D);
-        let u = B * peak;
-        // The peak is where (1 − E) u + E atan u = tan(π / 2C).
-        let E = ((FRAC_PI_2 / C).tan() - u) / (u.atan() - u);
-        for (i, parameter) in [B, C, D, E].into_iter().enumerate() {
-            theta[o + i] = parameter.clamp(bounds.lower[i], bounds.upper[i]);
+impl Features {
+    /// Of a tire; `None` for a curve without a peak.
+    pub fn of(tire: &TireParameters) -> Option<Self> {
+        let peak_slip = tire.curve().peak_slip()?;
+        Some(Self { stiffness: tire.stiffness(), shape: tire.C, peak: tire.D, peak_slip })
+    }
+
+    /// Of both tires.
+    pub fn of_both(tires: &Tires) -> Option<Axles<Self>> {
+        Some(Axles { front: Self::of(&tires.front)?, rear: Self::of(&tires.rear)? })
+    }
+
+    /// At a share of the way to others.
+    pub fn towards(&self, end: &Self, share: f64) -> Self {
+        let between = |start: f64, end: f64| start + share * (end - start);
+        Self {
+            stiffness: between(self.stiffness, end.stiffness),
+            shape: between(self.shape, end.shape),
+            peak: between(self.peak, end.peak),
+            peak_slip: between(self.peak_slip, end.peak_slip),
         }
     }
-    theta
+
+    /// The tire with these features, or the next one in the box.
+    pub fn tire(&self, bounds: &Bounds) -> TireParameters {
+        let Self { stiffness, shape: C, peak: D, peak_slip } = *self;
+        let B = stiffness / (C * D);
+        let u = B * peak_slip;
+        // The peak is where (1 − E) u + E atan u = tan(π / 2C).
+        let E = ((FRAC_PI_2 / C).tan() - u) / (u.atan() - u);
+        TireParameters {
+            B: bounds.clamp(Parameter::B, B),
+            C: bounds.clamp(Parameter::C, C),
+            D: bounds.clamp(Parameter::D, D),
+            E: bounds.clamp(Parameter::E, E),
+        }
+    }
 }
 
-/// The same curves with other shapes, both axles alike: there is more than one minimum in their valleys.
-pub fn reshaped(theta: &Theta8, bounds: &Bounds) -> Vec<Theta8> {
-    let Some(features) = features(theta) else { return Vec::new() };
-    let with = |shape: f64| {
-        let mut features = features;
-        (features[1], features[5]) = (shape, shape);
-        with_features(&features, bounds)
-    };
+/// The same curves with other shapes, both axles alike: there is more than one minimum on their ridges.
+pub fn reshaped(tires: &Tires, bounds: &Bounds) -> Vec<Tires> {
+    let Some(features) = Features::of_both(tires) else { return Vec::new() };
+    let with = |shape: f64| features.map(|features| Features { shape, ..features }.tire(bounds));
     SHAPES.into_iter().map(with).collect()
 }

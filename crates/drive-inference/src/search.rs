@@ -4,15 +4,16 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 use numerics::convergence::{Convergence, Status};
+use numerics::low_discrepancy::AdditiveRecurrence;
 use numerics::sqp::{self, Limits, Minimum};
 use rayon::prelude::*;
+use tire_inference::parameters::{Bounds, Parameter, TireParameters};
 
 use crate::error::Error;
-use crate::likelihood::Theta8;
-use crate::options::Bounds;
 use crate::points::Point;
-use crate::pull::Pull;
 use crate::regression::{COLUMNS, Regression, Target, Weights};
+use crate::regularisation::Expected;
+use crate::tires::{SIZE, Tires, corners, from_array, from_vector, to_vector};
 
 /// Of each stretch of `THIN_PERIOD` samples, starts are compared on the first `THIN_LENGTH`.
 const THIN_PERIOD: usize = 200;
@@ -29,10 +30,10 @@ pub struct Search {
     pub target: Target,
     /// How residuals are weighed.
     pub weights: Weights,
-    /// What pulls the parameters.
-    pub pull: Pull,
+    /// What is expected of the tires.
+    pub expected: Expected,
     /// Whether three odd terms are added to the lateral acceleration.
-    pub odd: bool,
+    pub odd_terms: bool,
     /// Number of starts.
     pub starts: usize,
     /// Turns the starts.
@@ -47,11 +48,11 @@ pub struct Search {
 #[derive(Clone, Debug)]
 pub struct Found {
     /// Parameters.
-    pub theta: Theta8,
+    pub tires: Tires,
     /// Factors of the odd terms [m/s², m²/s², 1/m], 0 unless they were free.
     pub odd: [f64; 3],
     /// All different optima, best first.
-    pub optima: Vec<Theta8>,
+    pub optima: Vec<Tires>,
     /// The minimum, for its second derivatives.
     pub minimum: Minimum,
     /// How it was reached.
@@ -60,19 +61,20 @@ pub struct Found {
     pub std: [f64; 4],
 }
 
-/// Points of a lattice without gaps in the box of both axles (additive recurrence with the roots of g⁹ = g + 1).
-pub fn starts(bounds: &Bounds, count: usize, seed: u64) -> Vec<Theta8> {
-    let g = (0..60).fold(1.1_f64, |g, _| (1.0 + g).powf(1.0 / 9.0));
-    let turn = (seed as f64 * 0.754_877_666_246_692_7).fract();
-    let middle = std::array::from_fn(|i| 0.5 * (bounds.lower[i % 4] + bounds.upper[i % 4]));
-    let point = |k: usize| -> Theta8 {
-        std::array::from_fn(|i| {
-            let share = (0.5 + turn + k as f64 * g.powi(-(i as i32 + 1))).fract();
-            // The outer tenths of the box are left to the minimiser.
-            bounds.lower[i % 4] + (0.1 + 0.8 * share) * (bounds.upper[i % 4] - bounds.lower[i % 4])
+/// The middle of the box of both tires, then points that leave no gaps.
+pub fn starts(bounds: &Bounds, count: usize, seed: u64) -> Vec<Tires> {
+    let points = AdditiveRecurrence::<SIZE>::new(seed);
+    let at = |shares: [f64; SIZE]| {
+        from_array(shares).map(|tire| TireParameters {
+            B: bounds.at(Parameter::B, tire.B),
+            C: bounds.at(Parameter::C, tire.C),
+            D: bounds.at(Parameter::D, tire.D),
+            E: bounds.at(Parameter::E, tire.E),
         })
     };
-    std::iter::once(middle).chain((1..count).map(point)).collect()
+    // The outer tenths of the box are left to the minimiser.
+    let inner = |k: usize| at(points.point(k).map(|share| 0.1 + 0.8 * share));
+    std::iter::once(at([0.5; SIZE])).chain((1..count).map(inner)).collect()
 }
 
 impl Search {
@@ -109,9 +111,9 @@ impl Search {
             return Err(Error::NoStart { starts: self.starts });
         };
         Ok(Found {
-            theta: theta(&minimum.x),
-            odd: std::array::from_fn(|i| if self.odd { minimum.x[8 + i] } else { 0.0 }),
-            optima: minima.iter().map(|m| theta(&m.x)).collect(),
+            tires: from_vector(&minimum.x),
+            odd: std::array::from_fn(|i| if self.odd_terms { minimum.x[SIZE + i] } else { 0.0 }),
+            optima: minima.iter().map(|m| from_vector(&m.x)).collect(),
             convergence: convergence(&minimum, self.starts, minima.len(), evaluations),
             std: regression.residual_std(&minimum.x),
             minimum,
@@ -136,29 +138,25 @@ impl Search {
             target: self.target,
             weights: self.weights,
             std: self.std,
-            odd: self.odd,
-            pull: self.pull,
+            odd_terms: self.odd_terms,
+            expected: self.expected,
         };
         (regression, whole)
     }
 
+    /// The box of the tires, and without limits whatever follows.
     fn corners(&self) -> [DVector<f64>; 2] {
-        let n = if self.odd { COLUMNS } else { 8 };
-        let corner = |side: &[f64; 4], beyond: f64| {
-            DVector::from_fn(n, |i, _| if i < 8 { side[i % 4] } else { beyond })
-        };
-        [corner(&self.bounds.lower, f64::NEG_INFINITY), corner(&self.bounds.upper, f64::INFINITY)]
+        let more = if self.odd_terms { COLUMNS } else { SIZE };
+        let [lower, upper] = corners(&self.bounds);
+        [
+            lower.resize_vertically(more, f64::NEG_INFINITY),
+            upper.resize_vertically(more, f64::INFINITY),
+        ]
     }
 
-    fn vector(&self, theta: &Theta8) -> DVector<f64> {
-        let n = if self.odd { COLUMNS } else { 8 };
-        DVector::from_fn(n, |i, _| theta.get(i).copied().unwrap_or(0.0))
+    fn vector(&self, tires: &Tires) -> DVector<f64> {
+        to_vector(tires).resize_vertically(if self.odd_terms { COLUMNS } else { SIZE }, 0.0)
     }
-}
-
-/// The first eight variables.
-pub fn theta(x: &DVector<f64>) -> Theta8 {
-    std::array::from_fn(|i| x[i])
 }
 
 /// How a minimum was reached.

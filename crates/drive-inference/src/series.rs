@@ -1,9 +1,11 @@
 //! Columns along a recording that show what was identified: states, slip angles, innovations, lateral acceleration.
 
+use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, State, Vehicle};
 
-use crate::likelihood::{Likelihood, Noise, Theta8, tires};
+use crate::likelihood::{DriveNoise, Likelihood};
 use crate::recording::Recording;
+use crate::tires::Tires;
 
 /// Columns of one recording, with a value for each of its rows. The first row, which starts the filter, has zero innovations.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,7 +13,7 @@ pub struct Series {
     /// States after each measurement: v_x, v_y [m/s], r [rad/s], ξ_x [N].
     pub states: [Vec<f64>; 4],
     /// Slip angles of both axles [rad].
-    pub slip: [Vec<f64>; 2],
+    pub slip: Axles<Vec<f64>>,
     /// Innovations of v_x, v_y, r and a_y, each given those before it [m/s, m/s, rad/s, m/s²].
     pub innovations: [Vec<f64>; 4],
     /// The same over their standard deviations: white, with variance 1, if model and noises are right.
@@ -45,8 +47,8 @@ impl Series {
             self.innovations[i].push(e[i][0]);
             self.whitened[i].push(e[i][1]);
         }
-        self.slip[0].push(motion.alpha_f);
-        self.slip[1].push(motion.alpha_r);
+        self.slip.front.push(motion.alpha_f);
+        self.slip.rear.push(motion.alpha_r);
         self.a_y.push(motion.a_y);
     }
 }
@@ -56,17 +58,16 @@ pub fn series(
     car: &Vehicle,
     recordings: &[Recording],
     likelihood: &Likelihood,
-    theta: &Theta8,
-    noise: &Noise,
+    tires: &Tires,
+    noise: &DriveNoise,
 ) -> Vec<Series> {
-    let car =
-        car.with_tires(crate::likelihood::curve(theta, 0), crate::likelihood::curve(theta, 4));
+    let car = car.with_tires(tires.front.curve(), tires.rear.curve());
     let mut all = vec![Series::default(); recordings.len()];
     for (series, recording) in all.iter_mut().zip(recordings) {
         let [v_x, v_y, r, _] = recording.measured(0);
         series.push(&car, recording, 0, [v_x, v_y, r, 0.0], [[0.0; 2]; 4]);
     }
-    likelihood.run(tires(theta), noise.variances(), |i, k, innovation, belief| {
+    likelihood.run(*tires, noise.variances(), |i, k, innovation, belief| {
         let e = std::array::from_fn(|j| {
             let residual = innovation.residual[j];
             [residual, residual / innovation.variance[j].sqrt()]
@@ -77,7 +78,7 @@ pub fn series(
 }
 
 /// Smallest and largest of the slips that were reached, without the most extreme thousandth on either side.
-pub fn slip_range(series: &[Series], axle: usize) -> [f64; 2] {
+pub fn slip_range(series: &[Series], axle: Axle) -> [f64; 2] {
     let mut slips: Vec<f64> = series.iter().flat_map(|s| s.slip[axle].iter().copied()).collect();
     slips.sort_by(f64::total_cmp);
     let margin = slips.len() / 1000;

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 use vehicle::{NominalCar, Vehicle};
 
-use crate::likelihood::Noise;
+use crate::likelihood::DriveNoise;
 use crate::recording::Recording;
 
 /// Stiffness per load of the nominal car [1/rad]: a guess, which only decides what ξ has to make up for.
@@ -69,7 +69,7 @@ pub struct Explained {
     pub smoothed: Smoothed<6>,
     /// Lateral acceleration that the smoothed states mean, with ξ_y as a virtual force sensor [m/s²].
     pub a_y: Vec<f64>,
-    /// What is told of it.
+    /// What is reported of it.
     pub report: Report,
 }
 
@@ -124,7 +124,7 @@ impl From<&Estimate<6, 4>> for Tuning {
 pub fn explain(
     car: &Vehicle,
     recording: &Recording,
-    noise: &Noise,
+    noise: &DriveNoise,
     options: &Smoothing,
     go_on: impl FnMut() -> bool,
 ) -> Result<Explained, EmError> {
@@ -167,7 +167,7 @@ pub fn rmse(a: &[f64], b: &[f64]) -> f64 {
     (square / a.len() as f64).sqrt()
 }
 
-fn parameters(recording: &Recording, noise: &Noise) -> Parameters<6, 4> {
+fn parameters(recording: &Recording, noise: &DriveNoise) -> Parameters<6, 4> {
     let h = (recording.t[recording.len() - 1] - recording.t[0]) / (recording.len() - 1) as f64;
     let diagonal = |std: [f64; 6], h: f64| {
         SMatrix::from_diagonal(&SVector::from(std.map(|std| std * std * h)))

@@ -4,14 +4,19 @@ use kalman::Gaussian;
 use nalgebra::{SMatrix, SVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
+use tire_inference::parameters::TireParameters;
 use vehicle::{Aero, Body, Input, State, Vehicle};
 
 use super::*;
-use crate::car::{Held, Tires, linearise};
+use crate::car::{Held, linearise};
 use crate::filter::{Belief, Filter};
-use crate::likelihood::{Likelihood, Noise, Theta8, tires};
+use crate::likelihood::{DriveNoise, Likelihood};
+use crate::tires::from_array;
 
-const THETA: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+const TIRES: Tires = Tires {
+    front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
+    rear: TireParameters { B: 25.0, C: 1.9, D: 1.7, E: 0.9 },
+};
 
 fn winged() -> Vehicle {
     Vehicle { aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() }, ..Vehicle::default() }
@@ -19,7 +24,7 @@ fn winged() -> Vehicle {
 
 /// Rates of v_x, v_y and r, and a_y, by the plant's own equations.
 fn plant<T: vehicle::Number>(car: &Vehicle, x: [T; 3], input: &Input) -> [T; 4] {
-    let car = car.with_tires(curve(&THETA, 0), curve(&THETA, 4)).lift();
+    let car = car.with_tires(TIRES.front.curve(), TIRES.rear.curve()).lift();
     let state = State { X: T::zero(), Y: T::zero(), psi: T::zero(), v_x: x[0], v_y: x[1], r: x[2] };
     let input = Input { F_x: input.F_x.into(), delta: input.delta.into() };
     let motion = car.evaluate(&state, &input);
@@ -34,7 +39,7 @@ proptest! {
         delta in -0.3..0.3f64,
     ) {
         let (car, input) = (winged(), Input { F_x, delta });
-        let (held, tires) = (Held::new(&car, &input), tires(&THETA));
+        let (held, tires) = (Held::new(&car, &input), TIRES);
         let x = [v_x, v_y, r, 0.0];
         let expected = plant(&car, [v_x, v_y, r], &input);
         let linear = linearise(&car, &tires, &x, &held);
@@ -61,7 +66,7 @@ proptest! {
 
 /// A slalom with braking that takes both axles past their peaks, measured with a fixed pattern of errors.
 fn recording(car: &Vehicle, seconds: f64) -> Recording {
-    let car = car.with_tires(curve(&THETA, 0), curve(&THETA, 4));
+    let car = car.with_tires(TIRES.front.curve(), TIRES.rear.curve());
     let mut state = State { v_x: 22.0, ..State::default() };
     let mut recording = Recording::default();
     for k in 0..(100.0 * seconds) as usize {
@@ -83,21 +88,23 @@ fn recording(car: &Vehicle, seconds: f64) -> Recording {
     recording
 }
 
-const NOISE: Noise = Noise { sensor: [0.05, 0.01, 0.01, 0.1], process: [2e-3, 3e-3, 1e-3, 200.0] };
+const NOISE: DriveNoise =
+    DriveNoise { sensor: [0.05, 0.01, 0.01, 0.1], process: [2e-3, 3e-3, 1e-3, 200.0] };
 
 #[test]
 fn gradients_are_those_of_central_differences() {
-    let (car, theta) = (winged(), [20.0, 1.5, 1.4, 0.3, 21.0, 1.7, 1.6, 0.6]);
+    let theta = [20.0, 1.5, 1.4, 0.3, 21.0, 1.7, 1.6, 0.6];
+    let (car, tires) = (winged(), from_array(theta));
     let likelihood = Likelihood::new(&car, &[recording(&car, 3.0), recording(&car, 1.0)]);
-    let exact = likelihood.of_tires(&theta, &NOISE);
+    let exact = likelihood.of_tires(&tires, &NOISE);
     // Four terms of the sum are added in another order.
-    let cost = likelihood.cost(&theta, &NOISE);
+    let cost = likelihood.cost(&from_array(theta), &NOISE);
     assert!((exact.cost - cost).abs() < 1e-13 * cost.abs());
     for i in 0..8 {
         let moved = |h: f64| {
             let mut theta = theta;
             theta[i] += h;
-            likelihood.cost(&theta, &NOISE)
+            likelihood.cost(&from_array(theta), &NOISE)
         };
         let h = 1e-5 * theta[i];
         // Richardson's extrapolation of two central differences: an error of fourth order.
@@ -110,7 +117,7 @@ fn gradients_are_those_of_central_differences() {
             exact.gradient[i]
         );
     }
-    let by_noise = likelihood.of_noise(&theta, &NOISE);
+    let by_noise = likelihood.of_noise(&tires, &NOISE);
     for i in 0..8 {
         let moved = |h: f64| {
             let mut noise = NOISE;
@@ -119,7 +126,7 @@ fn gradients_are_those_of_central_differences() {
             } else {
                 noise.process[i - 4] *= (1.0 + h).sqrt();
             }
-            likelihood.cost(&theta, &noise)
+            likelihood.cost(&tires, &noise)
         };
         let unit = if i < 4 { 1.0 } else { NOISE.process[i - 4].powi(-2) };
         let expected = unit * (moved(1e-5) - moved(-1e-5)) / 2e-5;
@@ -137,7 +144,7 @@ fn gradients_are_those_of_central_differences() {
 fn innovations_are_those_of_a_textbook_filter() {
     let car = winged();
     let recording = recording(&car, 1.0);
-    let tires: Tires<f64> = tires(&THETA);
+    let tires: Tires<f64> = TIRES;
     let filter = Filter { car: &car, tires, noise: NOISE.variances() };
     let start = [0.05f64, 0.01, 0.01, 300.0].map(|s| s * s);
     let [v_x, v_y, r, _] = recording.measured(0);
@@ -189,9 +196,9 @@ fn innovations_are_those_of_a_textbook_filter() {
 /// fiftieth of the noise of good sensors, 3e-3 m/s and rad/s.
 #[test]
 fn predictions_are_those_of_short_steps() {
-    let (car, tires) = (winged(), tires(&THETA));
+    let (car, tires) = (winged(), TIRES);
     let sensor = [1e6; 4];
-    let filter = Filter { car: &car, tires, noise: Noise { sensor, ..NOISE }.variances() };
+    let filter = Filter { car: &car, tires, noise: DriveNoise { sensor, ..NOISE }.variances() };
     for (v_x, steps) in [(8.0, 2), (15.0, 1), (25.0, 1), (60.0, 1)] {
         for slide in [-0.25, -0.1, 0.0, 0.05, 0.15] {
             let held = Held::new(&car, &Input { F_x: -2000.0, delta: 0.12 });
@@ -214,8 +221,8 @@ fn predictions_are_those_of_short_steps() {
 fn all_vectors_give_the_same_bits() {
     let likelihood = Likelihood::new(&winged(), &[recording(&winged(), 1.0)]);
     let rates = [[1.0; 8], [0.0; 8]];
-    let wide = likelihood.of_tires(&THETA, &NOISE);
-    let scalar = likelihood.evaluate_in::<_, 8>(pulp::Scalar::new(), &THETA, &NOISE, &rates);
+    let wide = likelihood.of_tires(&TIRES, &NOISE);
+    let scalar = likelihood.evaluate_in::<_, 8>(pulp::Scalar::new(), &TIRES, &NOISE, &rates);
     assert_eq!(wide.cost, scalar.cost);
     assert_eq!(wide.gradient, scalar.gradient);
     assert_eq!(wide.information, scalar.information);
@@ -230,7 +237,7 @@ fn rate(car: &Vehicle, tires: &Tires<f64>, x: &SVector<f64, 4>, held: &Held) -> 
 fn unusable_recordings_say_where() {
     let good = recording(&Vehicle::default(), 1.0);
     let identify = |recording: &Recording| {
-        identify(std::slice::from_ref(recording), &Options::default(), &mut |_, _| true)
+        identify(std::slice::from_ref(recording), &DriveOptions::default(), &mut |_, _| true)
             .expect_err("nothing to identify from")
             .to_string()
     };
@@ -245,7 +252,7 @@ fn unusable_recordings_say_where() {
     let mut still = good.clone();
     still.t[5] = still.t[4];
     assert!(identify(&still).contains("in row 5"));
-    let nothing = crate::identify(&[], &Options::default(), &mut |_, _| true);
+    let nothing = crate::identify(&[], &DriveOptions::default(), &mut |_, _| true);
     assert_eq!(nothing.err(), Some(Error::NoRecording));
 }
 
@@ -258,6 +265,6 @@ fn heavier_cars_need_no_other_steps() {
     slow.v_x.iter_mut().for_each(|v| *v = 2.0);
     slow.v_y.iter_mut().for_each(|v| *v = 0.0);
     slow.r.iter_mut().for_each(|v| *v = 0.0);
-    let cost = Likelihood::new(&car, &[slow]).cost(&THETA, &NOISE);
+    let cost = Likelihood::new(&car, &[slow]).cost(&TIRES, &NOISE);
     assert!(cost.is_finite(), "{cost}");
 }

@@ -1,45 +1,31 @@
-//! Says which quantities of both tires the drives can tell, and why not.
-
-use std::collections::BTreeMap;
+//! Judges what the drives can tell of both tires, by the rule of [`tire_inference::verdict`].
 
 use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
-use numerics::statistics::{self, interval};
+use numerics::statistics::{interval, std};
+use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
-use tire_inference::parameters::{Parameter, Theta};
-use tire_inference::posterior::Posterior;
-use tire_inference::posterior::report::Source;
-use tire_inference::quantity::ByName;
-use tire_inference::verdict::Verdict;
-use vehicle::MagicFormula;
+use tire_inference::parameters::{TireParameters, curve};
+use tire_inference::posterior::PosteriorSamples;
+use tire_inference::posterior::report::UncertaintySource;
+use tire_inference::prior::Prior;
+use tire_inference::profile::Profile;
+use tire_inference::quantity::{ByName, Quantity};
+use tire_inference::verdict::{
+    Judgement, Known, NARROWED, Verdict, prior_shift, width, width_of_std,
+};
 
-use crate::likelihood::Theta8;
+use crate::explored::{Explored, of_axle};
 use crate::posterior_samples::Drawn;
-use crate::profile::{Explored, Profile, Quantity};
-use crate::pull::Pull;
+use crate::profile::profiles;
+use crate::tires::{block, from_vector, indices};
 
-/// Standard deviation over that of the box, above which data say little.
-const LITTLE: f64 = 0.3;
-/// Standard deviation above which a value is none [%].
-const NONE: f64 = 50.0;
-
-/// Fall of the cost along a profile that tells of another optimum [nat].
-const BETTER: f64 = 0.5;
-
-const NAMES: [&str; 4] = ["B", "C", "D", "E"];
-
-/// What is known of one quantity.
-struct Known {
-    name: &'static str,
-    value: f64,
-    std: f64,
-    /// Standard deviation and middle 95 % of draws from the posterior.
-    drawn: Option<(f64, [f64; 2])>,
-    profile: Option<Profile>,
-    quantity: Quantity,
-    /// Of the box.
-    borders: [f64; 2],
-}
+/// Standard deviations to the ends of the middle 95 % of a normal distribution.
+const REACH: f64 = 1.959_964;
+/// Draws of the prior.
+const BEFORE: usize = 4096;
+/// Rise of the likelihood along a profile that tells of another optimum.
+const BETTER: f64 = 1.0;
 
 /// Both axles' results.
 pub struct Judge<'a> {
@@ -49,12 +35,12 @@ pub struct Judge<'a> {
     pub drawn: &'a Drawn,
     /// The bound of Cramér and Rao: inverse second derivatives of the likelihood alone.
     pub covariance: &'a DMatrix<f64>,
-    /// Whether intervals are found by profiles, or from the covariance only.
+    /// Whether profiles are followed.
     pub profile: bool,
-    /// What tires usually are.
-    pub pull: Pull,
-    /// Largest slip angles of the front and the rear axle [rad], positive and negative: smallest and largest.
-    pub slip_range: [[f64; 2]; 2],
+    /// What is known of each tire before any data.
+    pub prior: Prior,
+    /// Smallest and largest slip angle of each axle [rad].
+    pub slip_range: Axles<[f64; 2]>,
     /// Samples that were used.
     pub samples: usize,
     /// Standard deviation of the noise of the friction coefficient.
@@ -66,209 +52,170 @@ pub struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// The estimates of the front and the rear axle.
-    pub fn estimates(&self) -> [Estimate; 2] {
-        let mut known = [0, 1].map(|axle| self.known(axle));
-        // What even the curvature at the best point does not tell needs no profile.
-        let told = known.iter_mut().flatten().filter(|quantity| !quantity.unknown());
-        let mut told: Vec<&mut Known> = told.collect();
-        if self.profile {
-            let quantities: Vec<Quantity> = told.iter().map(|known| known.quantity).collect();
-            let profiles = self.explored.profiles(&quantities);
-            for (known, profile) in told.iter_mut().zip(profiles) {
-                known.profile = Some(profile);
-            }
-        }
-        let better = known.iter().flatten().filter_map(|quantity| quantity.profile);
-        let better = better.map(|profile| profile.improvement).fold(0.0, f64::max);
-        let [front, rear] = &known;
-        let mut estimates = [self.estimate(0, front), self.estimate(1, rear)];
-        for estimate in &mut estimates {
+    /// The estimates of both axles.
+    pub fn estimates(&self) -> Axles<Estimate> {
+        let before = PosteriorSamples { samples: self.prior.fill(BEFORE).collect() };
+        let mut known = Axles::new(|axle| self.known(axle, &before));
+        let better = if self.profile { self.follow(&mut known) } else { 0.0 };
+        let mut estimates = Axles::new(|axle| self.estimate(axle, &known[axle]));
+        for axle in Axle::ALL {
             // Met on the way along a profile: one more optimum than the starts had found.
-            estimate.convergence.optima += usize::from(better > BETTER);
+            estimates[axle].convergence.optima += usize::from(better > BETTER);
         }
         estimates
     }
 
+    /// Adds profiles; the largest rise to a better optimum on their way.
+    fn follow(&self, known: &mut Axles<Vec<Known>>) -> f64 {
+        // What is not narrowed down is not identifiable, whatever its profile.
+        let narrowed = |known: &Known| known.width_ratio < NARROWED;
+        let mut better: f64 = 0.0;
+        for axle in Axle::ALL {
+            let mut narrowed: Vec<&mut Known> =
+                known[axle].iter_mut().filter(|known| narrowed(known)).collect();
+            let quantities: Vec<_> = narrowed.iter().map(|known| (axle, known.quantity)).collect();
+            let found = profiles(self.explored, &quantities);
+            for (known, profile) in narrowed.iter_mut().zip(found) {
+                let Some(profile) = profile else { continue };
+                better = better.max(profile.improvement);
+                if self.exact(axle).is_none() {
+                    known.interval = self.along(known, &profile);
+                }
+                known.profile = Some(profile);
+            }
+        }
+        better
+    }
+
+    /// The interval by profile, where that was followed to its end; else the wider one of profile and curvature.
+    fn along(&self, known: &Known, profile: &Profile) -> [f64; 2] {
+        let [low, high] = [profile.lower.at, profile.upper.at];
+        if profile.converged {
+            [low, high]
+        } else {
+            [low.min(known.interval[0]), high.max(known.interval[1])]
+        }
+    }
+
     /// The draws of an axle, if they are from the posterior.
-    fn exact(&self, axle: usize) -> Option<&Posterior> {
+    fn exact(&self, axle: Axle) -> Option<&PosteriorSamples> {
         self.drawn.exact().map(|axles| &axles[axle])
     }
 
-    /// Standard deviation and middle 95 % of its draws.
-    fn drawn(&self, axle: usize, of: impl Fn(&Theta) -> f64) -> Option<(f64, [f64; 2])> {
-        let values: Vec<f64> = self.exact(axle)?.draws.iter().map(of).collect();
-        Some((statistics::std(&values), interval(values)))
+    fn known(&self, axle: Axle, before: &PosteriorSamples) -> Vec<Known> {
+        let theta = from_vector(&self.explored.x)[axle].theta();
+        let one = |quantity: Quantity| {
+            let mean = quantity.value(&theta);
+            match self.exact(axle) {
+                Some(posterior) => {
+                    let values = posterior.values(quantity);
+                    Known {
+                        quantity,
+                        mean,
+                        std: std(&values),
+                        width_ratio: width(quantity, &self.prior, &values, before),
+                        profile: None,
+                        rival: None,
+                        prior_shift: Some(prior_shift(&self.prior, posterior, &values)),
+                        interval: interval(values),
+                    }
+                }
+                None => {
+                    let std = self.std(axle, quantity);
+                    let [low, high] = quantity.range(&self.prior);
+                    Known {
+                        quantity,
+                        mean,
+                        std,
+                        width_ratio: width_of_std(quantity, &self.prior, std, before),
+                        profile: None,
+                        rival: None,
+                        prior_shift: None,
+                        interval: [(mean - REACH * std).max(low), (mean + REACH * std).min(high)],
+                    }
+                }
+            }
+        };
+        self.prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED).map(one).collect()
     }
 
-    fn known(&self, axle: usize) -> Vec<Known> {
-        let (x, o) = (&self.explored.x, 4 * axle);
-        let [lower, upper] = &self.explored.corners;
-        let parameter = |i: usize| Known {
-            name: NAMES[i],
-            value: x[o + i],
-            std: std(self.covariance, o + i),
-            quantity: Quantity::Parameter(o + i),
-            drawn: self.drawn(axle, |theta| theta[i]),
-            profile: None,
-            borders: [lower[o + i], upper[o + i]],
-        };
-        let product = |x: &DVector<f64>| x[o] * x[o + 1] * x[o + 2];
-        let stiffness = Known {
-            name: "K",
-            value: product(x),
-            std: self.explored.std(Quantity::Stiffness(o)),
-            quantity: Quantity::Stiffness(o),
-            drawn: self.drawn(axle, |theta| theta[0] * theta[1] * theta[2]),
-            profile: None,
-            borders: [product(lower), product(upper)],
-        };
-        (0..4).map(parameter).chain(std::iter::once(stiffness)).collect()
-    }
-
-    fn estimate(&self, axle: usize, known: &[Known]) -> Estimate {
-        let o = 4 * axle;
-        let mut identified: ByName<Verdict> = BTreeMap::new();
-        let mut reason: ByName<String> = BTreeMap::new();
-        let reach = self.reach(axle, known);
-        for quantity in known {
-            let (verdict, why) = quantity.judge(&reach);
-            identified.insert(quantity.name.into(), verdict);
-            reason.insert(quantity.name.into(), why);
+    /// Standard deviation by the curvature of the likelihood.
+    fn std(&self, axle: Axle, quantity: Quantity) -> f64 {
+        match quantity {
+            Quantity::Parameter(parameter) => {
+                let index = indices(axle).into_array()[parameter as usize];
+                self.covariance[(index, index)].max(0.0).sqrt()
+            }
+            Quantity::K => self.explored.stiffness_std(axle),
+            _ => {
+                let theta = from_vector(&self.explored.x)[axle].theta();
+                let gradient = DVector::from_column_slice(&quantity.gradient(&theta)[..4]);
+                let covariance = of_axle(&self.explored.in_box(), axle);
+                gradient.dot(&(covariance * &gradient)).max(0.0).sqrt()
+            }
         }
-        let by_name = |f: &dyn Fn(&Known) -> f64| -> ByName {
-            known.iter().map(|quantity| (quantity.name.to_string(), f(quantity))).collect()
-        };
-        let [lower, upper] = &self.explored.corners;
-        let at_bound = (0..4).filter(|i| {
-            let x = self.explored.x[o + i];
-            x <= lower[o + i] || x >= upper[o + i]
-        });
+    }
+
+    fn estimate(&self, axle: Axle, known: &[Known]) -> Estimate {
+        let advice = self.reach(axle, known);
+        let judgements: Vec<Judgement> =
+            known.iter().map(|known| known.clone().judge(&self.prior, &advice)).collect();
+        let free: Vec<_> = self.prior.free().collect();
+        let at_bound = self.explored.at_bound(indices(axle)).into_array();
+        let at_bound = TireParameters::<f64>::PARAMETERS.iter().zip(at_bound).filter(|(_, is)| *is);
+        let rows = || block(axle);
+        let of_likelihood =
+            || rows().map(|i| rows().map(|j| self.covariance[(i, j)]).collect()).collect();
         Estimate {
-            mean: by_name(&|quantity| quantity.value),
-            std: by_name(&|quantity| quantity.drawn.map_or(quantity.std, |(std, _)| std)),
-            interval: known.iter().map(|q| (q.name.to_string(), q.interval())).collect(),
-            parameters: NAMES.map(String::from).to_vec(),
+            mean: by_name(&judgements, |judgement| judgement.mean),
+            std: by_name(&judgements, |judgement| judgement.std),
+            interval: by_name(&judgements, |judgement| judgement.interval),
+            parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
             covariance: match self.exact(axle) {
-                Some(posterior) => posterior.covariance(&Parameter::ALL[..4]),
-                None => (0..4)
-                    .map(|i| (0..4).map(|j| self.covariance[(o + i, o + j)]).collect())
-                    .collect(),
+                Some(posterior) => posterior.covariance(&free),
+                None => of_likelihood(),
             },
-            at_bound: at_bound.map(|i| NAMES[i].to_string()).collect(),
+            at_bound: at_bound.map(|(parameter, _)| parameter.name().to_owned()).collect(),
             fixed: Vec::new(),
-            identified,
-            reason,
+            identified: by_name(&judgements, |judgement| judgement.verdict),
+            reason: by_name(&judgements, |judgement| judgement.reason.clone()),
             slip_range: self.slip_range[axle],
             samples: self.samples,
             noise_std: self.noise_std,
             convergence: self.convergence.clone(),
             seconds: self.seconds,
-            source: self.exact(axle).map_or(Source::Likelihood, |_| Source::Importance),
+            source: self
+                .exact(axle)
+                .map_or(UncertaintySource::Likelihood, |_| UncertaintySource::Importance),
             posterior: self.drawn.reports.as_ref().map(|reports| reports[axle].clone()),
             svi: self.drawn.svi.as_ref().map(|(_, reports)| reports[axle].clone()),
         }
     }
 
-    /// How far the slip went, in words. The peak is that of the estimate where the data know it, else that of a usual tire of
+    /// How far the slip went, in words. The peak is that of the estimate where the data know it, else that of a typical tire of
     /// this stiffness.
-    fn reach(&self, axle: usize, known: &[Known]) -> String {
-        let theta: Theta8 = std::array::from_fn(|i| self.explored.x[i]);
-        let o = 4 * axle;
-        let trusted = known[..4].iter().all(|quantity| !quantity.unknown());
-        let [_, C, D, E] = self.pull.expected;
-        let (curve, whose) = if trusted {
-            (crate::likelihood::curve(&theta, o), "the peak slip")
+    fn reach(&self, axle: Axle, known: &[Known]) -> String {
+        let tire = from_vector(&self.explored.x)[axle];
+        let parameters = known.iter().filter(|known| known.quantity.parameter().is_some());
+        let mut verdicts = parameters.map(Known::verdict);
+        let (curve, whose) = if verdicts.all(|verdict| verdict != Verdict::NotIdentifiable) {
+            (tire.curve(), "the peak slip")
         } else {
-            let B = known[4].value / (C * D);
-            (
-                MagicFormula { B, C, D, E, S_h: 0.0, S_v: 0.0 },
-                "the peak slip of a usual tire of this stiffness",
-            )
+            let mut typical = self.prior.centre;
+            typical[0] = tire.stiffness() / (typical[1] * typical[2]);
+            (curve(&typical), "the peak slip of a typical tire of this stiffness")
         };
         let slip = self.slip_range[axle].iter().fold(0.0_f64, |most, slip| most.max(slip.abs()));
-        match curve.peak_slip() {
-            Some(peak) => {
-                format!(
-                    "slip reached {slip:.4} rad, {:.0} % of {whose}, {peak:.4} rad",
-                    100.0 * slip / peak
-                )
-            }
-            None => format!("slip reached {slip:.4} rad"),
-        }
+        let share = curve.peak_slip().map_or(String::new(), |peak| {
+            format!(", {:.0} % of {whose}, {peak:.4} rad", 100.0 * slip / peak)
+        });
+        format!("In these drives slip reached {slip:.4} rad{share}.")
     }
 }
 
-fn std(covariance: &DMatrix<f64>, i: usize) -> f64 {
-    covariance[(i, i)].max(0.0).sqrt()
-}
-
-impl Known {
-    /// Of the posterior, if there are draws, else of the likelihood.
-    fn interval(&self) -> [f64; 2] {
-        self.drawn.map_or_else(|| self.of_likelihood(), |(_, interval)| interval)
-    }
-
-    /// By profile, where that was followed to its end; else the wider one of profile and curvature.
-    fn of_likelihood(&self) -> [f64; 2] {
-        let reach = 1.959_964 * self.std;
-        let [low, high] = [self.value - reach, self.value + reach];
-        let [low, high] = match self.profile {
-            Some(profile) if profile.found => profile.ends,
-            Some(profile) => [profile.ends[0].min(low), profile.ends[1].max(high)],
-            None => [low, high],
-        };
-        [low.max(self.borders[0]), high.min(self.borders[1])]
-    }
-
-    /// Standard deviation of a value anywhere in the box.
-    fn box_std(&self) -> f64 {
-        (self.borders[1] - self.borders[0]) / 12_f64.sqrt()
-    }
-
-    fn open(&self) -> Option<&'static str> {
-        match self.profile?.closed {
-            [true, true] => None,
-            [false, true] => Some("below"),
-            [true, false] => Some("above"),
-            [false, false] => Some("on either side"),
-        }
-    }
-
-    /// Half the wider interval in units of a normal distribution, or what the curvature says if that is more: where nothing is
-    /// known, that is much more than the box.
-    fn spread(&self) -> f64 {
-        let half = |[low, high]: [f64; 2]| 0.5 * (high - low) / 1.959_964;
-        half(self.of_likelihood()).max(half(self.interval())).max(self.std)
-    }
-
-    /// Spread relative to the value [%].
-    fn relative(&self) -> f64 {
-        100.0 * self.spread() / self.value.abs().max(0.1)
-    }
-
-    fn unknown(&self) -> bool {
-        let spread = self.spread();
-        // Not a number or infinite: nothing is known.
-        let told = self.relative() <= NONE && spread <= self.box_std();
-        self.open().is_some() || !told
-    }
-
-    fn judge(&self, reach: &str) -> (Verdict, String) {
-        let (relative, [low, high]) = (self.relative(), self.interval());
-        if let Some(side) = self.open() {
-            let text = format!(
-                "up to the border of the box no value {side} contradicts the data; {reach}"
-            );
-            (Verdict::NotIdentifiable, text)
-        } else if self.unknown() {
-            let text = format!("known to {relative:.0} % only, {low:.3} to {high:.3}; {reach}");
-            (Verdict::NotIdentifiable, text)
-        } else if self.spread() > LITTLE * self.box_std() {
-            let text = format!("{low:.3} to {high:.3} is much of the box; {reach}");
-            (Verdict::Weak, text)
-        } else {
-            (Verdict::Identified, format!("{low:.4} to {high:.4} ({relative:.2} %); {reach}"))
-        }
-    }
+fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
+    judgements
+        .iter()
+        .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
+        .collect()
 }

@@ -6,17 +6,24 @@ mod drive;
 
 use std::sync::LazyLock;
 
-use drive_inference::likelihood::{Noise, Theta8, curve};
 use drive_inference::regression::{Target, Weights};
 use drive_inference::smoothing::Smoothing;
+use drive_inference::tires::to_array;
 use drive_inference::validation::{Manoeuvre, compare};
-use drive_inference::{Formulation, Identified, Noises, Options, Pull, Recording, identify};
+use drive_inference::{
+    DriveNoise, DriveOptions, Formulation, Identified, Noises, Recording, Tires, identify,
+};
 use numerics::convergence::Status;
-use tire_inference::posterior::report::Source;
+use tire_inference::axles::Axle;
+use tire_inference::parameters::TireParameters;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
-const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+const UNEQUAL: Tires = Tires {
+    front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
+    rear: TireParameters { B: 25.0, C: 1.9, D: 1.7, E: 0.9 },
+};
 
 /// Noises of the nominal car as assumed: EM is for [`prediction_errors_recover_unequal_tires`].
 const UNTUNED: Smoothing = Smoothing { em_passes: 0 };
@@ -27,17 +34,17 @@ static LIMIT: LazyLock<Recording> = LazyLock::new(|| {
     drive::drive(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1)
 });
 
-fn of(recording: &Recording, options: &Options) -> Identified {
+fn of(recording: &Recording, options: &DriveOptions) -> Identified {
     identify(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
 }
 
-fn theta(found: &Identified) -> Theta8 {
-    found.formulations.last().expect("one formulation").theta
+fn tires(found: &Identified) -> Tires {
+    found.formulations.last().expect("one formulation").tires
 }
 
 /// Largest distance of the curves over 0 to 0.3 rad, relative to the peak.
-fn curve_error(found: &Theta8, o: usize) -> f64 {
-    let (found, truth) = (curve(found, o), curve(&UNEQUAL, o));
+fn curve_error(found: &Tires, axle: Axle) -> f64 {
+    let (found, truth) = (found[axle].curve(), UNEQUAL[axle].curve());
     let off = |k: i32| {
         let slip = 0.003 * f64::from(k);
         (found.coefficient(slip) - truth.coefficient(slip)).abs()
@@ -47,24 +54,28 @@ fn curve_error(found: &Theta8, o: usize) -> f64 {
 
 #[test]
 fn prediction_errors_recover_unequal_tires() {
-    let options = Options { profile: false, svi: true, ..Options::default() };
+    let options = DriveOptions { svi: true, ..DriveOptions::default() };
     let found = of(&LIMIT, &options);
-    let theta = theta(&found);
+    let tires = tires(&found);
+    let (theta, truth) = (to_array(tires), to_array(UNEQUAL));
     assert_eq!(found.convergence.status, Status::Converged);
     for i in 0..8 {
-        assert!((theta[i] / UNEQUAL[i] - 1.0).abs() < 0.06, "{theta:?}");
+        assert!((theta[i] / truth[i] - 1.0).abs() < 0.06, "{theta:?}");
         let std = found.covariance[i][i].sqrt();
-        assert!((theta[i] - UNEQUAL[i]).abs() < 4.0 * std, "{i}: {theta:?} ± {std}");
+        assert!((theta[i] - truth[i]).abs() < 4.0 * std, "{i}: {theta:?} ± {std}");
     }
-    for (axle, estimate) in [&found.front, &found.rear].into_iter().enumerate() {
+    for (axle, estimate) in found.estimates.each_ref().into_array().into_iter().enumerate() {
         let posterior = estimate.posterior.as_ref().expect("a posterior");
-        assert!(posterior.is_exact() && estimate.source == Source::Importance, "{posterior:?}");
+        assert!(
+            posterior.is_exact() && estimate.source == UncertaintySource::Importance,
+            "{posterior:?}"
+        );
         for (i, name) in ["B", "C", "D", "E"].into_iter().enumerate() {
-            let place = 4 * axle + i;
+            let index = 4 * axle + i;
             // As much is known as the bound of Cramér and Rao allows, and hardly more or less.
-            let ratio = estimate.std[name] / found.covariance[place][place].sqrt();
+            let ratio = estimate.std[name] / found.covariance[index][index].sqrt();
             assert!((0.85..1.15).contains(&ratio), "{name}: {ratio}");
-            let off = (posterior.mean[name] - theta[place]) / estimate.std[name];
+            let off = (posterior.mean[name] - theta[index]) / estimate.std[name];
             assert!(off.abs() < 0.3, "{name}: {off}");
         }
         // So does a normal distribution in coordinates without bounds, which knows nothing of the draws.
@@ -77,10 +88,9 @@ fn prediction_errors_recover_unequal_tires() {
             assert!(off.abs() < 0.2 && (0.85..1.15).contains(&ratio), "{name}: {off} {ratio}");
         }
     }
-    for o in [0, 4] {
-        assert!(curve_error(&theta, o) < 5e-3, "{theta:?}");
-        let K = |theta: &Theta8| theta[o] * theta[o + 1] * theta[o + 2];
-        assert!((K(&theta) / K(&UNEQUAL) - 1.0).abs() < 5e-3);
+    for axle in Axle::ALL {
+        assert!(curve_error(&tires, axle) < 5e-3, "{tires:?}");
+        assert!((tires[axle].stiffness() / UNEQUAL[axle].stiffness() - 1.0).abs() < 5e-3);
     }
     for (sensor, truth) in found.noise.sensor.iter().zip(drive::USUAL) {
         assert!((sensor / truth - 1.0).abs() < 0.05, "{:?}", found.noise);
@@ -90,9 +100,9 @@ fn prediction_errors_recover_unequal_tires() {
     assert!((0.9..1.05).contains(&share), "{innovations:?}");
     let series = &found.series[0];
     assert_eq!(series.a_y.len(), LIMIT.len());
-    let tires = |theta: &Theta8| [curve(theta, 0), curve(theta, 4)];
+    let curves = |tires: &Tires| tires.map(|tire| tire.curve()).into_array();
     for manoeuvre in Manoeuvre::ALL {
-        let off = compare(manoeuvre, &Vehicle::default(), tires(&theta), tires(&UNEQUAL));
+        let off = compare(manoeuvre, &Vehicle::default(), curves(&tires), curves(&UNEQUAL));
         assert!(off[0] < 0.02 && off[1] < 0.02, "{manoeuvre:?}: {off:?}");
     }
 }
@@ -101,11 +111,11 @@ fn prediction_errors_recover_unequal_tires() {
 fn two_recordings_tell_more_than_one() {
     let half = LIMIT.len() / 2;
     let parts = [LIMIT.slice(0..half), LIMIT.slice(half..LIMIT.len())];
-    let noises = Noises::Known(Noise::of_sensors(drive::USUAL));
-    let options = Options { profile: false, noises, smoothing: UNTUNED, ..Options::default() };
+    let noises = Noises::Known(DriveNoise::of_sensors(drive::USUAL));
+    let options = DriveOptions { noises, smoothing: UNTUNED, ..DriveOptions::default() };
     let std = |recordings: &[Recording]| {
         let found = identify(recordings, &options, &mut |_, _| true).expect("tires");
-        [found.front.std["K"], found.rear.std["K"]]
+        found.estimates.map(|estimate| estimate.std["K"]).into_array()
     };
     let (one, both) = (std(&parts[..1]), std(&parts));
     assert!(both[0] < one[0] && both[1] < one[1], "{one:?} {both:?}");
@@ -115,9 +125,11 @@ fn two_recordings_tell_more_than_one() {
 fn slip_far_below_the_peak_is_not_enough() {
     let car = Vehicle::default();
     let recording = drive::drive(&car, &drive::chirp(30.0), &drive::CLEAN, 2);
-    let noises = Noises::Known(Noise::of_sensors(drive::CLEAN));
-    let found = of(&recording, &Options { noises, smoothing: UNTUNED, ..Options::default() });
-    for estimate in [&found.front, &found.rear] {
+    let noises = Noises::Known(DriveNoise::of_sensors(drive::CLEAN));
+    let options =
+        DriveOptions { noises, smoothing: UNTUNED, profile: true, ..DriveOptions::default() };
+    let found = of(&recording, &options);
+    for estimate in found.estimates.into_array() {
         for name in ["B", "C", "D", "E"] {
             assert_eq!(estimate.identified[name], Verdict::NotIdentifiable, "{name} {estimate:?}");
             let reason = &estimate.reason[name];
@@ -140,27 +152,33 @@ fn every_formulation_can_be_chosen() {
     for (target, allowed) in targets.into_iter().zip([0.15, 0.15, 0.15, 0.02]) {
         for weights in [Weights::Plain, Weights::Variance { clamp: 0.1 }] {
             let method = Formulation::Points(target);
-            let options = Options { method, weights, smoothing: UNTUNED, ..Options::default() };
+            let options =
+                DriveOptions { method, weights, smoothing: UNTUNED, ..DriveOptions::default() };
             let found = of(&LIMIT, &options);
-            let worst = curve_error(&theta(&found), 0).max(curve_error(&theta(&found), 4));
-            assert!(worst < allowed, "{target:?} {weights:?}: {worst} {:?}", theta(&found));
+            let tires = tires(&found);
+            let worst =
+                Axle::ALL.map(|axle| curve_error(&tires, axle)).into_iter().fold(0.0, f64::max);
+            assert!(worst < allowed, "{target:?} {weights:?}: {worst} {tires:?}");
             assert_eq!(found.formulations.len(), 1);
         }
     }
 }
 
 #[test]
-fn pulls_draw_the_axles_together_and_odd_terms_are_found_to_be_small() {
+fn coupling_draws_the_axles_together_and_odd_terms_are_found_to_be_small() {
     let method = Formulation::Points(Target::AccelerationAndYaw);
-    let free = of(&LIMIT, &Options { method, odd: true, smoothing: UNTUNED, ..Options::default() });
+    let free = of(
+        &LIMIT,
+        &DriveOptions { method, odd_terms: true, smoothing: UNTUNED, ..DriveOptions::default() },
+    );
     let fitted = free.formulations.last().expect("one formulation");
     // The plant has no such terms; at a side-slip of 0.1 rad they may reach some hundredths of m/s².
     assert!(fitted.odd[0].abs() * 0.1 < 0.3, "{:?}", fitted.odd);
     assert!(fitted.odd.iter().all(|factor| *factor != 0.0));
-    let pull = Pull { towards_each_other: 1e7, ..Pull::default() };
-    let tied =
-        theta(&of(&LIMIT, &Options { method, pull, smoothing: UNTUNED, ..Options::default() }));
-    for i in 0..4 {
-        assert!((tied[i] / tied[i + 4] - 1.0).abs() < 0.02, "{tied:?}");
+    let smoothing = UNTUNED;
+    let tied = DriveOptions { method, axle_coupling: 1e7, smoothing, ..DriveOptions::default() };
+    let tied = tires(&of(&LIMIT, &tied));
+    for (front, rear) in tied.front.into_array().into_iter().zip(tied.rear.into_array()) {
+        assert!((front / rear - 1.0).abs() < 0.02, "{tied:?}");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Each round draws from a mixture of t distributions, one for each mode, and counts all draws so far as those of the mixture of all
 //! rounds (Cornuet, Marin, Mira and Robert, "Adaptive multiple importance sampling", Scand. J. Stat. 39 (2012)). The next round's
-//! distributions have masses, means and covariances of the weighted draws. Once they fit, what is told comes from draws that the
+//! distributions have masses, means and covariances of the weighted draws. Once they fit, what is reported comes from draws that the
 //! distributions have not seen: those that they were fitted to would make them look better than they are.
 
 use nalgebra::{DMatrix, DVector};
@@ -205,8 +205,8 @@ fn next<F: Fn(&[DVector<f64>]) -> Vec<f64>>(
         (0..heights.len()).max_by(|&a, &b| heights[a].total_cmp(&heights[b]))
     };
     let places: Vec<Option<usize>> = pool.points.iter().map(nearest).collect();
-    let component = |place: usize| {
-        let own = |&i: &usize| places[i] == Some(place);
+    let component = |index: usize| {
+        let own = |&i: &usize| places[i] == Some(index);
         let own: Vec<usize> = (0..weights.len()).filter(own).collect();
         let weights: Vec<f64> = own.iter().map(|&i| weights[i]).collect();
         let points: Vec<_> = own.iter().map(|&i| &pool.points[i]).collect();
@@ -268,7 +268,7 @@ mod tests {
         [mean, weighted(&|x| (x - mean).powi(2)).sqrt()]
     }
 
-    /// A bent valley, and the logit of what is anywhere between two bounds.
+    /// A bent ridge, and the logit of what is anywhere between two bounds.
     fn banana(z: &DVector<f64>) -> f64 {
         let bent = z[1] - 0.15 * (z[0] * z[0] - 1.0);
         let bounded = -z[2] - 2.0 * (-z[2]).exp().ln_1p();

@@ -1,5 +1,5 @@
-//! Makes points that stand for the standard normal distribution: few, the same each time, with exactly its mean and
-//! covariance.
+//! Makes points without gaps: in the unit cube, for starts; and points that stand for the standard normal distribution, few, the same
+//! each time, with exactly its mean and covariance.
 
 use std::f64::consts::TAU;
 
@@ -23,6 +23,29 @@ const DIRECTIONS: [(u32, &[u32]); DIMENSIONS - 1] = [
     (4, &[1, 3, 5, 13]),
     (2, &[1, 1, 5, 5, 17]),
 ];
+
+/// Points of the unit cube: the additive recurrence x_k = fract(x_0 + k α), with α_i = g^−i and g the root of g^(d+1) = g + 1, whose
+/// discrepancy is low in any dimension. The first point is the middle, unless a seed turns it.
+#[derive(Clone, Copy, Debug)]
+pub struct AdditiveRecurrence<const N: usize> {
+    root: f64,
+    first: f64,
+}
+
+impl<const N: usize> AdditiveRecurrence<N> {
+    /// With x_0 turned by a seed.
+    pub fn new(seed: u64) -> Self {
+        let root = (0..60).fold(1.2_f64, |g, _| (1.0 + g).powf(1.0 / (N as f64 + 1.0)));
+        Self { root, first: 0.5 + (seed as f64 * 0.754_877_666_246_692_7).fract() }
+    }
+
+    /// A point.
+    pub fn point(&self, index: usize) -> [f64; N] {
+        std::array::from_fn(|i| {
+            (self.first + index as f64 * self.root.powi(-(i as i32 + 1))).fract()
+        })
+    }
+}
 
 /// An even number of points as columns: each with its mirror image, mean 0 and covariance 1 to rounding. At least twice as
 /// many points as dimensions, of which there are at most eight.
@@ -126,6 +149,19 @@ mod tests {
             .collect();
         cells.sort_unstable();
         assert!(cells.into_iter().eq(0..64));
+    }
+
+    #[test]
+    fn the_additive_recurrence_leaves_no_gaps() {
+        let points = AdditiveRecurrence::<6>::new(0);
+        assert_eq!(points.point(0), [0.5; 6]);
+        for axis in 0..6 {
+            let mut places: Vec<f64> = (0..64).map(|k| points.point(k)[axis]).collect();
+            places.sort_by(f64::total_cmp);
+            let gap = places.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+            assert!(gap < 4.0 / 64.0, "axis {axis}: {gap}");
+        }
+        assert_ne!(AdditiveRecurrence::<6>::new(1).point(0), [0.5; 6]);
     }
 
     #[test]

@@ -7,19 +7,19 @@ use crate::elementary;
 use crate::scalar::{Function, Scalar};
 
 /// How many there are.
-pub const LANES: usize = 4;
+pub const WIDTH: usize = 4;
 
 /// A number for each parameter vector.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct SimdBatch(pub [f64; LANES]);
+pub struct SimdBatch(pub [f64; WIDTH]);
 
 /// The same for each of them. Not a function of a closure: those are not always inlined into the code for wide vectors, and without it
 /// a fused multiplication and addition is a call.
 macro_rules! each {
     ($like:expr, $index:ident => $number:expr) => {{
         let mut all = $like;
-        for $index in 0..LANES {
+        for $index in 0..WIDTH {
             all.0[$index] = $number;
         }
         all
@@ -83,7 +83,7 @@ impl Mul<f64> for SimdBatch {
 impl Scalar for SimdBatch {
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
-        Self([value; LANES])
+        Self([value; WIDTH])
     }
 
     #[inline(always)]
@@ -108,11 +108,11 @@ impl Scalar for SimdBatch {
 
     #[inline(always)]
     fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
-        let mut values = [Self([0.0; LANES]); M];
-        for lane in 0..LANES {
-            let at = F::at(std::array::from_fn(|k| of[k].0[lane]));
+        let mut values = [Self([0.0; WIDTH]); M];
+        for index in 0..WIDTH {
+            let at = F::at(std::array::from_fn(|k| of[k].0[index]));
             for (values, (value, _)) in values.iter_mut().zip(at) {
-                values.0[lane] = value;
+                values.0[index] = value;
             }
         }
         values

@@ -66,7 +66,7 @@ pub struct Limits {
     pub target: f64,
     /// KKT residual that counts as converged where rounding forbids the target.
     pub tolerance: f64,
-    /// First damping, relative to the diagonal of the Hessian. A small one lets a search move along a valley at once, if its
+    /// First damping, relative to the diagonal of the Hessian. A small one lets a search move along a ridge at once, if its
     /// start is so near that the quadratic model holds.
     pub damping: f64,
 }
@@ -107,7 +107,7 @@ const LEAST_DAMPING: f64 = 1e-13;
 const MOST_DAMPING: f64 = 1e12;
 /// Predicted decreases below this share of scale² drown in the rounding of the cost.
 const ROUNDING: f64 = 1e-13;
-/// Most steps after convergence whose decrease drowns. Where there is curvature two or three reach the target; along a flat valley they wander.
+/// Most steps after convergence whose decrease drowns. Where there is curvature two or three reach the target; along a flat ridge they wander.
 const DROWNED: usize = 20;
 
 /// Minimises from a start, which is first moved into the box. Bounds may be infinite.

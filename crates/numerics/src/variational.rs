@@ -2,6 +2,7 @@
 
 pub mod adam;
 pub mod gaussian;
+pub mod judged;
 pub mod newton;
 
 use nalgebra::DVector;
@@ -13,6 +14,11 @@ pub trait LogDensity {
 
     /// Logarithm and gradient at a point.
     fn at(&self, x: &DVector<f64>) -> (f64, DVector<f64>);
+
+    /// The logarithm alone at several points.
+    fn logs(&self, points: &[DVector<f64>]) -> Vec<f64> {
+        points.iter().map(|x| self.at(x).0).collect()
+    }
 
     /// Logarithms and gradients at several points.
     fn all_at(&self, points: &[DVector<f64>]) -> Vec<(f64, DVector<f64>)> {

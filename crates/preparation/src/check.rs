@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::filter::Filter;
 use crate::settings::Pipeline;
 use crate::shift::Shifts;
-use crate::slip_resampling::Even;
+use crate::slip_resampling::SlipResampling;
 
 fn positive(name: &'static str, found: f64) -> Result<(), Error> {
     Error::unless(found > 0.0 && found.is_finite(), name, found, "a positive number")
@@ -55,11 +55,11 @@ impl Pipeline {
             let right = (0.0..=1.0).contains(&horizontal_share);
             Error::unless(right, "shifts.horizontal_share", horizontal_share, "0 to 1")?;
         }
-        match self.even {
-            Even::Nearest { count } | Even::Weighted { count } => {
-                Error::unless(count >= 2, "even.count", count as f64, "at least 2")
+        match self.slip_resampling {
+            SlipResampling::Nearest { count } | SlipResampling::Weighted { count } => {
+                Error::unless(count >= 2, "slip_resampling.count", count as f64, "at least 2")
             }
-            Even::Off => Ok(()),
+            SlipResampling::Off => Ok(()),
         }
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::local_polynomial::{Window, projection};
 
-/// A zero-phase filter. Windows are told in seconds and become odd numbers of samples by the mean distance of the
+/// A zero-phase filter. Windows are reported in seconds and become odd numbers of samples by the mean distance of the
 /// time stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]

@@ -43,7 +43,7 @@ impl Default for Offsets {
 /// Where an offset comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Source {
+pub enum OffsetSource {
     /// The user gave it.
     Given,
     /// From straight driving.
@@ -62,10 +62,10 @@ pub struct Offset {
     /// What it is.
     pub value: f64,
     /// Where it comes from.
-    pub source: Source,
+    pub source: OffsetSource,
     /// How many samples of straight driving there are.
     pub samples: usize,
-    /// Standard deviation of the bulk of single samples about it; none if it was given or could not be told.
+    /// Standard deviation of the bulk of single samples about it; none if it was given or could not be reported.
     pub spread: Option<f64>,
 }
 
@@ -117,12 +117,12 @@ pub fn estimate(rows: &[Row], car: &Car, settings: &Offsets) -> [Offset; 4] {
     std::array::from_fn(|i| {
         let (name, unit) = NAMES[i];
         let source = match given[i] {
-            Some(_) => Source::Given,
-            None if enough => Source::Estimated,
-            None => Source::TooFewStraightSamples,
+            Some(_) => OffsetSource::Given,
+            None if enough => OffsetSource::Estimated,
+            None => OffsetSource::TooFewStraightSamples,
         };
         // Rounds that ended early leave nothing half done.
-        let told = source != Source::TooFewStraightSamples;
+        let told = source != OffsetSource::TooFewStraightSamples;
         let value = if told { value[i] } else { 0.0 };
         Offset { name, unit, value, source, samples, spread: scatter[i].filter(|_| told) }
     })
@@ -201,7 +201,7 @@ mod tests {
         for (offset, (expected, close)) in
             found.iter().zip(TRUE.iter().zip([3e-4, 0.01, 0.03, 3e-4]))
         {
-            assert_eq!(offset.source, Source::Estimated);
+            assert_eq!(offset.source, OffsetSource::Estimated);
             assert!(offset.samples > 2000, "{offset:?}");
             assert_relative_eq!(offset.value, *expected, epsilon = close);
         }
@@ -212,7 +212,7 @@ mod tests {
         let rows: Vec<Row> = drive(0.4).iter().map(disturbed).collect();
         let settings = Offsets { a_y: Some(0.5), r: Some(-0.004), ..Offsets::default() };
         let found = estimate(&rows, &Car::default(), &settings);
-        assert_eq!((found[2].value, found[2].source), (0.5, Source::Given));
+        assert_eq!((found[2].value, found[2].source), (0.5, OffsetSource::Given));
         assert_eq!(found[0].value, -0.004);
         assert_relative_eq!(found[1].value, TRUE[1], epsilon = 0.01);
     }
@@ -221,7 +221,7 @@ mod tests {
     fn too_few_straight_samples_are_said() {
         let rows = drive(1.0);
         for offset in estimate(&rows, &Car::default(), &Offsets::default()) {
-            assert_eq!((offset.value, offset.source), (0.0, Source::TooFewStraightSamples));
+            assert_eq!((offset.value, offset.source), (0.0, OffsetSource::TooFewStraightSamples));
             assert_eq!((offset.samples, offset.spread), (0, None));
         }
     }

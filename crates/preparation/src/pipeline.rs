@@ -1,4 +1,4 @@
-//! Prepares a recording: the order of the steps, and what is told of each.
+//! Prepares a recording: the order of the steps, and what is reported of each.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -43,12 +43,12 @@ pub struct Prepared {
     /// What went into and came out of each step.
     pub stages: Vec<Stage>,
     /// What was done to the recording as a whole.
-    pub report: Report,
+    pub report: PreparationReport,
 }
 
 /// What was done to a recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct PreparationReport {
     /// Rows of `v_x`, and why some are not used.
     pub lost: Lost,
     /// Repeated rows that were dropped, by signal.
@@ -96,8 +96,15 @@ impl Pipeline {
         let rear = self.axle(&time, &axles, 1, &mut stages)?;
         let points =
             [&front, &rear].into_iter().flat_map(Axle::points).map(|p| p.counts.clone()).collect();
-        let report =
-            Report { lost, held, gear_shifts, stretches, rows: raw.len(), offsets, points };
+        let report = PreparationReport {
+            lost,
+            held,
+            gear_shifts,
+            stretches,
+            rows: raw.len(),
+            offsets,
+            points,
+        };
         Ok(Prepared { front, rear, stages, report })
     }
 

@@ -129,13 +129,13 @@ pub fn collect(
     let all = Timed { time: time.to_vec(), samples };
     let loaded = all.filtered(&carries);
     let inliers = loaded.filtered(&pipeline.outliers.keep(&loaded.samples));
-    let used = pipeline.even.apply(&inliers.samples);
+    let used = pipeline.slip_resampling.apply(&inliers.samples);
     let selected: Vec<bool> =
-        pipeline.even.weights(&inliers.samples).iter().map(|w| *w > 0.0).collect();
-    let even = Timed { samples: used, ..inliers.filtered(&selected) };
+        pipeline.slip_resampling.weights(&inliers.samples).iter().map(|w| *w > 0.0).collect();
+    let resampled = Timed { samples: used, ..inliers.filtered(&selected) };
 
     let [inputs, passed, outputs] =
-        [&loaded, &inliers, &even].map(|p| p.columns(curve.slip_unit()));
+        [&loaded, &inliers, &resampled].map(|p| p.columns(curve.slip_unit()));
     let name = curve.name();
     stages.push(Stage { name: format!("{name}: outliers"), inputs, outputs: passed.clone() });
     stages.push(Stage { name: format!("{name}: evening out"), inputs: passed, outputs });
@@ -153,8 +153,8 @@ pub fn collect(
         rows,
         unloaded: rows - loaded,
         outliers: loaded - inliers,
-        used: even.samples.len(),
-        slip_range: even.samples.slip_range(),
+        used: resampled.samples.len(),
+        slip_range: resampled.samples.slip_range(),
     };
-    Ok(Points { samples: even.samples, shift, counts })
+    Ok(Points { samples: resampled.samples, shift, counts })
 }

@@ -9,7 +9,7 @@ use crate::outlier::Outliers;
 use crate::resample::Interpolation;
 use crate::row::Smoothing;
 use crate::shift::Shifts;
-use crate::slip_resampling::Even;
+use crate::slip_resampling::SlipResampling;
 
 /// Settings of the preparation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,7 +42,7 @@ pub struct Pipeline {
     /// Who finds S_h and S_v.
     pub shifts: Shifts,
     /// How to even out the density over slip.
-    pub even: Even,
+    pub slip_resampling: SlipResampling,
 }
 
 impl Default for Pipeline {
@@ -61,7 +61,7 @@ impl Default for Pipeline {
             outliers: Outliers::default(),
             noise: NoiseOf::default(),
             shifts: Shifts::default(),
-            even: Even::default(),
+            slip_resampling: SlipResampling::default(),
         }
     }
 }

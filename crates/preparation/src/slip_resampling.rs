@@ -8,7 +8,7 @@ use crate::samples::Samples;
 /// How to keep the many points of easy driving from outweighing the few at the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Even {
+pub enum SlipResampling {
     /// All points count alike.
     Off,
     /// Of `count` evenly spaced slips the nearest point each, as Goblirsch et al. do, but each point once.
@@ -23,13 +23,13 @@ pub enum Even {
     },
 }
 
-impl Default for Even {
+impl Default for SlipResampling {
     fn default() -> Self {
         Self::Nearest { count: 1500 }
     }
 }
 
-impl Even {
+impl SlipResampling {
     /// The points to fit, in the order that they came in: a subset, or all with other weights.
     pub fn apply(self, samples: &Samples) -> Samples {
         let weight = self.weights(samples);
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn no_point_twice_and_both_ends_in() {
         let all = dense(2001);
-        let even = Even::Nearest { count: 1000 }.apply(&all);
+        let even = SlipResampling::Nearest { count: 1000 }.apply(&all);
         let mut slips = even.slip.clone();
         slips.sort_by(f64::total_cmp);
         assert!(slips.windows(2).all(|w| w[0] < w[1]));
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn parts_weigh_alike() {
         let all = dense(2001);
-        let even = Even::Weighted { count: 40 }.apply(&all);
+        let even = SlipResampling::Weighted { count: 40 }.apply(&all);
         assert_eq!((&even.slip, &even.force), (&all.slip, &all.force));
         assert_relative_eq!(even.weight.iter().sum::<f64>(), 40.0, max_relative = 1e-12);
         assert!(even.weight.iter().all(|w| *w <= 1.0));
@@ -123,7 +123,9 @@ mod tests {
     #[test]
     fn little_is_left_as_it_is() {
         let one = Samples::new(vec![0.1; 3], vec![1.0; 3]);
-        for even in [Even::Off, Even::default(), Even::Weighted { count: 10 }] {
+        for even in
+            [SlipResampling::Off, SlipResampling::default(), SlipResampling::Weighted { count: 10 }]
+        {
             assert_eq!(even.apply(&one), one);
             assert_eq!(even.apply(&Samples::default()), Samples::default());
         }
@@ -135,7 +137,7 @@ mod tests {
             slip in prop::collection::vec(-0.3..0.3f64, 2..200), count in 1usize..100,
         ) {
             let force: Vec<f64> = (0..slip.len()).map(|i| i as f64).collect();
-            let even = Even::Nearest { count }.apply(&Samples::new(slip.clone(), force));
+            let even = SlipResampling::Nearest { count }.apply(&Samples::new(slip.clone(), force));
             prop_assert!(even.len() <= count.min(slip.len()));
             prop_assert!(even.force.windows(2).all(|w| w[0] < w[1]));
             for (s, f) in even.slip.iter().zip(&even.force) {
@@ -146,7 +148,7 @@ mod tests {
         #[test]
         fn mirrored_points_give_the_mirrored_selection(slip in prop::collection::vec(-0.3..0.3f64, 2..60)) {
             let mirror: Vec<f64> = slip.iter().map(|s| -s).collect();
-            let apply = |s: &[f64]| Even::Nearest { count: 37 }.apply(&Samples::new(s.to_vec(), s.to_vec()));
+            let apply = |s: &[f64]| SlipResampling::Nearest { count: 37 }.apply(&Samples::new(s.to_vec(), s.to_vec()));
             let found: Vec<f64> = apply(&mirror).slip.iter().map(|s| -s).collect();
             prop_assert_eq!(apply(&slip).slip, found);
         }

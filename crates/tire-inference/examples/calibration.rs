@@ -22,9 +22,9 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use tire_inference::compressed::Compressed;
 use tire_inference::estimate::identify;
-use tire_inference::fit::{Options, Problem, SlipNoise, least_squares};
+use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
 use tire_inference::parameters::Theta;
-use tire_inference::posterior::{Found, Options as Draws, draw};
+use tire_inference::posterior::{Found, SamplingOptions, draw};
 use tire_inference::prior::Prior;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
@@ -37,7 +37,7 @@ mod judge_closely;
 use judge::{COUNT, Moments, quantities};
 
 const NAMES: [&str; COUNT] = ["B", "C", "D", "E", "K"];
-/// Draws of one posterior whose order among the truth is told: one in four, as neighbours may be equal.
+/// Draws of one posterior whose order among the truth is reported: one in four, as neighbours may be equal.
 const THIN: usize = 4;
 /// E of narrow second modes.
 const NEEDLE: f64 = 0.95;
@@ -50,8 +50,8 @@ type Failure = Box<dyn std::error::Error + Send + Sync>;
 fn main() -> Result<(), Failure> {
     const USAGE: &str = "expected coverage|noisy|ranks|brute|times COUNT [SAMPLES [MORE]]";
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let number = |place: usize, absent: usize| {
-        arguments.get(place).map_or(Ok(absent), |text| text.parse::<usize>())
+    let number = |index: usize, absent: usize| {
+        arguments.get(index).map_or(Ok(absent), |text| text.parse::<usize>())
     };
     let count = number(1, 200)?;
     match arguments.first().map(String::as_str) {
@@ -83,7 +83,7 @@ fn coverage(
                 ..Excitation::default()
             };
             let usual = Settings::new(Direction::Longitudinal);
-            let mut settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            let mut settings = Settings { options: FitOptions { seed, ..usual.options }, ..usual };
             if slip_std.is_some() {
                 excitation.truth[4..].copy_from_slice(&SHIFTS);
                 settings.prior.free = [true; 6];
@@ -128,9 +128,9 @@ fn of_tire(
     let excitation =
         Excitation { truth, samples: size, slip_std: 0.0, seed, ..Excitation::default() };
     let samples = samples(&excitation, level);
-    let fit = least_squares(&Problem::new(&samples), &Options::default())?;
+    let fit = least_squares(&Problem::new(&samples), &FitOptions::default())?;
     let optima: Vec<Theta> = fit.optima.iter().map(|(theta, _)| *theta).collect();
-    let options = Draws { seed, ..Draws::default() };
+    let options = SamplingOptions { seed, ..SamplingOptions::default() };
     let found = draw(&Compressed::new(&samples), &Prior::longitudinal(), &optima, &options);
     Ok((samples, found))
 }
@@ -172,7 +172,7 @@ fn ranks(count: usize, size: usize, first: usize) -> Result<(), Failure> {
         let one = |seed: usize| -> Result<[f64; COUNT], Failure> {
             let (truth, _, found) = of_prior(seed, size, level)?;
             let truth = quantities(&truth);
-            let draws = found.posterior.draws.iter().step_by(THIN).map(quantities);
+            let draws = found.posterior.samples.iter().step_by(THIN).map(quantities);
             let draws: Vec<[f64; COUNT]> = draws.collect();
             Ok(std::array::from_fn(|i| {
                 let below = draws.iter().filter(|draw| draw[i] < truth[i]).count() as f64;
@@ -255,7 +255,7 @@ fn brute(
             let (_, samples, found) = of_prior(seed, size, level)?;
             inexact += usize::from(!found.report.is_exact());
             let data = Compressed::new(&samples);
-            let draws = &found.posterior.draws;
+            let draws = &found.posterior.samples;
             let mut off = Off::new(draws, &judge::judge(&data, &prior, nodes, NEEDLE));
             if off.is_far() {
                 // The judge itself may be too coarse.

@@ -1,11 +1,11 @@
 //! Fits a curve to a CSV file with the columns slip and force (and weight, if there is one) and prints the result as JSON.
 //!
 //! `fit_csv [--nelder-mead] FILE [B C D E]`: with numbers, one start there; without, several starts. The fit is made five times
-//! and the median time is told.
+//! and the median time is reported.
 use std::error::Error;
 use std::time::Instant;
 
-use tire_inference::fit::{FitError, Options, Problem, least_squares, nelder_mead};
+use tire_inference::fit::{FitError, FitOptions, Problem, least_squares, nelder_mead};
 
 mod csv;
 
@@ -18,8 +18,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let samples = csv::read(file)?;
     let problem = Problem::new(&samples);
     let options = match start[..] {
-        [] => Options::default(),
-        [b, c, d, e] => Options::from_start([b, c, d, e, 0.0, 0.0]),
+        [] => FitOptions::default(),
+        [b, c, d, e] => FitOptions::from_start([b, c, d, e, 0.0, 0.0]),
         _ => return Err("a start has four numbers: B C D E".into()),
     };
     let fit = || {

@@ -7,9 +7,9 @@ use std::time::Instant;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
-use tire_inference::fit::{Options, Problem, least_squares};
+use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::parameters::Theta;
-use tire_inference::posterior::{Options as Draws, grid};
+use tire_inference::posterior::{SamplingOptions, grid};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -38,10 +38,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             mirror(&mut samples);
         }
         let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(&samples) };
-        let fit = least_squares(&problem, &Options::default())?;
+        let fit = least_squares(&problem, &FitOptions::default())?;
         let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
         let data = Compressed::new(&samples);
-        let draw = || grid::draw(&data, &prior, &optima, &Draws::default());
+        let draw = || grid::draw(&data, &prior, &optima, &SamplingOptions::default());
         let times = (0..5).map(|_| {
             let start = Instant::now();
             std::hint::black_box(draw());
@@ -74,15 +74,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let names = ["B", "C", "D", "E", "K", "S_h", "S_v"];
         let mut line = String::new();
         for (i, (name, (centre, spread))) in names.into_iter().zip(expected).enumerate() {
-            let draws = found.posterior.draws.iter();
+            let draws = found.posterior.samples.iter();
             let values: Vec<f64> = draws.map(|theta| judge_shifts::quantities(theta)[i]).collect();
             let (error, ratio) = ((mean(&values) - centre) / spread, std(&values) / spread);
             line += &format!("  {name}: {error:+.3} x{ratio:.3}");
         }
         println!("     {line} ({:.1} s)", start.elapsed().as_secs_f64());
         if let Some(judge::Moments { mass_above, .. }) = truth {
-            let above = found.posterior.draws.iter().filter(|theta| theta[3] > 0.95).count();
-            let share = above as f64 / found.posterior.draws.len() as f64;
+            let above = found.posterior.samples.iter().filter(|theta| theta[3] > 0.95).count();
+            let share = above as f64 / found.posterior.samples.len() as f64;
             println!("       E above 0.95: {share:.3}, by brute force {mass_above:.3}");
         }
     }

@@ -7,7 +7,7 @@ use preparation::samples::Samples;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use tire_inference::fit::{FitError, Options, Problem, SlipNoise, least_squares};
+use tire_inference::fit::{FitError, FitOptions, Problem, SlipNoise, least_squares};
 use tire_inference::kernel;
 use tire_inference::parameters::Theta;
 
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn errors(design: &str, seed: u64, slip_noise: Option<SlipNoise>) -> Result<[f64; 3], FitError> {
     let samples = draw(design, seed);
     let [B, C, D, ..] =
-        least_squares(&Problem { slip_noise, ..Problem::new(&samples) }, &Options::default())?
+        least_squares(&Problem { slip_noise, ..Problem::new(&samples) }, &FitOptions::default())?
             .theta;
     let percent = |value: f64, truth: f64| 100.0 * (value / truth - 1.0);
     Ok([percent(B * C * D, 45.0), percent(B, 15.0), percent(D, 1.5)])

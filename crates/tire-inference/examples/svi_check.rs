@@ -2,7 +2,7 @@
 
 use preparation::direction::Direction;
 use tire_inference::estimate::identify;
-use tire_inference::fit::Options;
+use tire_inference::fit::FitOptions;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -14,14 +14,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for level in arguments {
         let level: f64 = level.parse()?;
         let mut trusted = 0;
-        // Of those that were trusted: what is told, and what the normal distribution itself said.
+        // Of those that were trusted: what is reported, and what the normal distribution itself said.
         let mut worst = [[0.0_f64; 5]; 2];
         let mut ratios = [[[f64::INFINITY, 0.0]; 5]; 2];
         for seed in 0..seeds {
             let excitation =
                 Excitation { seed, samples: 1500, slip_std: 0.0, ..Excitation::default() };
             let usual = Settings::new(Direction::Longitudinal);
-            let settings = Settings { options: Options { seed, ..usual.options }, ..usual };
+            let settings = Settings { options: FitOptions { seed, ..usual.options }, ..usual };
             let samples = samples(&excitation, level);
             let answer = identify(&samples, &settings, &[Method::Svi, Method::Reference])?;
             let [(_, svi), (_, exact)] = &answer.estimates[..] else { continue };

@@ -1,5 +1,5 @@
 //! Finds the posterior of the curve in a CSV file (columns slip and force) by variational inference, and what it really is:
-//! `svi_csv FILE [FITS]`. Prints JSON; the fit is made nine times, or FITS times, and the median time is told.
+//! `svi_csv FILE [FITS]`. Prints JSON; the fit is made nine times, or FITS times, and the median time is reported.
 use std::error::Error;
 use std::time::Instant;
 

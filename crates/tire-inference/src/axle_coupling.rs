@@ -1,16 +1,16 @@
-//! Draws the tires of two axles to each other, where it is known that they are alike.
+//! Couples the tires of both axles, where it is known that they are alike.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use preparation::samples::Samples;
 
 use crate::estimate::{Answer, hold};
-use crate::fit::joint::{Similarity, joint_least_squares};
-use crate::fit::{FitError, Problem};
+use crate::fit::{FitError, Problem, joint_least_squares};
 use crate::parameters::Parameter;
+use crate::regularisation::AxleCoupling;
 use crate::settings::{Method, Settings};
 
 /// One axle: what was fitted, how, and what was found, of which the values of least squares are replaced.
-pub struct Axle<'a> {
+pub struct Coupled<'a> {
     /// The points.
     pub samples: &'a Samples,
     /// How they were fitted.
@@ -24,11 +24,11 @@ pub struct Axle<'a> {
 ///
 /// # Errors
 /// As for a fit; and for noise in the slip, which a joint fit cannot take.
-pub fn draw_together(axles: [Axle; 2], weight: f64) -> Result<(), FitError> {
+pub fn couple(axles: [Coupled; 2], weight: f64) -> Result<(), FitError> {
     let [front, rear] = axles.each_ref().map(problem);
-    let std = Parameter::ALL.map(|parameter| axles[0].settings.prior.std(parameter));
-    let similarity = Similarity { weight, std };
-    let solutions = joint_least_squares([&front, &rear], similarity, &axles[0].settings.options)?;
+    let Settings { prior, options, .. } = axles[0].settings;
+    let coupling = AxleCoupling::new(prior, weight);
+    let solutions = joint_least_squares([&front, &rear], coupling, options)?;
     for (axle, solution) in axles.into_iter().zip(solutions) {
         let judgements = &axle.answer.judgements;
         let fitted = axle.answer.estimates.iter_mut();
@@ -45,7 +45,7 @@ pub fn draw_together(axles: [Axle; 2], weight: f64) -> Result<(), FitError> {
 }
 
 /// What was fitted last: with what was held then.
-fn problem<'a>(axle: &Axle<'a>) -> Problem<'a> {
+fn problem<'a>(axle: &Coupled<'a>) -> Problem<'a> {
     let mut fits = axle.answer.estimates.iter().filter(|(m, _)| *m == Method::LeastSquares);
     let fixed = fits.next().map_or(&[][..], |(_, fit)| &fit.fixed);
     let fixed = Parameter::ALL.into_iter().filter(|p| fixed.iter().any(|name| name == p.name()));
@@ -67,7 +67,7 @@ mod tests {
     use crate::synthetic::{Excitation, samples};
 
     #[test]
-    fn the_heavier_the_pull_the_more_alike_are_the_axles() {
+    fn the_heavier_the_coupling_the_more_alike_are_the_axles() {
         let tire = |B: f64, seed| {
             let truth = [B, 2.0, 1.5, 0.8, 0.0, 0.0];
             let excitation = Excitation { truth, seed, samples: 300, ..Excitation::default() };
@@ -79,8 +79,8 @@ mod tests {
         let alone = (found(&front), found(&rear));
         let apart = |weight: f64| {
             let (mut a, mut b) = alone.clone();
-            let axle = |samples, answer| Axle { samples, settings: &settings, answer };
-            draw_together([axle(&front, &mut a), axle(&rear, &mut b)], weight).expect("a fit");
+            let axle = |samples, answer| Coupled { samples, settings: &settings, answer };
+            couple([axle(&front, &mut a), axle(&rear, &mut b)], weight).expect("a fit");
             let B = |answer: &Answer| answer.estimates[0].1.mean["B"];
             (B(&b) - B(&a)).abs()
         };

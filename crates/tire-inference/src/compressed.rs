@@ -33,7 +33,7 @@ pub struct Compressed {
     square: f64,
     count: usize,
     /// What counts as further observations, and the variance of their noise.
-    earlier: Option<(Normal, f64)>,
+    prior: Option<(Normal, f64)>,
 }
 
 /// The sum of squares near a point: value, half its gradient, and half its Hessian without second derivatives of the
@@ -67,7 +67,7 @@ impl Compressed {
             force: points.iter().map(|point| point[2]).sum(),
             square: 0.0,
             count: 0,
-            earlier: None,
+            prior: None,
         };
         for group in points.chunk_by(|a, b| interval(a[0]) == interval(b[0])) {
             this.add(group);
@@ -75,10 +75,10 @@ impl Compressed {
         this
     }
 
-    /// The same data and what was found earlier, as observations of parameters that add `variance` times their distance to the
+    /// The same data and the prior, as observations of parameters that add `variance` times their distance to the
     /// sum of squares: with noise of that variance, a normal prior.
-    pub fn with(self, earlier: Option<Normal>, variance: f64) -> Self {
-        Self { earlier: earlier.map(|normal| (normal, variance)), ..self }
+    pub fn with(self, prior: Option<Normal>, variance: f64) -> Self {
+        Self { prior: prior.map(|normal| (normal, variance)), ..self }
     }
 
     /// With a constant sum of squares added, so that noise of this variance is the likeliest one near a curve.
@@ -88,8 +88,8 @@ impl Compressed {
     }
 
     /// What counts as further observations, and the variance of their noise.
-    pub fn earlier(&self) -> Option<&(Normal, f64)> {
-        self.earlier.as_ref()
+    pub fn prior(&self) -> Option<&(Normal, f64)> {
+        self.prior.as_ref()
     }
 
     /// How many samples were compressed.
@@ -106,7 +106,7 @@ impl Compressed {
             .map(|((slip, weight), force)| [*slip, *weight, *force])
     }
 
-    /// The same samples at slips that are larger by `shift`, without what was found earlier.
+    /// The same samples at slips that are larger by `shift`, without the prior.
     pub fn moved(&self, shift: f64) -> Self {
         if shift == 0.0 {
             return self.clone();
@@ -148,9 +148,9 @@ impl Compressed {
         (squares, std::array::from_fn(|i| gradient[i] + by_distance[i]))
     }
 
-    /// What was found earlier adds this, with half its derivatives.
+    /// The prior adds this, with half its derivatives.
     pub fn distance(&self, theta: &Theta) -> (f64, Theta) {
-        let Some((normal, variance)) = &self.earlier else { return (0.0, [0.0; COUNT]) };
+        let Some((normal, variance)) = &self.prior else { return (0.0, [0.0; COUNT]) };
         let (distance, gradient) = normal.distance(theta);
         (variance * distance, gradient.map(|slope| variance * slope))
     }
@@ -173,7 +173,7 @@ impl Compressed {
         let (distance, gradient) = self.distance(theta);
         sum.squares += distance;
         sum.gradient += SVector::from(gradient);
-        if let Some((normal, variance)) = &self.earlier {
+        if let Some((normal, variance)) = &self.prior {
             sum.hessian += SMatrix::from(normal.precision) * *variance;
         }
         sum
@@ -266,9 +266,9 @@ mod tests {
 
     #[test]
     fn the_derivatives_are_those_of_the_sum() {
-        let earlier =
+        let prior =
             Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [2.0, 0.2, 0.1, 0.3, 0.01, 0.1]);
-        let compressed = Compressed::new(&samples(0.3)).with(Some(earlier), 0.02);
+        let compressed = Compressed::new(&samples(0.3)).with(Some(prior), 0.02);
         let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
         let near = compressed.quadratic(&theta);
         assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);

@@ -174,8 +174,8 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_differences() {
         let (samples, prior, x) = problem();
-        let earlier = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
-        let data = Compressed::new(&samples).with(Some(earlier), 0.0025);
+        let known = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
+        let data = Compressed::new(&samples).with(Some(known), 0.0025);
         let density = TireDensity::new(&data, &prior);
         let (_, gradient) = density.at(&x);
         for k in 0..density.dimension() {
@@ -209,8 +209,8 @@ mod tests {
     #[test]
     fn batches_are_right_on_average() {
         let (samples, prior, x) = problem();
-        let earlier = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
-        let data = Compressed::new(&samples).with(Some(earlier), 0.0025);
+        let known = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
+        let data = Compressed::new(&samples).with(Some(known), 0.0025);
         let whole = TireDensity::new(&data, &prior);
         let batch = Minibatch { whole: &whole, samples: &samples, size: 50 };
         let mut random = Pcg64::seed_from_u64(3);

@@ -1,4 +1,4 @@
-//! Puts a fit, its verdicts and its posterior together into what is told of a tire.
+//! Puts a fit, its verdicts and its posterior together into what is reported of a tire.
 //!
 //! What the data cannot tell is held at the prior and the rest is fitted again, as Goblirsch et al. (IV 2025) advise. The
 //! values are those of this second fit: the curve to use where data are. Standard deviations, intervals and covariance are
@@ -15,12 +15,12 @@ use serde::Serialize;
 
 use crate::compressed::Compressed;
 use crate::fit::{FitError, Solution};
-use crate::linearised_slip_noise::effective;
+use crate::linearised_slip_noise::with_slip_noise;
 use crate::parameters::{Parameter, Theta};
 use crate::posterior::predictive::predictive;
-use crate::posterior::report::{Band, Report, Source};
+use crate::posterior::report::{Band, PosteriorReport, UncertaintySource};
 use crate::posterior::robust::Robust;
-use crate::posterior::{self, Found, Posterior, draw};
+use crate::posterior::{self, Found, PosteriorSamples, draw};
 use crate::prior::Prior;
 use crate::quantity::{ByName, Quantity};
 use crate::settings::{Method, Settings};
@@ -62,29 +62,29 @@ pub struct Estimate {
     /// Wall time [s].
     pub seconds: f64,
     /// What the uncertainty is that of.
-    pub source: Source,
+    pub source: UncertaintySource,
     /// How the posterior was found that verdicts rest on, and standard deviations and intervals unless `source` says
     /// otherwise; absent where they come from the likelihood alone.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub posterior: Option<Report>,
+    pub posterior: Option<PosteriorReport>,
     /// What variational inference said, also where it is not to be trusted and the numbers above are the posterior's.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub svi: Option<variational::report::Report>,
+    pub svi: Option<variational::report::VariationalReport>,
 }
 
 /// What was identified.
 #[derive(Clone, Debug)]
 pub struct Answer {
-    /// What is told, by method, in the order that was asked for.
+    /// What is reported, by method, in the order that was asked for.
     pub estimates: Vec<(Method, Estimate)>,
     /// The fit with all parameters free that each method is or starts from.
     pub unrestricted: Vec<(Method, Solution)>,
     /// What the data can tell.
     pub judgements: Vec<Judgement>,
     /// What the data and the box say.
-    pub posterior: Posterior,
+    pub posterior: PosteriorSamples,
     /// How that was found.
-    pub report: Report,
+    pub report: PosteriorReport,
     /// The normal distribution in its place, where the method `svi` was asked for.
     pub variational: Option<Variational>,
 }
@@ -107,21 +107,22 @@ pub fn identify(
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
 
     let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
-    let noisy = effective(samples, &best.theta, slip_std, best.noise_std);
+    let noisy = with_slip_noise(samples, &best.theta, slip_std, best.noise_std);
     let robust = Robust::new(&noisy, settings.loss, best.noise_std);
     let data = match &robust {
-        Some(robust) => robust.near(&best.theta, settings.earlier),
-        None => Compressed::new(&noisy).with(settings.earlier, best.noise_std.powi(2)),
+        Some(robust) => robust.near(&best.theta, settings.prior_from_file),
+        None => Compressed::new(&noisy).with(settings.prior_from_file, best.noise_std.powi(2)),
     };
     let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
-    let draws = posterior::Options { seed: options.seed, ..posterior::Options::default() };
+    let draws =
+        posterior::SamplingOptions { seed: options.seed, ..posterior::SamplingOptions::default() };
     let begin = Instant::now();
     let Found { posterior, report } = match &robust {
         Some(robust) => robust.draw(&data, prior, &optima, &draws),
         None => draw(&data, prior, &optima, &draws),
     };
     let drawing = begin.elapsed();
-    let report = Report {
+    let report = PosteriorReport {
         mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
         band: Some(Band::new(&posterior, slip_range, BAND)),
         predictive: predictive(&noisy, settings.loss, &posterior, options.seed),
@@ -185,7 +186,7 @@ pub fn identify(
 pub fn to_hold(
     data: &Compressed,
     prior: &Prior,
-    posterior: &Posterior,
+    posterior: &PosteriorSamples,
     judgements: &[Judgement],
     optima: &[Theta],
 ) -> Vec<Parameter> {
@@ -202,7 +203,8 @@ pub fn to_hold(
         let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
         held.push(widest);
         candidates.retain(|&parameter| parameter != widest);
-        let few = posterior::Options { draws: 1024, ..posterior::Options::default() };
+        let few =
+            posterior::SamplingOptions { draws: 1024, ..posterior::SamplingOptions::default() };
         given = draw(data, &hold(prior, &held), optima, &few).posterior;
     }
 }
@@ -216,13 +218,13 @@ pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
     held
 }
 
-/// What is told of a tire whose second fit, with `fixed` held, ended with `solution`. The time and what is told of the
+/// What is reported of a tire whose second fit, with `fixed` held, ended with `solution`. The time and what is reported of the
 /// posterior are left to the caller.
 pub fn assemble(
     solution: &Solution,
     fixed: &[Parameter],
     judgements: &[Judgement],
-    posterior: &Posterior,
+    posterior: &PosteriorSamples,
     slip_range: [f64; 2],
     samples: usize,
 ) -> Estimate {
@@ -244,7 +246,7 @@ pub fn assemble(
         noise_std: solution.noise_std,
         convergence: solution.convergence.clone(),
         seconds: 0.0,
-        source: Source::Likelihood,
+        source: UncertaintySource::Likelihood,
         posterior: None,
         svi: None,
     }
@@ -327,7 +329,7 @@ mod tests {
         assert!(own.trusted && own.warning.is_none(), "{:?}", own.warning);
         assert_eq!(
             (svi.source, exact.source, fit.source),
-            (Source::Svi, Source::Grid, Source::Grid)
+            (UncertaintySource::Svi, UncertaintySource::Grid, UncertaintySource::Grid)
         );
         for name in ["B", "C", "D", "E", "K"] {
             let error = (svi.mean[name] - exact.mean[name]) / exact.std[name];
@@ -346,7 +348,7 @@ mod tests {
         let [(_, svi), (_, exact), _] = &answer.estimates[..] else { panic!("three") };
         let own = svi.svi.as_ref().expect("a report");
         assert!(!own.trusted && own.warning.is_some());
-        assert_eq!(svi.source, Source::Grid);
+        assert_eq!(svi.source, UncertaintySource::Grid);
         assert_eq!((&svi.mean, &svi.interval), (&exact.mean, &exact.interval));
         assert!(own.std["C"] < 0.5 * svi.std["C"], "what it said itself is kept");
     }

@@ -13,25 +13,18 @@ use nalgebra::DVector;
 use numerics::sqp;
 
 pub use error::FitError;
-pub use joint::{Similarity, joint_least_squares};
+pub use joint::joint_least_squares;
 pub use slip_noise::SlipNoise;
 pub use solution::Solution;
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;
 
-use crate::parameters::{Bounds, COUNT, Normal, Parameter, Theta};
+use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::prior::Prior;
+use crate::regularisation::Regularisation;
 use curve::CurveCost;
-use solution::{Noise, Part};
-
-/// A pull towards expected values: ½ weight (θ − mean)ᵀ precision (θ − mean) is added to the cost.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull {
-    /// Expected values.
-    pub towards: Normal,
-    /// λ_reg: the variance of the noise, if the result is to be the most probable one.
-    pub weight: f64,
-}
+use solution::{Part, ResidualNoise};
 
 /// What physics says beside the bounds, as lowest and highest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,24 +47,25 @@ pub struct Problem<'a> {
     /// Values of those that are not.
     pub held: Theta,
     /// What is expected before any data.
-    pub pulls: Vec<Pull>,
+    pub regularisation: Vec<Regularisation>,
     /// What physics says.
     pub constraints: Constraints,
     /// How residuals count.
     pub loss: Loss,
-    /// Noise in the slip, which makes plain least squares too soft a tire.
+    /// ResidualNoise in the slip, which makes plain least squares too soft a tire.
     pub slip_noise: Option<SlipNoise>,
 }
 
 impl<'a> Problem<'a> {
-    /// Plain least squares for B, C, D and E in the default bounds, without shifts.
+    /// Plain least squares with the usual prior of a longitudinal curve: for B, C, D and E, without shifts.
     pub fn new(samples: &'a Samples) -> Self {
+        let Prior { bounds, free, centre } = Prior::longitudinal();
         Self {
             samples,
-            bounds: Bounds::default(),
-            free: [true, true, true, true, false, false],
-            held: [10.0, 1.65, 1.0, 0.0, 0.0, 0.0],
-            pulls: Vec::new(),
+            bounds,
+            free,
+            held: centre,
+            regularisation: Vec::new(),
             constraints: Constraints::default(),
             loss: Loss::Square,
             slip_noise: None,
@@ -86,7 +80,7 @@ impl<'a> Problem<'a> {
 
 /// How the optimum is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct FitOptions {
     /// How many starts, the one below included.
     pub starts: usize,
     /// The first start, where wanted; the others spread over the box.
@@ -97,13 +91,13 @@ pub struct Options {
     pub iterations: usize,
 }
 
-impl Default for Options {
+impl Default for FitOptions {
     fn default() -> Self {
         Self { starts: 8, start: None, seed: 0, iterations: 500 }
     }
 }
 
-impl Options {
+impl FitOptions {
     /// One start, at these values.
     pub fn from_start(start: Theta) -> Self {
         Self { starts: 1, start: Some(start), ..Self::default() }
@@ -117,7 +111,7 @@ impl Options {
 ///
 /// # Errors
 /// If the samples, bounds or constraints leave nothing to fit; see [`FitError`].
-pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
+pub fn least_squares(problem: &Problem, options: &FitOptions) -> Result<Solution, FitError> {
     error::check(problem)?;
     if let Some(noise) = problem.slip_noise {
         return slip_noise::fit(problem, noise, options);
@@ -133,6 +127,6 @@ pub fn least_squares(problem: &Problem, options: &Options) -> Result<Solution, F
     let search = multistart::search(&cost, rough, &lower, &upper, &starts, options)?;
     let optima = search.optima.iter().map(|m| (cost.theta(&m.x), m.model.cost)).collect();
     let part = Part::of(&search.best, 0, cost.unknowns.free.len());
-    let noise = Noise::of(problem, &cost.theta(&search.best.x), part.fitted);
+    let noise = ResidualNoise::of(problem, &cost.theta(&search.best.x), part.fitted);
     Ok(part.solution(problem, &noise, search.convergence(), optima))
 }

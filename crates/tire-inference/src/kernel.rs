@@ -1,13 +1,13 @@
 //! Evaluates the Magic Formula over many samples: cost, gradient and the Hessian of Gauss and Newton in one pass.
 //!
-//! With u = Bx, a = atan u, v = u − E(u − a), w = atan v, φ = Cw and S = DC cos φ / (1 + v²), the derivatives of y = D sin φ are
-//! y_D = sin φ, y_C = D w cos φ, y_E = −S(u − a), y_x = S B p and y_B = S x p with p = 1 − E + E/(1 + u²).
+//! The definition is [`vehicle::MagicFormula`], whose functions are those of the standard library; what is computed here, with
+//! functions that the compiler vectorises, agrees with it to rounding.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 mod slope;
 mod squares;
+mod terms;
 
-use numerics::elementary::{atan, sin_cos};
 use numerics::loss::Loss;
 use preparation::samples::Samples;
 use rayon::prelude::*;
@@ -16,13 +16,15 @@ use crate::parameters::{COUNT, Parameter, Theta};
 
 pub use slope::{Local, ValueAndSlope, local};
 pub use squares::squares;
+pub use terms::Real;
+use terms::Terms;
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.
 const CHUNK: usize = 4096;
 /// Samples whose columns fit into the first-level cache.
 const BLOCK: usize = 128;
 /// Partial sums that are kept side by side.
-const LANES: usize = 8;
+const PARTIAL_SUMS: usize = 8;
 /// Below, starting threads takes longer than the sums.
 const PARALLEL_FROM: usize = 4 * CHUNK;
 
@@ -85,27 +87,26 @@ pub fn values(theta: &Theta, slip: &[f64]) -> Vec<f64> {
 #[inline(always)]
 pub fn value(theta: &Theta, slip: f64) -> f64 {
     let [B, C, D, E, S_h, S_v] = *theta;
-    let u = B * (slip + S_h);
-    let v = u - E * (u - atan(u));
-    D * sin_cos(C * atan(v)).0 + S_v
+    Terms::new([B, C, D, E], slip + S_h).value() + S_v
 }
 
 /// Friction coefficient at a slip and its derivatives with respect to the parameters.
 #[inline(always)]
 pub fn value_and_gradient(theta: &Theta, slip: f64) -> (f64, Theta) {
     let [B, C, D, E, S_h, S_v] = *theta;
-    let x = slip + S_h;
-    let u = B * x;
-    let bend = u - atan(u);
-    let v = u - E * bend;
-    let w = atan(v);
-    let (sin, cos) = sin_cos(C * w);
-    // One division instead of two: 1/(1 + u²) and 1/(1 + v²).
-    let (uu, vv) = (1.0 + u * u, 1.0 + v * v);
-    let both = 1.0 / (uu * vv);
-    let S = D * C * cos * (uu * both);
-    let Sp = S * (1.0 - E + E * (vv * both));
-    (D * sin + S_v, [Sp * x, D * w * cos, sin, -S * bend, Sp * B, 1.0])
+    let terms = Terms::new([B, C, D, E], slip + S_h);
+    let [by_B, by_C, by_D, by_E, by_x] = terms.gradient();
+    (terms.value() + S_v, [by_B, by_C, by_D, by_E, by_x, 1.0])
+}
+
+/// The argument C atan v of the sine at a slip, and its derivatives with respect to the parameters.
+pub fn sine_argument(theta: &Theta, slip: f64) -> (f64, Theta) {
+    let [B, C, D, E, S_h, _] = *theta;
+    let terms = Terms::new([B, C, D, E], slip + S_h);
+    let by_v = C * terms.flat;
+    let by_u = by_v * terms.p;
+    let by_theta = [by_u * terms.x, terms.w, 0.0, -by_v * terms.bend, by_u * B, 0.0];
+    (C * terms.w, by_theta)
 }
 
 /// Σ a h², Σ b h and Σ c h over slips, where h is the curve of B, C and E with D = 1 and without shifts. The number of slips
@@ -134,12 +135,12 @@ impl<const SLOPES: bool> pulp::WithSimd for Shapes<'_, SLOPES> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 7] {
         let [B, C, E] = self.of;
-        let [a, b, c, d] = self.weights.map(|weights| weights.as_chunks::<LANES>().0);
-        let mut sums = [[0.0; LANES]; 7];
+        let [a, b, c, d] = self.weights.map(|weights| weights.as_chunks::<PARTIAL_SUMS>().0);
+        let mut sums = [[0.0; PARTIAL_SUMS]; 7];
         let tire = [B, C, 1.0, E, 0.0, 0.0];
-        for (place, slips) in self.slips.as_chunks::<LANES>().0.iter().enumerate() {
-            let (mut h, mut slope) = ([0.0; LANES], [0.0; LANES]);
-            for k in 0..LANES {
+        for (index, slips) in self.slips.as_chunks::<PARTIAL_SUMS>().0.iter().enumerate() {
+            let (mut h, mut slope) = ([0.0; PARTIAL_SUMS], [0.0; PARTIAL_SUMS]);
+            for k in 0..PARTIAL_SUMS {
                 if SLOPES {
                     let (value, by) = value_and_gradient(&tire, slips[k]);
                     (h[k], slope[k]) = (value, by[Parameter::S_h as usize]);
@@ -147,19 +148,19 @@ impl<const SLOPES: bool> pulp::WithSimd for Shapes<'_, SLOPES> {
                     h[k] = value(&tire, slips[k]);
                 }
             }
-            for k in 0..LANES {
-                sums[0][k] += a[place][k] * h[k] * h[k];
-                sums[1][k] += b[place][k] * h[k];
-                sums[2][k] += c[place][k] * h[k];
+            for k in 0..PARTIAL_SUMS {
+                sums[0][k] += a[index][k] * h[k] * h[k];
+                sums[1][k] += b[index][k] * h[k];
+                sums[2][k] += c[index][k] * h[k];
                 if SLOPES {
-                    sums[3][k] += c[place][k] * h[k] * slope[k];
-                    sums[4][k] += a[place][k] * slope[k] * slope[k];
-                    sums[5][k] += d[place][k] * slope[k];
-                    sums[6][k] += a[place][k] * slope[k];
+                    sums[3][k] += c[index][k] * h[k] * slope[k];
+                    sums[4][k] += a[index][k] * slope[k] * slope[k];
+                    sums[5][k] += d[index][k] * slope[k];
+                    sums[6][k] += a[index][k] * slope[k];
                 }
             }
         }
-        sums.map(add_lanes)
+        sums.map(add_up)
     }
 }
 
@@ -208,13 +209,13 @@ fn chunk_pass(
         }
         let (cost, weight) = weigh(loss, &residual, &weight);
         total.cost += cost;
-        for (place, &i) in free.iter().enumerate() {
+        for (index, &i) in free.iter().enumerate() {
             let mut weighted = [0.0; BLOCK];
             for k in 0..BLOCK {
                 weighted[k] = weight[k] * J[i][k];
             }
             total.gradient[i] += dot(&weighted, &residual);
-            for &j in &free[place..] {
+            for &j in &free[index..] {
                 total.hessian[i][j] += dot(&weighted, &J[j]);
             }
         }
@@ -260,19 +261,19 @@ fn weigh(loss: Loss, residual: &Column, weight: &Column) -> (f64, Column) {
     (dot(weight, &cost), effective)
 }
 
-/// Σ a b, in lanes.
+/// Σ a b, in partial sums.
 #[inline(always)]
 fn dot(a: &Column, b: &Column) -> f64 {
-    let mut lanes = [0.0; LANES];
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
-        for k in 0..LANES {
-            lanes[k] += a[k] * b[k];
+    let mut sums = [0.0; PARTIAL_SUMS];
+    for (a, b) in a.chunks_exact(PARTIAL_SUMS).zip(b.chunks_exact(PARTIAL_SUMS)) {
+        for k in 0..PARTIAL_SUMS {
+            sums[k] += a[k] * b[k];
         }
     }
-    add_lanes(lanes)
+    add_up(sums)
 }
 
 #[inline(always)]
-fn add_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+fn add_up([a, b, c, d, e, f, g, h]: [f64; PARTIAL_SUMS]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }

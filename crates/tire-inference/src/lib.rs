@@ -7,17 +7,22 @@
 )]
 
 pub mod axle_coupling;
+pub mod axles;
 pub mod compressed;
+pub mod curve_profile;
 pub mod density;
 pub mod estimate;
 pub mod fit;
 pub mod kernel;
 pub mod linearised_slip_noise;
+pub mod minimise;
 pub mod noise;
 pub mod parameters;
 pub mod posterior;
 pub mod prior;
+pub mod profile;
 pub mod quantity;
+pub mod regularisation;
 pub mod settings;
 pub mod synthetic;
 pub mod variational;

@@ -15,7 +15,7 @@ use crate::parameters::{Theta, curve};
 const ENDS: f64 = 3.0;
 
 /// The samples, for noise of a standard deviation in slip and in force, near a curve.
-pub fn effective(samples: &Samples, theta: &Theta, slip_std: f64, force_std: f64) -> Samples {
+pub fn with_slip_noise(samples: &Samples, theta: &Theta, slip_std: f64, force_std: f64) -> Samples {
     let Some([low, high]) = samples.slip_range() else { return Samples::default() };
     let tire = curve(theta);
     let inside = (low + ENDS * slip_std)..=(high - ENDS * slip_std);
@@ -37,7 +37,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
-    use crate::fit::{Options, Problem, least_squares};
+    use crate::fit::{FitOptions, Problem, least_squares};
     use crate::synthetic::{Excitation, samples};
 
     #[test]
@@ -46,14 +46,14 @@ mod tests {
         let told = Excitation { samples: 20_000, slip_std: 0.005, ..Excitation::default() };
         let stiffness = |samples: &Samples| {
             let theta =
-                least_squares(&Problem::new(samples), &Options::default()).expect("fits").theta;
+                least_squares(&Problem::new(samples), &FitOptions::default()).expect("fits").theta;
             theta[0] * theta[1] * theta[2]
         };
         let (mut plain, mut changed) = (0.0, 0.0);
         for seed in 0..6 {
             let samples = samples(&Excitation { seed, ..told.clone() }, 0.75);
             plain += stiffness(&samples) / 6.0;
-            changed += stiffness(&effective(&samples, &told.truth, 0.005, 0.05)) / 6.0;
+            changed += stiffness(&with_slip_noise(&samples, &told.truth, 0.005, 0.05)) / 6.0;
         }
         assert!(plain < 0.99 * 45.0, "{plain}");
         assert_relative_eq!(changed, 45.0, max_relative = 5e-3);
@@ -62,6 +62,6 @@ mod tests {
     #[test]
     fn without_noise_in_the_slip_nothing_changes() {
         let samples = samples(&Excitation { samples: 50, ..Excitation::default() }, 0.2);
-        assert_eq!(effective(&samples, &[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], 0.0, 0.05), samples);
+        assert_eq!(with_slip_noise(&samples, &[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], 0.0, 0.05), samples);
     }
 }

@@ -4,14 +4,14 @@ use numerics::loss::Loss;
 use preparation::samples::Samples;
 use serde::Deserialize;
 
-use crate::fit::{FitError, Options};
+use crate::fit::{FitError, FitOptions};
 use crate::kernel::value;
 use crate::settings::{Method, Settings};
 
-/// Noise, by the loss that goes with it; what is absent is estimated by maximum likelihood.
+/// NoiseModel, by the loss that goes with it; what is absent is estimated by maximum likelihood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Noise {
+pub enum NoiseModel {
     /// Normal.
     #[default]
     Square,
@@ -39,8 +39,8 @@ const ROUNDS: usize = 50;
 /// Share of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-impl Noise {
-    /// Whether the numbers that are told make sense.
+impl NoiseModel {
+    /// Whether the numbers that are reported make sense.
     pub fn is_valid(self) -> bool {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         match self {
@@ -77,7 +77,7 @@ impl Noise {
             if found {
                 break;
             }
-            let starts = Options { start: Some(fit.theta), starts: 1, ..settings.options };
+            let starts = FitOptions { start: Some(fit.theta), starts: 1, ..settings.options };
             let given = Settings { loss, options: starts, ..settings.clone() };
             fit = given.fit(samples, &settings.prior, Method::LeastSquares)?;
         }
@@ -200,7 +200,7 @@ mod tests {
         let noise = StudentT::new(3.0).expect("a distribution");
         let mut random = Pcg64::new(1, 1);
         samples.force.iter_mut().for_each(|force| *force += 0.04 * noise.sample(&mut random));
-        let unknown = Noise::StudentT { freedom: None, scale: None };
+        let unknown = NoiseModel::StudentT { freedom: None, scale: None };
         let settings = Settings::new(Direction::Longitudinal);
         let settled = unknown.settle(settings, &samples).expect("fits");
         let Loss::StudentT { freedom, scale } = settled.loss else { panic!("{:?}", settled.loss) };

@@ -92,6 +92,52 @@ pub fn from_parameters<'de, D: Deserializer<'de>>(from: D) -> Result<Theta, D::E
     Ok(theta)
 }
 
+/// B, C, D and E of a tire without shifts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TireParameters<T = f64> {
+    /// Stiffness factor [1/rad].
+    pub B: T,
+    /// Shape factor [-].
+    pub C: T,
+    /// Peak friction coefficient [-].
+    pub D: T,
+    /// Curvature factor [-].
+    pub E: T,
+}
+
+impl<T> TireParameters<T> {
+    /// Which ones these are.
+    pub const PARAMETERS: [Parameter; 4] = [Parameter::B, Parameter::C, Parameter::D, Parameter::E];
+
+    /// In the order of [`Parameter`].
+    pub fn into_array(self) -> [T; 4] {
+        [self.B, self.C, self.D, self.E]
+    }
+}
+
+impl<T> From<[T; 4]> for TireParameters<T> {
+    fn from([B, C, D, E]: [T; 4]) -> Self {
+        Self { B, C, D, E }
+    }
+}
+
+impl TireParameters {
+    /// With shifts of 0.
+    pub fn theta(&self) -> Theta {
+        [self.B, self.C, self.D, self.E, 0.0, 0.0]
+    }
+
+    /// The curve with these parameters.
+    pub fn curve(&self) -> MagicFormula {
+        curve(&self.theta())
+    }
+
+    /// Stiffness per unit of load, B C D [1/rad].
+    pub fn stiffness(&self) -> f64 {
+        self.B * self.C * self.D
+    }
+}
+
 /// The box that every parameter stays in, borders included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -101,10 +147,42 @@ pub struct Bounds {
     pub upper: Theta,
 }
 
-impl Default for Bounds {
+impl Bounds {
     /// Table I of Goblirsch et al., "Bayesian Optimization-based Tire Parameter and Uncertainty Estimation for Real-World
     /// Data", IV 2025; the shifts, which it does not bound, ours.
+    pub const GOBLIRSCH: Self =
+        Self { lower: [5.0, 1.0, 0.1, -1.0, -0.02, -0.1], upper: [40.0, 3.0, 2.0, 1.0, 0.02, 0.1] };
+
+    /// Lowest and highest value of a parameter.
+    pub fn of(&self, parameter: Parameter) -> [f64; 2] {
+        [self.lower[parameter as usize], self.upper[parameter as usize]]
+    }
+
+    /// Sets the lowest and the highest value of a parameter.
+    pub fn set(&mut self, parameter: Parameter, [low, high]: [f64; 2]) {
+        self.lower[parameter as usize] = low;
+        self.upper[parameter as usize] = high;
+    }
+
+    /// The value of a parameter at a share of its edge of the box.
+    pub fn at(&self, parameter: Parameter, share: f64) -> f64 {
+        let [low, high] = self.of(parameter);
+        low + share * (high - low)
+    }
+
+    /// The nearest value of a parameter in the box.
+    pub fn clamp(&self, parameter: Parameter, value: f64) -> f64 {
+        let [low, high] = self.of(parameter);
+        value.clamp(low, high)
+    }
+}
+
+impl Default for Bounds {
+    /// That of [`Bounds::GOBLIRSCH`] but for D, up to 3: racing tires under a low load have friction coefficients far above 2, and a
+    /// box that ends below the truth gives a wrong tire where a wider one costs nothing.
     fn default() -> Self {
-        Self { lower: [5.0, 1.0, 0.1, -1.0, -0.02, -0.1], upper: [40.0, 3.0, 2.0, 1.0, 0.02, 0.1] }
+        let mut bounds = Self::GOBLIRSCH;
+        bounds.set(Parameter::D, [0.1, 3.0]);
+        bounds
     }
 }

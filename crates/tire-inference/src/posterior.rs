@@ -1,6 +1,6 @@
 //! Holds what the data and the box together say about a tire: draws of its parameters.
 //!
-//! Whatever method made the draws, everything that is told of uncertainty comes from here.
+//! Whatever method made the draws, everything that is reported of uncertainty comes from here.
 
 pub mod grid;
 mod local;
@@ -15,27 +15,27 @@ use crate::compressed::Compressed;
 use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
-use report::{Method, Report};
+use report::{PosteriorReport, SamplingMethod};
 
 /// Draws and how they were made.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// The draws.
-    pub posterior: Posterior,
+    pub posterior: PosteriorSamples,
     /// How they were made.
-    pub report: Report,
+    pub report: PosteriorReport,
 }
 
 /// How much work to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct SamplingOptions {
     /// How many draws; a tempered population leaves twice as many.
     pub draws: usize,
     /// Of the generators, PCG64.
     pub seed: u64,
 }
 
-impl Default for Options {
+impl Default for SamplingOptions {
     fn default() -> Self {
         Self { draws: 8192, seed: 0 }
     }
@@ -43,32 +43,40 @@ impl Default for Options {
 
 /// The best draws there are: from the grid where it can be relied on, else about the optima, else from a tempered population.
 /// `optima` are points not to miss.
-pub fn draw(data: &Compressed, prior: &Prior, optima: &[Theta], options: &Options) -> Found {
+pub fn draw(
+    data: &Compressed,
+    prior: &Prior,
+    optima: &[Theta],
+    options: &SamplingOptions,
+) -> Found {
     let found = grid::draw(data, prior, optima, options);
     match found {
         Some(found) if found.report.is_exact() => found,
         other => local::draw(data, prior, optima, options).unwrap_or_else(|| {
             let report = other.map(|found| found.report).unwrap_or_default();
             let members = options.draws.div_ceil(2);
-            let usual = tempered::Options::default();
-            let population = tempered::Options { members, seed: options.seed, ..usual };
+            let usual = tempered::TemperingOptions::default();
+            let population = tempered::TemperingOptions { members, seed: options.seed, ..usual };
             let posterior = tempered::draw(data, prior, &population);
-            Found { posterior, report: Report { method: Method::Tempered, ..report } }
+            Found {
+                posterior,
+                report: PosteriorReport { method: SamplingMethod::Tempered, ..report },
+            }
         }),
     }
 }
 
-/// Draws of equal weight.
+/// Samples of equal weight.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Posterior {
-    /// The draws.
-    pub draws: Vec<Theta>,
+pub struct PosteriorSamples {
+    /// The samples.
+    pub samples: Vec<Theta>,
 }
 
-impl Posterior {
+impl PosteriorSamples {
     /// A quantity in each draw.
     pub fn values(&self, quantity: Quantity) -> Vec<f64> {
-        self.draws.iter().map(|theta| quantity.value(theta)).collect()
+        self.samples.iter().map(|theta| quantity.value(theta)).collect()
     }
 
     /// Mean of a parameter.
@@ -100,7 +108,7 @@ impl Posterior {
     pub fn band(&self, slips: &[f64]) -> Vec<[f64; 2]> {
         let at = |&slip: &f64| {
             let values = self
-                .draws
+                .samples
                 .iter()
                 .map(|theta| crate::parameters::curve(theta).coefficient(slip))
                 .collect();
@@ -121,13 +129,13 @@ mod tests {
     fn the_summaries_are_those_of_a_ramp() {
         let draws =
             (0..=100).map(|i| [f64::from(i), 2.0 * f64::from(i), 1.0, 0.0, 0.0, 0.0]).collect();
-        let posterior = Posterior { draws };
+        let posterior = PosteriorSamples { samples: draws };
         let values = posterior.values(Quantity::Parameter(Parameter::B));
         assert_relative_eq!(mean(&values), 50.0);
         assert_eq!(interval(values.clone()), [2.5, 97.5]);
         let covariance = posterior.covariance(&[Parameter::B, Parameter::C]);
         assert_relative_eq!(covariance[0][0].sqrt(), std(&values), max_relative = 1e-14);
         assert_relative_eq!(covariance[0][1], 2.0 * covariance[0][0]);
-        assert_eq!(Posterior::default().covariance(&[]), Vec::<Vec<f64>>::new());
+        assert_eq!(PosteriorSamples::default().covariance(&[]), Vec::<Vec<f64>>::new());
     }
 }

@@ -1,6 +1,11 @@
 //! Holds what is known of a tire before any data: the box of its parameters, and typical values.
 
+use numerics::low_discrepancy::AdditiveRecurrence;
+
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+
+/// Typical values: the middle of [`Bounds::GOBLIRSCH`], but for C, which the direction decides.
+const TYPICAL: Theta = [22.5, 1.3, 1.05, 0.0, 0.0, 0.0];
 
 /// Uniform within a box; the centre is what a parameter is held at when the data cannot tell it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,10 +30,15 @@ impl Prior {
     }
 
     fn with_shape(shape: f64) -> Self {
-        let bounds = Bounds::default();
-        let mut centre = std::array::from_fn(|i| 0.5 * (bounds.lower[i] + bounds.upper[i]));
+        let mut centre = TYPICAL;
         centre[Parameter::C as usize] = shape;
-        Self { bounds, free: [true, true, true, true, false, false], centre }
+        Self { bounds: Bounds::default(), free: [true, true, true, true, false, false], centre }
+    }
+
+    /// In another box; typical values are moved into it.
+    pub fn within(self, bounds: Bounds) -> Self {
+        let inside = |p: Parameter| bounds.clamp(p, self.centre[p as usize]);
+        Self { bounds, centre: Parameter::ALL.map(inside), ..self }
     }
 
     /// Parameters that are estimated, in their order.
@@ -58,11 +68,9 @@ impl Prior {
         })
     }
 
-    /// Points that fill the box evenly: Weyl's sequence with the powers of the generalised golden ratio.
+    /// Points that fill the box evenly.
     pub fn fill(&self, count: usize) -> impl Iterator<Item = Theta> {
-        // Positive root of x⁷ = x + 1.
-        const GOLDEN: f64 = 1.112_775_684_278_706;
-        let share = |i: usize, k: usize| (0.5 + i as f64 * GOLDEN.powi(-(k as i32) - 1)).fract();
-        (0..count).map(move |i| self.at(&std::array::from_fn(|k| share(i, k))))
+        let points = AdditiveRecurrence::new(0);
+        (0..count).map(move |index| self.at(&points.point(index)))
     }
 }

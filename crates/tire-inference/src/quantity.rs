@@ -1,4 +1,4 @@
-//! Names what is told about a tire: its parameters and what follows from them.
+//! Names what is reported about a tire: its parameters and what follows from them.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::collections::BTreeMap;

@@ -6,10 +6,11 @@ use preparation::samples::Samples;
 use serde::Deserialize;
 
 use crate::fit::{
-    Constraints, FitError, Options, Problem, Pull, SlipNoise, Solution, least_squares, nelder_mead,
+    Constraints, FitError, FitOptions, Problem, SlipNoise, Solution, least_squares, nelder_mead,
 };
 use crate::parameters::Normal;
 use crate::prior::Prior;
+use crate::regularisation::Regularisation;
 use crate::variational::Optimiser;
 
 /// A way to find the values.
@@ -57,10 +58,10 @@ pub struct Settings {
     pub prior: Prior,
     /// What physics says beside the bounds.
     pub constraints: Constraints,
-    /// A pull of the fit towards typical values.
-    pub ridge: Option<Pull>,
+    /// What draws the fit towards typical values.
+    pub regularisation: Option<Regularisation>,
     /// What an earlier run or a test bench found. It counts as data: in the fit, the posterior and the verdicts.
-    pub earlier: Option<Normal>,
+    pub prior_from_file: Option<Normal>,
     /// How residuals count.
     pub loss: Loss,
     /// Noise in the slip.
@@ -68,7 +69,7 @@ pub struct Settings {
     /// Whether parameters that the data cannot tell are held at the prior.
     pub hold: bool,
     /// How the optimum is searched.
-    pub options: Options,
+    pub options: FitOptions,
     /// How variational inference raises its bound.
     pub svi: Optimiser,
 }
@@ -84,17 +85,17 @@ impl Settings {
             direction,
             prior,
             constraints: Constraints::default(),
-            ridge: None,
-            earlier: None,
+            regularisation: None,
+            prior_from_file: None,
             loss: Loss::Square,
             slip_noise: None,
             hold: true,
-            options: Options::default(),
+            options: FitOptions::default(),
             svi: Optimiser::default(),
         }
     }
 
-    /// What is fitted, with what is known in `prior`. What was found earlier counts if it has a weight: the variance of the noise
+    /// What is fitted, with what is known in `prior`. The prior from a file counts if it has a weight: the variance of the noise
     /// for a sum of squares, 1 for a likelihood.
     pub fn problem<'a>(
         &self,
@@ -102,13 +103,14 @@ impl Settings {
         prior: &Prior,
         weight: Option<f64>,
     ) -> Problem<'a> {
-        let earlier = self.earlier.zip(weight).map(|(towards, weight)| Pull { towards, weight });
+        let found = self.prior_from_file.zip(weight);
+        let found = found.map(|(towards, weight)| Regularisation { towards, weight });
         Problem {
             samples,
             bounds: prior.bounds,
             free: prior.free,
             held: prior.centre,
-            pulls: self.ridge.into_iter().chain(earlier).collect(),
+            regularisation: self.regularisation.into_iter().chain(found).collect(),
             constraints: self.constraints,
             loss: self.loss,
             slip_noise: self.slip_noise,
@@ -127,8 +129,8 @@ impl Settings {
         method: Method,
     ) -> Result<Solution, FitError> {
         let mut solution = self.fit_once(samples, prior, method, None)?;
-        if self.earlier.is_some() {
-            // The noise of the free fit, then that of the one that knows of earlier: its estimate hardly moves again.
+        if self.prior_from_file.is_some() {
+            // The noise of the free fit, then that of the one that knows of the prior: its estimate hardly moves again.
             for _ in 0..2 {
                 let variance = Some(self.loss.variance(solution.noise_std));
                 solution = self.fit_once(samples, prior, method, variance)?;
@@ -156,7 +158,7 @@ impl Settings {
             Method::NelderMead => {
                 let constraints = Constraints::default();
                 let plain = Problem { constraints, slip_noise: None, ..problem };
-                nelder_mead::fit(&plain, &Options { start: Some(prior.centre), ..self.options })
+                nelder_mead::fit(&plain, &FitOptions { start: Some(prior.centre), ..self.options })
             }
         }
     }

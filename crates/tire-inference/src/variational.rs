@@ -1,6 +1,6 @@
 //! Fits a normal distribution with full covariance to the posterior of a tire: variational inference.
 //!
-//! Where the posterior is a curved valley or ends at a bound, which it does unless the tire was driven well past its peak, no
+//! Where the posterior is a curved ridge or ends at a bound, which it does unless the tire was driven well past its peak, no
 //! normal distribution is like it. So this never comes without what tells: weights, which also correct it where it is close.
 
 pub mod adam;
@@ -8,28 +8,25 @@ pub mod report;
 
 use std::time::Instant;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use numerics::convergence::Status;
-use numerics::low_discrepancy as points;
-use numerics::psis::{self, Diagnosis};
+use numerics::low_discrepancy::normal_points;
 use numerics::resampling::systematic;
 use numerics::variational::LogDensity;
 use numerics::variational::adam::climb;
 use numerics::variational::gaussian::Gaussian;
+use numerics::variational::judged::{self, Draws, Tails};
 use numerics::variational::newton::{self, Fitted, Limits};
 use preparation::samples::Samples;
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
 use serde::Deserialize;
 
 use crate::compressed::Compressed;
 use crate::density::{Minibatch, TireDensity};
 use crate::parameters::Theta;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use adam::Adam;
-use report::{Report, Summary, Suspicion};
+use report::{Suspicion, VariationalReport};
 
 /// Draws that judge the fit, as many as the exact posterior gives.
 const DRAWS: usize = 8192;
@@ -38,11 +35,6 @@ const POINTS: usize = 3;
 const FEWEST_POINTS: usize = 64;
 /// Most points.
 const MOST_POINTS: usize = 1024;
-/// Degrees of freedom of the heavier tails, and how much wider they begin.
-const FREEDOM: usize = 5;
-const WIDER: f64 = 1.2;
-/// By how much [nat] the bound over the fit's own points may exceed that over fresh draws.
-const OVERFIT: f64 = 0.1;
 
 /// How the bound is raised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -72,12 +64,11 @@ pub struct Start<'a> {
 #[derive(Clone, Debug)]
 pub struct Variational {
     /// Draws from it.
-    pub gaussian: Posterior,
+    pub gaussian: PosteriorSamples,
     /// Draws from it with heavier tails, weighted by the posterior: what remains of its error where it is close.
-    pub corrected: Posterior,
+    pub corrected: PosteriorSamples,
     /// What it said.
-    pub report: Report,
-    fitted: Fitted,
+    pub report: VariationalReport,
 }
 
 /// Fits the distribution, and judges it.
@@ -87,10 +78,10 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
     let density = TireDensity::new(data, prior);
     let limits = Limits { tolerance: 1e-2, steps: 100 };
     let dimension = density.dimension();
-    let mut count = (POINTS * dimension * dimension).next_power_of_two().max(FEWEST_POINTS);
-    let (fitted, draws) = loop {
-        let points = points::normal_points(dimension, count, seed);
-        let fitted = match optimiser {
+    let fewest = (POINTS * dimension * dimension).next_power_of_two().max(FEWEST_POINTS);
+    let fit = |count: usize| {
+        let points = normal_points(dimension, count, seed);
+        match optimiser {
             Optimiser::Newton => {
                 let mode = density.point(theta, noise_std);
                 let information = density.information(&mode);
@@ -112,106 +103,21 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
                     Some(_) => climb(&adam.schedule(), &|x, r| batch.at(x, r), from, judge, seed),
                 }
             }
-        };
-        let draws = Draws::new(&density, &fitted.gaussian, Tails::Normal, seed);
-        let overfit = fitted.trace.last().is_some_and(|own| own - draws.elbo > OVERFIT);
-        let worth_more = fitted.status == Status::Converged && optimiser == Optimiser::Newton;
-        if !(overfit && worth_more) || count >= MOST_POINTS {
-            break (fitted, draws);
         }
-        count *= 2;
     };
-    let Draws { posterior: gaussian, diagnosis, elbo, noise_std, .. } = draws;
-    let heavy = Draws::new(&density, &fitted.gaussian, Tails::Heavy, seed);
+    let worth_more =
+        |fitted: &Fitted| fitted.status == Status::Converged && optimiser == Optimiser::Newton;
+    let judged = judged::fit(&density, fit, [fewest, MOST_POINTS], worth_more, (DRAWS, seed));
+    let drawn = &judged.draws.points;
+    let gaussian = PosteriorSamples { samples: drawn.iter().map(|x| density.theta(x)).collect() };
+    let noise_std = drawn.iter().map(|x| density.noise_std(x) / DRAWS as f64).sum();
+    let heavy = Draws::new(&density, &judged.fitted.gaussian, Tails::Heavy, DRAWS, seed);
     let chosen = systematic(&heavy.weights, DRAWS, seed).into_iter();
-    let corrected = Posterior { draws: chosen.map(|i| heavy.posterior.draws[i]).collect() };
-    let Summary { mean, std, interval } = Summary::of(&gaussian, prior);
-    let free: Vec<_> = prior.free().collect();
-    let report = Report {
-        trusted: true,
-        warning: None,
-        mean,
-        std,
-        interval,
-        parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
-        covariance: gaussian.covariance(&free),
-        noise_std,
-        status: fitted.status,
-        gradient_norm: fitted.gradient_norm,
-        steps: fitted.steps,
-        points: count,
-        evaluations: fitted.evaluations + 2 * DRAWS,
-        elbo,
-        elbo_trace: fitted.trace.clone(),
-        diagnosis,
-        correction: heavy.diagnosis,
-        seconds: begin.elapsed().as_secs_f64(),
-    };
-    let mut variational = Variational { gaussian, corrected, report, fitted };
-    variational.suspect(&Suspicion::default());
-    variational
-}
-
-impl Variational {
-    /// Takes into account what the fit itself cannot see.
-    pub fn suspect(&mut self, suspicion: &Suspicion) {
-        let Fitted { status, gradient_norm, .. } = self.fitted;
-        let report = &mut self.report;
-        let weights = [&report.diagnosis, &report.correction];
-        report.warning = report::warning((status, gradient_norm), weights, suspicion);
-        report.trusted = report.warning.is_none();
-    }
-}
-
-/// What draws from a normal distribution are like far out.
-#[derive(Clone, Copy, PartialEq)]
-enum Tails {
-    /// As they are.
-    Normal,
-    /// Those of a somewhat wider t distribution: a normal distribution that was fitted to a skewed one is too narrow, and
-    /// weights cannot give mass to where there are no draws.
-    Heavy,
-}
-
-/// Draws from a normal distribution, and what weights say of them.
-struct Draws {
-    posterior: Posterior,
-    weights: Vec<f64>,
-    diagnosis: Diagnosis,
-    elbo: f64,
-    noise_std: f64,
-}
-
-impl Draws {
-    fn new(density: &TireDensity, gaussian: &Gaussian, tails: Tails, seed: u64) -> Self {
-        // Not the stream of the points.
-        let mut random = Pcg64::seed_from_u64(!seed);
-        let dimension = density.dimension();
-        let mut log_weights = Vec::with_capacity(DRAWS);
-        let mut draws = Vec::with_capacity(DRAWS);
-        let mut noise_std = 0.0;
-        for _ in 0..DRAWS {
-            let mut e = DVector::from_fn(dimension, |_, _| StandardNormal.sample(&mut random));
-            let mut log_drawn = points::log_normal(&e) - gaussian.log_volume();
-            if tails == Tails::Heavy {
-                let chi_squared = (0..FREEDOM).map(|_| {
-                    let normal: f64 = StandardNormal.sample(&mut random);
-                    normal * normal
-                });
-                let freedom = FREEDOM as f64;
-                e *= (freedom / chi_squared.sum::<f64>()).sqrt();
-                // But for a constant.
-                log_drawn =
-                    -0.5 * (freedom + dimension as f64) * (e.norm_squared() / freedom).ln_1p();
-                e *= WIDER;
-            }
-            let x = gaussian.at(&e);
-            log_weights.push(density.at(&x).0 - log_drawn);
-            draws.push(density.theta(&x));
-            noise_std += density.noise_std(&x) / DRAWS as f64;
-        }
-        let (diagnosis, weights) = psis::smooth(&log_weights);
-        let elbo = log_weights.iter().sum::<f64>() / DRAWS as f64;
-        Self { posterior: Posterior { draws }, weights, diagnosis, elbo, noise_std }
-    }
+    let corrected =
+        PosteriorSamples { samples: chosen.map(|i| density.theta(&heavy.points[i])).collect() };
+    let mut report = VariationalReport::new(&judged, heavy.diagnosis, &gaussian, prior, noise_std);
+    report.evaluations += DRAWS;
+    report.seconds = begin.elapsed().as_secs_f64();
+    report.suspect(&Suspicion::default());
+    Variational { gaussian, corrected, report }
 }

@@ -1,11 +1,10 @@
 //! Judges what the data can tell about a tire: each quantity by three criteria, in words.
 //!
-//! The data identify a quantity if (a) they narrow it to less than 0.3 of what the box allows, (b) its profile
-//! likelihood rules out values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it. If (a)
-//! fails the value is what the prior says; if only (b) or (c) fails, the data say something and the prior the rest.
+//! The data identify a quantity if (a) they narrow it to less than 0.3 of what the box allows, (b) its profile likelihood rules out
+//! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it. If (a)
+//! fails the value is what the prior says; if only (b) or (c) fails, the data say something and the prior the rest. A criterion that
+//! was not looked at does not count.
 
-pub mod minimise;
-pub mod profile;
 mod reason;
 
 use numerics::statistics::{interval, mean, quantile, std};
@@ -13,13 +12,14 @@ use preparation::direction::Direction;
 use serde::Serialize;
 
 use crate::compressed::Compressed;
+use crate::curve_profile::Profiler;
 use crate::parameters::{Theta, curve};
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
+use crate::profile::Profile;
 use crate::quantity::Quantity;
-use profile::{Profile, Profiler};
 
-/// Posterior over prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
+/// PosteriorSamples over prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
 pub const NARROWED: f64 = 0.3;
 /// Standard deviations by which half or double the width of the prior may move the mean.
 pub const UNMOVED: f64 = 0.25;
@@ -56,12 +56,15 @@ pub struct Judgement {
     pub interval: [f64; 2],
     /// Criterion (a): width of the posterior over that of the prior.
     pub width_ratio: f64,
-    /// Criterion (b).
-    pub profile: Profile,
+    /// Criterion (b); absent where the profile was not followed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Profile>,
     /// Value of another optimum that the data do not rule out, where the draws do not show it.
     pub rival: Option<f64>,
-    /// Criterion (c): standard deviations by which half or double the width of the prior moves the mean.
-    pub prior_shift: f64,
+    /// Criterion (c): standard deviations by which half or double the width of the prior moves the mean; absent without draws of the
+    /// posterior.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior_shift: Option<f64>,
     /// The slip whose measurement would tell most, up to half as much again as was driven; absent if nothing would.
     pub drive: Option<f64>,
 }
@@ -77,7 +80,7 @@ pub struct Evidence<'a> {
     pub noise_std: f64,
     /// Which force.
     pub direction: Direction,
-    /// Whether the draws have the masses of all modes, see [`crate::posterior::report::Report::is_exact`].
+    /// Whether the draws have the masses of all modes, see [`crate::posterior::report::PosteriorReport::is_exact`].
     pub exact: bool,
 }
 
@@ -85,52 +88,90 @@ pub struct Evidence<'a> {
 pub fn judge(
     evidence: &Evidence,
     prior: &Prior,
-    posterior: &Posterior,
+    posterior: &PosteriorSamples,
     optimum: &Theta,
 ) -> Vec<Judgement> {
     let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
-    let before = Posterior { draws: prior.fill(4096).collect() };
+    let before = PosteriorSamples { samples: prior.fill(4096).collect() };
     let lessons = Lessons::new(evidence, posterior);
-    let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
-    quantities
-        .map(|quantity| {
-            let values = posterior.values(quantity);
-            let stated = interval(values.clone());
-            let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
-            let rival = profiler.rivals().iter().map(|theta| quantity.value(theta)).find(outside);
-            let profile = profiler.profile(quantity);
-            let mut judgement = Judgement {
-                quantity,
-                verdict: Verdict::Identified,
-                reason: String::new(),
-                mean: mean(&values),
-                std: std(&values),
-                interval: if evidence.exact || profiler.rivals().is_empty() {
-                    stated
-                } else {
-                    [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)]
-                },
-                width_ratio: width(quantity, prior, &values, &before),
-                profile,
-                rival,
-                prior_shift: prior_shift(prior, posterior, &values),
-                drive: lessons.best(&values),
-            };
-            judgement.verdict = judgement.decide();
-            judgement.reason = reason::explain(&judgement, evidence, prior);
-            judgement
-        })
-        .collect()
+    let one = |quantity: Quantity| {
+        let values = posterior.values(quantity);
+        let stated = interval(values.clone());
+        let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
+        let rival = profiler.rivals().iter().map(|theta| quantity.value(theta)).find(outside);
+        let profile = profiler.profile(quantity);
+        let interval = if evidence.exact || profiler.rivals().is_empty() {
+            stated
+        } else {
+            [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)]
+        };
+        let drive = lessons.best(&values);
+        let known = Known {
+            quantity,
+            mean: mean(&values),
+            std: std(&values),
+            interval,
+            width_ratio: width(quantity, prior, &values, &before),
+            profile: Some(profile),
+            rival,
+            prior_shift: Some(prior_shift(prior, posterior, &values)),
+        };
+        Judgement { drive, ..known.judge(prior, &reason::advise(drive, evidence)) }
+    };
+    prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED).map(one).collect()
 }
 
-impl Judgement {
-    fn decide(&self) -> Verdict {
+/// What is known of a quantity, before it is judged. The fields are those of [`Judgement`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    /// What is judged.
+    pub quantity: Quantity,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// 95 % of the distribution.
+    pub interval: [f64; 2],
+    /// Criterion (a).
+    pub width_ratio: f64,
+    /// Criterion (b).
+    pub profile: Option<Profile>,
+    /// Value of another optimum.
+    pub rival: Option<f64>,
+    /// Criterion (c).
+    pub prior_shift: Option<f64>,
+}
+
+impl Known {
+    /// The judgement, with advice on what to drive for a quantity that is not identified.
+    pub fn judge(self, prior: &Prior, advice: &str) -> Judgement {
+        let verdict = self.verdict();
+        let reason = reason::explain(&self, verdict, prior, advice);
+        let Self { quantity, mean, std, interval, width_ratio, profile, rival, prior_shift } = self;
+        Judgement {
+            quantity,
+            verdict,
+            reason,
+            mean,
+            std,
+            interval,
+            width_ratio,
+            profile,
+            rival,
+            prior_shift,
+            drive: None,
+        }
+    }
+
+    /// Whether the data can tell.
+    pub fn verdict(&self) -> Verdict {
         // Written so that a NaN is never a success.
         let narrowed = self.width_ratio < NARROWED;
-        let closed = self.profile.lower.closed && self.profile.upper.closed && self.rival.is_none();
-        let unmoved =
-            self.prior_shift < UNMOVED || self.prior_shift * self.width_ratio < NEGLIGIBLE;
-        match (narrowed, closed && unmoved) {
+        let open = self.profile.as_ref().is_some_and(|p| !(p.lower.closed && p.upper.closed));
+        let unmoved = self
+            .prior_shift
+            .is_none_or(|shift| shift < UNMOVED || shift * self.width_ratio < NEGLIGIBLE);
+        match (narrowed, !open && self.rival.is_none() && unmoved) {
             (true, true) => Verdict::Identified,
             (true, false) => Verdict::Weak,
             (false, _) => Verdict::NotIdentifiable,
@@ -138,28 +179,41 @@ impl Judgement {
     }
 }
 
-/// Of parameters standard deviations; of what follows from them, whose prior has long tails, the middle 68 %.
-fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &Posterior) -> f64 {
-    if let Quantity::Parameter(parameter) = quantity {
-        return std(values) / prior.std(parameter);
+/// Criterion (a), from draws of the posterior and of the prior: of parameters standard deviations; of what follows from them, whose
+/// prior has long tails, the middle 68 %.
+pub fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &PosteriorSamples) -> f64 {
+    match quantity {
+        Quantity::Parameter(parameter) => std(values) / prior.std(parameter),
+        _ => middle(values.to_vec()) / middle(before.values(quantity)),
     }
-    let middle = |mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        quantile(&values, 0.84) - quantile(&values, 0.16)
-    };
-    middle(values.to_vec()) / middle(before.values(quantity))
 }
 
-/// The larger move of the mean when a normal prior as wide as the box, about its centre, is given half and double its
+/// Criterion (a), where only a standard deviation is known.
+pub fn width_of_std(quantity: Quantity, prior: &Prior, std: f64, before: &PosteriorSamples) -> f64 {
+    /// The middle 68 % of the standard normal distribution.
+    const MIDDLE: f64 = 1.988_915_7;
+    match quantity {
+        Quantity::Parameter(parameter) => std / prior.std(parameter),
+        _ => MIDDLE * std / middle(before.values(quantity)),
+    }
+}
+
+/// The width of the middle 68 %.
+fn middle(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    quantile(&values, 0.84) - quantile(&values, 0.16)
+}
+
+/// Criterion (c), from draws of the posterior: the larger move of the mean when a normal prior as wide as the box, about its centre, is given half and double its
 /// width, in standard deviations.
-fn prior_shift(prior: &Prior, posterior: &Posterior, values: &[f64]) -> f64 {
+pub fn prior_shift(prior: &Prior, posterior: &PosteriorSamples, values: &[f64]) -> f64 {
     let distance = |theta: &Theta| -> f64 {
         prior
             .free()
             .map(|p| ((theta[p as usize] - prior.centre[p as usize]) / prior.std(p)).powi(2))
             .sum()
     };
-    let distances: Vec<f64> = posterior.draws.iter().map(distance).collect();
+    let distances: Vec<f64> = posterior.samples.iter().map(distance).collect();
     let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
     let mean = |width: f64| {
         let weights =
@@ -183,12 +237,12 @@ struct Lessons {
 }
 
 impl Lessons {
-    fn new(evidence: &Evidence, posterior: &Posterior) -> Self {
+    fn new(evidence: &Evidence, posterior: &PosteriorSamples) -> Self {
         let driven = evidence.slip_range[0].abs().max(evidence.slip_range[1].abs());
         let slips: Vec<f64> = (1..=30).map(|i| 1.5 * driven * f64::from(i) / 30.0).collect();
         let predict = |&slip: &f64| {
             let values: Vec<f64> =
-                posterior.draws.iter().map(|theta| curve(theta).coefficient(slip)).collect();
+                posterior.samples.iter().map(|theta| curve(theta).coefficient(slip)).collect();
             let mean = mean(&values);
             values.into_iter().map(|value| value - mean).collect()
         };

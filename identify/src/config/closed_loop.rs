@@ -3,15 +3,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use drive_inference::likelihood::Noise;
+use drive_inference::likelihood::DriveNoise;
 use drive_inference::regression::Weights;
 use drive_inference::smoothing::Smoothing;
-use drive_inference::{Bounds, Formulation, Noises, Options, Pull};
+use drive_inference::{DriveOptions, Formulation, Noises};
 use serde::Deserialize;
 use tire_inference::parameters::Parameter;
+use tire_inference::prior::Prior;
 use vehicle::{Aero, Body, Vehicle};
 
-use crate::config::{demand, plant, rise, rising};
+use crate::config::{demand, plant, prior, rise, rising};
 
 /// `task = "closed_loop"`.
 #[derive(Clone, Debug, Deserialize)]
@@ -27,16 +28,17 @@ pub struct ClosedLoop {
     pub compare: Vec<Formulation>,
     /// Lowest and highest values of B, C, D, E of both axles.
     pub bounds: BTreeMap<Parameter, [f64; 2]>,
-    /// θ_0: values of a usual tire, which pulls are relative to.
+    /// θ_0: values of a typical tire; those of a lateral curve unless given.
     pub typical: BTreeMap<Parameter, f64>,
-    /// λ_reg: weight of a pull towards the typical values, in units of these.
+    /// λ_reg: how strongly each tire is drawn to the typical values, in units of the standard deviations of parameters that are uniform
+    /// within the bounds.
     pub regularisation: f64,
-    /// λ_sim: weight of a pull of both axles to each other, in units of the typical values.
-    pub similarity: f64,
+    /// λ_sim: how strongly both tires are drawn to each other, in the same units.
+    pub axle_coupling: f64,
     /// How residuals of fits to smoothed states count.
     pub weights: Weights,
     /// Whether fits to accelerations have three odd terms besides the tires.
-    pub odd: bool,
+    pub odd_terms: bool,
     /// Starts of fits to smoothed states.
     pub starts: usize,
     /// Noises, if they are known; they are estimated otherwise.
@@ -48,7 +50,7 @@ pub struct ClosedLoop {
     pub posterior: bool,
     /// Whether a normal distribution is fitted to the posterior by variational inference, and told with its k-hat beside the draws.
     pub svi: bool,
-    /// Whether intervals come from profiles of the likelihood, which takes as long as two fits; else from its curvature.
+    /// Whether intervals come from profiles of the likelihood, which takes longer than the fit; else from its curvature.
     pub profile: bool,
     /// Times that are used [s], from and until; all of them unless given.
     pub windows: Vec<[f64; 2]>,
@@ -104,7 +106,7 @@ pub struct KnownProcess {
 
 impl Default for ClosedLoop {
     fn default() -> Self {
-        let usual = Options::default();
+        let usual = DriveOptions::default();
         Self {
             body: Body::default(),
             aero: Aero::default(),
@@ -112,16 +114,16 @@ impl Default for ClosedLoop {
             compare: usual.compare,
             bounds: BTreeMap::new(),
             typical: BTreeMap::new(),
-            regularisation: usual.pull.towards_expected,
-            similarity: usual.pull.towards_each_other,
+            regularisation: usual.regularisation,
+            axle_coupling: usual.axle_coupling,
             weights: usual.weights,
-            odd: usual.odd,
+            odd_terms: usual.odd_terms,
             starts: usual.starts,
             noise: None,
             em_passes: usual.smoothing.em_passes,
             posterior: usual.posterior,
             svi: usual.svi,
-            profile: false,
+            profile: usual.profile,
             windows: Vec::new(),
             validate: Vec::new(),
             node: plant(),
@@ -143,7 +145,7 @@ impl ClosedLoop {
         demand(h >= 0.0 && h.is_finite(), "h", "0 or above")?;
         let weight = |weight: f64| weight >= 0.0 && weight.is_finite();
         demand(weight(self.regularisation), "regularisation", "0 or above")?;
-        demand(weight(self.similarity), "similarity", "0 or above")?;
+        demand(weight(self.axle_coupling), "axle_coupling", "0 or above")?;
         if let Weights::Variance { clamp } = self.weights {
             demand(
                 clamp > 0.0 && clamp.is_finite(),
@@ -182,12 +184,7 @@ impl ClosedLoop {
             demand(positive, parameter.name(), "bounds above 0")?;
         }
         for (parameter, value) in &self.typical {
-            let usable = *value != 0.0 && value.is_finite();
-            demand(
-                usable,
-                parameter.name(),
-                "a typical value other than 0, as pulls are relative to it",
-            )?;
+            demand(value.is_finite(), parameter.name(), "a finite typical value")?;
         }
         Ok(())
     }
@@ -228,29 +225,16 @@ impl ClosedLoop {
     }
 
     /// What the library is asked for.
-    pub fn options(&self) -> Options {
-        let mut bounds = Bounds::default();
-        let mut pull = Pull {
-            towards_expected: self.regularisation,
-            towards_each_other: self.similarity,
-            ..Pull::default()
-        };
-        // B, C, D and E alone: that has been checked.
-        for (&parameter, &[low, high]) in &self.bounds {
-            bounds.lower[parameter as usize] = low;
-            bounds.upper[parameter as usize] = high;
-        }
-        for (&parameter, &value) in &self.typical {
-            pull.expected[parameter as usize] = value;
-        }
-        Options {
+    pub fn options(&self) -> DriveOptions {
+        DriveOptions {
             car: Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() },
             method: self.method,
             compare: self.compare.clone(),
-            bounds,
-            pull,
+            prior: prior(Prior::lateral(), &self.bounds, &self.typical),
+            regularisation: self.regularisation,
+            axle_coupling: self.axle_coupling,
             weights: self.weights,
-            odd: self.odd,
+            odd_terms: self.odd_terms,
             starts: self.starts,
             seed: self.seed,
             noises: self.noise.map_or(Noises::Estimated, |noise| Noises::Known(noise.all())),
@@ -263,12 +247,12 @@ impl ClosedLoop {
 }
 
 impl KnownNoise {
-    fn all(self) -> Noise {
+    fn all(self) -> DriveNoise {
         let Self { v_x, v_y, r, a_y, process } = self;
-        let noise = Noise::of_sensors([v_x, v_y, r, a_y]);
+        let noise = DriveNoise::of_sensors([v_x, v_y, r, a_y]);
         match process {
             Some(KnownProcess { v_x, v_y, r, xi_x }) => {
-                Noise { process: [v_x, v_y, r, xi_x], ..noise }
+                DriveNoise { process: [v_x, v_y, r, xi_x], ..noise }
             }
             None => noise,
         }

@@ -6,7 +6,7 @@ use plugin::Host;
 use preparation::samples::Samples;
 use tire_inference::estimate::Estimate;
 use tire_inference::parameters::{Parameter, Theta, curve, theta};
-use tire_inference::posterior::Posterior;
+use tire_inference::posterior::PosteriorSamples;
 use tire_inference::quantity::Quantity;
 
 use crate::page::axis::Axis;
@@ -147,7 +147,7 @@ fn trace(section: &Section) -> Option<Plot> {
 fn density(section: &Section, quantity: Quantity) -> Plot {
     let range = quantity.range(section.prior);
     // Methods may share one posterior, and a method's posterior may be its normal distribution.
-    let mut curves: Vec<(&Posterior, Class, bool)> = Vec::new();
+    let mut curves: Vec<(&PosteriorSamples, Class, bool)> = Vec::new();
     for (method, class) in section.methods.iter().zip(COLOURS.into_iter().cycle()) {
         let own = method.gaussian.map(|gaussian| (gaussian, class, true));
         for curve in own.into_iter().chain([(method.posterior, class, false)]) {
@@ -178,7 +178,7 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
         smooth.iter().flatten().copied().filter(|height| height.is_finite()).fold(0.0, f64::max);
     let mut plot = Plot::new(SMALL, x, Axis::linear("density", 0.0, 1.08 * top));
     for ((posterior, class, gaussian), heights) in curves.iter().zip(&smooth) {
-        if posterior.draws.is_empty() {
+        if posterior.samples.is_empty() {
             continue;
         }
         let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();

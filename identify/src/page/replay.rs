@@ -70,7 +70,7 @@ fn columns(plot: &Plot, layer: &plot::Layer) -> Columns {
 }
 
 fn meaning<'a>(class: Class, methods: &[&'a str]) -> (Role, &'a str) {
-    match class.strip_prefix('c').and_then(|place| place.parse::<usize>().ok()) {
+    match class.strip_prefix('c').and_then(|index| index.parse::<usize>().ok()) {
         Some(place) => (Role::Estimate, methods.get(place).copied().unwrap_or("")),
         None => (Role::Measurement, "measured"),
     }

@@ -4,7 +4,7 @@ use numerics::convergence::Convergence;
 use tire_inference::compressed::Compressed;
 use tire_inference::estimate::{assemble, identify};
 use tire_inference::fit::Solution;
-use tire_inference::posterior::{Options, draw};
+use tire_inference::posterior::{SamplingOptions, draw};
 use tire_inference::settings::{Method as Asked, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 use tire_inference::verdict::{Evidence, judge};
@@ -15,7 +15,7 @@ use crate::studies::excitation::{Level, Study};
 struct Found {
     samples: Samples,
     prior: Prior,
-    posterior: Posterior,
+    posterior: PosteriorSamples,
     estimate: Estimate,
     study: Study,
 }
@@ -29,7 +29,7 @@ fn found() -> Found {
     let samples = samples(&excitation, 0.08);
     let data = Compressed::new(&samples);
     let prior = Prior::longitudinal();
-    let posterior = draw(&data, &prior, &[], &Options { draws: 512, seed: 0 }).posterior;
+    let posterior = draw(&data, &prior, &[], &SamplingOptions { draws: 512, seed: 0 }).posterior;
     let slip_range = samples.slip_range().expect("points");
     let evidence = Evidence {
         data: &data,
@@ -163,7 +163,8 @@ fn each_plot_has_labels_with_units() {
 
 #[test]
 fn a_page_without_data_is_a_page() {
-    let found = Found { samples: Samples::default(), posterior: Posterior::default(), ..found() };
+    let found =
+        Found { samples: Samples::default(), posterior: PosteriorSamples::default(), ..found() };
     let html = page(&found, "");
     parse(&html);
     assert!(html.contains("No samples."));
@@ -189,7 +190,7 @@ fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
     let html = rendered(&Page { sections: vec![section], ..Page::default() });
     let text = text_of(&parse(&html));
     let said = estimate.svi.as_ref().expect("a report");
-    assert!(text.contains(said.warning.as_deref().expect("a valley is no normal distribution")));
+    assert!(text.contains(said.warning.as_deref().expect("a ridge is no normal distribution")));
     assert!(text.contains(&with_std(said.mean["C"], said.std["C"])));
     assert!(text.contains(&with_std(estimate.mean["C"], estimate.std["C"])));
     assert!(text.contains("posterior (grid)") && text.contains("k-hat"));

@@ -5,16 +5,18 @@ mod columns;
 
 use std::collections::BTreeMap;
 
-use drive_inference::likelihood::curve;
 use drive_inference::replay::{Replay, replay};
-use drive_inference::{Fitted, Identified, Options, Recording, SHORTEST, identify, smoothing};
+use drive_inference::{
+    DriveOptions, Fitted, Identified, Recording, SHORTEST, Tires, identify, smoothing,
+};
 use plugin::{Host, Request};
 use preparation::direction::Direction;
 use serde_json::{Map, Value, json};
+use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
-use tire_inference::posterior::Posterior;
-use tire_inference::posterior::report::Source;
-use tire_inference::prior::Prior;
+use tire_inference::parameters::TireParameters;
+use tire_inference::posterior::PosteriorSamples;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::quantity::ByName;
 use vehicle::State;
 
@@ -84,7 +86,7 @@ pub(super) fn closed_loop(
         let (node, direction) = (config.node.as_str(), Direction::Lateral);
         Tire { node, tire, estimate, direction }
     };
-    let tires = [tire("tire_f", &found.front), tire("tire_r", &found.rear)];
+    let tires = [tire("tire_f", &found.estimates.front), tire("tire_r", &found.estimates.rear)];
     host.file("tires.toml", &start_values::write(&tires));
     draw(&options, &used, &found, &validations, host);
     Ok(report(&options, &used, &found, &validations))
@@ -132,7 +134,7 @@ fn extent(recording: &Recording) -> String {
 fn validation(
     name: String,
     recording: Recording,
-    options: &Options,
+    options: &DriveOptions,
     found: &Identified,
 ) -> Result<Validation, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
@@ -142,18 +144,18 @@ fn validation(
             .map_err(|error| failed(error.to_string()))?;
     let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
     let start = State { v_x, v_y, r, ..State::default() };
-    let [front, rear] = found.curves.map(|theta| tire_inference::parameters::curve(&theta));
+    let [front, rear] = found.tires.map(|tire| tire.curve()).into_array();
     let replay = replay(&options.car.with_tires(front, rear), &recording, start, &found.noise);
     Ok(Validation { name, recording, replay })
 }
 
 fn report(
-    options: &Options,
+    options: &DriveOptions,
     used: &[Recording],
     found: &Identified,
     validations: &[Validation],
 ) -> Value {
-    let axles = json!({ "front": found.front, "rear": found.rear });
+    let axles = json!(found.estimates);
     let mut result = Map::from_iter([(options.method.name().to_owned(), axles)]);
     let formulations = found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted));
     let recordings = used.iter().zip(&found.explained).map(|(recording, explained)| {
@@ -173,30 +175,25 @@ fn report(
 
 /// Leaves the page, with the deciding formulation first.
 fn draw(
-    options: &Options,
+    options: &DriveOptions,
     used: &[Recording],
     found: &Identified,
     validations: &[Validation],
     host: &mut dyn Host,
 ) {
-    let bounds = options.bounds;
-    let mut prior = Prior::lateral();
-    for i in 0..4 {
-        (prior.bounds.lower[i], prior.bounds.upper[i]) = (bounds.lower[i], bounds.upper[i]);
-    }
+    let prior = options.prior;
     let (decisive, others) = match found.formulations.split_last() {
         Some((decisive, others)) => (decisive.formulation.title(), others),
         None => ("", &[][..]),
     };
-    let axles = [("Front axle", &found.front), ("Rear axle", &found.rear)];
-    let compared: Vec<Vec<Estimate>> = [0, 1]
-        .map(|axle| {
-            others.iter().rev().map(|fitted| estimate(fitted, axle, axles[axle].1)).collect()
-        })
-        .to_vec();
-    let none = Posterior::default();
-    let sections = axles.iter().enumerate().map(|(axle, (name, estimate))| {
-        let posterior = &found.posterior[axle];
+    let axles = [("Front axle", Axle::Front), ("Rear axle", Axle::Rear)];
+    let compared: Axles<Vec<Estimate>> = Axles::new(|axle| {
+        let decisive = &found.estimates[axle];
+        others.iter().rev().map(|fitted| estimate(fitted, axle, decisive)).collect()
+    });
+    let none = PosteriorSamples::default();
+    let sections = axles.into_iter().map(|(name, axle)| {
+        let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
         let gaussian = found.gaussian.as_ref().map(|axles| &axles[axle]);
         let first = page::Method { name: decisive, estimate, posterior, gaussian };
         let rest =
@@ -228,24 +225,23 @@ fn draw(
 }
 
 /// What a formulation says of one axle, which nobody judged.
-fn estimate(fitted: &Fitted, axle: usize, decisive: &Estimate) -> Estimate {
-    let o = 4 * axle;
-    let names = ["B", "C", "D", "E"];
-    let by_name = |values: &[f64; 8]| -> ByName {
-        names.iter().enumerate().map(|(i, name)| ((*name).to_owned(), values[o + i])).collect()
+fn estimate(fitted: &Fitted, axle: Axle, decisive: &Estimate) -> Estimate {
+    let parameters = || TireParameters::<f64>::PARAMETERS.into_iter();
+    let by_name = |tires: &Tires| -> ByName {
+        let values = parameters().zip(tires[axle].into_array());
+        values.map(|(parameter, value)| (parameter.name().to_owned(), value)).collect()
     };
-    let mut mean = by_name(&fitted.theta);
-    let tire = curve(&fitted.theta, o);
-    mean.insert("K".to_owned(), tire.B * tire.C * tire.D);
-    let at_bound = names.iter().enumerate().filter(|(i, _)| fitted.at_bound[o + i]);
+    let mut mean = by_name(&fitted.tires);
+    mean.insert("K".to_owned(), fitted.tires[axle].stiffness());
+    let at_bound = parameters().zip(fitted.at_bound[axle].into_array()).filter(|(_, is)| *is);
     Estimate {
         mean,
         std: by_name(&fitted.std),
-        at_bound: at_bound.map(|(_, name)| (*name).to_owned()).collect(),
+        at_bound: at_bound.map(|(parameter, _)| parameter.name().to_owned()).collect(),
         noise_std: f64::NAN,
         convergence: fitted.convergence.clone(),
         seconds: fitted.seconds,
-        source: Source::Likelihood,
+        source: UncertaintySource::Likelihood,
         posterior: None,
         svi: None,
         ..decisive.clone()

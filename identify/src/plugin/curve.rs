@@ -40,8 +40,8 @@ pub(super) fn curve(
     let samples = columns(request)?;
     go_on(host, 0.0, "fitting the curve")?;
     let usual = config.fit.settings(config.direction, config.shift(), config.seed);
-    let earlier = config.files.earlier("curve", &usual.prior.free)?;
-    let settings = Settings { earlier, svi: config.svi, ..usual };
+    let prior_from_file = config.files.curve("curve", &usual.prior.free)?;
+    let settings = Settings { prior_from_file, svi: config.svi, ..usual };
     let wrong = |error: FitError| error.to_string();
     let settings = config.fit.loss.settle(settings, &samples).map_err(wrong)?;
     let found = identify(&samples, &settings, &config.methods).map_err(wrong)?;

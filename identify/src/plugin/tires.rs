@@ -6,7 +6,7 @@ use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
 use preparation::{Column, Points, Prepared, Recording, Stage};
 use serde_json::{Map, Value, json};
-use tire_inference::axle_coupling::{self, draw_together};
+use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
 use tire_inference::fit::FitError;
 use tire_inference::settings::Settings;
@@ -72,34 +72,38 @@ pub(super) fn tires(
             Direction::Longitudinal => &config.longitudinal,
         };
         let usual = of.settings(curve.direction, curve.points.shift, config.seed);
-        let earlier = config.files.earlier(curve.key, &usual.prior.free)?;
-        let settings = Settings { earlier, svi: config.svi, ..usual };
+        let prior_from_file = config.files.curve(curve.key, &usual.prior.free)?;
+        let settings = Settings { prior_from_file, svi: config.svi, ..usual };
         let samples = &curve.points.samples;
         let wrong = |error: FitError| format!("{}: {error}", curve.name);
         let settings = of.loss.settle(settings, samples).map_err(wrong)?;
         let tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
         found.push((settings, tire));
     }
-    if config.similarity > 0.0 {
-        alike(&curves, &mut found, config.similarity)?;
+    if config.axle_coupling > 0.0 {
+        couple_axles(&curves, &mut found, config.axle_coupling)?;
     }
     leave_files(config, &curves, &found, &prepared, host);
     Ok(report(config, &curves, &found, &prepared))
 }
 
-/// Fits the lateral curves of both axles again, with a pull to each other.
-fn alike(curves: &[Curve], found: &mut [(Settings, Answer)], weight: f64) -> Result<(), String> {
+/// Fits the lateral curves of both axles again, drawn to each other.
+fn couple_axles(
+    curves: &[Curve],
+    found: &mut [(Settings, Answer)],
+    weight: f64,
+) -> Result<(), String> {
     let lateral =
         curves.iter().zip(found).filter(|(curve, _)| curve.direction == Direction::Lateral);
     let axles: Vec<_> = lateral
-        .map(|(curve, (settings, answer))| axle_coupling::Axle {
+        .map(|(curve, (settings, answer))| Coupled {
             samples: &curve.points.samples,
             settings,
             answer,
         })
         .collect();
     let Ok(axles) = <[_; 2]>::try_from(axles) else { return Ok(()) };
-    draw_together(axles, weight).map_err(|error| format!("similarity: {error}"))
+    couple(axles, weight).map_err(|error| format!("axle_coupling: {error}"))
 }
 
 /// What to drive next: the slips, up to half as much again as was driven, and how much of the time at each, that would tell
@@ -119,11 +123,11 @@ fn report(
     prepared: &Prepared,
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
-    for (place, method) in config.methods.iter().enumerate() {
+    for (index, method) in config.methods.iter().enumerate() {
         let by_curve: Map<_, _> = curves
             .iter()
             .zip(found)
-            .map(|(curve, (_, found))| (curve.key.to_owned(), json!(found.estimates[place].1)))
+            .map(|(curve, (_, found))| (curve.key.to_owned(), json!(found.estimates[index].1)))
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }

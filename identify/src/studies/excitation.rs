@@ -3,8 +3,8 @@
 use preparation::direction::Direction;
 use serde::{Serialize, Serializer};
 use tire_inference::estimate::identify;
-use tire_inference::fit::{FitError, Options, SlipNoise};
-use tire_inference::parameters::{Theta, by_parameter};
+use tire_inference::fit::{FitError, FitOptions, SlipNoise};
+use tire_inference::parameters::{Bounds, Theta, by_parameter};
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 use tire_inference::verdict::Judgement;
@@ -38,7 +38,7 @@ fn by_quantity<S: Serializer>(judgements: &[Judgement], to: S) -> Result<S::Ok, 
     to.collect_map(judgements.iter().map(|judgement| (judgement.quantity.name(), judgement)))
 }
 
-/// The study, over all levels. `go_on` is told which level comes next; the study ends with `None` when it says no.
+/// The study, over all levels. `go_on` is reported which level comes next; the study ends with `None` when it says no.
 ///
 /// # Errors
 /// If a level has no samples to fit.
@@ -47,8 +47,8 @@ pub fn run(
     go_on: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Option<Study>, FitError> {
     let mut levels = Vec::new();
-    for (place, &level) in excitation.levels.iter().enumerate() {
-        if !go_on(place) {
+    for (index, &level) in excitation.levels.iter().enumerate() {
+        if !go_on(index) {
             return Ok(None);
         }
         levels.push(judge_level(excitation, level)?);
@@ -61,11 +61,12 @@ fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
     let usual = Settings::new(Direction::Longitudinal);
     let settings = Settings {
         slip_noise: (excitation.slip_std > 0.0).then(|| SlipNoise::new(excitation.slip_std)),
-        options: Options { seed: excitation.seed, ..usual.options },
+        prior: usual.prior.within(Bounds::GOBLIRSCH),
+        options: FitOptions { seed: excitation.seed, ..usual.options },
         ..usual
     };
     let answer = identify(&samples, &settings, &[Method::LeastSquares, Method::NelderMead])?;
-    let [least_squares, nelder_mead] = [0, 1].map(|place| answer.unrestricted[place].1.theta);
+    let [least_squares, nelder_mead] = [0, 1].map(|index| answer.unrestricted[index].1.theta);
     Ok(Level { level, least_squares, nelder_mead, judgements: answer.judgements })
 }
 

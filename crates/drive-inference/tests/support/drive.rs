@@ -7,8 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use drive_inference::Recording;
-use drive_inference::likelihood::{Theta8, curve};
+use drive_inference::{Recording, Tires};
 use kalman::{Gaussian, discretise, predict, update};
 use nalgebra::{SMatrix, SVector};
 use rand::SeedableRng;
@@ -76,8 +75,8 @@ pub fn chirp(seconds: f64) -> Reference {
 }
 
 /// The car on these tires.
-pub fn on_tires(car: &Vehicle, theta: &Theta8) -> Vehicle {
-    car.with_tires(curve(theta, 0), curve(theta, 4))
+pub fn on_tires(car: &Vehicle, tires: &Tires) -> Vehicle {
+    car.with_tires(tires.front.curve(), tires.rear.curve())
 }
 
 struct Observer {

@@ -116,12 +116,12 @@ impl Subproblem {
 /// Active sets: walk to the minimum of the free variables, stop at the first bound, release what pulls inwards.
 fn solve_box(problem: &Subproblem) -> Option<Step> {
     let n = problem.gradient.len();
-    let place = |i: usize| match problem.gradient[i] {
+    let index = |i: usize| match problem.gradient[i] {
         g if problem.lower[i] >= 0.0 && g >= 0.0 => Place::Lower,
         g if problem.upper[i] <= 0.0 && g <= 0.0 => Place::Upper,
         _ => Place::Free,
     };
-    let mut places: Vec<Place> = (0..n).map(place).collect();
+    let mut places: Vec<Place> = (0..n).map(index).collect();
     let mut d: DVector<f64> = DVector::zeros(n);
     for _ in 0..10 * n + 10 {
         let (target, _) = problem.equality_step(&places, &[])?;

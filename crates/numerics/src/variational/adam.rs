@@ -62,8 +62,8 @@ pub fn climb(
             slope.push(if i == j { by * gaussian.factor[(i, i)] + 1.0 } else { by });
         }
         let moves = walk.moves(&slope, schedule.step);
-        for (place, value) in gaussian.mean.iter_mut().enumerate() {
-            *value += moves[place];
+        for (index, value) in gaussian.mean.iter_mut().enumerate() {
+            *value += moves[index];
         }
         for ((i, j), change) in triangle(dimension).zip(&moves[dimension..]) {
             let entry = &mut gaussian.factor[(i, j)];

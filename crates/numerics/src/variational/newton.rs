@@ -42,7 +42,7 @@ pub struct Fitted {
 }
 
 /// Maximises the evidence lower bound over points that stand for the standard normal distribution. The start is narrowed
-/// first, as long as that raises the bound: the curvature at the top of a curved valley makes a distribution far too wide.
+/// first, as long as that raises the bound: the curvature at the top of a curved ridge makes a distribution far too wide.
 pub fn maximise(
     density: &impl LogDensity,
     start: Gaussian,

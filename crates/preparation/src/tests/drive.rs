@@ -2,7 +2,7 @@
 
 use vehicle::{Aero, Input, MagicFormula, Motion, State, Vehicle};
 
-use crate::{Car, Even, Outliers, Pipeline, Recording};
+use crate::{Car, Outliers, Pipeline, Recording, SlipResampling};
 
 /// A car that the pipeline must not confuse with its defaults: downforce, and unlike axles.
 pub fn car() -> Vehicle {
@@ -23,7 +23,13 @@ pub fn symmetric() -> Vehicle {
 pub fn pipeline(vehicle: &Vehicle) -> Pipeline {
     let car = Car { body: vehicle.body, aero: vehicle.aero, ..Car::default() };
     let outliers = Outliers { reject: false, ..Outliers::default() };
-    Pipeline { car, outliers, even: Even::Off, drop_held: false, ..Pipeline::default() }
+    Pipeline {
+        car,
+        outliers,
+        slip_resampling: SlipResampling::Off,
+        drop_held: false,
+        ..Pipeline::default()
+    }
 }
 
 /// One instant of a simulated drive.

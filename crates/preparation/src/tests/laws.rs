@@ -5,7 +5,8 @@ use proptest::prelude::*;
 
 use crate::tests::drive::{Instant, car, pipeline, record, simulate, symmetric};
 use crate::{
-    Error, Even, Outliers, Pipeline, Points, Prepared, Recording, SIGNALS, Shifts, Source,
+    Error, OffsetSource, Outliers, Pipeline, Points, Prepared, Recording, SIGNALS, Shifts,
+    SlipResampling,
 };
 
 fn drive() -> Vec<Instant> {
@@ -42,8 +43,11 @@ fn all_points(prepared: &Prepared) -> [&Points; 2] {
 #[test]
 fn mirrored_driving_gives_mirrored_points() {
     let vehicle = symmetric();
-    let pipeline =
-        Pipeline { outliers: Outliers::default(), even: Even::default(), ..pipeline(&vehicle) };
+    let pipeline = Pipeline {
+        outliers: Outliers::default(),
+        slip_resampling: SlipResampling::default(),
+        ..pipeline(&vehicle)
+    };
     let [left, right] =
         [1.0, -1.0].map(|side| run(&pipeline, &record(&simulate(&vehicle, 15.0, side))));
     for (a, b) in all_points(&left).into_iter().zip(all_points(&right)) {
@@ -114,7 +118,7 @@ fn rejecting_and_evening_out_only_take_points_away() {
     let all = run(&pipeline(&car()), &recording);
     let some = Pipeline {
         outliers: Outliers::default(),
-        even: Even::Nearest { count: 200 },
+        slip_resampling: SlipResampling::Nearest { count: 200 },
         ..pipeline(&car())
     };
     let some = run(&some, &recording);
@@ -191,7 +195,7 @@ fn too_little_straight_driving_is_said() {
     let weave: Vec<Instant> = drive().into_iter().filter(|i| i.time > 8.0).collect();
     let report = run(&pipeline(&car()), &record(&weave)).report;
     for offset in report.offsets {
-        assert_eq!((offset.source, offset.value), (Source::TooFewStraightSamples, 0.0));
+        assert_eq!((offset.source, offset.value), (OffsetSource::TooFewStraightSamples, 0.0));
     }
 }
 
@@ -213,7 +217,7 @@ fn differential_needs_wheel_speeds_and_settings_must_make_sense() {
         "differential": {"drive_lock": 0.2, "coast_lock": 0.5, "preload": 100, "engine_brake": 800,
                          "sensitivity": 0.5, "track": 1.5}},
         "smooth": {"yaw_rate": {"kind": "gaussian", "sigma": 0.05}},
-        "even": {"method": "weighted", "count": 300}}"#;
+        "slip_resampling": {"method": "weighted", "count": 300}}"#;
     let pipeline: Pipeline = serde_json::from_str(json).expect("the settings are spelled right");
     let error = pipeline.run(&record(&drive())).expect_err("there are no wheel speeds");
     assert!(matches!(&error, Error::Missing { name, .. } if name == "omega_rl"), "{error}");

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use vehicle::{Aero, Body, MagicFormula};
 
 use crate::samples::Samples;
-use crate::{Car, Pipeline, Points, Prepared, Recording, Source};
+use crate::{Car, OffsetSource, Pipeline, Points, Prepared, Recording};
 
 /// The recording of a 1964 Ferrari 250 LM that `scenarios/replay_250lm.toml` replays; `TRACKSIDE_DATA` names another
 /// folder to look in.
@@ -91,7 +91,7 @@ fn points_of_a_ferrari_250_lm() {
     let [r, a_x, a_y, sideslip] = report.offsets;
     for offset in report.offsets {
         println!("{offset:?}");
-        assert_eq!(offset.source, Source::Estimated);
+        assert_eq!(offset.source, OffsetSource::Estimated);
     }
     // Two laps take 197 s and turn the car by 4 π: the sensor makes it 0.14 rad more, a bias of −0.0007 rad/s.
     assert!((r.value + 0.0007).abs() < 5e-4 && sideslip.value.abs() < 2e-3);

@@ -6,7 +6,7 @@ use preparation::samples::Samples;
 use crate::compressed::Compressed;
 use crate::estimate::{Estimate, by_name};
 use crate::fit::Solution;
-use crate::posterior::report::{Report, Source};
+use crate::posterior::report::{PosteriorReport, UncertaintySource};
 use crate::settings::Settings;
 use crate::variational::report::{Summary, Suspicion};
 use crate::variational::{self, Start, Variational};
@@ -27,8 +27,8 @@ pub struct Bayes<'a> {
     /// The best fit with everything free.
     pub best: &'a Solution,
     pub judgements: &'a [Judgement],
-    pub report: &'a Report,
-    /// What is told of the best fit.
+    pub report: &'a PosteriorReport,
+    /// What is reported of the best fit.
     pub plain: Estimate,
     /// What the best fit took, and the draws [s].
     pub seconds: [f64; 2],
@@ -37,7 +37,7 @@ pub struct Bayes<'a> {
 impl Bayes<'_> {
     /// The posterior's own numbers.
     pub fn reference(&self) -> Estimate {
-        let Report { levels, cells, .. } = *self.report;
+        let PosteriorReport { levels, cells, .. } = *self.report;
         let status =
             if self.report.is_exact() { Status::Converged } else { Status::IterationLimit };
         Estimate {
@@ -65,6 +65,7 @@ impl Bayes<'_> {
         let mut variational = variational::fit(start, *optimiser, options.seed);
         variational.report.seconds += self.seconds[0];
         variational
+            .report
             .suspect(&Suspicion { at_bound: self.best.at_bound.clone(), modes: self.modes() });
         variational
     }
@@ -82,7 +83,7 @@ impl Bayes<'_> {
                 interval,
                 covariance: variational.corrected.covariance(&free),
                 noise_std: told.noise_std,
-                source: Source::Svi,
+                source: UncertaintySource::Svi,
                 posterior: Some(self.report.clone()),
                 ..self.plain.clone()
             }
@@ -94,7 +95,7 @@ impl Bayes<'_> {
             iterations: told.steps,
             evaluations: told.evaluations,
             kkt_residual: None,
-            // The evidence lower bound is told with the normal distribution.
+            // The evidence lower bound is reported with the normal distribution.
             trace: Vec::new(),
             ..self.best.convergence.clone()
         };

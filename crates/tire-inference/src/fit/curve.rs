@@ -9,9 +9,10 @@ use numerics::sqp::{Inequality, Model, Objective};
 use preparation::samples::Samples;
 
 use crate::compressed::Compressed;
-use crate::fit::{Constraints, Problem, Pull};
+use crate::fit::{Constraints, Problem};
 use crate::kernel::{self, Pass};
 use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::regularisation::Regularisation;
 
 /// Fewer samples times starts are quicker as they are: compressing takes as long as some passes over them.
 const MANY: usize = 4000;
@@ -94,7 +95,7 @@ impl Unknowns {
             constraints.peak_slip.into_iter().flat_map(|[low, high]| [(low, -1.0), (high, 1.0)])
         {
             if limit.is_finite() {
-                let (argument, by_theta) = sine_argument(theta, limit);
+                let (argument, by_theta) = kernel::sine_argument(theta, limit);
                 add(sign, argument - FRAC_PI_2, by_theta);
             }
         }
@@ -107,28 +108,22 @@ fn is_log(parameter: usize) -> bool {
     parameter <= Parameter::D as usize
 }
 
-/// φ = C atan v at a slip, and its derivatives with respect to the parameters.
-fn sine_argument(theta: &Theta, slip: f64) -> (f64, Theta) {
-    let [B, C, _, E, S_h, _] = *theta;
-    let x = slip + S_h;
-    let u = B * x;
-    let bend = u - u.atan();
-    let v = u - E * bend;
-    let by_v = C / (1.0 + v * v);
-    let by_u = by_v * (1.0 - E + E / (1.0 + u * u));
-    (C * v.atan(), [by_u * x, v.atan(), 0.0, -by_v * bend, by_u * B, 0.0])
-}
-
-/// Adds pulls to a model.
-pub fn add_pulls(model: &mut Model, unknowns: &Unknowns, theta: &Theta, pulls: &[Pull]) {
+/// Adds what is expected to a model.
+pub fn regularise(
+    model: &mut Model,
+    unknowns: &Unknowns,
+    theta: &Theta,
+    regularisation: &[Regularisation],
+) {
     let slopes = unknowns.slopes(theta);
-    for Pull { towards, weight } in pulls {
-        let (distance, gradient) = towards.distance(theta);
-        model.cost += 0.5 * weight * distance;
+    for expected in regularisation {
+        let (cost, gradient) = expected.at(theta);
+        model.cost += cost;
         for (k, &i) in unknowns.free.iter().enumerate() {
-            model.gradient[k] += weight * gradient[i] * slopes[k];
+            model.gradient[k] += gradient[i] * slopes[k];
             for (l, &j) in unknowns.free.iter().enumerate() {
-                model.hessian[(k, l)] += weight * towards.precision[i][j] * slopes[k] * slopes[l];
+                let precision = expected.towards.precision[i][j];
+                model.hessian[(k, l)] += expected.weight * precision * slopes[k] * slopes[l];
             }
         }
     }
@@ -141,12 +136,12 @@ enum Data<'a> {
     Compressed(Box<Compressed>),
 }
 
-/// Sum of the losses of one curve, with what pulls at it.
+/// Sum of the losses of one curve, with what is expected of it.
 pub struct CurveCost<'a> {
     data: Data<'a>,
     free: [bool; COUNT],
     loss: Loss,
-    pulls: &'a [Pull],
+    regularisation: &'a [Regularisation],
     constraints: Constraints,
     pub unknowns: Unknowns,
     /// What residuals of rounding would cost.
@@ -173,7 +168,7 @@ impl<'a> CurveCost<'a> {
             data,
             free: problem.free,
             loss: problem.loss,
-            pulls: &problem.pulls,
+            regularisation: &problem.regularisation,
             constraints: problem.constraints,
             unknowns: Unknowns::new(problem),
             floor: ROUNDING * energy.sqrt() + f64::MIN_POSITIVE,
@@ -192,12 +187,11 @@ impl<'a> CurveCost<'a> {
 
     /// The cost alone.
     pub fn cost(&self, theta: &Theta) -> f64 {
-        let pull = |pull: &Pull| 0.5 * pull.weight * pull.towards.distance(theta).0;
         let own = match &self.data {
             Data::Samples(samples) => kernel::cost(samples, theta, self.loss),
             Data::Compressed(data) => 0.5 * data.squares(theta),
         };
-        own + self.pulls.iter().map(pull).sum::<f64>()
+        own + self.regularisation.iter().map(|expected| expected.at(theta).0).sum::<f64>()
     }
 
     fn pass(&self, theta: &Theta) -> Pass {
@@ -238,7 +232,7 @@ impl Objective for CurveCost<'_> {
             }),
             scale: 0.0,
         };
-        add_pulls(&mut model, &self.unknowns, &theta, self.pulls);
+        regularise(&mut model, &self.unknowns, &theta, self.regularisation);
         model.scale = (2.0 * model.cost).sqrt() + self.floor;
         model
     }

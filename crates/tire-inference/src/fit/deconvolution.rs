@@ -73,13 +73,13 @@ impl Density {
     }
 
     fn moments(&self, x: f64) -> Moments {
-        let place = (x - self.first) / self.cell;
+        let index = (x - self.first) / self.cell;
         let reach = REACH * self.noise / self.cell;
-        let from = (place - reach).ceil().max(0.0) as usize;
-        let to = ((place + reach).floor() as usize).min(self.weights.len() - 1);
+        let from = (index - reach).ceil().max(0.0) as usize;
+        let to = ((index + reach).floor() as usize).min(self.weights.len() - 1);
         let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
         for k in from..=to {
-            let offset = (k as f64 - place) * self.cell;
+            let offset = (k as f64 - index) * self.cell;
             let weight = self.weights[k] * (-0.5 * (offset / self.noise).powi(2)).exp();
             total += weight;
             first += weight * offset;

@@ -2,8 +2,9 @@
 
 use thiserror::Error;
 
-use crate::fit::{Problem, Pull};
+use crate::fit::Problem;
 use crate::parameters::Parameter;
+use crate::regularisation::Regularisation;
 
 /// Why there is nothing to fit.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -170,14 +171,11 @@ fn check_settings(problem: &Problem) -> Result<(), FitError> {
     if !problem.loss.is_valid() {
         return wrong("loss", "threshold, degrees of freedom and scale must be finite and above 0");
     }
-    for Pull { towards, weight } in &problem.pulls {
-        let numbers = towards.precision.iter().flatten().chain(&towards.mean);
-        if !numbers.chain([weight]).all(|number| number.is_finite()) || *weight < 0.0 {
-            return wrong(
-                "pulls",
-                "means must be finite, standard deviations above 0, the weight 0 or above",
-            );
-        }
+    if !problem.regularisation.iter().all(Regularisation::is_valid) {
+        return wrong(
+            "regularisation",
+            "means must be finite, standard deviations above 0, the weight 0 or above",
+        );
     }
     if let Some([low, high]) = problem.constraints.stiffness
         && !(low > 0.0 && low <= high && high.is_finite())

@@ -2,11 +2,12 @@
 
 use nalgebra::DVector;
 use numerics::convergence::{Convergence, Status};
+use numerics::low_discrepancy::AdditiveRecurrence;
 use numerics::sqp::{self, Limits, Minimum, Objective};
 use rayon::prelude::*;
 
-use crate::fit::{FitError, Options};
-use crate::parameters::{Bounds, COUNT, Theta};
+use crate::fit::{FitError, FitOptions};
+use crate::parameters::{Bounds, COUNT, Parameter, Theta};
 
 /// Violations of constraints below this are rounding.
 const FEASIBLE: f64 = 1e-9;
@@ -38,25 +39,13 @@ impl Search {
 }
 
 /// The starts in the box: the given one first, then points that leave no gaps.
-///
-/// The points are the additive recurrence x_k = fract(x_0 + k α), with α_i = g^−i and g the root of g^(d+1) = g + 1, whose
-/// discrepancy is low in any dimension; the seed turns x_0.
-pub fn starts(bounds: &Bounds, held: &Theta, options: &Options) -> Vec<Theta> {
-    let mut g = 1.2_f64;
-    for _ in 0..60 {
-        g = (1.0 + g).powf(1.0 / (COUNT as f64 + 1.0));
-    }
-    let turn = (options.seed as f64 * 0.754_877_666_246_692_7).fract();
+pub fn starts(bounds: &Bounds, held: &Theta, options: &FitOptions) -> Vec<Theta> {
+    let points = AdditiveRecurrence::<COUNT>::new(options.seed);
     let point = |k: usize| -> Theta {
-        std::array::from_fn(|i| {
-            let alpha = g.powi(-(i as i32 + 1));
-            let share = (0.5 + turn + (k as f64 + 1.0) * alpha).fract();
-            let (lower, upper) = (bounds.lower[i], bounds.upper[i]);
-            if lower.is_finite() && upper.is_finite() {
-                lower + share * (upper - lower)
-            } else {
-                held[i]
-            }
+        let shares = points.point(k + 1);
+        Parameter::ALL.map(|parameter| {
+            let value = bounds.at(parameter, shares[parameter as usize]);
+            if value.is_finite() { value } else { held[parameter as usize] }
         })
     };
     let given = options.start.into_iter();
@@ -73,7 +62,7 @@ pub fn search(
     lower: &DVector<f64>,
     upper: &DVector<f64>,
     starts: &[DVector<f64>],
-    options: &Options,
+    options: &FitOptions,
 ) -> Result<Search, FitError> {
     let limits = Limits { iterations: options.iterations, ..Limits::default() };
     let minimise =

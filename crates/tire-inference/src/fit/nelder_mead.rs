@@ -5,15 +5,15 @@ use numerics::convergence::Convergence;
 use numerics::simplex;
 
 use crate::fit::curve::CurveCost;
-use crate::fit::solution::Noise;
-use crate::fit::{Constraints, FitError, Options, Problem, Solution, error, multistart};
+use crate::fit::solution::ResidualNoise;
+use crate::fit::{Constraints, FitError, FitOptions, Problem, Solution, error, multistart};
 
 /// Fits the free parameters from the first start of the options. There are no variances of parameters in the solution: the
 /// method has no derivatives.
 ///
 /// # Errors
 /// As for [`crate::fit::least_squares`], and for constraints or noise in the slip, which this method cannot take.
-pub fn fit(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
+pub fn fit(problem: &Problem, options: &FitOptions) -> Result<Solution, FitError> {
     error::check(problem)?;
     if problem.constraints != Constraints::default() || problem.slip_noise.is_some() {
         let problem = "has bounds only; leave out constraints and slip noise, or use least squares";
@@ -52,7 +52,7 @@ pub fn fit(problem: &Problem, options: &Options) -> Result<Solution, FitError> {
     Ok(Solution {
         theta: values,
         cost: minimum.cost,
-        noise_std: Noise::of(problem, &values, n - at_bound.len()).std,
+        noise_std: ResidualNoise::of(problem, &values, n - at_bound.len()).std,
         free: problem.free_parameters(),
         covariance: DMatrix::from_element(n, n, f64::NAN),
         at_bound,

@@ -12,14 +12,14 @@ use numerics::sqp::{Inequality, Model, Objective};
 use rayon::prelude::*;
 use vehicle::MagicFormula;
 
-use crate::fit::curve::{Unknowns, add_pulls};
+use crate::fit::curve::{Unknowns, regularise};
 use crate::fit::deconvolution::{Moments, moments};
-use crate::fit::solution::{Noise, Part};
-use crate::fit::{FitError, Options, Problem, Solution, least_squares, multistart};
+use crate::fit::solution::{Part, ResidualNoise};
+use crate::fit::{FitError, FitOptions, Problem, Solution, least_squares, multistart};
 use crate::kernel::{Local, local};
 use crate::parameters::{COUNT, Theta};
 
-/// Noise in the slip, and which of its consequences are taken into account. Leaving one out is for studies: without `calibrate`
+/// ResidualNoise in the slip, and which of its consequences are taken into account. Leaving one out is for studies: without `calibrate`
 /// and `curvature` the stiffness comes out too low.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipNoise {
@@ -50,7 +50,11 @@ const LEAST_NOISE: f64 = 0.02;
 type Dual = DualSVec64<COUNT>;
 
 /// Plain least squares first, then the likelihood from each of its optima.
-pub fn fit(problem: &Problem, noise: SlipNoise, options: &Options) -> Result<Solution, FitError> {
+pub fn fit(
+    problem: &Problem,
+    noise: SlipNoise,
+    options: &FitOptions,
+) -> Result<Solution, FitError> {
     if let Some(std) = noise.force_std
         && !(std > 0.0 && std.is_finite())
     {
@@ -77,7 +81,7 @@ pub fn fit(problem: &Problem, noise: SlipNoise, options: &Options) -> Result<Sol
     convergence.starts = plain.convergence.starts;
     convergence.evaluations += plain.convergence.evaluations;
     convergence.optima = convergence.optima.max(plain.convergence.optima);
-    Ok(part.solution(problem, &Noise { std, factor: 1.0 }, convergence, optima))
+    Ok(part.solution(problem, &ResidualNoise { std, factor: 1.0 }, convergence, optima))
 }
 
 struct Likelihood<'a> {
@@ -207,7 +211,7 @@ impl Objective for Likelihood<'_> {
             model.hessian += part.hessian;
         }
         model.hessian.fill_upper_triangle_with_lower_triangle();
-        add_pulls(&mut model, &self.unknowns, &theta, &self.problem.pulls);
+        regularise(&mut model, &self.unknowns, &theta, &self.problem.regularisation);
         model
     }
 

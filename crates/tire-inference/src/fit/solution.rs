@@ -36,8 +36,8 @@ pub struct Solution {
 impl Solution {
     /// Standard deviation of a free parameter.
     pub fn std(&self, parameter: Parameter) -> Option<f64> {
-        let place = self.free.iter().position(|&p| p == parameter)?;
-        Some(self.covariance[(place, place)].sqrt())
+        let index = self.free.iter().position(|&p| p == parameter)?;
+        Some(self.covariance[(index, index)].sqrt())
     }
 }
 
@@ -72,7 +72,7 @@ impl Part {
     pub fn solution(
         &self,
         problem: &Problem,
-        noise: &Noise,
+        noise: &ResidualNoise,
         convergence: Convergence,
         optima: Vec<(Theta, f64)>,
     ) -> Solution {
@@ -122,15 +122,15 @@ fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
     result
 }
 
-/// Noise of the samples around a curve.
-pub struct Noise {
+/// ResidualNoise of the samples around a curve.
+pub struct ResidualNoise {
     /// Standard deviation.
     pub std: f64,
     /// Covariance of the unknowns over the inverse of the Hessian.
     pub factor: f64,
 }
 
-impl Noise {
+impl ResidualNoise {
     /// For squares the residual variance; for the other losses its robust counterparts (Huber and Ronchetti, Robust
     /// Statistics, section 7.6): median of absolute residuals, and Σψ²/(Σψ')² relative to the weights in the Hessian.
     pub fn of(problem: &Problem, theta: &Theta, fitted: usize) -> Self {

@@ -1,6 +1,6 @@
 //! Sums the squares of a curve at weighted slips, with derivatives: what a posterior needs thousands of times.
 
-use crate::kernel::{BLOCK, LANES, add_lanes, value_and_gradient};
+use crate::kernel::{BLOCK, PARTIAL_SUMS, add_up, value_and_gradient};
 use crate::parameters::{COUNT, Theta};
 
 /// Σ (a f² − 2 b f) of the curve f over slips, and half its derivatives by the parameters. The number of slips is a multiple
@@ -22,9 +22,10 @@ impl pulp::WithSimd for Squares<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let [weights, forces] = [self.weights, self.forces].map(|sums| sums.as_chunks::<LANES>().0);
-        let mut squares = [0.0; LANES];
-        let mut slopes = [[0.0; LANES]; COUNT];
+        let [weights, forces] =
+            [self.weights, self.forces].map(|sums| sums.as_chunks::<PARTIAL_SUMS>().0);
+        let mut squares = [0.0; PARTIAL_SUMS];
+        let mut slopes = [[0.0; PARTIAL_SUMS]; COUNT];
         let mut f = [0.0; BLOCK];
         let mut by = [[0.0; BLOCK]; COUNT];
         for (index, slips) in self.slips.chunks(BLOCK).enumerate() {
@@ -35,21 +36,21 @@ impl pulp::WithSimd for Squares<'_> {
                     by[k][i] = gradient[k];
                 }
             }
-            let from = index * BLOCK / LANES;
-            for (place, f) in f[..slips.len()].as_chunks::<LANES>().0.iter().enumerate() {
+            let from = index * BLOCK / PARTIAL_SUMS;
+            for (place, f) in f[..slips.len()].as_chunks::<PARTIAL_SUMS>().0.iter().enumerate() {
                 let (weights, forces) = (&weights[from + place], &forces[from + place]);
-                let mut residual = [0.0; LANES];
-                for k in 0..LANES {
+                let mut residual = [0.0; PARTIAL_SUMS];
+                for k in 0..PARTIAL_SUMS {
                     residual[k] = weights[k] * f[k] - forces[k];
                     squares[k] += f[k] * (residual[k] - forces[k]);
                 }
                 for (slopes, by) in slopes.iter_mut().zip(&by) {
-                    for k in 0..LANES {
-                        slopes[k] += residual[k] * by[place * LANES + k];
+                    for k in 0..PARTIAL_SUMS {
+                        slopes[k] += residual[k] * by[place * PARTIAL_SUMS + k];
                     }
                 }
             }
         }
-        (add_lanes(squares), slopes.map(add_lanes))
+        (add_up(squares), slopes.map(add_up))
     }
 }

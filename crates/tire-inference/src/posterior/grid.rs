@@ -16,8 +16,8 @@ use rayon::prelude::*;
 
 use crate::compressed::Compressed;
 use crate::parameters::{COUNT, Parameter, Theta};
-use crate::posterior::report::{Method, Mode, Report, Status};
-use crate::posterior::{Found, Options, Posterior};
+use crate::posterior::report::{Mode, PosteriorReport, SamplingMethod, SamplingStatus};
+use crate::posterior::{Found, PosteriorSamples, SamplingOptions};
 use crate::prior::Prior;
 use linear::Linear;
 use plane::{Cell, Place, Plane, is_hopeless};
@@ -36,16 +36,16 @@ pub const EFFECTIVE: f64 = 0.5;
 pub const LARGEST: f64 = 0.01;
 /// How often cells are split once more for it.
 const FINER: usize = 2;
-/// Modes of less mass are not told.
+/// Modes of less mass are not reported.
 const TOLD: f64 = 1e-3;
 
 /// Draws of equal weight. `optima` are points that the grid must not miss, such as the minima of least squares; `None` where
-/// the method does not apply, see [`Status::NotApplicable`].
+/// the method does not apply, see [`SamplingStatus::NotApplicable`].
 pub fn draw(
     data: &Compressed,
     prior: &Prior,
     optima: &[Theta],
-    options: &Options,
+    options: &SamplingOptions,
 ) -> Option<Found> {
     if data.count() < SAMPLES || prior.free == [false; COUNT] || options.draws == 0 {
         return None;
@@ -68,23 +68,23 @@ pub fn draw(
         weighted = Weighted::new(&plane, &linear, prior, options);
     }
     let Weighted { drawn, weights, effective_share, largest_weight } = &weighted;
-    let report = Report {
-        method: Method::Grid,
+    let report = PosteriorReport {
+        method: SamplingMethod::Grid,
         status: match (plane.resolved, weighted.is_even()) {
-            (true, true) => Status::Exact,
-            (false, _) => Status::Unresolved,
-            (true, false) => Status::Uneven,
+            (true, true) => SamplingStatus::Exact,
+            (false, _) => SamplingStatus::Unresolved,
+            (true, false) => SamplingStatus::Uneven,
         },
         effective_share: *effective_share,
         largest_weight: *largest_weight,
         modes: tell_modes(&plane, drawn, weights),
         cells: plane.visited,
         levels: plane.level,
-        ..Report::default()
+        ..PosteriorReport::default()
     };
     let chosen = systematic(weights, options.draws, options.seed);
     let draws = chosen.into_iter().map(|index| drawn[index].theta).collect();
-    Some(Found { posterior: Posterior { draws }, report })
+    Some(Found { posterior: PosteriorSamples { samples: draws }, report })
 }
 
 struct Draw {
@@ -102,7 +102,7 @@ struct Weighted {
 }
 
 impl Weighted {
-    fn new(plane: &Plane, linear: &Linear, prior: &Prior, options: &Options) -> Self {
+    fn new(plane: &Plane, linear: &Linear, prior: &Prior, options: &SamplingOptions) -> Self {
         let drawn = drawn(plane, linear, prior, options);
         let best = drawn.iter().map(|draw| draw.log_weight).fold(f64::NEG_INFINITY, f64::max);
         let mut weights: Vec<f64> =
@@ -124,7 +124,7 @@ impl Weighted {
 }
 
 /// Draws from the cells in proportion to their masses, with the weights that make them draws from the posterior.
-fn drawn(plane: &Plane, linear: &Linear, prior: &Prior, options: &Options) -> Vec<Draw> {
+fn drawn(plane: &Plane, linear: &Linear, prior: &Prior, options: &SamplingOptions) -> Vec<Draw> {
     let cells: Vec<(&Place, &Cell)> = plane.cells.iter().collect();
     let best = cells.iter().map(|(_, cell)| cell.log).fold(f64::NEG_INFINITY, f64::max);
     let masses: Vec<f64> = cells.iter().map(|(_, cell)| (cell.log - best).exp()).collect();

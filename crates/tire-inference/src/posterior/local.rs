@@ -9,8 +9,8 @@ use numerics::variational::LogDensity;
 use crate::compressed::Compressed;
 use crate::density::TireDensity;
 use crate::parameters::Theta;
-use crate::posterior::report::{Method, Report, Status};
-use crate::posterior::{Found, Options, Posterior};
+use crate::posterior::report::{PosteriorReport, SamplingMethod, SamplingStatus};
+use crate::posterior::{Found, PosteriorSamples, SamplingOptions};
 use crate::prior::Prior;
 
 /// Effective draws for each one that is wanted.
@@ -21,7 +21,7 @@ pub fn draw(
     data: &Compressed,
     prior: &Prior,
     optima: &[Theta],
-    options: &Options,
+    options: &SamplingOptions,
 ) -> Option<Found> {
     let density = TireDensity::new(data, prior);
     let freedom = data.count().checked_sub(density.dimension()).filter(|freedom| *freedom > 0)?;
@@ -36,15 +36,15 @@ pub fn draw(
         importance::sample(&logs, &starts, SHARE * options.draws as f64, options.seed, || true)?;
     let chosen = systematic(&sampled.weights, options.draws, options.seed);
     let draws = chosen.into_iter().map(|index| density.theta(&sampled.points[index])).collect();
-    let report = Report {
-        method: Method::Importance,
-        status: Status::Exact,
+    let report = PosteriorReport {
+        method: SamplingMethod::Importance,
+        status: SamplingStatus::Exact,
         effective_share: sampled.diagnosis.effective_share,
         largest_weight: sampled.diagnosis.largest_weight,
         k_hat: Some(sampled.diagnosis.k_hat),
         cells: sampled.evaluations,
         levels: sampled.rounds,
-        ..Report::default()
+        ..PosteriorReport::default()
     };
-    sampled.is_exact().then_some(Found { posterior: Posterior { draws }, report })
+    sampled.is_exact().then_some(Found { posterior: PosteriorSamples { samples: draws }, report })
 }

@@ -13,7 +13,7 @@ use rand_pcg::Pcg64;
 use serde::Serialize;
 
 use crate::kernel::value;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 
 /// Draws that are looked at: a share among them is known to four hundredths or better.
 const DRAWS: usize = 200;
@@ -49,14 +49,14 @@ pub struct Predictive {
 pub fn predictive(
     samples: &Samples,
     loss: Loss,
-    posterior: &Posterior,
+    posterior: &PosteriorSamples,
     seed: u64,
 ) -> Option<Predictive> {
     let used: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
-    let every = posterior.draws.len().div_ceil(DRAWS).max(1);
+    let every = posterior.samples.len().div_ceil(DRAWS).max(1);
     let freedom = ChiSquared::new(used.len().checked_sub(1)? as f64).ok()?;
     let reference = ChiSquared::new(GROUPS as f64).ok()?;
-    if used.len() < FEWEST || posterior.draws.is_empty() {
+    if used.len() < FEWEST || posterior.samples.is_empty() {
         return None;
     }
     let mut by_slip: Vec<usize> = (0..used.len()).collect();
@@ -68,7 +68,7 @@ pub fn predictive(
     let mut first = vec![0.0; used.len()];
     let mut second = vec![0.0; used.len()];
     let mut noise = 0.0;
-    for theta in posterior.draws.iter().step_by(every) {
+    for theta in posterior.samples.iter().step_by(every) {
         let residual = |&i: &usize| {
             samples.weight[i].sqrt() * (samples.force[i] - value(theta, samples.slip[i]))
         };
@@ -172,7 +172,7 @@ impl Predictive {
 mod tests {
     use super::*;
     use crate::compressed::Compressed;
-    use crate::posterior::{Options, draw};
+    use crate::posterior::{SamplingOptions, draw};
     use crate::prior::Prior;
     use crate::synthetic::{Excitation, samples};
 
@@ -181,7 +181,7 @@ mod tests {
         let mut samples = samples(&excitation, 0.3);
         samples.force.iter_mut().enumerate().for_each(|(i, force)| spoil(i, force));
         let data = Compressed::new(&samples);
-        let options = Options { draws: 512, seed: 0 };
+        let options = SamplingOptions { draws: 512, seed: 0 };
         let posterior = draw(&data, &Prior::longitudinal(), &[], &options).posterior;
         predictive(&samples, Loss::Square, &posterior, 0).expect("enough samples")
     }

@@ -4,14 +4,14 @@ use numerics::loss::Loss;
 use serde::Serialize;
 
 use crate::parameters::Theta;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::posterior::predictive::Predictive;
 use crate::quantity::ByName;
 
 /// How draws were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum SamplingMethod {
     /// A grid that is refined where the posterior is: exact but for the noise of the draws.
     #[default]
     Grid,
@@ -24,7 +24,7 @@ pub enum Method {
 /// What standard deviations, intervals and covariance are those of, and of posteriors also the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Source {
+pub enum UncertaintySource {
     /// The likelihood near its maximum.
     Likelihood,
     /// A normal distribution, by variational inference, its draws weighted by the posterior.
@@ -40,7 +40,7 @@ pub enum Source {
 /// Whether the draws of a grid or the weighted draws can be relied on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum SamplingStatus {
     /// Yes: resolved, and the weights are even.
     Exact,
     /// No: the limit of cells or levels was reached first.
@@ -74,7 +74,7 @@ pub struct Band {
 
 impl Band {
     /// At `count` slips.
-    pub fn new(posterior: &Posterior, [low, high]: [f64; 2], count: usize) -> Self {
+    pub fn new(posterior: &PosteriorSamples, [low, high]: [f64; 2], count: usize) -> Self {
         let share = |k: usize| k as f64 / (count.max(2) - 1) as f64;
         let slip: Vec<f64> = (0..count).map(|k| low + share(k) * (high - low)).collect();
         let (lower, upper) = posterior.band(&slip).into_iter().map(|[a, b]| (a, b)).unzip();
@@ -84,11 +84,11 @@ impl Band {
 
 /// How draws were made, how well, and what they say.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Report {
+pub struct PosteriorReport {
     /// What the draws are from.
-    pub method: Method,
+    pub method: SamplingMethod,
     /// Of the grid, also where its draws were not used.
-    pub status: Status,
+    pub status: SamplingStatus,
     /// Effective number of the weighted draws over their number; 0 without a grid.
     pub effective_share: f64,
     /// Largest weight, their sum being 1; 0 without a grid.
@@ -114,18 +114,18 @@ pub struct Report {
     pub predictive: Option<Predictive>,
 }
 
-impl Report {
+impl PosteriorReport {
     /// Whether the draws are from the posterior itself, with the masses of its modes.
     pub fn is_exact(&self) -> bool {
-        self.method != Method::Tempered && self.status == Status::Exact
+        self.method != SamplingMethod::Tempered && self.status == SamplingStatus::Exact
     }
 
-    /// What numbers from the draws are told to be of.
-    pub fn source(&self) -> Source {
+    /// What numbers from the draws are reported to be of.
+    pub fn source(&self) -> UncertaintySource {
         match self.method {
-            Method::Grid => Source::Grid,
-            Method::Tempered => Source::Tempered,
-            Method::Importance => Source::Importance,
+            SamplingMethod::Grid => UncertaintySource::Grid,
+            SamplingMethod::Tempered => UncertaintySource::Tempered,
+            SamplingMethod::Importance => UncertaintySource::Importance,
         }
     }
 }

@@ -14,8 +14,8 @@ use crate::compressed::Compressed;
 use crate::kernel::{self, value};
 use crate::parameters::{Normal, Theta};
 use crate::posterior::grid::{EFFECTIVE, LARGEST};
-use crate::posterior::report::{Report, Status};
-use crate::posterior::{Found, Options, Posterior, draw};
+use crate::posterior::report::{PosteriorReport, SamplingStatus};
+use crate::posterior::{Found, PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
 
 /// Draws of the normal problem for each one that is wanted.
@@ -39,8 +39,8 @@ impl<'a> Robust<'a> {
         (loss != Loss::Square).then_some(Self { samples, loss, variance })
     }
 
-    /// The normal problem near a curve, with what was found earlier.
-    pub fn near(&self, theta: &Theta, earlier: Option<Normal>) -> Compressed {
+    /// The normal problem near a curve, with what was known from elsewhere.
+    pub fn near(&self, theta: &Theta, known: Option<Normal>) -> Compressed {
         let mut weighted = self.samples.clone();
         let (mut weights, mut curvatures) = (0.0, 0.0);
         let points = self.samples.slip.iter().zip(&self.samples.force);
@@ -52,7 +52,7 @@ impl<'a> Robust<'a> {
         }
         let wider = if curvatures * WIDEST > weights { weights / curvatures } else { WIDEST };
         let variance = wider.max(1.0) * self.variance;
-        Compressed::new(&weighted).of_variance(variance, theta).with(earlier, variance)
+        Compressed::new(&weighted).of_variance(variance, theta).with(known, variance)
     }
 
     /// Draws from the posterior; `near` is that of [`Self::near`].
@@ -61,17 +61,17 @@ impl<'a> Robust<'a> {
         near: &Compressed,
         prior: &Prior,
         optima: &[Theta],
-        options: &Options,
+        options: &SamplingOptions,
     ) -> Found {
-        let more = Options { draws: SPARE * options.draws, ..*options };
+        let more = SamplingOptions { draws: SPARE * options.draws, ..*options };
         let Found { posterior, report } = draw(near, prior, optima, &more);
         let half = 0.5 * (near.count() as f64 - 1.0);
         let log_weight = |theta: &Theta| {
-            let earlier = near.earlier().map_or(0.0, |(normal, _)| normal.distance(theta).0);
+            let known = near.prior().map_or(0.0, |(normal, _)| normal.distance(theta).0);
             let cost = kernel::cost(self.samples, theta, self.loss) / self.variance;
-            half * near.squares(theta).ln() - cost - 0.5 * earlier
+            half * near.squares(theta).ln() - cost - 0.5 * known
         };
-        let logs: Vec<f64> = posterior.draws.par_iter().map(log_weight).collect();
+        let logs: Vec<f64> = posterior.samples.par_iter().map(log_weight).collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = logs.iter().map(|log| (log - best).exp()).collect();
         let whole: f64 = weights.iter().sum();
@@ -81,12 +81,12 @@ impl<'a> Robust<'a> {
         let largest_weight = weights.iter().copied().fold(0.0, f64::max) / whole;
         let even = effective_share >= EFFECTIVE && largest_weight <= LARGEST;
         let status = match report.status {
-            Status::Exact if !even => Status::Uneven,
+            SamplingStatus::Exact if !even => SamplingStatus::Uneven,
             status => status,
         };
         let chosen = systematic(&weights, options.draws, options.seed);
-        let draws = chosen.into_iter().map(|index| posterior.draws[index]).collect();
-        let report = Report { effective_share, largest_weight, status, ..report };
-        Found { posterior: Posterior { draws }, report }
+        let draws = chosen.into_iter().map(|index| posterior.samples[index]).collect();
+        let report = PosteriorReport { effective_share, largest_weight, status, ..report };
+        Found { posterior: PosteriorSamples { samples: draws }, report }
     }
 }

@@ -2,7 +2,7 @@
 //! given more and more weight (sequential Monte Carlo, Del Moral, Doucet and Jasra 2006).
 //!
 //! The noise is integrated out under a flat prior. Moves along differences of two other members follow curved and
-//! bounded valleys, where a normal distribution at the best fit has a third of the true width. A second mode of
+//! bounded ridges, where a normal distribution at the best fit has a third of the true width. A second mode of
 //! a ten-thousandth of the volume can be missed: its mass is not to be relied on.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
@@ -11,12 +11,12 @@ use rand_pcg::Pcg64;
 
 use crate::compressed::Compressed;
 use crate::parameters::Theta;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 
 /// How much work to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct TemperingOptions {
     /// Members of the population.
     pub members: usize,
     /// Rounds of moves after each rise of the weight of the data.
@@ -27,14 +27,14 @@ pub struct Options {
     pub seed: u64,
 }
 
-impl Default for Options {
+impl Default for TemperingOptions {
     fn default() -> Self {
         Self { members: 2048, rounds: 5, last_rounds: 20, seed: 0 }
     }
 }
 
 /// Four times as many draws as members.
-pub fn draw(data: &Compressed, prior: &Prior, options: &Options) -> Posterior {
+pub fn draw(data: &Compressed, prior: &Prior, options: &TemperingOptions) -> PosteriorSamples {
     let mut walk = Walk::new(data, prior, options);
     let mut beta = 0.0;
     while beta < 1.0 {
@@ -52,7 +52,7 @@ pub fn draw(data: &Compressed, prior: &Prior, options: &Options) -> Posterior {
             draws.extend(walk.members.iter().map(|member| member.theta));
         }
     }
-    Posterior { draws }
+    PosteriorSamples { samples: draws }
 }
 
 #[derive(Clone, Copy)]
@@ -71,7 +71,7 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    fn new(data: &'a Compressed, prior: &'a Prior, options: &Options) -> Self {
+    fn new(data: &'a Compressed, prior: &'a Prior, options: &TemperingOptions) -> Self {
         let random = Pcg64::seed_from_u64(options.seed);
         let free = prior.free().map(|parameter| parameter as usize).collect();
         let mut this = Self { data, prior, free, members: Vec::new(), random };
@@ -246,7 +246,7 @@ mod tests {
         for level in [0.03, 0.08] {
             let excitation = Excitation { samples: 300, slip_std: 0.0, ..Excitation::default() };
             let data = Compressed::new(&samples(&excitation, level));
-            let posterior = draw(&data, &prior, &Options::default());
+            let posterior = draw(&data, &prior, &TemperingOptions::default());
             for (parameter, [expected, spread]) in prior.free().zip(brute_force(&data, &prior)) {
                 let values = posterior.values(Quantity::Parameter(parameter));
                 let (error, ratio) = ((mean(&values) - expected) / spread, std(&values) / spread);
@@ -266,10 +266,10 @@ mod tests {
     fn a_seed_gives_the_same_draws() {
         let data =
             Compressed::new(&samples(&Excitation { samples: 200, ..Excitation::default() }, 0.2));
-        let options = Options { members: 64, ..Options::default() };
+        let options = TemperingOptions { members: 64, ..TemperingOptions::default() };
         let first = draw(&data, &Prior::lateral(), &options);
-        assert_eq!(first.draws.len(), 256);
+        assert_eq!(first.samples.len(), 256);
         assert_eq!(first, draw(&data, &Prior::lateral(), &options));
-        assert!(first.draws.iter().all(|theta| Prior::lateral().contains(theta)));
+        assert!(first.samples.iter().all(|theta| Prior::lateral().contains(theta)));
     }
 }

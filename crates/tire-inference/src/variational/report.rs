@@ -4,16 +4,17 @@ use numerics::convergence::Status;
 use numerics::psis::{Diagnosis, HIGHEST_K_HAT};
 use numerics::statistics::{interval, mean, std};
 use numerics::text::significant;
+use numerics::variational::judged::Judged;
 use serde::Serialize;
 
 use crate::parameters::Parameter;
-use crate::posterior::Posterior;
+use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::quantity::{ByName, Quantity};
 
 /// What the normal distribution itself said, and how well it matches the posterior.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct VariationalReport {
     /// Whether it can stand for the posterior.
     pub trusted: bool,
     /// Why not, in a sentence.
@@ -54,6 +55,48 @@ pub struct Report {
     pub seconds: f64,
 }
 
+impl VariationalReport {
+    /// Of a fit and the draws from it: of one tire, with weights of draws that start from it.
+    pub fn new(
+        judged: &Judged,
+        correction: Diagnosis,
+        gaussian: &PosteriorSamples,
+        prior: &Prior,
+        noise_std: f64,
+    ) -> Self {
+        let Judged { fitted, points, draws, seconds } = judged;
+        let Summary { mean, std, interval } = Summary::of(gaussian, prior);
+        let free: Vec<_> = prior.free().collect();
+        Self {
+            trusted: true,
+            warning: None,
+            mean,
+            std,
+            interval,
+            parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
+            covariance: gaussian.covariance(&free),
+            noise_std,
+            status: fitted.status,
+            gradient_norm: fitted.gradient_norm,
+            steps: fitted.steps,
+            points: *points,
+            evaluations: fitted.evaluations + draws.points.len(),
+            elbo: draws.elbo,
+            elbo_trace: fitted.trace.clone(),
+            diagnosis: draws.diagnosis,
+            correction,
+            seconds: *seconds,
+        }
+    }
+
+    /// Takes into account what the fit itself cannot see.
+    pub fn suspect(&mut self, suspicion: &Suspicion) {
+        let weights = [&self.diagnosis, &self.correction];
+        self.warning = warning((self.status, self.gradient_norm), weights, suspicion);
+        self.trusted = self.warning.is_none();
+    }
+}
+
 /// Numbers of a distribution.
 pub struct Summary {
     /// Means.
@@ -66,7 +109,7 @@ pub struct Summary {
 
 impl Summary {
     /// Of draws, for all parameters that are free and what follows from them.
-    pub fn of(posterior: &Posterior, prior: &Prior) -> Self {
+    pub fn of(posterior: &PosteriorSamples, prior: &Prior) -> Self {
         let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
         let mut summary = Self { mean: ByName::new(), std: ByName::new(), interval: ByName::new() };
         for quantity in quantities {
@@ -89,7 +132,7 @@ pub struct Suspicion {
 }
 
 /// Why a normal distribution is not to be trusted; `None` if it is.
-pub fn warning(
+fn warning(
     (status, gradient_norm): (Status, f64),
     weights: [&Diagnosis; 2],
     suspicion: &Suspicion,

@@ -3,55 +3,51 @@
 use numerics::text::{significant, with_std};
 
 use crate::prior::Prior;
+use crate::profile::{Profile, RULED_OUT, Side};
 use crate::quantity::Quantity;
-use crate::verdict::profile::{RULED_OUT, Side};
-use crate::verdict::{Evidence, Judgement, NARROWED, UNMOVED, Verdict};
+use crate::verdict::{Evidence, Known, NARROWED, UNMOVED, Verdict};
 
 /// Why a quantity has its verdict, and for one that is not identified what to drive.
-pub fn explain(judgement: &Judgement, evidence: &Evidence, prior: &Prior) -> String {
-    let name = judgement.quantity.name();
-    let value = with_std(judgement.mean, judgement.std);
-    let share = significant(100.0 * judgement.width_ratio, 2);
-    let profile = &judgement.profile;
-    if judgement.verdict == Verdict::Identified {
-        let ends = [profile.lower.at, profile.upper.at].map(|end| significant(end, 4));
-        let shift = significant(judgement.prior_shift, 1);
-        return format!(
-            "The data narrow it to {share} % of the width that the bounds allow ({name} = {value}) and rule out \
-             values outside of {} to {}; another prior would move it by {shift} standard deviations.",
-            ends[0], ends[1]
-        );
-    }
-    let mut parts = Vec::new();
-    if judgement.width_ratio < NARROWED {
-        parts.push(format!(
-            "The data narrow it to {share} % of the width that the bounds allow ({name} = {value})"
-        ));
+pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> String {
+    let name = known.quantity.name();
+    let value = with_std(known.mean, known.std);
+    let share = if known.width_ratio < 1.0 {
+        format!("{} %", significant(100.0 * known.width_ratio, 2))
     } else {
-        parts.push(format!(
-            "The data leave {share} % of the width that the bounds allow ({name} = {value})"
-        ));
+        "all".into()
+    };
+    let does = if known.width_ratio < NARROWED { "narrow it to" } else { "leave" };
+    let width =
+        format!("The data {does} {share} of the width that the bounds allow ({name} = {value})");
+    if verdict == Verdict::Identified {
+        let ends = |p: &Profile| [p.lower.at, p.upper.at].map(|end| significant(end, 4));
+        let ruled_out = known.profile.as_ref().map(ends).map_or(String::new(), |[low, high]| {
+            format!(" and rule out values outside of {low} to {high}")
+        });
+        let moved = known.prior_shift.map_or(String::new(), |shift| {
+            let shift = significant(shift, 1);
+            format!("; another prior would move it by {shift} standard deviations")
+        });
+        return format!("{width}{ruled_out}{moved}.");
     }
-    parts.extend(open(judgement, prior));
-    parts.extend(
-        judgement
-            .rival
-            .map(|value| format!("a tire with {name} = {} fits as well", significant(value, 3))),
-    );
-    if judgement.prior_shift.is_nan() || judgement.prior_shift >= UNMOVED {
-        let shift = significant(judgement.prior_shift, 2);
+    let mut parts = vec![width];
+    parts.extend(known.profile.as_ref().and_then(|profile| open(known, profile, prior)));
+    let rival = |value| format!("a tire with {name} = {} fits as well", significant(value, 3));
+    parts.extend(known.rival.map(rival));
+    let moves = |shift: &f64| shift.is_nan() || *shift >= UNMOVED;
+    if let Some(shift) = known.prior_shift.filter(moves) {
+        let shift = significant(shift, 2);
         parts.push(format!("another prior would move it by {shift} standard deviations"));
     }
-    format!("{}. {}", parts.join("; "), advise(judgement, evidence))
+    format!("{}. {advice}", parts.join("; "))
 }
 
 /// The sides on which the data rule nothing out.
-fn open(judgement: &Judgement, prior: &Prior) -> Option<String> {
-    let name = judgement.quantity.name();
-    let profile = &judgement.profile;
-    let [low, high] = judgement.quantity.range(prior).map(|end| significant(end, 3));
+fn open(known: &Known, profile: &Profile, prior: &Prior) -> Option<String> {
+    let name = known.quantity.name();
+    let [low, high] = known.quantity.range(prior).map(|end| significant(end, 3));
     let rise = |side: &Side| significant(side.rise, 2);
-    let end = match judgement.quantity {
+    let end = match known.quantity {
         Quantity::Parameter(_) => "bound",
         _ => "limit",
     };
@@ -74,10 +70,11 @@ fn open(judgement: &Judgement, prior: &Prior) -> Option<String> {
     }
 }
 
-fn advise(judgement: &Judgement, evidence: &Evidence) -> String {
+/// What to drive, given the slip whose measurement would tell most.
+pub fn advise(drive: Option<f64>, evidence: &Evidence) -> String {
     let driven = evidence.slip_range[0].abs().max(evidence.slip_range[1].abs());
     let slip = |slip| evidence.direction.slip(slip);
-    match judgement.drive {
+    match drive {
         Some(at) if at > driven => {
             format!(
                 "Data to {} do not show the part of the curve that tells it: drive slips near {}.",

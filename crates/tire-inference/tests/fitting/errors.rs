@@ -2,14 +2,15 @@
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;
-use tire_inference::fit::{Constraints, FitError, Options, Problem, SlipNoise, least_squares};
+use tire_inference::fit::{Constraints, FitError, FitOptions, Problem, SlipNoise, least_squares};
+use tire_inference::parameters::Bounds;
 
 use crate::support::{TRUTH, sweep};
 
 fn error(samples: &Samples, change: impl Fn(&mut Problem)) -> FitError {
     let mut problem = Problem::new(samples);
     change(&mut problem);
-    least_squares(&problem, &Options::default()).expect_err("an error")
+    least_squares(&problem, &FitOptions::default()).expect_err("an error")
 }
 
 #[test]
@@ -70,7 +71,7 @@ fn settings_that_make_no_sense_are_named() {
 fn constraints_against_the_bounds_are_found_out() {
     let samples = sweep(&TRUTH, [0.0, 0.75], 100, 0.05, 1);
     let constraints = Constraints { stiffness: Some([500.0, 600.0]), peak_slip: None };
-    let found = error(&samples, |p| p.constraints = constraints);
+    let found = error(&samples, |p| (p.constraints, p.bounds) = (constraints, Bounds::GOBLIRSCH));
     // The box reaches B C D = 240.
     let FitError::Infeasible { violation } = found else { panic!("{found}") };
     assert!((violation - (500.0_f64 / 240.0).ln()).abs() < 1e-6, "{violation}");

@@ -3,13 +3,14 @@
 use approx::assert_relative_eq;
 use numerics::loss::Loss;
 use preparation::samples::Samples;
-use tire_inference::fit::{Options, Problem, Pull, Similarity, joint_least_squares, least_squares};
+use tire_inference::fit::{FitOptions, Problem, joint_least_squares, least_squares};
 use tire_inference::parameters::{Normal, Parameter, Theta};
+use tire_inference::regularisation::{AxleCoupling, Regularisation};
 
 use crate::support::{ALL, TRUTH, sweep};
 
 fn fit(samples: &Samples) -> Theta {
-    least_squares(&Problem::new(samples), &Options::default()).expect("a fit").theta
+    least_squares(&Problem::new(samples), &FitOptions::default()).expect("a fit").theta
 }
 
 fn assert_close(a: &Theta, b: &Theta, tolerance: f64) {
@@ -23,7 +24,7 @@ fn without_noise_the_truth_comes_back() {
     let truth: Theta = [18.0, 1.6, 1.2, 0.3, 0.004, 0.02];
     let samples = sweep(&truth, [-0.5, 0.5], 400, 0.0, 0);
     let problem = Problem { free: ALL, ..Problem::new(&samples) };
-    let solution = least_squares(&problem, &Options::default()).expect("a fit");
+    let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
     assert_close(&solution.theta, &truth, 1e-9);
     assert!(solution.noise_std < 1e-12);
 }
@@ -49,7 +50,7 @@ fn units_of_slip_and_force_only_scale_the_result() {
     let mut problem = Problem::new(&other);
     (problem.bounds.lower[0], problem.bounds.upper[0]) = (0.05, 0.4);
     (problem.bounds.lower[2], problem.bounds.upper[2]) = (0.2, 4.0);
-    let mut theta = least_squares(&problem, &Options::default()).expect("a fit").theta;
+    let mut theta = least_squares(&problem, &FitOptions::default()).expect("a fit").theta;
     (theta[0], theta[2]) = (theta[0] * 100.0, theta[2] / 2.0);
     assert_close(&theta, &fit(&samples), 1e-8);
 }
@@ -70,7 +71,9 @@ fn the_same_seed_gives_the_same_bits_with_any_number_of_threads() {
     let samples = sweep(&TRUTH, [0.0, 0.08], 30_000, 0.05, 7);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| least_squares(&Problem::new(&samples), &Options::default()).expect("a fit"))
+        pool.install(|| {
+            least_squares(&Problem::new(&samples), &FitOptions::default()).expect("a fit")
+        })
     };
     assert_eq!(with(1), with(4));
 }
@@ -81,7 +84,7 @@ fn robust_losses_ignore_outliers_that_squares_follow() {
     samples.force.iter_mut().step_by(10).for_each(|f| *f += 1.0);
     let error = |loss: Loss| {
         let problem = Problem { loss, ..Problem::new(&samples) };
-        let solution = least_squares(&problem, &Options::default()).expect("a fit");
+        let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
         ((solution.theta[2] - TRUTH[2]).abs(), solution.noise_std)
     };
     let (square, _) = error(Loss::Square);
@@ -97,8 +100,8 @@ fn a_prior_decides_what_the_data_leave_open_and_no_more() {
     let with = |weight: f64| {
         let std = [5.0, 0.3, 0.3, 0.5, 1.0, 1.0];
         let towards = Normal::diagonal([14.0, 1.8, 1.3, 0.6, 0.0, 0.0], std);
-        let pulls = vec![Pull { towards, weight }];
-        least_squares(&Problem { pulls, ..Problem::new(&samples) }, &Options::default())
+        let regularisation = vec![Regularisation { towards, weight }];
+        least_squares(&Problem { regularisation, ..Problem::new(&samples) }, &FitOptions::default())
             .expect("a fit")
             .theta
     };
@@ -110,7 +113,7 @@ fn a_prior_decides_what_the_data_leave_open_and_no_more() {
 }
 
 #[test]
-fn axles_are_apart_without_similarity_and_one_with_all_of_it() {
+fn axles_are_apart_without_coupling_and_one_with_all_of_it() {
     let front = sweep(&TRUTH, [0.0, 0.75], 800, 0.05, 1);
     let rear = sweep(&[18.0, 1.8, 1.4, 0.7, 0.0, 0.0], [0.0, 0.5], 600, 0.05, 2);
     let both = Samples::new(
@@ -119,14 +122,14 @@ fn axles_are_apart_without_similarity_and_one_with_all_of_it() {
     );
     let problems = [Problem::new(&front), Problem::new(&rear)];
     let with = |weight: f64| {
-        let similarity = Similarity { weight, std: [10.0, 1.0, 1.0, 1.0, 1.0, 1.0] };
-        joint_least_squares([&problems[0], &problems[1]], similarity, &Options::default())
+        let coupling = AxleCoupling { weight, unit: [10.0, 1.0, 1.0, 1.0, 1.0, 1.0] };
+        joint_least_squares([&problems[0], &problems[1]], coupling, &FitOptions::default())
             .expect("a fit")
     };
     let apart = with(0.0);
     assert_close(&apart[0].theta, &fit(&front), 1e-7);
     assert_close(&apart[1].theta, &fit(&rear), 1e-7);
-    let alone = least_squares(&problems[0], &Options::default()).expect("a fit");
+    let alone = least_squares(&problems[0], &FitOptions::default()).expect("a fit");
     let std =
         |solution: &tire_inference::fit::Solution| solution.std(Parameter::B).expect("B is free");
     assert_relative_eq!(std(&apart[0]), std(&alone), max_relative = 1e-5);
@@ -145,7 +148,7 @@ fn the_covariance_is_the_spread_of_repeated_fits() {
     let solutions: Vec<_> = (0..repeats)
         .map(|seed| {
             let samples = sweep(&TRUTH, [0.0, 0.75], 1000, 0.05, 1000 + seed);
-            least_squares(&Problem::new(&samples), &Options::from_start(TRUTH)).expect("a fit")
+            least_squares(&Problem::new(&samples), &FitOptions::from_start(TRUTH)).expect("a fit")
         })
         .collect();
     for (k, parameter) in

@@ -4,8 +4,9 @@ use approx::assert_relative_eq;
 use numerics::convergence::Status;
 use numerics::loss::Loss;
 use preparation::samples::Samples;
-use tire_inference::fit::{Constraints, Options, Problem, Pull, least_squares, nelder_mead};
-use tire_inference::parameters::{Normal, Parameter, Theta, curve};
+use tire_inference::fit::{Constraints, FitOptions, Problem, least_squares, nelder_mead};
+use tire_inference::parameters::{Bounds, Normal, Parameter, Theta, curve};
+use tire_inference::regularisation::Regularisation;
 
 use crate::support::{ALL, TRUTH, cost_and_gradient, slope, sweep};
 
@@ -46,7 +47,7 @@ fn cases() -> Vec<Case> {
             ..plain("", [0.0, 0.75], true)
         },
         Case {
-            name: "flat valley",
+            name: "flat ridge",
             at_bound: &[Parameter::C, Parameter::D],
             ..plain("", [0.0, 0.02], false)
         },
@@ -60,7 +61,7 @@ fn cases() -> Vec<Case> {
             change: |p| {
                 let std = [5.0, 0.2, 0.5, 0.1, 1.0, 1.0];
                 let towards = Normal::diagonal([12.0, 1.5, 1.0, 0.3, 0.0, 0.0], std);
-                p.pulls = vec![Pull { towards, weight: 0.0025 }];
+                p.regularisation = vec![Regularisation { towards, weight: 0.0025 }];
             },
             ..plain("", [0.0, 0.08], false)
         },
@@ -84,9 +85,9 @@ fn cases() -> Vec<Case> {
 #[test]
 fn least_squares_ends_where_the_conditions_of_optimality_hold() {
     for case in cases() {
-        let mut problem = Problem::new(&case.samples);
+        let mut problem = Problem { bounds: Bounds::GOBLIRSCH, ..Problem::new(&case.samples) };
         (case.change)(&mut problem);
-        let solution = least_squares(&problem, &Options::default()).expect(case.name);
+        let solution = least_squares(&problem, &FitOptions::default()).expect(case.name);
         assert_eq!(solution.convergence.status, Status::Converged, "{}", case.name);
         assert!(solution.convergence.kkt_residual.is_some_and(|k| k <= 1e-8), "{}", case.name);
         assert_eq!(solution.at_bound, case.at_bound, "{}: {:?}", case.name, solution.theta);
@@ -105,12 +106,12 @@ fn least_squares_ends_where_the_conditions_of_optimality_hold() {
 #[test]
 fn nelder_mead_finds_the_same_where_it_can_and_never_anything_better() {
     for case in cases() {
-        let mut problem = Problem::new(&case.samples);
+        let mut problem = Problem { bounds: Bounds::GOBLIRSCH, ..Problem::new(&case.samples) };
         (case.change)(&mut problem);
         // On a bound on purpose: a simplex that is clipped there has no extent in E.
-        let start = Options::from_start([10.0, 1.65, 1.5, -1.0, 0.0, 0.0]);
+        let start = FitOptions::from_start([10.0, 1.65, 1.5, -1.0, 0.0, 0.0]);
         let simplex = nelder_mead::fit(&problem, &start).expect(case.name);
-        let best = least_squares(&problem, &Options::default()).expect(case.name);
+        let best = least_squares(&problem, &FitOptions::default()).expect(case.name);
         assert!(
             simplex.cost >= best.cost * (1.0 - 1e-9),
             "{}: {} below {}",
@@ -136,7 +137,7 @@ fn an_active_stiffness_limit_is_met_exactly_and_costs_least() {
     for (limits, expected) in [([50.0, 60.0], 50.0), ([30.0, 40.0], 40.0)] {
         let constraints = Constraints { stiffness: Some(limits), peak_slip: None };
         let problem = Problem { constraints, ..Problem::new(&samples) };
-        let solution = least_squares(&problem, &Options::default()).expect("a fit");
+        let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
         let [b, c, d, ..] = solution.theta;
         assert_relative_eq!(b * c * d, expected, max_relative = 1e-14);
         assert_eq!(solution.convergence.status, Status::Converged);
@@ -161,10 +162,10 @@ fn an_active_stiffness_limit_is_met_exactly_and_costs_least() {
 #[test]
 fn a_limit_that_the_optimum_meets_anyway_changes_nothing() {
     let samples = sweep(&TRUTH, [0.0, 0.75], 1000, 0.05, 7);
-    let free = least_squares(&Problem::new(&samples), &Options::default()).expect("a fit");
+    let free = least_squares(&Problem::new(&samples), &FitOptions::default()).expect("a fit");
     let constraints = Constraints { stiffness: Some([30.0, 60.0]), peak_slip: Some([0.01, 0.3]) };
     let held =
-        least_squares(&Problem { constraints, ..Problem::new(&samples) }, &Options::default())
+        least_squares(&Problem { constraints, ..Problem::new(&samples) }, &FitOptions::default())
             .expect("a fit");
     for k in 0..4 {
         assert_relative_eq!(free.theta[k], held.theta[k], max_relative = 1e-8);
@@ -179,7 +180,7 @@ fn the_peak_stays_where_the_constraint_wants_it() {
     {
         let constraints = Constraints { stiffness: None, peak_slip: Some(limits) };
         let problem = Problem { constraints, ..Problem::new(&samples) };
-        let solution = least_squares(&problem, &Options::default()).expect("a fit");
+        let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
         let peak = curve(&solution.theta).peak_slip().expect("a peak");
         assert_relative_eq!(peak, expected, max_relative = 1e-8);
         assert_eq!(
@@ -198,9 +199,9 @@ fn the_peak_stays_where_the_constraint_wants_it() {
 fn several_starts_find_what_a_single_one_misses() {
     let samples = sweep(&TRUTH, [0.0, 0.3], 1000, 0.05, 7);
     let problem = Problem::new(&samples);
-    let many =
-        least_squares(&problem, &Options { starts: 64, ..Options::default() }).expect("a fit");
-    let usual = least_squares(&problem, &Options::default()).expect("a fit");
+    let many = least_squares(&problem, &FitOptions { starts: 64, ..FitOptions::default() })
+        .expect("a fit");
+    let usual = least_squares(&problem, &FitOptions::default()).expect("a fit");
     assert_relative_eq!(usual.cost, many.cost, max_relative = 1e-10);
     assert!(usual.convergence.optima >= 1 && usual.optima.len() == usual.convergence.optima);
 }

@@ -5,7 +5,7 @@ use preparation::samples::Samples;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use tire_inference::fit::{Options, Problem, SlipNoise, least_squares};
+use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
 use tire_inference::kernel;
 
 use crate::support::TRUTH;
@@ -35,7 +35,7 @@ fn bias(design: &str, slip_noise: Option<SlipNoise>) -> (f64, f64) {
     let fit = |seed| {
         let samples = draw(design, seed);
         let problem = Problem { slip_noise, ..Problem::new(&samples) };
-        let solution = least_squares(&problem, &Options::default()).expect("a fit");
+        let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
         assert_eq!(
             solution.convergence.status,
             Status::Converged,

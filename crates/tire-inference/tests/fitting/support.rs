@@ -44,11 +44,11 @@ pub fn cost_and_gradient(problem: &Problem, theta: &Theta) -> (f64, Theta) {
             by_theta[k] += weight * problem.loss.weight(residual) * residual * slope[k];
         }
     }
-    for pull in &problem.pulls {
+    for expected in &problem.regularisation {
         for k in (0..COUNT).filter(|&k| problem.free[k]) {
             for l in (0..COUNT).filter(|&l| problem.free[l]) {
-                let away = |i: usize| theta[i] - pull.towards.mean[i];
-                let part = pull.weight * pull.towards.precision[k][l] * away(l);
+                let away = |i: usize| theta[i] - expected.towards.mean[i];
+                let part = expected.weight * expected.towards.precision[k][l] * away(l);
                 cost += 0.5 * part * away(k);
                 by_theta[k] += part;
             }

@@ -1,5 +1,6 @@
 //! Posteriors with two modes.
 
+use tire_inference::parameters::Bounds;
 use tire_inference::prior::Prior;
 
 use super::judge::judge;
@@ -7,7 +8,7 @@ use super::support::{data, draw};
 
 #[test]
 fn both_modes_have_their_masses() {
-    let prior = Prior::longitudinal();
+    let prior = Prior::longitudinal().within(Bounds::GOBLIRSCH);
     // A tire of an even sequence in the box, the largest slip, a value of E between the modes.
     for (number, level, between) in [(6, 0.08, 0.6), (152, 0.75, 0.65)] {
         let tire = prior.fill(number + 1).last().expect("a tire");
@@ -17,7 +18,7 @@ fn both_modes_have_their_masses() {
         // Found also where no fit says where to look.
         for seeds in [&optima[..], &[]] {
             let found = draw(&data, &prior, seeds);
-            let draws = &found.posterior.draws;
+            let draws = &found.posterior.samples;
             let above = draws.iter().filter(|theta| theta[3] > between).count();
             let mass = above as f64 / draws.len() as f64;
             assert!((mass - expected).abs() < 0.02, "{number}: {mass} instead of {expected}");

@@ -47,13 +47,13 @@ fn compare(free: [usize; 2], ranges: [[f64; 2]; 2]) {
     let found = draw(&data, &prior, &optima);
     let axes = [(free[0], ranges[0]), (free[1], ranges[1])];
     for (axis, [expected, spread]) in free.into_iter().zip(on_a_grid(&data, TRUTH, axes)) {
-        let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[axis]).collect();
+        let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[axis]).collect();
         let (error, ratio) = ((mean(&values) - expected) / spread, std(&values) / spread);
         assert!(error.abs() < 0.06, "{axis}: off by {error} standard deviations");
         assert!((ratio - 1.0).abs() < 0.05, "{axis}: {ratio} times the width");
     }
-    let held = |i: usize| free.contains(&i) || found.posterior.draws[0][i] == TRUTH[i];
-    assert!((0..6).all(held), "{:?}", found.posterior.draws[0]);
+    let held = |i: usize| free.contains(&i) || found.posterior.samples[0][i] == TRUTH[i];
+    assert!((0..6).all(held), "{:?}", found.posterior.samples[0]);
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn a_vertical_shift_at_the_end_of_the_box_is_cut_off() {
     let found = draw(&data, &prior, &optima);
     let axes = [(2, [1.35, 1.65]), (5, [-0.1, 0.02])];
     let [[_, _], [expected, spread]] = on_a_grid(&data, TRUTH, axes);
-    let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[5]).collect();
+    let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[5]).collect();
     assert!((mean(&values) - expected).abs() < 0.06 * spread);
     assert!((std(&values) / spread - 1.0).abs() < 0.05);
 }
@@ -94,7 +94,7 @@ fn a_held_horizontal_shift_moves_the_curve() {
     prior.centre[5] = 0.0;
     let found = draw(&data, &prior, &optima);
     let values: Vec<f64> =
-        found.posterior.draws.iter().map(|theta| theta[0] * theta[1] * theta[2]).collect();
+        found.posterior.samples.iter().map(|theta| theta[0] * theta[1] * theta[2]).collect();
     assert!((mean(&values) - 45.0).abs() < 4.0 * std(&values));
-    assert!(found.posterior.draws.iter().all(|theta| theta[4] == 0.01));
+    assert!(found.posterior.samples.iter().all(|theta| theta[4] == 0.01));
 }

@@ -171,8 +171,8 @@ impl Judge<'_> {
             .into_par_iter()
             .flat_map_iter(|k| {
                 let at = at_node(whole, k, nodes);
-                let place = move |[log_B, S_h]: [f64; 2]| [at[0][0], at[1][0], log_B, S_h];
-                self.scan(&at, inner).into_iter().map(move |(p, height)| (place(p), height))
+                let index = move |[log_B, S_h]: [f64; 2]| [at[0][0], at[1][0], log_B, S_h];
+                self.scan(&at, inner).into_iter().map(move |(p, height)| (index(p), height))
             })
             .collect();
         let best = points.iter().map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);

@@ -19,7 +19,7 @@ fn the_draws_have_the_moments_of_brute_force() {
         let truth = judge(&data, &prior, nodes, 0.95);
         for (i, name) in ["B", "C", "D", "E", "K"].into_iter().enumerate() {
             let values: Vec<f64> =
-                found.posterior.draws.iter().map(|theta| quantities(theta)[i]).collect();
+                found.posterior.samples.iter().map(|theta| quantities(theta)[i]).collect();
             let error = (mean(&values) - truth.mean[i]) / truth.std[i];
             let ratio = std(&values) / truth.std[i];
             assert!(error.abs() < 0.05, "{name} at {level}: off by {error} standard deviations");
@@ -33,13 +33,13 @@ fn a_seed_gives_the_same_draws_with_any_number_of_threads() {
     let (data, optima) = data(TRUTH, 300, 0.3, 1);
     let draws = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let options = posterior::Options { draws: 256, seed };
+        let options = posterior::SamplingOptions { draws: 256, seed };
         let prior = Prior::longitudinal();
         pool.install(|| grid::draw(&data, &prior, &optima, &options)).expect("applies").posterior
     };
     let first = draws(1, 7);
-    assert_eq!(first.draws.len(), 256);
+    assert_eq!(first.samples.len(), 256);
     assert_eq!(first, draws(3, 7));
     assert_ne!(first, draws(1, 8));
-    assert!(first.draws.iter().all(|theta| Prior::longitudinal().contains(theta)));
+    assert!(first.samples.iter().all(|theta| Prior::longitudinal().contains(theta)));
 }

@@ -4,10 +4,10 @@ use nalgebra::SMatrix;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
-use tire_inference::fit::{Options, Problem, least_squares};
+use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::parameters::Theta;
 use tire_inference::posterior;
-use tire_inference::posterior::report::{Method, Status};
+use tire_inference::posterior::report::{SamplingMethod, SamplingStatus};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -36,19 +36,24 @@ fn both_sides() -> Samples {
 fn a_needle_is_drawn_from_about_the_optimum() {
     let samples = both_sides();
     let prior = Prior { free: [true; 6], ..Prior::longitudinal() };
-    let fit =
-        least_squares(&Problem { free: prior.free, ..Problem::new(&samples) }, &Options::default())
-            .expect("a fit");
+    let fit = least_squares(
+        &Problem { free: prior.free, ..Problem::new(&samples) },
+        &FitOptions::default(),
+    )
+    .expect("a fit");
     let optima: Vec<Theta> = fit.optima.iter().map(|(theta, _)| *theta).collect();
     let data = Compressed::new(&samples);
-    let found = posterior::draw(&data, &prior, &optima, &posterior::Options::default());
-    assert_eq!((found.report.method, found.report.status), (Method::Importance, Status::Exact));
+    let found = posterior::draw(&data, &prior, &optima, &posterior::SamplingOptions::default());
+    assert_eq!(
+        (found.report.method, found.report.status),
+        (SamplingMethod::Importance, SamplingStatus::Exact)
+    );
     let near = data.quadratic(&fit.theta);
     let variance = near.squares / (samples.len() as f64 - 6.0);
     let covariance: SMatrix<f64, 6, 6> =
         near.hessian.try_inverse().expect("all is known") * variance;
     for i in 0..6 {
-        let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[i]).collect();
+        let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[i]).collect();
         let normal = covariance[(i, i)].sqrt();
         let off = (mean(&values) - fit.theta[i]) / normal;
         assert!(off.abs() < 0.1, "{i}: off by {off} standard deviations");

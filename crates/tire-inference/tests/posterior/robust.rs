@@ -1,4 +1,4 @@
-//! Noise that is not normal.
+//! NoiseModel that is not normal.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use numerics::loss::Loss;
@@ -7,8 +7,8 @@ use preparation::direction::Direction;
 use preparation::samples::Samples;
 use tire_inference::estimate::{Answer, identify};
 use tire_inference::kernel;
-use tire_inference::noise::Noise;
-use tire_inference::posterior::Options;
+use tire_inference::noise::NoiseModel;
+use tire_inference::posterior::SamplingOptions;
 use tire_inference::posterior::robust::Robust;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
@@ -33,7 +33,7 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
         prior.free = [true, false, true, false, false, false];
         let robust = Robust::new(&samples, loss, 0.05).expect("not normal");
         let near = robust.near(&TRUTH, None);
-        let found = robust.draw(&near, &prior, &[TRUTH], &Options::default());
+        let found = robust.draw(&near, &prior, &[TRUTH], &SamplingOptions::default());
         assert!(found.report.is_exact(), "{:?}", found.report);
         let mut sums = [0.0; 5];
         for k in 0..200 * 200 {
@@ -45,10 +45,10 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
                 *sum += weight * part;
             }
         }
-        for (place, at) in [(1, 0), (3, 2)] {
-            let expected = sums[place] / sums[0];
-            let width = (sums[place + 1] / sums[0] - expected * expected).sqrt();
-            let values: Vec<f64> = found.posterior.draws.iter().map(|theta| theta[at]).collect();
+        for (index, at) in [(1, 0), (3, 2)] {
+            let expected = sums[index] / sums[0];
+            let width = (sums[index + 1] / sums[0] - expected * expected).sqrt();
+            let values: Vec<f64> = found.posterior.samples.iter().map(|theta| theta[at]).collect();
             let (error, ratio) = ((mean(&values) - expected) / width, std(&values) / width);
             assert!(error.abs() < 0.06, "{loss:?}: {error}");
             assert!((ratio - 1.0).abs() < 0.05, "{loss:?}: {ratio}");
@@ -56,7 +56,7 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
     }
 }
 
-fn found(samples: &Samples, noise: Noise) -> Answer {
+fn found(samples: &Samples, noise: NoiseModel) -> Answer {
     let settings = Settings { hold: false, ..Settings::new(Direction::Longitudinal) };
     let settings = noise.settle(settings, samples).expect("fits");
     identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
@@ -65,13 +65,13 @@ fn found(samples: &Samples, noise: Noise) -> Answer {
 #[test]
 fn with_gross_outliers_student_covers_the_truth_where_normal_noise_does_not() {
     let quantities = [Quantity::K, Quantity::Peak, Quantity::PeakSlip];
-    let noises = [Noise::Square, Noise::StudentT { freedom: None, scale: None }];
+    let noises = [NoiseModel::Square, NoiseModel::StudentT { freedom: None, scale: None }];
     let hits = noises.map(|noise| {
         let mut hits = [0; 3];
         for seed in 0..8 {
             let answer = found(&spoilt(1000, seed), noise);
             // As many draws as an interval needs, whether or not their share is what counts as exact.
-            let effective = answer.report.effective_share * answer.posterior.draws.len() as f64;
+            let effective = answer.report.effective_share * answer.posterior.samples.len() as f64;
             assert!(effective > 500.0, "{:?}", answer.report);
             for (hit, quantity) in hits.iter_mut().zip(quantities) {
                 let [low, high] = interval(answer.posterior.values(quantity));

@@ -4,8 +4,8 @@
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
-use tire_inference::fit::{Options, Problem, least_squares};
-use tire_inference::linearised_slip_noise::effective;
+use tire_inference::fit::{FitOptions, Problem, least_squares};
+use tire_inference::linearised_slip_noise::with_slip_noise;
 use tire_inference::parameters::{COUNT, Theta};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
@@ -26,26 +26,26 @@ fn drive(count: usize, level: f64, slip_std: f64) -> Samples {
     for ((slip, force), weight) in left.slip.into_iter().zip(left.force).zip(left.weight) {
         both.push(-slip, -force, weight);
     }
-    effective(&both, &TRUTH, slip_std, 0.05)
+    with_slip_noise(&both, &TRUTH, slip_std, 0.05)
 }
 
 fn compare(samples: &Samples, prior: &Prior, nodes: [usize; 2]) {
     let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
-    let fit = least_squares(&problem, &Options::default()).expect("fits");
+    let fit = least_squares(&problem, &FitOptions::default()).expect("fits");
     let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
     let data = Compressed::new(samples);
     let found = draw(&data, prior, &optima);
     let expected = judge(&data, prior, nodes[0], nodes[1]);
     let free = |i: usize| i < 5 || prior.free[i - 1];
     for (i, [centre, spread]) in expected.into_iter().enumerate().filter(|(i, _)| free(*i)) {
-        let draws = found.posterior.draws.iter();
+        let draws = found.posterior.samples.iter();
         let values: Vec<f64> = draws.map(|theta| quantities(theta)[i]).collect();
         let (error, ratio) = ((mean(&values) - centre) / spread, std(&values) / spread);
         let name = ["B", "C", "D", "E", "K", "S_h", "S_v"][i];
         assert!(error.abs() < 0.05, "{name}: off by {error} standard deviations");
         assert!((ratio - 1.0).abs() < 0.05, "{name}: {ratio} times the width");
     }
-    assert!(found.posterior.draws.iter().all(|theta| prior.contains(theta)));
+    assert!(found.posterior.samples.iter().all(|theta| prior.contains(theta)));
 }
 
 fn all_free() -> Prior {

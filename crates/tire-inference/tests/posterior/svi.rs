@@ -4,7 +4,7 @@ use numerics::convergence::Status;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
-use tire_inference::fit::{Options, Problem, least_squares};
+use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::posterior;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
@@ -21,7 +21,7 @@ fn measured(count: usize, level: f64) -> Samples {
 fn variational(samples: &Samples, prior: &Prior, optimiser: Optimiser) -> Variational {
     let data = Compressed::new(samples);
     let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
-    let best = least_squares(&problem, &Options::default()).expect("fits");
+    let best = least_squares(&problem, &FitOptions::default()).expect("fits");
     let best = (&best.theta, best.noise_std);
     fit(Start { samples, data: &data, prior, best }, optimiser, 0)
 }
@@ -111,5 +111,5 @@ fn a_seed_gives_the_same_numbers_with_any_number_of_threads() {
     let start = Start { samples: &samples, data: &data, prior: &prior, best };
     let of = |seed| fit(start, Optimiser::Newton, seed).corrected;
     assert_ne!(of(1), of(2));
-    assert_eq!(of(1).draws.len(), posterior::Options::default().draws);
+    assert_eq!(of(1).samples.len(), posterior::SamplingOptions::default().draws);
 }

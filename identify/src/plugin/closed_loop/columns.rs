@@ -2,6 +2,7 @@
 
 use drive_inference::{Identified, Recording};
 use plugin::{Host, Signal};
+use tire_inference::axles::Axle;
 use vehicle::Vehicle;
 
 use crate::plugin::closed_loop::Validation;
@@ -43,8 +44,9 @@ pub(super) fn record(
     let states = [("v_x", "m/s"), ("v_y", "m/s"), ("r", "rad/s"), ("xi_x", "N")];
     let states = states.into_iter().enumerate().map(|(i, (name, unit))| (name, unit, state(i)));
     group("states", &time, states, host);
-    let slip = |i: usize| all(&|k| series[k].slip[i].clone());
-    group("slip angles", &time, [("alpha_f", "rad", slip(0)), ("alpha_r", "rad", slip(1))], host);
+    let slip = |axle: Axle| all(&|k| series[k].slip[axle].clone());
+    let names = [("alpha_f", Axle::Front), ("alpha_r", Axle::Rear)];
+    group("slip angles", &time, names.map(|(name, axle)| (name, "rad", slip(axle))), host);
     let white = |i: usize| all(&|k| series[k].whitened[i].clone());
     let names = ["v_x", "v_y", "r", "a_y"].into_iter().enumerate();
     group("whitened innovations", &time, names.map(|(i, name)| (name, "", white(i))), host);

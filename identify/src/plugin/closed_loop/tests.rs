@@ -6,15 +6,18 @@ mod drive;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use drive_inference::likelihood::Theta8;
-use drive_inference::{Formulation, Recording};
+use drive_inference::{Formulation, Recording, Tires};
 use plugin::{Analysis, Host, Request, Signal};
 use serde_json::Value;
+use tire_inference::parameters::TireParameters;
 use vehicle::Vehicle;
 
 use crate::plugin::{CANCELLED, Identify};
 
-const UNEQUAL: Theta8 = [18.0, 1.6, 1.5, 0.5, 25.0, 1.9, 1.7, 0.9];
+const UNEQUAL: Tires = Tires {
+    front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
+    rear: TireParameters { B: 25.0, C: 1.9, D: 1.7, E: 0.9 },
+};
 
 /// 30 s at one speed, past the peaks of both axles.
 static LIMIT: LazyLock<Recording> = LazyLock::new(|| {
@@ -119,7 +122,8 @@ fn every_formulation_can_be_asked_for() {
         assert!(log.files["tires.html"].contains(formulation.title()));
     }
     let all = Formulation::ALL.map(|formulation| format!("{:?}", formulation.name())).join(", ");
-    let config = format!("method = \"axle_forces\"\ncompare = [{all}]\nem_passes = 0\nodd = true");
+    let config =
+        format!("method = \"axle_forces\"\ncompare = [{all}]\nem_passes = 0\nodd_terms = true");
     let found = run(&part, &config, &mut Log::default()).expect("tires");
     assert_eq!(found["formulations"].as_object().expect("a table").len(), 5);
     assert!(found["axle_forces"]["front"]["mean"]["B"].is_number());
@@ -199,9 +203,9 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
 }
 
 #[test]
-fn noises_bounds_and_pulls_are_those_that_were_asked_for() {
+fn noises_bounds_and_coupling_are_those_that_were_asked_for() {
     let part = LIMIT.slice(0..1000);
-    let config = "em_passes = 0\nbounds = { C = [1.7, 1.75] }\nsimilarity = 1e7\n\
+    let config = "em_passes = 0\nbounds = { C = [1.7, 1.75] }\naxle_coupling = 1e7\n\
                   noise = { v_x = 0.05, v_y = 0.01, r = 0.01, a_y = 0.1, process = { v_x = 1e-3, v_y = 2e-3, r = 3e-3, xi_x = 4.0 } }";
     let found = run(&part, config, &mut Log::default()).expect("tires");
     assert_eq!(found["noise"]["sensor"].to_string(), "[0.05,0.01,0.01,0.1]");
@@ -234,13 +238,13 @@ fn mistakes_are_told() {
         ("svi = true\nmethod = \"axle_forces\"", "`svi`: expected false"),
         ("starts = 0", "`starts`: expected 1 or more"),
         ("regularisation = -1.0", "`regularisation`: expected 0 or above"),
-        ("similarity = inf", "`similarity`: expected 0 or above"),
+        ("axle_coupling = inf", "`axle_coupling`: expected 0 or above"),
         ("weights = { kind = \"variance\", clamp = 0.0 }", "`clamp`: expected a positive share"),
         ("weights = { kind = \"huber\" }", "unknown variant `huber`"),
         ("bounds = { B = [9.0, 2.0] }", "expected two rising numbers for the bounds of `B`, found 9 and 2"),
         ("bounds = { D = [-1.0, 2.0] }", "`D`: expected bounds above 0"),
         ("bounds = { S_h = [-0.1, 0.1] }", "`S_h` is not fitted to drives"),
-        ("typical = { E = 0.0 }", "`E`: expected a typical value other than 0"),
+        ("typical = { E = nan }", "`E`: expected a finite typical value"),
         ("noise = { v_x = 0.1, v_y = 0.1, r = 0.1 }", "missing field `a_y`"),
         ("noise = { v_x = 0.1, v_y = 0.1, r = 0.1, a_y = 0.0 }", "`a_y`: expected a positive standard deviation"),
         ("windows = [[5.0, 2.0]]", "`windows`: expected two rising times, found 5 and 2"),

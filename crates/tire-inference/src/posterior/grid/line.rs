@@ -52,9 +52,9 @@ pub fn explore(density: &impl Fn(f64) -> f64, ends: [f64; 2], near: Option<&Shap
         Some(Shape::Table(range, _)) => (*range, None),
         _ => {
             let step = (ends[1] - ends[0]) / SCAN as f64;
-            let place = |k: usize| ends[0] + (k as f64 + 0.5) * step;
-            let values: Vec<f64> = (0..SCAN).map(|k| density(place(k))).collect();
-            (ends, Some((place(highest(&values)), 0.3 * step)))
+            let index = |k: usize| ends[0] + (k as f64 + 0.5) * step;
+            let values: Vec<f64> = (0..SCAN).map(|k| density(index(k))).collect();
+            (ends, Some((index(highest(&values)), 0.3 * step)))
         }
     };
     start

@@ -17,7 +17,7 @@ use crate::prior::Prior;
 const PEAK: usize = Parameter::D as usize;
 const S_H: usize = Parameter::S_h as usize;
 const S_V: usize = Parameter::S_v as usize;
-/// Linear parameters in the order of their draws: the bounds of S_v are what most often ends a valley of S_h and S_v.
+/// Linear parameters in the order of their draws: the bounds of S_v are what most often ends a ridge of S_h and S_v.
 const ORDER: [usize; COUNT] = [S_V, PEAK, S_H];
 /// How many there are.
 const COUNT: usize = 3;
@@ -108,17 +108,17 @@ impl<'a> Linear<'a> {
     pub fn at(&self, B: f64, C: f64, E: f64) -> Integral {
         let (mut normal, mut right) = self.normal_equations([B, C, E]);
         let mut squares = self.whole[2];
-        if let Some((earlier, variance)) = self.data.earlier() {
-            // D (S_h − shift) is told of as if D were the best one.
+        if let Some((known, variance)) = self.data.prior() {
+            // D (S_h − shift) is reported of as if D were the best one.
             let ends = [self.prior.bounds.lower[PEAK], self.prior.bounds.upper[PEAK]];
             let peak = (right[1] / normal[1][1].max(f64::MIN_POSITIVE)).clamp(ends[0], ends[1]);
             let scale = [1.0, 1.0, peak.recip()];
-            let (distance, gradient) = earlier.distance(&[B, C, 0.0, E, self.shift, 0.0]);
+            let (distance, gradient) = known.distance(&[B, C, 0.0, E, self.shift, 0.0]);
             squares += variance * distance;
             for (k, i) in ORDER.into_iter().enumerate() {
                 right[k] -= variance * scale[k] * gradient[i];
                 for (l, j) in ORDER.into_iter().enumerate() {
-                    normal[k][l] += variance * scale[k] * scale[l] * earlier.precision[i][j];
+                    normal[k][l] += variance * scale[k] * scale[l] * known.precision[i][j];
                 }
             }
         }
@@ -130,7 +130,7 @@ impl<'a> Linear<'a> {
                 (0..COUNT).for_each(|i| right[i] -= held * normal[i][k]);
             }
         }
-        // Gauss's elimination of the last first, so that each is told by those before it.
+        // Gauss's elimination of the last first, so that each is reported by those before it.
         let mut steps = [Step::default(); COUNT];
         let mut determinant = 1.0;
         let mut unknowns = 0.0;

@@ -10,32 +10,32 @@ const VALLEY: f64 = 2.0;
 /// A number of its mode for each cell.
 pub fn modes(plane: &Plane) -> BTreeMap<Place, usize> {
     let mut order: Vec<(Place, f64)> =
-        plane.cells.iter().map(|(&place, cell)| (place, cell.log)).collect();
+        plane.cells.iter().map(|(&index, cell)| (index, cell.log)).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     // The water level falls; islands that meet before they have risen far enough are one.
     let mut islands: Vec<Island> = Vec::new();
     let mut owner: BTreeMap<Place, usize> = BTreeMap::new();
-    for (place, log) in order {
+    for (index, log) in order {
         let mut near: Vec<usize> = plane
-            .neighbours(place)
-            .filter_map(|(place, _)| owner.get(&place))
+            .neighbours(index)
+            .filter_map(|(index, _)| owner.get(&index))
             .map(|&island| root(&islands, island))
             .collect();
         near.sort_unstable();
         near.dedup();
         let Some(&highest) = near.first() else {
-            owner.insert(place, islands.len());
+            owner.insert(index, islands.len());
             islands.push(Island { summit: log, part_of: None });
             continue;
         };
-        owner.insert(place, highest);
+        owner.insert(index, highest);
         for &island in &near[1..] {
             if islands[island].summit - log < VALLEY {
                 islands[island].part_of = Some(highest);
             }
         }
     }
-    owner.into_iter().map(|(place, island)| (place, root(&islands, island))).collect()
+    owner.into_iter().map(|(index, island)| (index, root(&islands, island))).collect()
 }
 
 struct Island {

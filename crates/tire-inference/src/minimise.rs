@@ -1,7 +1,7 @@
-//! Finds the smallest sum of squares in the box near a point, if wanted with a quantity pulled to a value.
+//! Finds the smallest sum of squares in the box near a point, if wanted with a quantity drawn to a value.
 //!
 //! The minimum of squares + weight (q − target)² is also the smallest sum of squares among all tires with its q: every
-//! point it ends at is on the profile of q, wherever the pull leaves it.
+//! point it ends at is on the profile of q, wherever it is left.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use nalgebra::{SMatrix, SVector};
@@ -15,38 +15,38 @@ const ITERATIONS: usize = 60;
 
 /// Draws a quantity to a value.
 #[derive(Clone, Copy, Debug)]
-pub struct Pull {
+pub struct Target {
     /// What is drawn.
     pub quantity: Quantity,
     /// Whereto.
-    pub target: f64,
+    pub value: f64,
     /// How strongly, in the unit of the squares per square of the quantity.
     pub weight: f64,
 }
 
-impl Pull {
+impl Target {
     fn cost(&self, theta: &Theta) -> f64 {
-        self.weight * (self.quantity.value(theta) - self.target).powi(2)
+        self.weight * (self.quantity.value(theta) - self.value).powi(2)
     }
 }
 
-/// A minimum: the tire and its sum of squares, without the pull.
+/// A minimum: the tire and its sum of squares, without what draws the quantity.
 ///
 /// Levenberg-Marquardt with steps in ln B, ln C, ln D, E and the shifts; parameters on a bound that the gradient presses
-/// them against rest there. Where a `Pull` is on a parameter itself, hold the parameter instead.
+/// them against rest there. Where the quantity is a parameter itself, hold the parameter instead.
 pub fn minimise(
     data: &Compressed,
     prior: &Prior,
     start: &Theta,
-    pull: Option<&Pull>,
+    drawn: Option<&Target>,
 ) -> (Theta, f64) {
-    let cost = |theta: &Theta| data.squares(theta) + pull.map_or(0.0, |pull| pull.cost(theta));
+    let cost = |theta: &Theta| data.squares(theta) + drawn.map_or(0.0, |drawn| drawn.cost(theta));
     let mut theta = clamp(prior, start);
     let mut least = cost(&theta);
     let mut damping = 1e-3;
     let negligible = 1e-5 / data.count().max(1) as f64;
     for _ in 0..ITERATIONS {
-        let (gradient, hessian) = expand(data, &theta, pull);
+        let (gradient, hessian) = expand(data, &theta, drawn);
         let free = unpressed(prior, &theta, &gradient);
         let mut gain = 0.0;
         while damping < 1e9 {
@@ -81,13 +81,13 @@ type Gradient = SVector<f64, COUNT>;
 type Hessian = SMatrix<f64, COUNT, COUNT>;
 
 /// Half the gradient and half the Hessian in the coordinates of the steps.
-fn expand(data: &Compressed, theta: &Theta, pull: Option<&Pull>) -> (Gradient, Hessian) {
+fn expand(data: &Compressed, theta: &Theta, drawn: Option<&Target>) -> (Gradient, Hessian) {
     let near = data.quadratic(theta);
     let (mut gradient, mut hessian) = (near.gradient, near.hessian);
-    if let Some(pull) = pull {
-        let by = SVector::from(pull.quantity.gradient(theta));
-        gradient += by * (pull.weight * (pull.quantity.value(theta) - pull.target));
-        hessian += by * by.transpose() * pull.weight;
+    if let Some(drawn) = drawn {
+        let by = SVector::from(drawn.quantity.gradient(theta));
+        gradient += by * (drawn.weight * (drawn.quantity.value(theta) - drawn.value));
+        hessian += by * by.transpose() * drawn.weight;
     }
     let stretch = Gradient::from_fn(|i, _| if i < 3 { theta[i] } else { 1.0 });
     (

@@ -1,0 +1,65 @@
+//! Adds to a cost of both tires what is expected of them: typical values, and tires that are alike.
+
+use nalgebra::DVector;
+use numerics::sqp;
+use tire_inference::axles::Axle;
+use tire_inference::parameters::TireParameters;
+use tire_inference::prior::Prior;
+use tire_inference::regularisation::{AxleCoupling, Regularisation};
+
+use crate::tires::{Tires, from_vector, indices};
+
+/// What is expected of both tires.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    regularisation: Option<Regularisation>,
+    coupling: AxleCoupling,
+}
+
+impl Expected {
+    /// In the units of a prior: λ_reg draws each tire to its typical values, λ_sim both to each other.
+    pub fn new(prior: &Prior, regularisation: f64, axle_coupling: f64) -> Self {
+        Self {
+            regularisation: Regularisation::towards_typical(prior, regularisation),
+            coupling: AxleCoupling::new(prior, axle_coupling),
+        }
+    }
+
+    /// What it costs.
+    pub fn cost(&self, tires: &Tires) -> f64 {
+        let of_tire = |tire: &TireParameters| {
+            self.regularisation.map_or(0.0, |expected| expected.at(&tire.theta()).0)
+        };
+        let [front, rear] = [tires.front.into_array(), tires.rear.into_array()];
+        let parameters =
+            TireParameters::<f64>::PARAMETERS.into_iter().zip(front.into_iter().zip(rear));
+        let coupling = parameters.map(|(p, (front, rear))| self.coupling.at(p, front, rear)[0]);
+        of_tire(&tires.front) + of_tire(&tires.rear) + coupling.sum::<f64>()
+    }
+
+    /// Adds it to a model in the parameters of both tires and whatever follows.
+    pub fn add(&self, x: &DVector<f64>, model: &mut sqp::Model) {
+        let tires = from_vector(x);
+        model.cost += self.cost(&tires);
+        if let Some(expected) = self.regularisation {
+            for axle in Axle::ALL {
+                let (_, gradient) = expected.at(&tires[axle].theta());
+                for (i, index) in indices(axle).into_array().into_iter().enumerate() {
+                    model.gradient[index] += gradient[i];
+                    model.hessian[(index, index)] +=
+                        expected.weight * expected.towards.precision[i][i];
+                }
+            }
+        }
+        let [front, rear] = [indices(Axle::Front), indices(Axle::Rear)].map(|at| at.into_array());
+        for (i, parameter) in TireParameters::<f64>::PARAMETERS.into_iter().enumerate() {
+            let (f, r) = (front[i], rear[i]);
+            let [_, slope, bend] = self.coupling.at(parameter, x[f], x[r]);
+            for (own, other, sign) in [(f, r, 1.0), (r, f, -1.0)] {
+                model.gradient[own] += sign * slope;
+                model.hessian[(own, own)] += bend;
+                model.hessian[(own, other)] -= bend;
+            }
+        }
+    }
+}
