@@ -100,14 +100,14 @@ fn want(
     tracks: &mut Vec<Track>,
 ) -> Result<Place, TableError> {
     let known = tracks.iter().position(|track| track.channel.id == channel.id);
-    let track = match known {
-        Some(track) => track,
+    let index = match known {
+        Some(index) => index,
         None => {
             tracks.push(Track::new(file, column, channel)?);
             tracks.len() - 1
         }
     };
-    let track = &mut tracks[place];
+    let track = &mut tracks[index];
     let found = track.reader.find(field).map_err(|dead| match dead {
         Dead::Missing => catalogue::missing(file, &[channel], column),
         Dead::Other(found) => not_a_number(file, column, found),
@@ -115,7 +115,7 @@ fn want(
     track.fields.push((column.to_owned(), found));
     track.columns.push(Vec::new());
     let unit = channel.metadata.get(&format!("unit:{field}")).filter(|unit| !unit.is_empty());
-    Ok((place, track.fields.len() - 1, unit.cloned()))
+    Ok((index, track.fields.len() - 1, unit.cloned()))
 }
 
 fn not_a_number(file: &Mcap, column: &str, found: String) -> TableError {
