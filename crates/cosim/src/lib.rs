@@ -3,6 +3,9 @@
 #![forbid(unsafe_code)]
 
 pub mod check;
+pub mod coupling;
+pub mod exchange;
 pub mod fault;
+mod fmi;
 pub mod master;
 pub mod node;

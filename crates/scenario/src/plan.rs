@@ -3,6 +3,7 @@
 mod accepts;
 mod analysis;
 mod check;
+mod coupling;
 mod treatment;
 
 use std::ops::Range;
@@ -13,10 +14,11 @@ use recording::table::Table;
 use recording::{Column, Header};
 
 use crate::signal::Signal;
-use crate::words::At;
+use crate::words::{Algorithm, At};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use check::{CheckPlan, ResultName, Subject};
+pub use coupling::CouplingRules;
 pub use treatment::{FaultKind, FaultPlan, Treatment};
 
 /// The files of a run, whose names nothing else in its folder can have.
@@ -166,6 +168,8 @@ pub struct Link {
 /// A scenario without names: what the master works with.
 #[derive(Debug)]
 pub struct System {
+    /// The coupling algorithm.
+    pub coupling: Algorithm,
     /// The communication points.
     pub clock: Clock,
     /// The nodes, in the order of the file.

@@ -100,6 +100,7 @@ impl System {
         let view = view::view(scenario, &header)?;
         let header = Header { view, ..header };
         Ok(System {
+            coupling: document.coupling.algorithm,
             clock,
             nodes,
             order,
