@@ -6,6 +6,19 @@ use std::process::Command;
 
 use super::harness::{Ended, ROOT};
 
+tests! {
+    physics_and_filters_know_neither_fmi_nor_files_nor_each_other,
+    arrows_point_down_only,
+    the_replay_alone_knows_rerun,
+    the_import_alone_knows_the_library_for_descriptions,
+    no_modules_of_a_crate_use_each_other_in_circles,
+    circles_are_found,
+    an_fmu_has_no_code_that_the_compiler_cannot_check,
+    code_that_the_compiler_cannot_check_stays_where_foreign_code_is,
+    every_file_opens_with_what_it_does,
+    the_readme_shows_a_scenario_that_is_run,
+}
+
 const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
 
 /// By package, what it depends on to be built, of ours and of others; tests and benches may know more.
@@ -31,7 +44,6 @@ fn ours() -> BTreeMap<String, BTreeSet<String>> {
     all.into_iter().map(|(name, uses)| (name, &uses & &names)).collect()
 }
 
-#[test]
 fn physics_and_filters_know_neither_fmi_nor_files_nor_each_other() {
     let (all, ours) = (dependencies(), ours());
     for package in ["vehicle", "kalman"] {
@@ -82,7 +94,6 @@ const ARROWS: [(&str, &[&str]); 18] = [
     ("identify", &["kalman", "plugin", "vehicle"]),
 ];
 
-#[test]
 fn arrows_point_down_only() {
     let ours = ours();
     let known = |name: &String| ARROWS.iter().any(|(package, _)| package == name);
@@ -94,14 +105,12 @@ fn arrows_point_down_only() {
     }
 }
 
-#[test]
 fn the_replay_alone_knows_rerun() {
     for (package, uses) in dependencies() {
         assert!(package == "replay" || !uses.contains("rerun"), "{package} depends on rerun");
     }
 }
 
-#[test]
 fn the_import_alone_knows_the_library_for_descriptions() {
     for (package, uses) in dependencies() {
         assert!(package == "fmu-import" || !uses.contains("fmi-rs"), "{package}");
@@ -111,7 +120,6 @@ fn the_import_alone_knows_the_library_for_descriptions() {
 /// Circles between modules that are there for now: all modules of one by package.
 const ALLOWED_CIRCLES: [(&str, &[&str]); 1] = [("identify", &["posterior", "result", "svi"])];
 
-#[test]
 fn no_modules_of_a_crate_use_each_other_in_circles() {
     let mut wrong = Vec::new();
     for (package, folder) in folders() {
@@ -250,7 +258,6 @@ fn circles(uses: &BTreeMap<String, BTreeSet<String>>) -> Vec<Vec<String>> {
     found
 }
 
-#[test]
 fn circles_are_found() {
     let code = "use crate::{b::C, d};\nuse super::e::F;\nfn f() { super::g::h(crate::i::j) }";
     let paths: Vec<_> = imported(code).into_iter().chain(mentioned(code)).collect();
@@ -263,7 +270,6 @@ fn circles_are_found() {
     assert_eq!(circles(&uses.into_iter().collect()), [["a", "b", "c"].map(text).to_vec()]);
 }
 
-#[test]
 fn an_fmu_has_no_code_that_the_compiler_cannot_check() {
     for fmu in FMUS {
         let root = std::fs::read_to_string(Path::new(ROOT).join(fmu).join("src/lib.rs"));
@@ -274,7 +280,6 @@ fn an_fmu_has_no_code_that_the_compiler_cannot_check() {
 /// Where foreign code is called, or calls us.
 const UNSAFE: [&str; 3] = ["crates/fmu-export/", "crates/plugin/", "crates/fmu-import/src/binding"];
 
-#[test]
 fn code_that_the_compiler_cannot_check_stays_where_foreign_code_is() {
     // Spelled in two parts, or this file would find itself.
     let word = concat!("un", "safe");
@@ -291,7 +296,6 @@ fn code_that_the_compiler_cannot_check_stays_where_foreign_code_is() {
     }
 }
 
-#[test]
 fn every_file_opens_with_what_it_does() {
     for (path, text) in sources(Path::new(ROOT)) {
         assert!(text.starts_with("//! "), "{} does not open with //!", path.display());
@@ -319,7 +323,6 @@ fn sources_named(folder: &Path, end: &str) -> Vec<(PathBuf, String)> {
     found
 }
 
-#[test]
 fn the_readme_shows_a_scenario_that_is_run() {
     let read = |name: &str| std::fs::read_to_string(Path::new(ROOT).join(name)).expect("a text");
     let (readme, scenario) = (read("README.md"), read("scenarios/step_steer.toml"));

@@ -123,3 +123,6 @@ fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, CallError> {
         Body::Table(table) => Box::new(TableNode::new(table.clone())),
     })
 }
+
+#[cfg(test)]
+mod tests;
