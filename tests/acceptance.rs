@@ -45,6 +45,9 @@ mod extending;
 // What an FMU may do wrong, and what is left of the run then.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// Features of dependencies, which decide what cargo compiles.
+#[path = "acceptance/features.rs"]
+mod features;
 // Tires out of recordings, against the truth and against scipy.
 #[path = "acceptance/identification.rs"]
 mod identification;
@@ -70,6 +73,9 @@ mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
+// States of FMUs that are saved and restored.
+#[path = "acceptance/state.rs"]
+mod state;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
@@ -88,6 +94,7 @@ fn main() -> ExitCode {
     determinism::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
+    features::register(&mut tests);
     identification::register(&mut tests);
     importers::register(&mut tests);
     interop::register(&mut tests);
@@ -97,6 +104,7 @@ fn main() -> ExitCode {
     playback::register(&mut tests);
     plugins::register(&mut tests);
     recordings::register(&mut tests);
+    state::register(&mut tests);
     types::register(&mut tests);
     validating::register(&mut tests);
     suite::run(&libtest_mimic::Arguments::from_args(), tests)

@@ -64,7 +64,7 @@ fn compare(scenario: &str, mut system: serde_json::Value) -> Lab {
     let description = lab.write("system.json", system.to_string());
     for tool in ["libcosim", "ecos"] {
         let (description, csv) = (description.as_os_str(), lab.path("run/run.csv"));
-        let ended = python.run("coupled.py", &[tool.as_ref(), description, csv.as_os_str()]);
+        python.run("coupled.py", &[tool.as_ref(), description, csv.as_os_str()]);
     }
     lab
 }
