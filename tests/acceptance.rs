@@ -39,6 +39,9 @@ mod conform;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
+// What the documents show: commands, scenarios, recipes, links.
+#[path = "acceptance/documents.rs"]
+mod documents;
 // Scenarios that change others, and what may be wrong with them.
 #[path = "acceptance/extending.rs"]
 mod extending;
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     determinism::register(&mut tests);
+    documents::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     features::register(&mut tests);

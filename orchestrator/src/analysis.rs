@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use diagnostics::Error;
 use plugin::{Diagram, Host, Layer, Request, Shape, Signal};
 use recording::table::Table;
-use recording::{Derived, Sink};
+use recording::{Derived, Full, NumberIndex, Row, Sink};
 use scenario::plan::{AnalysisPlan, FILES, Origin, Wired};
 use serde_json::Value;
 
 /// The columns of a run that analyses want, kept until it is over.
 #[derive(Debug, Default)]
 pub struct Collected {
-    places: Vec<usize>,
+    indices: Vec<NumberIndex<Full>>,
     time: Vec<f64>,
     columns: Vec<Vec<f64>>,
 }
@@ -22,31 +22,31 @@ impl Collected {
     #[must_use]
     pub fn new(plans: &[AnalysisPlan]) -> Self {
         let wired = plans.iter().flat_map(|plan| &plan.wired);
-        let mut places: Vec<_> = wired
+        let mut indices: Vec<_> = wired
             .filter_map(|wired| match wired.origin {
-                Origin::Run(place) => Some(place),
+                Origin::Run(index) => Some(index),
                 Origin::Log(_) => None,
             })
             .collect();
-        places.sort_unstable();
-        places.dedup();
-        let columns = vec![Vec::new(); places.len()];
-        Collected { places, time: Vec::new(), columns }
+        indices.sort_unstable();
+        indices.dedup();
+        let columns = vec![Vec::new(); indices.len()];
+        Collected { indices, time: Vec::new(), columns }
     }
 
     /// Takes a row of the run.
-    pub fn row(&mut self, time: f64, values: &[f64]) {
-        if self.places.is_empty() {
+    pub fn row(&mut self, time: f64, row: &Row<Full>) {
+        if self.indices.is_empty() {
             return;
         }
         self.time.push(time);
-        for (column, &place) in self.columns.iter_mut().zip(&self.places) {
-            column.push(values[place]);
+        for (column, &index) in self.columns.iter_mut().zip(&self.indices) {
+            column.push(row[index]);
         }
     }
 
-    fn column(&self, place: usize) -> &[f64] {
-        self.places.binary_search(&place).map_or(&[], |at| &self.columns[at])
+    fn column(&self, index: NumberIndex<Full>) -> &[f64] {
+        self.indices.binary_search(&index).map_or(&[], |at| &self.columns[at])
     }
 }
 
@@ -60,7 +60,7 @@ pub type Progress<'a> = &'a mut dyn FnMut(f64, &str) -> bool;
 pub fn run(
     plan: &AnalysisPlan,
     collected: &Collected,
-    (sink, folder, files): (&mut dyn Sink, &Path, &mut Vec<String>),
+    (sink, folder, files): (&mut dyn Sink<Full>, &Path, &mut Vec<String>),
     progress: Progress,
 ) -> Result<Value, Error> {
     let log_times = plan.log.as_ref().map(Table::times).unwrap_or_default();
@@ -89,7 +89,7 @@ pub fn run(
 
 fn values(plan: &AnalysisPlan, wired: &Wired, collected: &Collected) -> Vec<f64> {
     let values = match (wired.origin, &plan.log) {
-        (Origin::Run(place), _) => collected.column(place),
+        (Origin::Run(index), _) => collected.column(index),
         (Origin::Log(column), Some(log)) => log.column(column),
         (Origin::Log(_), None) => &[],
     };
@@ -99,7 +99,7 @@ fn values(plan: &AnalysisPlan, wired: &Wired, collected: &Collected) -> Vec<f64>
 /// The program, as a plugin sees it. What goes wrong here ends the analysis at its next sign of progress.
 struct Bench<'a> {
     name: &'a str,
-    sink: &'a mut dyn Sink,
+    sink: &'a mut dyn Sink<Full>,
     folder: &'a Path,
     files: &'a mut Vec<String>,
     progress: Progress<'a>,

@@ -4,7 +4,8 @@ use cosim::check::Checks;
 use cosim::fault::Faults;
 use diagnostics::Error;
 use recording::{
-    Beside, Change, CsvSink, Derived, Event, Header, Lane, Level, McapSink, Row, Sink, State,
+    CsvSink, Derived, Event, Full, Level, McapSink, Recorded, Row, RunHeader, Selection, Sink,
+    Status, StatusChange, StatusTrack, ThreadedSink,
 };
 use scenario::plan::{AnalysisPlan, System};
 
@@ -17,11 +18,10 @@ pub(crate) struct Recorder {
     pub checks: Checks,
     faults: Faults,
     collected: Collected,
-    recorded: Vec<usize>,
-    recorded_texts: Vec<usize>,
+    recorded: Selection,
     /// What the files get of a row.
-    row: Row,
-    files: Vec<Beside>,
+    row: Row<Recorded>,
+    files: Vec<ThreadedSink>,
     time: f64,
 }
 
@@ -35,13 +35,12 @@ impl Recorder {
             files.push(Box::new(CsvSink::new(header)?));
         }
         files.extend(replay(header, &options.replay)?);
-        let files = files.into_iter().map(Beside::new).collect();
+        let files = files.into_iter().map(ThreadedSink::new).collect();
         Ok(Recorder {
             collected: Collected::new(&system.analyses),
             faults: Faults::new(system),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
             recorded: system.recorded.clone(),
-            recorded_texts: system.recorded_texts.clone(),
             row: Row::default(),
             files,
             time: 0.0,
@@ -70,7 +69,7 @@ impl Recorder {
             report_progress(ProgressEvent::Analysis(&plan.name, share, what));
             true
         };
-        let leaves = (self as &mut dyn Sink, report.folder.as_path(), &mut report.files);
+        let leaves = (self as &mut dyn Sink<Full>, report.folder.as_path(), &mut report.files);
         let result = analysis::run(plan, &collected, leaves, &mut progress);
         self.collected = collected;
         report.analyses.insert(plan.name.clone(), result?);
@@ -80,7 +79,7 @@ impl Recorder {
     /// Adds the verdicts to the recordings and completes them.
     pub fn conclude(&mut self, report: &RunReport) -> Result<(), Error> {
         for change in self.checks.reductions(&report.checks) {
-            self.change(&change)?;
+            self.status(&change)?;
         }
         for (source, message) in failures(report) {
             let (time, source) = (self.time, source.to_owned());
@@ -102,18 +101,18 @@ fn failures(report: &RunReport) -> Vec<(&'static str, String)> {
     checks.chain(validations).chain(error).collect()
 }
 
-impl Sink for Recorder {
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+impl Sink<Full> for Recorder {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.time = time;
         self.checks.row(tick, time, row)?;
-        self.collected.row(time, &row.numbers);
-        self.row.pick_from(row, &self.recorded, &self.recorded_texts);
+        self.collected.row(time, row);
+        self.recorded.pick(row, &mut self.row);
         self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.row))?;
         for change in self.faults.changes(time).into_iter().chain(self.checks.changes()) {
-            self.change(&change)?;
-            if change.lane == Lane::Fault {
-                let state = if change.state == State::Active { "begins" } else { "ends" };
-                let message = format!("the fault of {} {state}", change.name);
+            self.status(&change)?;
+            if let StatusTrack::Fault(input) = &change.track {
+                let state = if change.status == Status::Active { "begins" } else { "ends" };
+                let message = format!("the fault of {input} {state}");
                 let source = "fault".to_owned();
                 self.event(&Event { time, level: Level::Warning, source, message })?;
             }
@@ -121,8 +120,8 @@ impl Sink for Recorder {
         Ok(())
     }
 
-    fn change(&mut self, change: &Change) -> Result<(), Error> {
-        self.files.iter_mut().try_for_each(|file| file.change(change))
+    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
+        self.files.iter_mut().try_for_each(|file| file.status(change))
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
@@ -143,7 +142,7 @@ impl Sink for Recorder {
 }
 
 #[cfg(feature = "rerun")]
-fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
+fn replay(header: &RunHeader, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
     use ::replay::{RerunSink, Target};
     let target = match replay {
         Replay::Save => Target::File(header.folder.join("run.rrd")),
@@ -155,7 +154,7 @@ fn replay(header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink + Send
 }
 
 #[cfg(not(feature = "rerun"))]
-fn replay(_header: &Header, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
+fn replay(_header: &RunHeader, replay: &Replay) -> Result<Option<Box<dyn Sink + Send>>, Error> {
     match replay {
         Replay::Save | Replay::Off => Ok(None),
         Replay::Connect(_) | Replay::Serve(_) => {

@@ -21,6 +21,7 @@ const PACKAGES: &[&str] = &[
     "mcap-protobuf-support",
     "rerun-sdk==0.36.3",
     "numpy",
+    "pandas",
     "scipy",
 ];
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use diagnostics::Error;
 use expression::{Monitor, Outcome};
-use recording::{Change, Lane, Row, Sink, State};
+use recording::{Full, Row, Sink, Status, StatusChange, StatusTrack};
 use scenario::plan::{CheckPlan, Subject};
 use serde::Serialize;
 use serde_json::Value;
@@ -43,8 +43,8 @@ pub struct Verdict {
 pub struct Checks {
     checks: Vec<(CheckPlan, Monitor)>,
     /// What each check is, and what it became since that was asked for.
-    states: Vec<State>,
-    changes: Vec<Change>,
+    states: Vec<Status>,
+    changes: Vec<StatusChange>,
     /// The last communication point so far [s].
     reached: f64,
     /// Half a communication step [s]: windows include the points at their ends whatever their digits.
@@ -60,7 +60,7 @@ impl Checks {
             (plan, monitor)
         };
         Checks {
-            states: vec![State::Idle; plans.len()],
+            states: vec![Status::Idle; plans.len()],
             checks: plans.into_iter().map(monitor).collect(),
             changes: Vec::new(),
             reached: 0.0,
@@ -69,20 +69,20 @@ impl Checks {
     }
 
     /// What became of the conditions on each sample since the last call.
-    pub fn changes(&mut self) -> Vec<Change> {
+    pub fn changes(&mut self) -> Vec<StatusChange> {
         std::mem::take(&mut self.changes)
     }
 
     /// What became of the conditions on a window as a whole: their verdict holds for all of it.
     #[must_use]
-    pub fn reductions(&self, verdicts: &[Verdict]) -> Vec<Change> {
+    pub fn reductions(&self, verdicts: &[Verdict]) -> Vec<StatusChange> {
         let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
             plan.subject == Subject::Run && plan.expression.is_reduction()
         });
         let both = |(_, verdict): (_, &Verdict)| {
-            let state = if verdict.passed { State::Holds } else { State::Violated };
+            let state = if verdict.passed { Status::Holds } else { Status::Violated };
             let [from, to] = verdict.during;
-            [(from, state), (to, State::Idle)]
+            [(from, state), (to, Status::Idle)]
                 .map(|(time, state)| change(&verdict.name, time, state))
         };
         judged.flat_map(both).collect()
@@ -108,17 +108,17 @@ impl Checks {
     }
 }
 
-impl Sink for Checks {
-    fn row(&mut self, _tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+impl Sink<Full> for Checks {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.reached = time;
         let checks = self.checks.iter_mut().zip(&mut self.states);
         for ((plan, monitor), state) in checks.filter(|((it, _), _)| it.subject == Subject::Run) {
             let [from, to] = plan.during;
             let inside = time > from - self.slack && time < to + self.slack;
-            let holds = inside.then(|| monitor.sample(time, &row.numbers, &row.texts)).flatten();
-            let now = holds.map_or(State::Idle, |holds| match holds {
-                true => State::Holds,
-                false => State::Violated,
+            let holds = inside.then(|| monitor.sample(time, row.numbers(), row.texts())).flatten();
+            let now = holds.map_or(Status::Idle, |holds| match holds {
+                true => Status::Holds,
+                false => Status::Violated,
             });
             if now != std::mem::replace(state, now) {
                 self.changes.push(change(&plan.name, time, now));
@@ -132,8 +132,8 @@ impl Sink for Checks {
     }
 }
 
-fn change(name: &str, time: f64, state: State) -> Change {
-    Change { time, lane: Lane::Check, name: name.to_owned(), state }
+fn change(name: &str, time: f64, status: Status) -> StatusChange {
+    StatusChange { time, track: StatusTrack::Check(name.to_owned()), status }
 }
 
 /// Judges the results that a check is about, or says why there are none.

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use diagnostics::{Error, rounded};
 use fmu_import::CallError;
-use recording::{Column, Row};
-use scenario::plan::{Clock, Link, NodePlan, Source, System, Treatment};
+use recording::{Columns, Full, NumberIndex, Row};
+use scenario::plan::{Clock, Link, NodePlan, System, Treatment};
 use scenario::words::At;
 
 use crate::fmi;
@@ -39,13 +39,13 @@ pub enum Interruption {
 pub struct Exchange<'a> {
     pub(crate) plans: &'a mut [NodePlan],
     pub(crate) nodes: &'a mut [Box<dyn Node>],
-    columns: &'a [Column],
+    columns: &'a Columns<Full>,
     order: &'a [usize],
     clock: Clock,
     /// The row at the communication point where the step starts.
-    start: Row,
+    start: Row<Full>,
     /// The row that becomes that of the end of the step.
-    row: Row,
+    row: Row<Full>,
     tick: u64,
     efforts: Vec<Effort>,
 }
@@ -54,8 +54,8 @@ impl<'a> Exchange<'a> {
     /// Prepares the exchange between the nodes of a system.
     #[must_use]
     pub fn new(system: &'a mut System, nodes: &'a mut [Box<dyn Node>]) -> Self {
-        let System { nodes: plans, order, columns, texts, clock, .. } = system;
-        let row = Row::new(columns.len(), texts.len());
+        let System { nodes: plans, order, columns, clock, .. } = system;
+        let row = columns.row();
         let efforts = vec![Effort::default(); nodes.len()];
         let (start, clock) = (row.clone(), *clock);
         Exchange { plans, nodes, columns, order, clock, start, row, tick: 0, efforts }
@@ -75,7 +75,7 @@ impl<'a> Exchange<'a> {
 
     /// The row that becomes that of the end of the step.
     #[must_use]
-    pub fn row(&self) -> &Row {
+    pub fn row(&self) -> &Row<Full> {
         &self.row
     }
 
@@ -99,18 +99,19 @@ impl<'a> Exchange<'a> {
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
         let begin = Instant::now();
         let (plan, row) = (&mut self.plans[node], &mut self.row);
-        for (Link { source, treatment }, input) in plan.links.iter_mut().zip(plan.inputs.clone()) {
+        for (Link { source, treatment }, input) in plan.links.iter_mut().zip(plan.inputs.indices())
+        {
             let from = if source.at == At::Start { &self.start } else { &*row };
             let time = self.clock.at(self.tick);
-            row.numbers[input] = treatment.value(from.numbers[source.place], time);
+            row[input] = treatment.value(from[source.index], time);
             let shown = self.clock.at(self.tick + u64::from(source.at == At::End));
-            accept(treatment, self.columns, (*source, input), row, shown)
+            accept(treatment, self.columns, (source.index, input), row, shown)
                 .map_err(Interruption::Value)?;
         }
-        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.clone()) {
+        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
             match source.at {
-                At::Start => row.texts[input].clone_from(&self.start.texts[source.place]),
-                At::End => row.texts[input] = row.texts[source.place].clone(),
+                At::Start => row[input].clone_from(&self.start[source.index]),
+                At::End => row[input] = row[source.index].clone(),
             }
         }
         self.efforts[node].time += begin.elapsed();
@@ -143,7 +144,7 @@ impl<'a> Exchange<'a> {
     fn call(
         &mut self,
         node: usize,
-        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row) -> Result<(), CallError>,
+        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
     ) -> Result<(), Interruption> {
         let begin = Instant::now();
         let result = call(&self.plans[node], self.nodes[node].as_mut(), &mut self.row);
@@ -180,7 +181,7 @@ impl<'a> Exchange<'a> {
     fn initial_call(
         &mut self,
         node: usize,
-        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row) -> Result<(), CallError>,
+        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
     ) -> Result<(), Error> {
         let plan = &self.plans[node];
         call(plan, self.nodes[node].as_mut(), &mut self.row)
@@ -191,12 +192,12 @@ impl<'a> Exchange<'a> {
     /// step on.
     fn feed_initially(&mut self, node: usize) -> Result<(), Error> {
         let (plan, row) = (&self.plans[node], &mut self.row);
-        for (Link { source, treatment }, input) in plan.links.iter().zip(plan.inputs.clone()) {
-            row.numbers[input] = treatment.convert(row.numbers[source.place]);
-            accept(treatment, self.columns, (*source, input), row, 0.0)?;
+        for (Link { source, treatment }, input) in plan.links.iter().zip(plan.inputs.indices()) {
+            row[input] = treatment.convert(row[source.index]);
+            accept(treatment, self.columns, (source.index, input), row, 0.0)?;
         }
-        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.clone()) {
-            row.texts[input] = row.texts[source.place].clone();
+        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
+            row[input] = row[source.index].clone();
         }
         Ok(())
     }
@@ -207,19 +208,24 @@ pub(crate) fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
     Error::component(&plan.name, error.call, Some(time), error.what)
 }
 
-fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row) -> Result<(), CallError> {
-    node.set(&row.numbers[plan.inputs.clone()])?;
-    node.set_texts(&row.texts[plan.texts.inputs.clone()])
+fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
+    node.set(&row[plan.inputs])?;
+    node.set_texts(&row[plan.texts.inputs])
 }
 
-fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row) -> Result<(), CallError> {
-    node.get(&mut row.numbers[plan.outputs.clone()])?;
-    node.get_texts(&mut row.texts[plan.texts.outputs.clone()])
+fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
+    node.get(&mut row[plan.outputs])?;
+    node.get_texts(&mut row[plan.texts.outputs])
 }
 
 /// A NaN spoils everything that it reaches, so the run ends where it appears.
-fn check_numbers(plan: &NodePlan, columns: &[Column], row: &Row, time: f64) -> Result<(), Error> {
-    match plan.outputs.clone().find(|&output| row.numbers[output].is_nan()) {
+fn check_numbers(
+    plan: &NodePlan,
+    columns: &Columns<Full>,
+    row: &Row<Full>,
+    time: f64,
+) -> Result<(), Error> {
+    match plan.outputs.indices().find(|&output| row[output].is_nan()) {
         None => Ok(()),
         Some(output) => Err(failure(plan, fmi::not_a_number(&columns[output].variable), time)),
     }
@@ -229,16 +235,16 @@ fn check_numbers(plan: &NodePlan, columns: &[Column], row: &Row, time: f64) -> R
 /// is when the source showed it [s].
 fn accept(
     treatment: &Treatment,
-    columns: &[Column],
-    (source, input): (Source, usize),
-    row: &Row,
+    columns: &Columns<Full>,
+    (source, input): (NumberIndex<Full>, NumberIndex<Full>),
+    row: &Row<Full>,
     time: f64,
 ) -> Result<(), Error> {
-    let value = row.numbers[input];
+    let value = row[input];
     if treatment.accepts.holds(value) {
         return Ok(());
     }
-    let (to, from) = (columns[input].name(), columns[source.place].name());
+    let (to, from) = (columns[input].name(), columns[source].name());
     let (time, expected) = (rounded(time), treatment.accepts.expected());
     let error = Error::input(format!(
         "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"

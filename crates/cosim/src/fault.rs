@@ -1,6 +1,6 @@
 //! Tells the recordings when faults begin and end.
 
-use recording::{Change, Lane, State};
+use recording::{Status, StatusChange, StatusTrack};
 use scenario::plan::System;
 
 /// The inputs of a run that have faults.
@@ -17,10 +17,11 @@ impl Faults {
     /// The faults of all connections.
     #[must_use]
     pub fn new(system: &System) -> Self {
-        let links = system.nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.clone()));
+        let links =
+            system.nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.indices()));
         let faulty = links.filter(|(link, _)| !link.treatment.faults.is_empty());
-        let faulty = faulty.map(|(link, place)| Faulty {
-            input: system.columns[place].name(),
+        let faulty = faulty.map(|(link, input)| Faulty {
+            input: system.columns[input].name(),
             windows: link.treatment.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
@@ -33,13 +34,14 @@ impl Faults {
     }
 
     /// What begins or ends at the communication point `time` [s].
-    pub fn changes(&mut self, time: f64) -> Vec<Change> {
+    pub fn changes(&mut self, time: f64) -> Vec<StatusChange> {
         let mut changes = Vec::new();
         for it in &mut self.0 {
             let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
             if acts != std::mem::replace(&mut it.acts, acts) {
-                let state = if acts { State::Active } else { State::Idle };
-                changes.push(Change { time, lane: Lane::Fault, name: it.input.clone(), state });
+                let status = if acts { Status::Active } else { Status::Idle };
+                let track = StatusTrack::Fault(it.input.clone());
+                changes.push(StatusChange { time, track, status });
             }
         }
         changes

@@ -2,7 +2,7 @@
 
 use diagnostics::Error;
 use fmu_import::CallError;
-use recording::{Event, Level, Sink};
+use recording::{Event, Full, Level, Sink};
 use scenario::plan::System;
 
 use crate::coupling::Coupling;
@@ -30,7 +30,7 @@ pub fn run(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
     coupling: &mut dyn Coupling,
-    sink: &mut dyn Sink,
+    sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
     tick: &mut dyn FnMut(u64),
 ) -> Result<(), Error> {
@@ -43,7 +43,7 @@ pub fn run(
 fn drive(
     exchange: &mut Exchange,
     coupling: &mut dyn Coupling,
-    sink: &mut dyn Sink,
+    sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
     tick: &mut dyn FnMut(u64),
 ) -> Result<(), Error> {
@@ -75,7 +75,7 @@ fn interrupted(
     exchange: &mut Exchange,
     interruption: Interruption,
     k: u64,
-    sink: &mut dyn Sink,
+    sink: &mut dyn Sink<Full>,
 ) -> Result<String, Error> {
     let clock = exchange.clock();
     match interruption {
@@ -95,7 +95,11 @@ fn interrupted(
     }
 }
 
-fn report_messages(exchange: &mut Exchange, sink: &mut dyn Sink, time: f64) -> Result<(), Error> {
+fn report_messages(
+    exchange: &mut Exchange,
+    sink: &mut dyn Sink<Full>,
+    time: f64,
+) -> Result<(), Error> {
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
         for message in node.messages() {
             let (level, source) = (fmi::level(&message), plan.name.clone());

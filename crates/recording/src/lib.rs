@@ -10,8 +10,11 @@ pub mod table;
 pub mod view;
 
 pub use reader::Recording;
-pub use row::{Column, Direction, Kind, Row};
-pub use sink::beside::Beside;
+pub use row::{
+    Column, ColumnIndex, Columns, Direction, Full, Number, NumberIndex, NumberRange, Recorded, Row,
+    Selection, Text, TextIndex, TextRange, TypedIndex, TypedRange, ValueKind,
+};
 pub use sink::csv::CsvSink;
 pub use sink::mcap::McapSink;
-pub use sink::{Change, Derived, Event, Header, Lane, Level, Sink, State};
+pub use sink::threaded_sink::ThreadedSink;
+pub use sink::{Derived, Event, Level, RunHeader, Sink, Status, StatusChange, StatusTrack};

@@ -11,15 +11,16 @@ use prost::encoding::{DecodeContext, WireType, decode_key, skip_field, string};
 use prost_types::field_descriptor_proto::Type;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 
+use crate::row::{Column, ColumnIndex, Columns, Direction, Recorded, Row, ValueKind};
 use crate::sink::mcap::{KEPT, RUN, SCENARIO, SUMMARY, event};
-use crate::sink::{Column, Direction, Header, Kind, Row, Sink};
+use crate::sink::{RunHeader, Sink};
 use crate::table::{Mcap, TableError};
 use crate::view::View;
 
 /// A recorded run.
 pub struct Recording {
     /// What recordings were told of it, but for its layout and the states of its checks.
-    pub header: Header,
+    pub header: RunHeader,
     /// Its verdict as Markdown; a run that was cut off has none.
     pub summary: Option<String>,
     /// Whether the recording was cut off.
@@ -30,15 +31,8 @@ pub struct Recording {
     log: Option<u16>,
 }
 
-/// What a field of a message is in a row.
-#[derive(Clone, Copy)]
-enum Place {
-    Number(usize),
-    Text(usize),
-}
-
 /// The fields of a channel by their numbers.
-type Side = BTreeMap<u32, Place>;
+type Side = BTreeMap<u32, ColumnIndex<Recorded>>;
 
 impl Recording {
     /// Opens the recording of a run, which is its folder, its `run.mcap`, or a file beside that.
@@ -95,17 +89,12 @@ impl Recording {
             let told = |what: &str| channel.metadata.get(&format!("{what}:{}", field.name()));
             let Some(variable) = told("fmi") else { return };
             let kind = match (field.r#type(), told("type").map(String::as_str)) {
-                (Type::String, _) => Kind::String,
-                (_, Some("Integer")) => Kind::Integer,
-                (_, Some("Boolean")) => Kind::Boolean,
-                _ => Kind::Real,
+                (Type::String, _) => ValueKind::String,
+                (_, Some("Integer")) => ValueKind::Integer,
+                (_, Some("Boolean")) => ValueKind::Boolean,
+                _ => ValueKind::Real,
             };
-            let (columns, place): (_, fn(usize) -> Place) = match kind {
-                Kind::String => (&mut self.header.texts, Place::Text),
-                _ => (&mut self.header.columns, Place::Number),
-            };
-            side.insert(field.number() as u32, place(columns.len()));
-            columns.push(Column {
+            let index = self.header.columns.push(Column {
                 node: node.to_owned(),
                 variable: variable.clone(),
                 direction,
@@ -113,6 +102,7 @@ impl Recording {
                 unit: told("unit").filter(|unit| !unit.is_empty()).cloned(),
                 description: None,
             });
+            side.insert(field.number() as u32, index);
         }
         self.sides.insert(channel.id, side);
     }
@@ -123,8 +113,7 @@ impl Recording {
     /// # Errors
     /// When the recording is damaged, or what the sink says.
     pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
-        let Header { columns, texts, .. } = &self.header;
-        let mut row = Row::new(columns.len(), texts.len());
+        let mut row = self.header.columns.row();
         let (mut now, mut filled, mut failed) = (None, 0, None);
         let mut take = |header: &MessageHeader, data: &[u8]| -> Result<(), Error> {
             let time = header.log_time as f64 / 1e9;
@@ -209,7 +198,7 @@ impl Told {
         }
     }
 
-    fn header(&self, path: &Path) -> Result<Header, Error> {
+    fn header(&self, path: &Path) -> Result<RunHeader, Error> {
         let told = |key: &str| self.run.as_ref().and_then(|run| run.get(key)).map(String::as_str);
         let number = |key: &str| told(key).and_then(|text| text.parse::<f64>().ok());
         let (Some(scenario), Some(step)) = (told("scenario"), number("step")) else {
@@ -220,7 +209,7 @@ impl Told {
             return Err(Error::input(message).help(help));
         };
         let mut files = self.scenario.iter().cloned();
-        Ok(Header {
+        Ok(RunHeader {
             scenario: scenario.to_owned(),
             title: told("title").unwrap_or(scenario).to_owned(),
             source: Source::recorded(
@@ -232,9 +221,8 @@ impl Told {
             step,
             stop: number("stop").unwrap_or_default(),
             seed: told("seed").and_then(|seed| seed.parse().ok()).unwrap_or_default(),
-            columns: Vec::new(),
-            texts: Vec::new(),
-            lanes: Vec::new(),
+            columns: Columns::default(),
+            status_tracks: Vec::new(),
             view: View::default(),
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
         })
@@ -250,20 +238,20 @@ fn message(channel: &Channel) -> Option<DescriptorProto> {
 }
 
 /// Puts the fields of a message into their places.
-fn decode(mut data: &[u8], side: &Side, row: &mut Row) -> Result<(), prost::DecodeError> {
+fn decode(mut data: &[u8], side: &Side, row: &mut Row<Recorded>) -> Result<(), prost::DecodeError> {
     while !data.is_empty() {
         let (number, wire) = decode_key(&mut data)?;
         match (wire, side.get(&number)) {
-            (WireType::SixtyFourBit, Some(Place::Number(place))) => {
+            (WireType::SixtyFourBit, Some(ColumnIndex::Number(index))) => {
                 prost::encoding::double::merge(
                     wire,
-                    &mut row.numbers[*place],
+                    &mut row[*index],
                     &mut data,
                     DecodeContext::default(),
                 )?;
             }
-            (WireType::LengthDelimited, Some(Place::Text(place))) => {
-                let text = &mut row.texts[*place];
+            (WireType::LengthDelimited, Some(ColumnIndex::Text(index))) => {
+                let text = &mut row[*index];
                 string::merge(wire, text, &mut data, DecodeContext::default())?;
             }
             _ => skip_field(wire, number, &mut data, DecodeContext::default())?,

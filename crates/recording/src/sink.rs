@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Source};
 
-pub use crate::row::{Column, Direction, Kind, Row};
+use crate::row::{Column, Columns, Direction, Recorded, Row, ValueKind};
 use crate::view::View;
 
-pub mod beside;
 pub mod csv;
 pub mod mcap;
+pub mod threaded_sink;
 
 /// What every sink is told before the first row.
 #[derive(Debug, Clone)]
-pub struct Header {
+pub struct RunHeader {
     /// The scenario file's stem: `double_lane_change`.
     pub scenario: String,
     /// The scenario's title.
@@ -28,12 +28,10 @@ pub struct Header {
     pub stop: f64,
     /// The seed of every random stream of the run.
     pub seed: u64,
-    /// The recorded numbers, in the order of the row.
-    pub columns: Vec<Column>,
-    /// The recorded texts, in the order of the row.
-    pub texts: Vec<Column>,
-    /// The checks and the inputs with faults whose states are told, in the order of the file.
-    pub lanes: Vec<(Lane, String)>,
+    /// The recorded variables.
+    pub columns: Columns<Recorded>,
+    /// The checks and the inputs with faults whose status is recorded, in the order of the file.
+    pub status_tracks: Vec<StatusTrack>,
     /// How the replay is laid out.
     pub view: View,
     /// The folder that recordings go to.
@@ -64,18 +62,28 @@ pub struct Event {
     pub message: String,
 }
 
-/// What has a state that is told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lane {
+/// A check or an input whose status is recorded over time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StatusTrack {
     /// A check, by its name.
-    Check,
-    /// The faults of an input, by its name.
-    Fault,
+    Check(String),
+    /// The faults of an input, by the input's name.
+    Fault(String),
 }
 
-/// What a check or a fault is.
+impl StatusTrack {
+    /// The name of the check or of the input.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            StatusTrack::Check(name) | StatusTrack::Fault(name) => name,
+        }
+    }
+}
+
+/// The status of a check or a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum Status {
     /// Outside of its window.
     Idle,
     /// The check holds.
@@ -86,17 +94,15 @@ pub enum State {
     Active,
 }
 
-/// What a check or a fault is from a time on.
+/// The status of a check or a fault from a time on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Change {
+pub struct StatusChange {
     /// Simulated time [s].
     pub time: f64,
-    /// What it is about.
-    pub lane: Lane,
-    /// The name of the check or of the input.
-    pub name: String,
-    /// What it is from now on.
-    pub state: State,
+    /// The check or the input.
+    pub track: StatusTrack,
+    /// Its status from now on.
+    pub status: Status,
 }
 
 /// Columns that an analysis adds to a recording.
@@ -119,20 +125,20 @@ impl Derived<'_> {
             node: self.analysis.to_owned(),
             variable: signal.name.to_owned(),
             direction: Direction::Output,
-            kind: Kind::Real,
+            kind: ValueKind::Real,
             unit: (!signal.unit.is_empty()).then(|| signal.unit.to_owned()),
             description: None,
         })
     }
 }
 
-/// Takes what a run produces. Any error stops the run.
-pub trait Sink {
+/// Takes what a run produces, with rows of space `S`: full ones or, unless given, recorded ones. Any error stops the run.
+pub trait Sink<S = Recorded> {
     /// Takes the values of all columns at communication point `tick`, which is at `time` [s].
     ///
     /// # Errors
     /// When the row cannot be written.
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error>;
+    fn row(&mut self, tick: u64, time: f64, row: &Row<S>) -> Result<(), Error>;
 
     /// Takes an event; events come in the order of their time, between the rows.
     ///
@@ -142,12 +148,12 @@ pub trait Sink {
         Ok(())
     }
 
-    /// Takes a change of state. They come after the row of their time; those of checks that are about a window as a whole come
+    /// Takes a change of status. Changes come after the row of their time; those of checks that are about a window as a whole come
     /// after the last row.
     ///
     /// # Errors
     /// When it cannot be written.
-    fn change(&mut self, _change: &Change) -> Result<(), Error> {
+    fn status(&mut self, _change: &StatusChange) -> Result<(), Error> {
         Ok(())
     }
 

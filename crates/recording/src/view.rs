@@ -2,7 +2,7 @@
 
 use expression::Expression;
 
-use crate::row::Row;
+use crate::row::{NumberIndex, Recorded, Row};
 
 /// The layout of a replay.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +25,7 @@ pub struct View {
 #[derive(Debug, Clone)]
 pub enum Quantity {
     /// The number in this column.
-    Column(usize),
+    Column(NumberIndex<Recorded>),
     /// What is computed from the row; not a number where it cannot be.
     Formula(Expression),
 }
@@ -33,10 +33,10 @@ pub enum Quantity {
 impl Quantity {
     /// Its value in the row at `time` [s].
     #[must_use]
-    pub fn value(&self, time: f64, row: &Row) -> f64 {
+    pub fn value(&self, time: f64, row: &Row<Recorded>) -> f64 {
         match self {
-            Quantity::Column(column) => row.numbers[*column],
-            Quantity::Formula(formula) => formula.value(time, &row.numbers, &row.texts),
+            Quantity::Column(column) => row[*column],
+            Quantity::Formula(formula) => formula.value(time, row.numbers(), row.texts()),
         }
     }
 }
@@ -44,10 +44,12 @@ impl Quantity {
 impl View {
     /// What can be shown of a run that lacks these columns; plots stay, if need be without a curve.
     #[must_use]
-    pub fn without(&self, lacks: &[usize]) -> View {
+    pub fn without(&self, lacks: &[NumberIndex<Recorded>]) -> View {
         let has = |quantity: &Quantity| match quantity {
             Quantity::Column(column) => !lacks.contains(column),
-            Quantity::Formula(formula) => !formula.numbers().iter().any(|it| lacks.contains(it)),
+            Quantity::Formula(formula) => {
+                !formula.numbers().iter().any(|it| lacks.contains(&NumberIndex::new(*it)))
+            }
         };
         let mut view = self.clone();
         let whole = |it: &Pose| {
@@ -74,15 +76,15 @@ impl View {
 #[derive(Debug, Clone)]
 pub struct Pose {
     /// Position east [m].
-    pub x: usize,
+    pub x: NumberIndex<Recorded>,
     /// Position north [m].
-    pub y: usize,
+    pub y: NumberIndex<Recorded>,
     /// Heading [rad], counter-clockwise from x.
-    pub heading: usize,
+    pub heading: NumberIndex<Recorded>,
     /// Road-wheel angle of the steered wheels [rad].
-    pub steer: Option<usize>,
+    pub steer: Option<NumberIndex<Recorded>>,
     /// Speed [m/s], which colours the driven line.
-    pub speed: Option<usize>,
+    pub speed: Option<NumberIndex<Recorded>>,
     /// Length of the drawn box [m].
     pub length: f64,
     /// Width of the drawn box [m].
@@ -97,7 +99,7 @@ pub enum Distance {
     /// This is it.
     Given(Quantity),
     /// The length of the line through these points [m].
-    Along([usize; 2]),
+    Along([NumberIndex<Recorded>; 2]),
     /// The integral of this speed [m/s].
     Driven(Quantity),
 }

@@ -6,7 +6,10 @@ use std::path::Path;
 
 use diagnostics::Error;
 use recording::view::View;
-use recording::{Change, Column, Derived, Event, Header, Recording, Row, Sink};
+use recording::{
+    Column, Columns, Derived, Event, Number, NumberIndex, Recorded, Recording, Row, RunHeader,
+    Sink, StatusChange, Text, TextIndex, TypedIndex,
+};
 use scenario::Scenario;
 use scenario::resolve::{by_unit, layout};
 use units::Unit;
@@ -14,26 +17,33 @@ use units::Unit;
 /// Two recorded runs.
 pub struct Comparison {
     /// The runs, A and B.
-    pub runs: [Recorded; 2],
+    pub runs: [RecordedRun; 2],
     /// What is odd about them, but no error.
     pub notes: Vec<String>,
 }
 
 /// One of them.
-pub struct Recorded {
+pub struct RecordedRun {
     /// What tells it from the other one.
     pub name: String,
     /// What it is about, with the columns of both runs and what can be shown of this one.
-    pub header: Header,
+    pub header: RunHeader,
     /// Where it was recorded.
     pub recording: Recording,
     fit: Fit,
 }
 
-/// Where the values of a row are in the run, with factor and offset of the unit; nothing for what it lacks.
+/// For each value of a common row its origin in a row of the run; nothing for what the run lacks.
 struct Fit {
-    numbers: Vec<Option<(usize, f64, f64)>>,
-    texts: Vec<Option<usize>>,
+    numbers: Vec<Option<Origin<Number>>>,
+    texts: Vec<Option<Origin<Text>>>,
+}
+
+/// A column of a run, and its conversion to the unit of the common column.
+struct Origin<K> {
+    index: TypedIndex<K, Recorded>,
+    factor: f64,
+    offset: f64,
 }
 
 impl Comparison {
@@ -50,30 +60,33 @@ impl Comparison {
             notes.push(format!("{path} was cut off: it is shown up to its last whole chunk"));
         }
         let [of_a, of_b] = [&recordings[0].header, &recordings[1].header];
-        let (columns, numbers) = unite(&of_a.columns, &of_b.columns, &mut notes);
-        let (texts, words) = unite(&of_a.texts, &of_b.texts, &mut notes);
+        let all = |header: &RunHeader| -> [Vec<Column>; 2] {
+            let numbers = header.columns.numbers().map(|(_, column)| column.clone()).collect();
+            [numbers, header.columns.texts().map(|(_, column)| column.clone()).collect()]
+        };
+        let ([numbers_a, texts_a], [numbers_b, texts_b]) = (all(of_a), all(of_b));
+        let (united, numbers) = unite::<Number>(&numbers_a, &numbers_b, &mut notes);
+        let (texts, words) = unite::<Text>(&texts_a, &texts_b, &mut notes);
+        let columns: Columns<_> = united.into_iter().chain(texts).collect();
         if numbers.common + words.common == 0 {
             return Err(strangers(&recordings));
         }
         for (only, name) in [(&numbers.only[0], &names[0]), (&numbers.only[1], &names[1])] {
-            let only: Vec<_> = only.iter().map(|&place| columns[place].name()).collect();
+            let only: Vec<_> = only.iter().map(|&index| columns[index].name()).collect();
             if !only.is_empty() {
                 notes.push(format!("only {name} has {}", only.join(", ")));
             }
         }
-        let header = Header { columns, texts, ..of_a.clone() };
+        let header = RunHeader { columns, ..of_a.clone() };
         let view = view(&recordings, &header, &numbers.only[1], &names[1], &mut notes);
-        let fits = numbers.fits.into_iter().zip(words.fits).map(|(numbers, texts)| {
-            let texts = texts.into_iter().map(|it| it.map(|(place, ..)| place)).collect();
-            Fit { numbers, texts }
-        });
+        let fits = numbers.fits.into_iter().zip(words.fits);
+        let fits = fits.map(|(numbers, texts)| Fit { numbers, texts });
         let lacks = [numbers.only[1].clone(), numbers.only[0].clone()];
         let runs = recordings.into_iter().zip(names).zip(fits.zip(lacks));
         let runs = runs.map(|((recording, name), (fit, lacks))| {
-            let Header { columns, texts, .. } = header.clone();
-            let view = view.without(&lacks);
-            let header = Header { columns, texts, view, ..recording.header.clone() };
-            Recorded { name, header, recording, fit }
+            let (columns, view) = (header.columns.clone(), view.without(&lacks));
+            let header = RunHeader { columns, view, ..recording.header.clone() };
+            RecordedRun { name, header, recording, fit }
         });
         let mut runs = runs.collect::<Vec<_>>().into_iter();
         match (runs.next(), runs.next()) {
@@ -83,42 +96,42 @@ impl Comparison {
     }
 }
 
-impl Recorded {
+impl RecordedRun {
     /// Tells a sink the rows and events in the form of both runs, with NaN for what this one lacks.
     ///
     /// # Errors
     /// When the recording is damaged, or what the sink says.
     pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
-        let row = Row::new(self.fit.numbers.len(), self.fit.texts.len());
+        let row = self.header.columns.row();
         self.recording.play(&mut Fitted { fit: &self.fit, row, sink })
     }
 
-    /// The places of the numbers that the run lacks.
+    /// The numbers that the run lacks.
     #[must_use]
-    pub fn lacks(&self) -> Vec<usize> {
-        let places = self.fit.numbers.iter().enumerate();
-        places.filter(|(_, from)| from.is_none()).map(|(place, _)| place).collect()
+    pub fn lacks(&self) -> Vec<NumberIndex<Recorded>> {
+        let numbers = self.header.columns.numbers().zip(&self.fit.numbers);
+        numbers.filter(|(_, from)| from.is_none()).map(|((index, _), _)| index).collect()
     }
 }
 
 /// Brings rows into the form of both runs.
 struct Fitted<'a> {
     fit: &'a Fit,
-    row: Row,
+    row: Row<Recorded>,
     sink: &'a mut dyn Sink,
 }
 
 impl Sink for Fitted<'_> {
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
-        for (number, from) in self.row.numbers.iter_mut().zip(&self.fit.numbers) {
-            *number = match *from {
-                Some((place, factor, offset)) => row.numbers[place] * factor + offset,
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+        for (position, from) in self.fit.numbers.iter().enumerate() {
+            self.row[NumberIndex::new(position)] = match from {
+                Some(Origin { index, factor, offset }) => row[*index] * factor + offset,
                 None => f64::NAN,
             };
         }
-        for (text, from) in self.row.texts.iter_mut().zip(&self.fit.texts) {
-            if let Some(place) = from {
-                text.clone_from(&row.texts[*place]);
+        for (position, from) in self.fit.texts.iter().enumerate() {
+            if let Some(Origin { index, .. }) = from {
+                self.row[TextIndex::new(position)].clone_from(&row[*index]);
             }
         }
         self.sink.row(tick, time, &self.row)
@@ -128,8 +141,8 @@ impl Sink for Fitted<'_> {
         self.sink.event(event)
     }
 
-    fn change(&mut self, change: &Change) -> Result<(), Error> {
-        self.sink.change(change)
+    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
+        self.sink.status(change)
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
@@ -142,28 +155,32 @@ impl Sink for Fitted<'_> {
 }
 
 /// How columns of two runs fit together.
-struct United {
-    /// Of each run, where the columns are and how they are converted.
-    fits: [Vec<Option<(usize, f64, f64)>>; 2],
+struct United<K> {
+    /// For each run the origins of all common columns.
+    fits: [Vec<Option<Origin<K>>>; 2],
     /// How many both have.
     common: usize,
-    /// The places of those that only one has.
-    only: [Vec<usize>; 2],
+    /// Those that only one has.
+    only: [Vec<TypedIndex<K, Recorded>>; 2],
 }
 
 /// The columns of A, in its units, and behind them those that only B has.
-fn unite(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>, United) {
+fn unite<K>(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>, United<K>) {
     let mut columns = a.to_vec();
-    let as_it_is = |place| Some((place, 1.0, 0.0));
-    let mut fits = [(0..a.len()).map(as_it_is).collect::<Vec<_>>(), vec![None; a.len()]];
-    for (place, column) in b.iter().enumerate() {
-        let same = |it: &Column| {
+    let origin = |position, (factor, offset)| {
+        Some(Origin { index: TypedIndex::new(position), factor, offset })
+    };
+    let same = |position| origin(position, (1.0, 0.0));
+    let mut fits: [Vec<_>; 2] =
+        [(0..a.len()).map(same).collect(), (0..a.len()).map(|_| None).collect()];
+    for (position, column) in b.iter().enumerate() {
+        let same_name = |it: &Column| {
             (&it.node, &it.variable, it.direction)
                 == (&column.node, &column.variable, column.direction)
         };
-        let known = a.iter().position(same);
+        let known = a.iter().position(same_name);
         match known.and_then(|known| Some((known, conversion(column, &a[known])?))) {
-            Some((known, (factor, offset))) => fits[1][known] = Some((place, factor, offset)),
+            Some((known, conversion)) => fits[1][known] = origin(position, conversion),
             None => {
                 if let Some(known) = known {
                     let [in_a, in_b] =
@@ -175,14 +192,14 @@ fn unite(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>, U
                 }
                 columns.push(column.clone());
                 fits[0].push(None);
-                fits[1].push(as_it_is(place));
+                fits[1].push(same(position));
             }
         }
     }
     let pairs = || fits[0].iter().zip(&fits[1]).enumerate();
     let only = |run: usize| {
-        let other = |(place, (a, b)): (usize, (&Option<_>, &Option<_>))| {
-            [b, a][run].is_none().then_some(place)
+        let other = |(position, (a, b)): (usize, (&Option<_>, &Option<_>))| {
+            [b, a][run].is_none().then_some(TypedIndex::new(position))
         };
         pairs().filter_map(other).collect()
     };
@@ -209,12 +226,12 @@ fn scenario(recording: &Recording) -> Result<Scenario, Error> {
 /// The layout of both runs; what only B has gets plots of its own.
 fn view(
     recordings: &[Recording; 2],
-    header: &Header,
-    only_b: &[usize],
+    header: &RunHeader,
+    only_b: &[NumberIndex<Recorded>],
     name: &str,
     notes: &mut Vec<String>,
 ) -> View {
-    let columns = || header.columns.iter().enumerate();
+    let columns = || header.columns.numbers();
     let usual = || View { plots: by_unit(columns()), ..View::default() };
     let laid = scenario(&recordings[0])
         .and_then(|it| Ok((layout(&it, header)?, it.document.view.plot.is_empty())));
@@ -227,7 +244,7 @@ fn view(
         }
     };
     if !complete {
-        let mut more = by_unit(columns().filter(|(place, _)| only_b.contains(place)));
+        let mut more = by_unit(columns().filter(|(index, _)| only_b.contains(index)));
         more.iter_mut().for_each(|plot| plot.group = Some(format!("Only {name}")));
         view.plots.extend(more);
     }
@@ -236,7 +253,8 @@ fn view(
 
 fn strangers(recordings: &[Recording; 2]) -> Error {
     let nodes = |recording: &Recording| {
-        let mut nodes: Vec<_> = recording.header.columns.iter().map(|it| it.node.clone()).collect();
+        let mut nodes: Vec<_> =
+            recording.header.columns.numbers().map(|(_, it)| it.node.clone()).collect();
         nodes.sort_unstable();
         nodes.dedup();
         format!("{} has {}", recording.path().display(), nodes.join(", "))

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use diagnostics::Error;
 use plugin::Diagram;
-use recording::{Change, Derived, Event, Header, Row, Sink};
+use recording::{Derived, Event, Recorded, Row, RunHeader, Sink, StatusChange};
 use rerun::{
     ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
 };
@@ -82,7 +82,7 @@ impl RerunSink {
     ///
     /// # Errors
     /// When the file cannot be made or no viewer listens at the address.
-    pub fn new(header: &Header, target: Target) -> Result<Self, Error> {
+    pub fn new(header: &RunHeader, target: Target) -> Result<Self, Error> {
         let application = application(&header.scenario);
         // Its own properties hold the wall clock, and so does the timeline that is switched off there;
         // they would make every recording different. The random id must be: a viewer takes two
@@ -93,7 +93,7 @@ impl RerunSink {
         let (drawing, charts) = Drawing::new(header, &Contender::default(), &[]);
         let mut sink = Self {
             delivery,
-            room: (LIVE_NUMBERS / header.columns.len().max(1)).clamp(1, FILE_BATCH),
+            room: (LIVE_NUMBERS / header.columns.numbers().len().max(1)).clamp(1, FILE_BATCH),
             rows: [0; 2],
             card: Card::new(header),
             layout: Layout {
@@ -102,7 +102,7 @@ impl RerunSink {
                 derived: Vec::new(),
                 planes: drawing.planes.shown(),
                 diagrams: Diagrams::default(),
-                states: !drawing.states.is_empty() || !header.texts.is_empty(),
+                states: !drawing.states.is_empty() || header.columns.texts().len() > 0,
                 texts: drawing.texts.paths(),
                 compared: false,
                 body: header.view.pose.as_ref().map(|it| it.length as f32),
@@ -116,7 +116,7 @@ impl RerunSink {
         Ok(sink)
     }
 
-    fn begin(&self, header: &Header) -> RecordingStreamResult<()> {
+    fn begin(&self, header: &RunHeader) -> RecordingStreamResult<()> {
         let Some(stream) = self.delivery.stream() else {
             return Ok(());
         };
@@ -203,7 +203,7 @@ impl RerunSink {
 }
 
 impl Sink for RerunSink {
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
         if !self.delivery.is_open() {
             return Ok(());
         }
@@ -226,9 +226,9 @@ impl Sink for RerunSink {
         Ok(())
     }
 
-    fn change(&mut self, change: &Change) -> Result<(), Error> {
+    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
         if self.delivery.is_open() {
-            self.drawing.change(change);
+            self.drawing.status(change);
         }
         Ok(())
     }

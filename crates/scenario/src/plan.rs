@@ -6,12 +6,13 @@ mod check;
 mod coupling;
 mod treatment;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use fmu_import::Fmu;
 use recording::table::Table;
-use recording::{Column, Header};
+use recording::{
+    Columns, Full, NumberIndex, NumberRange, RunHeader, Selection, TextIndex, TextRange,
+};
 
 use crate::signal::Signal;
 use crate::words::{Algorithm, At};
@@ -126,10 +127,10 @@ pub struct NodePlan {
     pub name: String,
     /// What it is.
     pub body: Body,
-    /// The places of its outputs that are numbers.
-    pub outputs: Range<usize>,
-    /// The places of its connected inputs that are numbers.
-    pub inputs: Range<usize>,
+    /// Its outputs that are numbers.
+    pub outputs: NumberRange<Full>,
+    /// Its connected inputs that are numbers.
+    pub inputs: NumberRange<Full>,
     /// What each of these inputs gets.
     pub links: Vec<Link>,
     /// The same for texts.
@@ -139,19 +140,19 @@ pub struct NodePlan {
 /// Where a node's texts are in the row.
 #[derive(Debug, Default)]
 pub struct TextPlan {
-    /// The places of its outputs.
-    pub outputs: Range<usize>,
-    /// The places of its connected inputs.
-    pub inputs: Range<usize>,
+    /// Its outputs.
+    pub outputs: TextRange<Full>,
+    /// Its connected inputs.
+    pub inputs: TextRange<Full>,
     /// What each of the connected inputs gets.
-    pub links: Vec<Source>,
+    pub links: Vec<Source<TextIndex<Full>>>,
 }
 
 /// Where the value of an input comes from.
 #[derive(Debug, Clone, Copy)]
-pub struct Source {
-    /// The place of the output among the numbers or the texts of the row.
-    pub place: usize,
+pub struct Source<I> {
+    /// The index of the output.
+    pub index: I,
     /// Which end of the step the value is taken at.
     pub at: At,
 }
@@ -160,7 +161,7 @@ pub struct Source {
 #[derive(Debug, Clone)]
 pub struct Link {
     /// Where the number comes from.
-    pub source: Source,
+    pub source: Source<NumberIndex<Full>>,
     /// What happens to it on its way.
     pub treatment: Treatment,
 }
@@ -176,20 +177,16 @@ pub struct System {
     pub nodes: Vec<NodePlan>,
     /// The order in which they step.
     pub order: Vec<usize>,
-    /// What is where among the numbers of the row.
-    pub columns: Vec<Column>,
+    /// The variables of the run.
+    pub columns: Columns<Full>,
     /// What is done with the recording.
     pub analyses: Vec<AnalysisPlan>,
-    /// What is where among its texts.
-    pub texts: Vec<Column>,
     /// The checks.
     pub checks: Vec<CheckPlan>,
-    /// The places of the numbers that are recorded.
-    pub recorded: Vec<usize>,
-    /// The places of the texts that are recorded.
-    pub recorded_texts: Vec<usize>,
+    /// The recorded variables.
+    pub recorded: Selection,
     /// What recordings are told; its columns are the recorded ones.
-    pub header: Header,
+    pub header: RunHeader,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
 }

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Source as TextSource};
 use recording::view::View;
-use recording::{Column, Header, Lane};
+use recording::{Columns, Full, RunHeader, StatusTrack};
 
 pub use self::view::{by_unit, view as layout};
 use crate::plan::{CheckPlan, Clock, NodePlan, Subject, System};
@@ -75,15 +75,12 @@ impl System {
             nodes::drafts(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
         let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
         let order = order::order(scenario, &drafts, &links)?;
-        let (nodes, columns, texts) = place::place(drafts, links);
+        let (nodes, columns) = place::place(drafts, links);
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
         validations::check_names(scenario, &nodes)?;
-        let checks = checks::resolve(scenario, &columns, &texts, clock)?;
-        let (recorded, recorded_texts) = recorded::places(scenario, &columns, &texts)?;
-        let picked = |columns: &[Column], places: &[usize]| -> Vec<Column> {
-            places.iter().map(|&place| columns[place].clone()).collect()
-        };
-        let header = Header {
+        let checks = checks::resolve(scenario, &columns, clock)?;
+        let recorded = recorded::selection(scenario, &columns)?;
+        let header = RunHeader {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             source: source(scenario),
@@ -91,38 +88,40 @@ impl System {
             step: clock.step,
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,
-            columns: picked(&columns, &recorded),
-            texts: picked(&texts, &recorded_texts),
-            lanes: lanes(&checks, &nodes, &columns),
+            columns: recorded.columns(&columns),
+            status_tracks: status_tracks(&checks, &nodes, &columns),
             view: View::default(),
             folder,
         };
         let view = view::view(scenario, &header)?;
-        let header = Header { view, ..header };
+        let header = RunHeader { view, ..header };
+        let coupling = document.coupling.algorithm;
         Ok(System {
-            coupling: document.coupling.algorithm,
+            coupling,
             clock,
             nodes,
             order,
             columns,
-            texts,
             analyses,
             checks,
             recorded,
-            recorded_texts,
             header,
             warnings,
         })
     }
 }
 
-/// What has a state that recordings are told: the checks of the run, and the inputs with faults.
-fn lanes(checks: &[CheckPlan], nodes: &[NodePlan], columns: &[Column]) -> Vec<(Lane, String)> {
+/// The checks of the run, and the inputs with faults.
+fn status_tracks(
+    checks: &[CheckPlan],
+    nodes: &[NodePlan],
+    columns: &Columns<Full>,
+) -> Vec<StatusTrack> {
     let checks = checks.iter().filter(|check| check.subject == Subject::Run);
-    let checks = checks.map(|check| (Lane::Check, check.name.clone()));
-    let links = nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.clone()));
+    let checks = checks.map(|check| StatusTrack::Check(check.name.clone()));
+    let links = nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.indices()));
     let faulty = links.filter(|(link, _)| !link.treatment.faults.is_empty());
-    checks.chain(faulty.map(|(_, place)| (Lane::Fault, columns[place].name()))).collect()
+    checks.chain(faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()))).collect()
 }
 
 fn clock(scenario: &Scenario) -> Result<Clock, Error> {

@@ -2,7 +2,10 @@
 
 use fmu_import::Message;
 use recording::view::View;
-use recording::{Column, Direction, Header, Kind, Row};
+use recording::{
+    Column, Columns, Direction, NumberIndex, NumberRange, Row, RunHeader, Selection, TextIndex,
+    TextRange, ValueKind,
+};
 use scenario::effects::{Chain, Effects};
 use scenario::plan::{
     Accepts, Body, Clock, FaultKind, FaultPlan, Link, NodePlan, Source, TextPlan, Treatment,
@@ -55,12 +58,12 @@ struct Record {
     events: Vec<String>,
 }
 
-impl Sink for Record {
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+impl Sink<Full> for Record {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         assert_eq!(tick as usize, self.rows.len());
         assert_eq!(time, tick as f64 * STEP);
-        self.rows.push(row.numbers.clone());
-        self.texts.push(row.texts.clone());
+        self.rows.push(row.numbers().to_vec());
+        self.texts.push(row.texts().to_vec());
         Ok(())
     }
     fn event(&mut self, event: &Event) -> Result<(), Error> {
@@ -84,15 +87,14 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         NodePlan {
             name: format!("n{place}"),
             body: Body::Signals(Vec::new()),
-            outputs: place..place + 1,
-            inputs: first..next,
+            outputs: NumberRange::new(place..place + 1),
+            inputs: NumberRange::new(first..next),
             links: links.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
         }
     });
     let plans: Vec<_> = plans.collect();
-    let column = |place| column(place, Kind::Real);
-    let header = Header {
+    let header = RunHeader {
         scenario: String::new(),
         title: String::new(),
         source: diagnostics::Source::default(),
@@ -100,9 +102,8 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         step: STEP,
         stop: STEP * steps as f64,
         seed: 1,
-        columns: Vec::new(),
-        texts: Vec::new(),
-        lanes: Vec::new(),
+        columns: Columns::default(),
+        status_tracks: Vec::new(),
         view: View::default(),
         folder: std::path::PathBuf::new(),
     };
@@ -111,33 +112,35 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         clock: Clock { step: STEP, steps },
         nodes: plans,
         order: (0..nodes).collect(),
-        columns: (0..next).map(column).collect(),
+        columns: columns(next, ValueKind::Real),
         analyses: Vec::new(),
-        texts: Vec::new(),
         checks: Vec::new(),
-        recorded: Vec::new(),
-        recorded_texts: Vec::new(),
+        recorded: Selection::default(),
         header,
         warnings: Vec::new(),
     }
 }
 
-fn column(place: usize, kind: Kind) -> Column {
-    Column {
-        node: String::new(),
-        variable: format!("v{place}"),
-        direction: Direction::Output,
-        kind,
-        unit: None,
-        description: None,
+fn columns(count: usize, kind: ValueKind) -> Columns<Full> {
+    let mut columns = Columns::default();
+    for number in 0..count {
+        columns.push(Column {
+            node: String::new(),
+            variable: format!("v{number}"),
+            direction: Direction::Output,
+            kind,
+            unit: None,
+            description: None,
+        });
     }
+    columns
 }
 
 fn link(source: usize, at: At) -> Link {
     let effects = Chain::new(&Effects::default(), STEP, 1).expect("no effect is a legal effect");
     let treatment =
         Treatment { factor: 1.0, offset: 0.0, effects, faults: Vec::new(), accepts: Accepts::Real };
-    Link { source: Source { place: source, at }, treatment }
+    Link { source: Source { index: NumberIndex::new(source), at }, treatment }
 }
 
 fn play(
@@ -269,18 +272,17 @@ fn texts_travel_with_the_same_delay_as_numbers() {
         (At::End, [2, 1, 0], ["2", "1!", "0!!", "1", "0!"]),
     ] {
         let mut system = system(3, &[], 3);
-        system.columns.clear();
         system.order = order.to_vec();
-        system.texts = (0..5).map(|place| column(place, Kind::String)).collect();
+        system.columns = columns(5, ValueKind::String);
         for (place, plan) in system.nodes.iter_mut().enumerate() {
-            plan.outputs = 0..0;
-            plan.inputs = 0..0;
+            plan.outputs = NumberRange::default();
+            plan.inputs = NumberRange::default();
             plan.texts = match place.checked_sub(1) {
-                None => TextPlan { outputs: 0..1, ..TextPlan::default() },
+                None => TextPlan { outputs: TextRange::new(0..1), ..TextPlan::default() },
                 Some(source) => TextPlan {
-                    outputs: place..place + 1,
-                    inputs: 2 + place..3 + place,
-                    links: vec![Source { place: source, at }],
+                    outputs: TextRange::new(place..place + 1),
+                    inputs: TextRange::new(2 + place..3 + place),
+                    links: vec![Source { index: TextIndex::new(source), at }],
                 },
             };
         }

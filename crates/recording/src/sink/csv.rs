@@ -7,7 +7,8 @@ use std::path::PathBuf;
 
 use diagnostics::Error;
 
-use super::{Header, Row, Sink};
+use super::{RunHeader, Sink};
+use crate::row::{Recorded, Row};
 
 /// A CSV file that gets its name when it is complete.
 pub struct CsvSink {
@@ -22,11 +23,11 @@ impl CsvSink {
     ///
     /// # Errors
     /// When the file cannot be made.
-    pub fn new(header: &Header) -> Result<Self, Error> {
+    pub fn new(header: &RunHeader) -> Result<Self, Error> {
         let path = header.folder.join("run.csv");
         let partial = header.folder.join("run.csv.partial");
         let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
-        let names = header.columns.iter().chain(&header.texts).map(|column| name(column.name()));
+        let names = header.columns.iter().map(|column| name(column.name()));
         let mut sink = CsvSink { path, partial, out: BufWriter::new(file), line: String::new() };
         sink.line = names.fold("time".to_owned(), |line, name| line + "," + &name);
         sink.write_line()?;
@@ -50,15 +51,15 @@ fn quoted(text: &str) -> String {
 }
 
 impl Sink for CsvSink {
-    fn row(&mut self, _tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
         use std::fmt::Write as _;
         self.line.clear();
         // Writing into a string cannot fail.
         let _ = write!(self.line, "{time}");
-        for value in &row.numbers {
+        for value in row.numbers() {
             let _ = write!(self.line, ",{value}");
         }
-        for text in &row.texts {
+        for text in row.texts() {
             let _ = write!(self.line, ",{}", quoted(text));
         }
         self.write_line()

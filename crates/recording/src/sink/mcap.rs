@@ -14,7 +14,8 @@ use prost::Message as _;
 use prost_types::field_descriptor_proto::Type;
 
 use self::foxglove::{FrameTransform, Log};
-use super::{Column, Derived, Direction, Event, Header, Kind, Row, Sink};
+use super::{Derived, Event, RunHeader, Sink};
+use crate::row::{Column, Direction, NumberIndex, Recorded, Row, TextIndex, ValueKind};
 
 mod descriptor;
 mod foxglove;
@@ -44,7 +45,7 @@ pub struct McapSink {
     log: u16,
     /// Where the moving body is, when the scenario names one.
     transform: Option<u16>,
-    header: Header,
+    header: RunHeader,
     next_flush: f64,
     sequence: u32,
     message: Vec<u8>,
@@ -53,17 +54,17 @@ pub struct McapSink {
 /// A channel: one side of one node.
 struct Channel {
     id: u16,
-    /// Places of numbers, and what protobuf writes before each of them.
-    numbers: Vec<(usize, Vec<u8>)>,
-    /// Places of texts with the numbers of their fields.
-    texts: Vec<(usize, u32)>,
+    /// Numbers, each with the bytes that protobuf writes before it.
+    numbers: Vec<(NumberIndex<Recorded>, Vec<u8>)>,
+    /// Texts, each with the number of its field.
+    texts: Vec<(TextIndex<Recorded>, u32)>,
 }
 
-/// The recorded variables of one side of one node, by their places in the row.
+/// The recorded variables of one side of one node, by their indices in the row.
 #[derive(Default)]
 struct Side {
-    numbers: Vec<usize>,
-    texts: Vec<usize>,
+    numbers: Vec<NumberIndex<Recorded>>,
+    texts: Vec<TextIndex<Recorded>>,
 }
 
 impl McapSink {
@@ -71,7 +72,7 @@ impl McapSink {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn new(header: &Header) -> Result<Self, Error> {
+    pub fn new(header: &RunHeader) -> Result<Self, Error> {
         let path = header.folder.join("run.mcap");
         let failed = |error: &dyn std::fmt::Display| Error::output(&path, error);
         let file = File::create(&path).map_err(|error| failed(&error))?;
@@ -83,19 +84,19 @@ impl McapSink {
         let mut writer = options.create(BufWriter::new(file)).map_err(|error| failed(&error))?;
         begin(&mut writer, header).map_err(|error| failed(&error))?;
         let mut sides: BTreeMap<(&str, Direction), Side> = BTreeMap::new();
-        for (place, column) in header.columns.iter().enumerate() {
-            sides.entry((&column.node, column.direction)).or_default().numbers.push(place);
+        for (index, column) in header.columns.numbers() {
+            sides.entry((&column.node, column.direction)).or_default().numbers.push(index);
         }
-        for (place, column) in header.texts.iter().enumerate() {
-            sides.entry((&column.node, column.direction)).or_default().texts.push(place);
+        for (index, column) in header.columns.texts() {
+            sides.entry((&column.node, column.direction)).or_default().texts.push(index);
         }
         let channels = sides.into_iter().map(|((node, direction), side)| {
             let word = match direction {
                 Direction::Input => "inputs",
                 Direction::Output => "outputs",
             };
-            let numbers = side.numbers.iter().map(|&place| &header.columns[place]);
-            let texts = side.texts.iter().map(|&place| &header.texts[place]);
+            let numbers = side.numbers.iter().map(|&index| &header.columns[index]);
+            let texts = side.texts.iter().map(|&index| &header.columns[index]);
             let id = channel(&mut writer, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
             let first_text = 1 + side.numbers.len() as u32;
             let numbers = side.numbers.into_iter().zip((1..).map(tag)).collect();
@@ -143,22 +144,22 @@ impl McapSink {
 }
 
 impl Sink for McapSink {
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
         self.sequence = tick as u32;
         for index in 0..self.channels.len() {
             let channel = &self.channels[index];
             self.message.clear();
-            for (place, tag) in &channel.numbers {
+            for (number, tag) in &channel.numbers {
                 self.message.extend_from_slice(tag);
-                self.message.extend_from_slice(&row.numbers[*place].to_le_bytes());
+                self.message.extend_from_slice(&row[*number].to_le_bytes());
             }
-            for (place, field) in &channel.texts {
-                prost::encoding::string::encode(*field, &row.texts[*place], &mut self.message);
+            for (text, field) in &channel.texts {
+                prost::encoding::string::encode(*field, &row[*text], &mut self.message);
             }
             self.write(self.channels[index].id, time)?;
         }
         if let (Some(channel), Some(pose)) = (self.transform, &self.header.view.pose) {
-            let [x, y, heading] = [pose.x, pose.y, pose.heading].map(|it| row.numbers[it]);
+            let [x, y, heading] = [pose.x, pose.y, pose.heading].map(|index| row[index]);
             self.message = FrameTransform::of_car(time, [x, y], heading).encode_to_vec();
             self.write(channel, time)?;
         }
@@ -197,7 +198,7 @@ impl Sink for McapSink {
 }
 
 /// What is known from the start is written first, so that a run that is killed leaves it, too.
-fn begin(writer: &mut Writer<BufWriter<File>>, header: &Header) -> ::mcap::McapResult<()> {
+fn begin(writer: &mut Writer<BufWriter<File>>, header: &RunHeader) -> ::mcap::McapResult<()> {
     let entries = [
         ("scenario", header.scenario.clone()),
         ("title", header.title.clone()),
@@ -254,8 +255,8 @@ fn channel(
     let names = field_names(fields);
     let message = format!("{}_{}", identifier(node), identifier(word));
     let kind = |column: &Column| match column.kind {
-        Kind::String => Type::String,
-        Kind::Real | Kind::Integer | Kind::Boolean => Type::Double,
+        ValueKind::String => Type::String,
+        ValueKind::Real | ValueKind::Integer | ValueKind::Boolean => Type::Double,
     };
     let typed = names.iter().zip(fields).map(|(name, column)| (name.as_str(), kind(column)));
     let schema = descriptor::schema("trackside", &message, &typed.collect::<Vec<_>>());
@@ -265,7 +266,7 @@ fn channel(
         metadata.insert(format!("fmi:{field}"), column.variable.clone());
         metadata.insert(format!("unit:{field}"), column.unit.clone().unwrap_or_default());
         // Protobuf has only doubles for them.
-        if matches!(column.kind, Kind::Integer | Kind::Boolean) {
+        if matches!(column.kind, ValueKind::Integer | ValueKind::Boolean) {
             metadata.insert(format!("type:{field}"), format!("{:?}", column.kind));
         }
     }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use diagnostics::Error;
 use scenario::Scenario;
 
-use super::{Comparison, Recorded};
+use super::{Comparison, RecordedRun};
 
 /// Differences of the scenarios that are listed; of more the number is told.
 const LISTED: usize = 40;
@@ -20,9 +20,10 @@ impl Comparison {
             true => format!("### {}\n\n", a.header.title),
             false => format!("### {} / {}\n\n", a.header.title, b.header.title),
         };
-        let each = |what: fn(&Recorded) -> String| [what(a), what(b)];
-        let time =
-            |it: &Recorded| format!("{} s in steps of {} ms", it.header.stop, it.header.step * 1e3);
+        let each = |what: fn(&RecordedRun) -> String| [what(a), what(b)];
+        let time = |it: &RecordedRun| {
+            format!("{} s in steps of {} ms", it.header.stop, it.header.step * 1e3)
+        };
         let facts = [
             ("Seed", each(|it| it.header.seed.to_string())),
             ("Time", each(time)),
@@ -78,7 +79,7 @@ impl Comparison {
 
     /// The values that differ between the scenarios, but for how they are looked at.
     fn differences(&self) -> Result<Vec<(String, [String; 2])>, Error> {
-        let values = |run: &Recorded| -> Result<BTreeMap<String, String>, Error> {
+        let values = |run: &RecordedRun| -> Result<BTreeMap<String, String>, Error> {
             let mut values =
                 super::scenario(&run.recording).and_then(|it| Scenario::values(&it))?;
             values.retain(|name, _| !["title", "extends", "without"].contains(&name.as_str()));
@@ -101,7 +102,7 @@ impl Comparison {
     }
 }
 
-fn table(text: &mut String, head: &str, runs: &[Recorded; 2], lines: &[(String, [String; 2])]) {
+fn table(text: &mut String, head: &str, runs: &[RecordedRun; 2], lines: &[(String, [String; 2])]) {
     // Writing into a string cannot fail.
     let _ = writeln!(text, "| {head} | {} | {} |\n|:--|:--|:--|", runs[0].name, runs[1].name);
     for (name, [a, b]) in lines {
@@ -111,7 +112,7 @@ fn table(text: &mut String, head: &str, runs: &[Recorded; 2], lines: &[(String, 
 }
 
 /// The headline of a run's summary, and what it says of each check.
-fn verdict(run: &Recorded) -> (String, Vec<(String, String)>) {
+fn verdict(run: &RecordedRun) -> (String, Vec<(String, String)>) {
     let Some(summary) = &run.recording.summary else {
         return ("the recording was cut off".to_owned(), Vec::new());
     };

@@ -1,7 +1,7 @@
 //! Draws vectors as arrows on the moving body.
 
-use recording::Row;
 use recording::view::Arrow;
+use recording::{Recorded, Row};
 use rerun::{Arrows3D, EntityPath, Radius, RecordingStream, RecordingStreamResult, TimeColumn};
 
 use super::palette::Palette;
@@ -30,7 +30,7 @@ impl Arrows {
         Ok(())
     }
 
-    pub fn push(&mut self, time: f64, row: &Row) {
+    pub fn push(&mut self, time: f64, row: &Row<Recorded>) {
         for (arrow, vectors) in &mut self.0 {
             let [x, y] = arrow.vector.each_ref().map(|component| {
                 arrow.scale * component.as_ref().map_or(0.0, |it| it.value(time, row))

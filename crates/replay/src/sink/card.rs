@@ -1,6 +1,6 @@
 //! Writes the run card: what was run, with what, and how it ended.
 
-use recording::Header;
+use recording::RunHeader;
 use rerun::TextDocument;
 
 /// What the recording says about itself.
@@ -16,7 +16,7 @@ pub(super) struct Card {
 }
 
 impl Card {
-    pub fn new(header: &Header) -> Self {
+    pub fn new(header: &RunHeader) -> Self {
         Self {
             title: header.title.clone(),
             scenario: header.scenario.clone(),

@@ -1,6 +1,6 @@
 //! Draws one run: its curves, texts, states, diagrams, moving body and events, from its rows on.
 
-use recording::{Change, Event, Header, Row};
+use recording::{Event, NumberIndex, Recorded, Row, RunHeader, StatusChange};
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::RATE;
@@ -30,14 +30,18 @@ pub(super) struct Drawing {
 
 impl Drawing {
     /// Plans what is shown, and the plots of it; the run lacks these columns of its rows.
-    pub fn new(header: &Header, contender: &Contender, lacks: &[usize]) -> (Self, Vec<Chart>) {
+    pub fn new(
+        header: &RunHeader,
+        contender: &Contender,
+        lacks: &[NumberIndex<Recorded>],
+    ) -> (Self, Vec<Chart>) {
         let view = &header.view;
         let (signals, charts) = Signals::new(header, contender, lacks);
         let drawing = Self {
             signals,
             texts: Texts::new(header, contender),
-            states: States::new(&header.lanes),
-            planes: Planes::new(&view.planes, header.columns.len(), contender),
+            states: States::new(&header.status_tracks),
+            planes: Planes::new(&view.planes, header.columns.numbers().len(), contender),
             scene: Scene::new(view, contender),
             events: Events::new(contender),
             clock: Clock::new(header.step, view.distance.clone()),
@@ -57,9 +61,9 @@ impl Drawing {
     }
 
     /// Takes one row and tells its moment, if it is replayed.
-    pub fn row(&mut self, tick: u64, time: f64, row: &Row) -> Option<Moment> {
+    pub fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Option<Moment> {
         let moment = self.clock.row(time, row);
-        self.texts.push(moment, &row.texts);
+        self.texts.push(moment, row.texts());
         if !tick.is_multiple_of(self.stride) && tick != self.last {
             return None;
         }
@@ -76,7 +80,7 @@ impl Drawing {
         self.events.push(self.clock.at(event.time), event);
     }
 
-    pub fn change(&mut self, change: &Change) {
+    pub fn status(&mut self, change: &StatusChange) {
         self.states.push(self.clock.at(change.time), change);
     }
 

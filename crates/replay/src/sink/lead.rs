@@ -1,7 +1,7 @@
 //! Draws how much later the other run comes by, over the distance: a diagram that is there at any time of the replay.
 
-use recording::Row;
 use recording::view::{Plane, Point, Quantity, Role};
+use recording::{NumberIndex, Row};
 use rerun::{LineStrips2D, Radius, RecordingStream, RecordingStreamResult};
 
 use super::contender::Contender;
@@ -48,7 +48,7 @@ impl Lead {
         let point = Point {
             label: LABEL.to_owned(),
             role: Role::Other,
-            place: [Quantity::Column(0), Quantity::Column(1)],
+            place: [0, 1].map(|axis| Quantity::Column(NumberIndex::new(axis))),
         };
         let plane = Plane {
             title: title.to_owned(),
@@ -70,7 +70,7 @@ impl Lead {
             .with_draw_order(20.0);
         stream.log_static(planes.root(0) + "/line", &line)?;
         for (moment, place) in self.moments.iter().zip(&self.places) {
-            let row = Row { numbers: place.to_vec(), texts: Vec::new() };
+            let row = Row::from_values(place.to_vec(), Vec::new());
             planes.push(*moment, 0.0, &row);
         }
         planes.send(stream, &self.moments.iter().copied().collect::<Moments>().axes())?;

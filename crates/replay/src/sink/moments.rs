@@ -1,7 +1,7 @@
 //! Knows the time, the step and the distance of every row, which are the timelines of a recording.
 
-use recording::Row;
 use recording::view::Distance;
+use recording::{Recorded, Row};
 use rerun::TimeColumn;
 
 use super::thinned::Thinned;
@@ -82,7 +82,7 @@ impl Clock {
     }
 
     /// The moment of a row; rows come in the order of their time [s].
-    pub fn row(&mut self, time: f64, row: &Row) -> Moment {
+    pub fn row(&mut self, time: f64, row: &Row<Recorded>) -> Moment {
         if let Some(odometer) = &mut self.odometer {
             odometer.push(time, row);
         }
@@ -119,11 +119,11 @@ impl Odometer {
         Self { source, last: None, passed: Thinned::default() }
     }
 
-    fn push(&mut self, time: f64, row: &Row) {
+    fn push(&mut self, time: f64, row: &Row<Recorded>) {
         let (_, before, from) = self.last.unwrap_or((time, 0.0, [f64::NAN; 2]));
         let state = match &self.source {
             Distance::Given(distance) => [distance.value(time, row), 0.0],
-            Distance::Along(place) => place.map(|column| row.numbers[column]),
+            Distance::Along(place) => place.map(|column| row[column]),
             Distance::Driven(speed) => [speed.value(time, row), time],
         };
         let distance = match &self.source {
@@ -157,8 +157,8 @@ impl Odometer {
 #[cfg(test)]
 mod tests {
     use super::{Clock, Distance, Moment};
-    use recording::Row;
     use recording::view::Quantity;
+    use recording::{NumberIndex, Row};
 
     /// 300 s around a circle of 100 m at 20 m/s, in steps of 10 ms: more rows than are kept.
     fn distances(source: Distance) -> Vec<Option<i64>> {
@@ -167,7 +167,7 @@ mod tests {
             let time = 0.01 * f64::from(step);
             let (sin, cos) = (0.2 * time).sin_cos();
             let numbers = vec![100.0 * cos, 100.0 * sin, 20.0, 20.0 * time];
-            clock.row(time, &Row { numbers, texts: Vec::new() });
+            clock.row(time, &Row::from_values(numbers, Vec::new()));
         }
         let distance = |time| {
             let Moment { time: nanoseconds, step, distance } = clock.at(time);
@@ -181,9 +181,9 @@ mod tests {
     fn the_distance_is_told_by_positions_by_speed_or_by_itself() {
         let driven = [0, 246_000, 598_000, 600_000].map(Some);
         for source in [
-            Distance::Along([0, 1]),
-            Distance::Driven(Quantity::Column(2)),
-            Distance::Given(Quantity::Column(3)),
+            Distance::Along([0, 1].map(NumberIndex::new)),
+            Distance::Driven(Quantity::Column(NumberIndex::new(2))),
+            Distance::Given(Quantity::Column(NumberIndex::new(3))),
         ] {
             assert_eq!(distances(source.clone()), driven, "{source:?}");
         }

@@ -1,7 +1,7 @@
 //! Draws diagrams of one quantity over another, which the viewer has no view for: curves, and points that move.
 
-use recording::Row;
 use recording::view::{Function, Plane};
+use recording::{Recorded, Row};
 use rerun::{
     EntityPath, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult, TimeColumn,
 };
@@ -114,7 +114,7 @@ impl Planes {
         self.0.iter().try_for_each(|it| it.describe(stream))
     }
 
-    pub fn push(&mut self, moment: Moment, time: f64, row: &Row) {
+    pub fn push(&mut self, moment: Moment, time: f64, row: &Row<Recorded>) {
         for it in &mut self.0 {
             for point in 0..it.points.len() {
                 let [x, y] = it.plane.points[point].place.each_ref().map(|of| of.value(time, row));
@@ -217,14 +217,14 @@ impl Drawing {
         self.frame.describe_legend(stream, path, above, &legend)
     }
 
-    fn redraw(&mut self, moment: Moment, time: f64, row: &Row) {
+    fn redraw(&mut self, moment: Moment, time: f64, row: &Row<Recorded>) {
         let (mut curves, mut numbers) =
             (std::mem::take(&mut self.curves), std::mem::take(&mut self.numbers));
-        numbers[..row.numbers.len()].copy_from_slice(&row.numbers);
+        numbers[..row.numbers().len()].copy_from_slice(row.numbers());
         for (curve, moments, strips) in &mut curves {
             let curve = &self.plane.curves[*curve];
             moments.push(moment);
-            strips.push(self.curve(curve, time, &mut numbers, &row.texts));
+            strips.push(self.curve(curve, time, &mut numbers, row.texts()));
         }
         (self.curves, self.numbers) = (curves, numbers);
     }

@@ -1,7 +1,7 @@
 //! Draws the edges of the road.
 
-use recording::Row;
 use recording::view::{Track, edges};
+use recording::{Recorded, Row};
 use rerun::{LineStrips3D, RecordingStream, RecordingStreamResult};
 
 use super::thinned::Thinned;
@@ -22,7 +22,7 @@ impl Road {
         Self { track, told: Thinned::default() }
     }
 
-    pub fn push(&mut self, time: f64, row: &Row) {
+    pub fn push(&mut self, time: f64, row: &Row<Recorded>) {
         let point =
             |of: &[recording::view::Quantity; 2]| of.each_ref().map(|it| it.value(time, row));
         let told = match &self.track {

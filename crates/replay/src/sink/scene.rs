@@ -1,7 +1,7 @@
 //! Draws the moving body, the ground below it, the road and the line that it drove.
 
-use recording::Row;
 use recording::view::{Pose, View};
+use recording::{Recorded, Row};
 use rerun::{
     Arrows3D, Boxes3D, Color, EntityPath, FillMode, LineStrips3D, Points3D, Quaternion, Radius,
     RecordingStream, RecordingStreamResult, TimeColumn, Transform3D, ViewCoordinates,
@@ -79,18 +79,17 @@ impl Scene {
     }
 
     /// Where the body is [m].
-    pub fn place(&self, row: &Row) -> [f64; 2] {
-        [self.pose.x, self.pose.y].map(|column| row.numbers[column])
+    pub fn place(&self, row: &Row<Recorded>) -> [f64; 2] {
+        [self.pose.x, self.pose.y].map(|column| row[column])
     }
 
     /// Takes one row.
-    pub fn push(&mut self, moment: Moment, time: f64, row: &Row) {
-        let values = &row.numbers;
-        let position = [values[self.pose.x] as f32, values[self.pose.y] as f32, 0.0];
+    pub fn push(&mut self, moment: Moment, time: f64, row: &Row<Recorded>) {
+        let position = [row[self.pose.x] as f32, row[self.pose.y] as f32, 0.0];
         self.positions.push(position);
-        self.headings.push(turn(values[self.pose.heading]));
+        self.headings.push(turn(row[self.pose.heading]));
         if let Some(steer) = self.pose.steer {
-            self.steers.push(turn(values[steer]));
+            self.steers.push(turn(row[steer]));
         }
         self.arrows.push(time, row);
         if let Some(road) = &mut self.road {
@@ -99,7 +98,7 @@ impl Scene {
         if let Some(ground) = &mut self.ground {
             ground.push(moment, position);
         }
-        let speed = self.pose.speed.map_or(0.0, |it| values[it] as f32);
+        let speed = self.pose.speed.map_or(0.0, |it| row[it] as f32);
         self.trace.push(position, speed);
     }
 

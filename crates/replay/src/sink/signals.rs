@@ -1,7 +1,9 @@
 //! Collects recorded scalars in columns and decides under which entity each curve of a plot is found.
 
 use recording::view::{Plot, Quantity, Role, Series};
-use recording::{Column, Derived, Direction, Header, Kind, Row};
+use recording::{
+    Column, Columns, Derived, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
+};
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines, TimeColumn};
 
@@ -54,9 +56,13 @@ pub(super) struct Signals {
 impl Signals {
     /// Plans the entities: one per column under `/signals`, and one under `/plots` for each curve that
     /// is drawn in another unit than the column's.
-    pub fn new(header: &Header, contender: &Contender, lacks: &[usize]) -> (Self, Vec<Chart>) {
+    pub fn new(
+        header: &RunHeader,
+        contender: &Contender,
+        lacks: &[NumberIndex<Recorded>],
+    ) -> (Self, Vec<Chart>) {
         let columns = &header.columns;
-        let own = || columns.iter().enumerate().filter(|(column, _)| !lacks.contains(column));
+        let own = || columns.numbers().filter(|(column, _)| !lacks.contains(column));
         let mut curves: Vec<Curve> = own()
             .map(|(column, it)| {
                 let path = contender.path(signal_path(it));
@@ -84,7 +90,7 @@ impl Signals {
     }
 
     /// Takes one row.
-    pub fn push(&mut self, time: f64, row: &Row) {
+    pub fn push(&mut self, time: f64, row: &Row<Recorded>) {
         for curve in &mut self.curves {
             let sample = curve.quantity.value(time, row) * curve.factor + curve.offset;
             curve.samples.push(sample);
@@ -181,7 +187,7 @@ fn name_with_unit(column: &Column) -> String {
 /// need be an entity of its own; a band lies between them.
 fn chart(
     (number, plot): (usize, &Plot),
-    columns: &[Column],
+    columns: &Columns<Recorded>,
     contender: &Contender,
     curves: &mut Vec<Curve>,
 ) -> Chart {
@@ -209,7 +215,7 @@ fn chart(
             contender: contender.clone(),
             label: it.label.clone(),
             role: it.role,
-            stepped: column(it).is_some_and(|place| columns[place].kind != Kind::Real),
+            stepped: column(it).is_some_and(|index| columns[index].kind != ValueKind::Real),
             bound: it.bound,
         });
     }
@@ -217,16 +223,21 @@ fn chart(
     Chart { title, group, range: plot.range, lines }
 }
 
-fn natural_path(number: usize, rank: usize, series: &Series, columns: &[Column]) -> EntityPath {
+fn natural_path(
+    number: usize,
+    rank: usize,
+    series: &Series,
+    columns: &Columns<Recorded>,
+) -> EntityPath {
     match column(series) {
-        Some(place) if (series.factor, series.offset) == (1.0, 0.0) => signal_path(&columns[place]),
+        Some(index) if (series.factor, series.offset) == (1.0, 0.0) => signal_path(&columns[index]),
         _ => plot_path(number, rank),
     }
 }
 
-fn column(series: &Series) -> Option<usize> {
+fn column(series: &Series) -> Option<NumberIndex<Recorded>> {
     match series.quantity {
-        Quantity::Column(place) => Some(place),
+        Quantity::Column(index) => Some(index),
         Quantity::Formula(_) => None,
     }
 }

@@ -1,6 +1,6 @@
 //! Shows checks and faults as lanes of states over time.
 
-use recording::{Change, Lane, State};
+use recording::{Status, StatusChange, StatusTrack};
 use rerun::{
     Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
 };
@@ -15,23 +15,21 @@ pub(super) const GROUPS: [&str; 2] = ["checks", "faults"];
 pub(super) struct States(Vec<Track>);
 
 struct Track {
-    lane: Lane,
-    name: String,
+    of: StatusTrack,
     path: EntityPath,
     moments: Moments,
     states: Vec<&'static str>,
 }
 
 impl States {
-    pub fn new(lanes: &[(Lane, String)]) -> Self {
-        let track = |(index, (lane, name)): (usize, &(Lane, String))| Track {
-            lane: *lane,
-            name: name.clone(),
-            path: path(index + 1, *lane, name),
+    pub fn new(tracks: &[StatusTrack]) -> Self {
+        let track = |(index, of): (usize, &StatusTrack)| Track {
+            of: of.clone(),
+            path: path(index + 1, of),
             moments: Moments::default(),
             states: Vec::new(),
         };
-        Self(lanes.iter().enumerate().map(track).collect())
+        Self(tracks.iter().enumerate().map(track).collect())
     }
 
     pub fn is_empty(&self) -> bool {
@@ -42,18 +40,18 @@ impl States {
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in &self.0 {
             let colors = [ESTIMATE, LIMIT, REFERENCE].map(Color::from);
-            let states = [State::Holds, State::Violated, State::Active].map(word);
+            let states = [Status::Holds, Status::Violated, Status::Active].map(word);
             let look = StateConfiguration::new().with_values(states).with_colors(colors);
             stream.log_static(track.path.clone(), &look)?;
         }
         Ok(())
     }
 
-    pub fn push(&mut self, moment: Moment, change: &Change) {
+    pub fn push(&mut self, moment: Moment, change: &StatusChange) {
         let mut tracks = self.0.iter_mut();
-        if let Some(track) = tracks.find(|it| it.lane == change.lane && it.name == change.name) {
+        if let Some(track) = tracks.find(|it| it.of == change.track) {
             track.moments.push(moment);
-            track.states.push(word(change.state));
+            track.states.push(word(change.status));
         }
     }
 
@@ -79,21 +77,24 @@ impl States {
 
 /// The viewer shows lanes in the order of their paths and writes these beside them, with a backslash before all but
 /// the plainest letters.
-fn path(number: usize, lane: Lane, name: &str) -> EntityPath {
-    let group = match lane {
-        Lane::Check => GROUPS[0],
-        Lane::Fault => GROUPS[1],
+fn path(number: usize, track: &StatusTrack) -> EntityPath {
+    let group = match track {
+        StatusTrack::Check(_) => GROUPS[0],
+        StatusTrack::Fault(_) => GROUPS[1],
     };
     let plain = |c: char| if c.is_alphanumeric() || c == '.' { c } else { '_' };
-    EntityPath::from(format!("{group}/{number:02}_{}", name.chars().map(plain).collect::<String>()))
+    EntityPath::from(format!(
+        "{group}/{number:02}_{}",
+        track.name().chars().map(plain).collect::<String>()
+    ))
 }
 
 /// What a lane says; the empty word leaves a gap.
-fn word(state: State) -> &'static str {
+fn word(state: Status) -> &'static str {
     match state {
-        State::Idle => "",
-        State::Holds => "holds",
-        State::Violated => "violated",
-        State::Active => "fault",
+        Status::Idle => "",
+        Status::Holds => "holds",
+        Status::Violated => "violated",
+        Status::Active => "fault",
     }
 }

@@ -1,6 +1,6 @@
 //! Logs recorded texts where they change, as events and as lanes of states.
 
-use recording::Header;
+use recording::RunHeader;
 use rerun::{
     EntityPath, RecordingStream, RecordingStreamResult, StateChange, TextLog, TextLogLevel,
 };
@@ -24,8 +24,8 @@ pub(super) struct Texts(Vec<Track>);
 
 impl Texts {
     /// One entity for each text, where the entities of numbers are.
-    pub fn new(header: &Header, contender: &Contender) -> Self {
-        let tracks = header.texts.iter().map(|column| Track {
+    pub fn new(header: &RunHeader, contender: &Contender) -> Self {
+        let tracks = header.columns.texts().map(|(_, column)| Track {
             path: contender.path(signal_path(column)),
             name: contender.label(&column.name()),
             now: None,

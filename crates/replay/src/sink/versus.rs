@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnostics::Error;
 use recording::view::Role;
-use recording::{Event, Row, Sink};
+use recording::{Event, Recorded, Row, Sink};
 use rerun::{
     EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, Scalars,
     TextDocument,
@@ -51,7 +51,7 @@ impl Comparison {
             derived: Vec::new(),
             planes: first.planes.shown_with(&other.planes),
             diagrams: Diagrams::default(),
-            states: !a.header.texts.is_empty(),
+            states: a.header.columns.texts().len() > 0,
             texts: [&first, &other].iter().flat_map(|it| it.texts.paths()).collect(),
             compared: true,
             body: first.scene.as_ref().and(a.header.view.pose.as_ref()).map(|it| it.length as f32),
@@ -193,7 +193,7 @@ impl<'a> Taker<'a> {
 }
 
 impl Sink for Taker<'_> {
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
         if let (None, Some(scene)) = (self.begin, &self.drawing.scene) {
             self.begin = Some(scene.place(row));
         }

@@ -2,6 +2,7 @@
 
 use plugin::Plugin;
 use recording::table::Table;
+use recording::{Full, NumberIndex};
 
 /// An analysis, ready to run.
 #[derive(Debug)]
@@ -36,8 +37,8 @@ pub struct Wired {
 /// Where a signal of an analysis comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// A place in the rows of the run.
-    Run(usize),
+    /// A number in the rows of the run.
+    Run(NumberIndex<Full>),
     /// A column of the analysis' file.
     Log(usize),
 }

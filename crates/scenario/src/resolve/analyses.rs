@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, closest};
 use plugin::{Plugin, Request, Signal, Wanted};
-use recording::Column;
+use recording::{Columns as RunColumns, Full};
 use toml::Spanned;
 use units::Unit;
 
@@ -18,7 +18,7 @@ use crate::words::{Analysis, Log, Scenario};
 pub(super) fn resolve(
     scenario: &Scenario,
     plugins: &BTreeMap<Product, PathBuf>,
-    columns: &[Column],
+    columns: &RunColumns<Full>,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<AnalysisPlan>, Error> {
     let analyses = &scenario.document.analysis;
@@ -37,7 +37,7 @@ fn plan(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<Product, PathBuf>,
-    columns: &[Column],
+    columns: &RunColumns<Full>,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let plugin = load(scenario, analysis, plugins)?;
@@ -53,8 +53,8 @@ fn plan(
     for (name, signal) in &analysis.signals {
         let wanted = wanted(scenario, &plugin, name)?;
         let full = signal.get_ref();
-        let Some(place) = columns.iter().position(|column| column.name() == *full) else {
-            let names: Vec<_> = columns.iter().map(Column::name).collect();
+        let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == *full) else {
+            let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
             let hint = closest(full, names.iter().map(String::as_str));
             let error = scenario.error(signal, format!("the run has no signal `{full}`"));
             return Err(match hint {
@@ -62,9 +62,9 @@ fn plan(
                 None => error.help("a signal is written `node.variable`"),
             });
         };
-        let unit = columns[place].unit.as_deref();
+        let unit = column.unit.as_deref();
         let written = (signal.span(), full.as_str());
-        wired.push(wire(scenario, wanted, Origin::Run(place), unit, written, warnings)?);
+        wired.push(wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?);
     }
     for (column, (name, entry)) in
         analysis.table.iter().flat_map(|table| &table.columns).enumerate()

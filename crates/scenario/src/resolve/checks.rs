@@ -2,28 +2,27 @@
 
 use diagnostics::{Error, closest};
 use expression::{Expression, Operand};
-use recording::Column;
+use recording::{Column, ColumnIndex, Columns, Full};
 
 use crate::plan::{CheckPlan, Clock, ResultName, Subject};
 use crate::words::{Check, Scenario};
 
 pub(super) fn resolve(
     scenario: &Scenario,
-    columns: &[Column],
-    texts: &[Column],
+    columns: &Columns<Full>,
     clock: Clock,
 ) -> Result<Vec<CheckPlan>, Error> {
-    let plan = |check| plan(scenario, check, (columns, texts), clock);
+    let plan = |check| plan(scenario, check, columns, clock);
     scenario.document.check.iter().map(plan).collect()
 }
 
 fn plan(
     scenario: &Scenario,
     check: &Check,
-    (columns, texts): (&[Column], &[Column]),
+    columns: &Columns<Full>,
     clock: Clock,
 ) -> Result<CheckPlan, Error> {
-    let names: Vec<_> = columns.iter().chain(texts).map(Column::name).collect();
+    let names: Vec<_> = columns.iter().map(Column::name).collect();
     let that = check.that.get_ref();
     let (mut signals, mut results) = (0, Vec::new());
     let parsed = Expression::parse(that, &mut |name| {
@@ -34,10 +33,9 @@ fn plan(
             return Some(if is_text { Operand::Text(place) } else { Operand::Number(place) });
         }
         signals += 1;
-        let place = names.iter().position(|known| known == name)?;
-        Some(match place.checked_sub(columns.len()) {
-            Some(text) => Operand::Text(text),
-            None => Operand::Number(place),
+        Some(match columns.find(name)? {
+            ColumnIndex::Number(index) => Operand::Number(index.position()),
+            ColumnIndex::Text(index) => Operand::Text(index.position()),
         })
     });
     let expression = parsed.map_err(|error| {

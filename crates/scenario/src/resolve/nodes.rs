@@ -8,7 +8,7 @@ use std::sync::Arc;
 use diagnostics::Error;
 use fmu_import::description::{Item, Type, Variable};
 use fmu_import::{Causality, Fmu};
-use recording::Kind;
+use recording::ValueKind;
 use toml::Spanned;
 use units::Unit;
 
@@ -284,9 +284,9 @@ pub(super) fn references(ports: &[Port]) -> Ports {
         ports.map(|port| port.reference).collect()
     };
     Ports {
-        real: of(Kind::Real),
-        integer: of(Kind::Integer),
-        boolean: of(Kind::Boolean),
-        string: of(Kind::String),
+        real: of(ValueKind::Real),
+        integer: of(ValueKind::Integer),
+        boolean: of(ValueKind::Boolean),
+        string: of(ValueKind::String),
     }
 }

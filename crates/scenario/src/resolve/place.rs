@@ -1,21 +1,21 @@
-//! Gives the values of the nodes their places in the row.
+//! Gives the values of the nodes their indices in the row.
 
-use std::ops::Range;
-
-use fmu_import::description::Type;
-use recording::{Column, Direction, Kind};
+use recording::{Column, ColumnIndex, Columns, Direction, Full, NumberRange, TextRange};
 
 use super::links::{Links, Wire};
 use super::nodes::{Draft, Port, references};
 use super::types::recorded_kind;
 use crate::plan::{Body, Link, NodePlan, Source, TextPlan};
 
-/// Gives each output and each connected input its place among the numbers or the texts of the row;
-/// returns the nodes, the columns of the numbers and those of the texts.
-pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Vec<Column>, Vec<Column>) {
-    let places = places(&drafts);
-    let (mut nodes, mut outputs, mut inputs) = (Vec::new(), Sides::default(), Sides::default());
-    for (mut draft, wires) in drafts.into_iter().zip(links) {
+/// Gives each output and each connected input its column in the row: all outputs come before all inputs.
+pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Columns<Full>) {
+    let mut columns = Columns::default();
+    let sides = drafts
+        .iter()
+        .map(|draft| Side::append(&mut columns, &draft.name, &draft.outputs, Direction::Output));
+    let outputs: Vec<_> = sides.collect();
+    let mut nodes = Vec::new();
+    for ((mut draft, wires), output) in drafts.into_iter().zip(links).zip(&outputs) {
         let (connected, wires): (Vec<_>, Vec<_>) = draft
             .inputs
             .into_iter()
@@ -25,75 +25,61 @@ pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Vec<Col
         if let Body::Fmu { inputs, .. } = &mut draft.body {
             *inputs = references(&connected);
         }
-        let (numbers, texts) = outputs.append(&draft.name, draft.outputs, Direction::Output);
+        let input = Side::append(&mut columns, &draft.name, &connected, Direction::Input);
         let mut plan = NodePlan {
-            outputs: numbers,
-            inputs: 0..0,
-            links: Vec::new(),
-            texts: TextPlan { outputs: texts, ..TextPlan::default() },
             name: draft.name,
             body: draft.body,
+            outputs: output.numbers,
+            inputs: input.numbers,
+            links: Vec::new(),
+            texts: TextPlan { outputs: output.texts, inputs: input.texts, links: Vec::new() },
         };
-        (plan.inputs, plan.texts.inputs) = inputs.append(&plan.name, connected, Direction::Input);
-        for Wire { from: (node, output), at, treatment } in wires {
-            let source = Source { place: places[node][output], at };
-            match treatment {
-                Some(treatment) => plan.links.push(Link { source, treatment }),
-                None => plan.texts.links.push(source),
+        for Wire { from: (node, port), at, treatment } in wires {
+            // Types were compared: a number goes to a number and a text to a text.
+            match (outputs[node].ports[port], treatment) {
+                (ColumnIndex::Number(index), Some(treatment)) => {
+                    plan.links.push(Link { source: Source { index, at }, treatment });
+                }
+                (ColumnIndex::Text(index), _) => plan.texts.links.push(Source { index, at }),
+                (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),
             }
         }
         nodes.push(plan);
     }
-    let behind = |range: &mut Range<usize>, outputs: &[Column]| {
-        *range = range.start + outputs.len()..range.end + outputs.len();
-    };
-    for node in &mut nodes {
-        behind(&mut node.inputs, &outputs.numbers);
-        behind(&mut node.texts.inputs, &outputs.texts);
-    }
-    outputs.numbers.append(&mut inputs.numbers);
-    outputs.texts.append(&mut inputs.texts);
-    (nodes, outputs.numbers, outputs.texts)
+    (nodes, columns)
 }
 
-/// The place of each output of each node: all outputs come before all inputs.
-fn places(drafts: &[Draft]) -> Vec<Vec<usize>> {
-    let (mut numbers, mut texts) = (0.., 0..);
-    let mut next = |port: &Port| match port.kind {
-        Type::String => texts.next(),
-        _ => numbers.next(),
-    };
-    drafts.iter().map(|draft| draft.outputs.iter().filter_map(&mut next).collect()).collect()
+/// The columns of one side of a node.
+struct Side {
+    /// The column of each port.
+    ports: Vec<ColumnIndex<Full>>,
+    numbers: NumberRange<Full>,
+    texts: TextRange<Full>,
 }
 
-/// The columns of one side of all nodes.
-#[derive(Default)]
-struct Sides {
-    numbers: Vec<Column>,
-    texts: Vec<Column>,
-}
-
-impl Sides {
-    /// Adds columns of a node; returns where its numbers and its texts are.
+impl Side {
     fn append(
-        &mut self,
+        columns: &mut Columns<Full>,
         node: &str,
-        ports: Vec<Port>,
+        ports: &[Port],
         direction: Direction,
-    ) -> (Range<usize>, Range<usize>) {
-        let first = (self.numbers.len(), self.texts.len());
-        for port in ports {
-            let kind = recorded_kind(port.kind);
-            let columns = if kind == Kind::String { &mut self.texts } else { &mut self.numbers };
-            columns.push(Column {
-                node: node.to_owned(),
-                variable: port.name,
-                direction,
-                kind,
-                unit: port.unit,
-                description: port.description,
-            });
+    ) -> Self {
+        let ends = |columns: &Columns<Full>| (columns.numbers().len(), columns.texts().len());
+        let (numbers, texts) = ends(columns);
+        let column = |port: &Port| Column {
+            node: node.to_owned(),
+            variable: port.name.clone(),
+            direction,
+            kind: recorded_kind(port.kind),
+            unit: port.unit.clone(),
+            description: port.description.clone(),
+        };
+        let ports = ports.iter().map(|port| columns.push(column(port))).collect();
+        let (numbers_end, texts_end) = ends(columns);
+        Self {
+            ports,
+            numbers: NumberRange::new(numbers..numbers_end),
+            texts: TextRange::new(texts..texts_end),
         }
-        (first.0..self.numbers.len(), first.1..self.texts.len())
     }
 }

@@ -2,8 +2,8 @@
 
 use diagnostics::{Error, closest};
 use expression::{Expression, Operand};
-use recording::Column;
 use recording::view::Quantity;
+use recording::{Column, ColumnIndex, Columns, NumberIndex, Recorded};
 use toml::Spanned;
 
 use super::checks::inside;
@@ -15,14 +15,14 @@ const ABSCISSA: &str = "x";
 /// The signals that a layout can show.
 pub(super) struct Names<'a> {
     scenario: &'a Scenario,
-    columns: &'a [Column],
+    columns: &'a Columns<Recorded>,
     /// The names of the numbers, then those of the texts.
     names: Vec<String>,
 }
 
 impl<'a> Names<'a> {
-    pub(super) fn new(scenario: &'a Scenario, columns: &'a [Column], texts: &[Column]) -> Self {
-        let names = columns.iter().chain(texts).map(Column::name).collect();
+    pub(super) fn new(scenario: &'a Scenario, columns: &'a Columns<Recorded>) -> Self {
+        let names = columns.iter().map(Column::name).collect();
         Names { scenario, columns, names }
     }
 
@@ -32,16 +32,16 @@ impl<'a> Names<'a> {
     }
 
     /// The unit of a column.
-    pub(super) fn unit(&self, column: usize) -> Option<&'a str> {
+    pub(super) fn unit(&self, column: NumberIndex<Recorded>) -> Option<&'a str> {
         self.columns[column].unit.as_deref()
     }
 
     /// A signal that is a number.
-    pub(super) fn column(&self, word: &Spanned<String>) -> Result<usize, Error> {
+    pub(super) fn column(&self, word: &Spanned<String>) -> Result<NumberIndex<Recorded>, Error> {
         let name = word.get_ref();
-        match self.find(name) {
-            Some(Operand::Number(column)) => Ok(column),
-            Some(Operand::Text(_)) => {
+        match self.columns.find(name) {
+            Some(ColumnIndex::Number(column)) => Ok(column),
+            Some(ColumnIndex::Text(_)) => {
                 let error = self.error(word, format!("`{name}` is a text, which no plot can show"));
                 Err(error.help("texts are among the events and states of the replay"))
             }
@@ -70,7 +70,7 @@ impl<'a> Names<'a> {
         let mut moves = text.contains("time");
         let function = self.parse(word, text, &mut |name| {
             if name == ABSCISSA {
-                return Some(Operand::Number(self.columns.len()));
+                return Some(Operand::Number(self.columns.numbers().len()));
             }
             moves = true;
             self.find(name)
@@ -95,10 +95,9 @@ impl<'a> Names<'a> {
     }
 
     fn find(&self, name: &str) -> Option<Operand> {
-        let place = self.names.iter().position(|known| known == name)?;
-        Some(match place.checked_sub(self.columns.len()) {
-            Some(text) => Operand::Text(text),
-            None => Operand::Number(place),
+        Some(match self.columns.find(name)? {
+            ColumnIndex::Number(index) => Operand::Number(index.position()),
+            ColumnIndex::Text(index) => Operand::Text(index.position()),
         })
     }
 

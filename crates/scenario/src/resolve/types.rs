@@ -2,19 +2,19 @@
 
 use diagnostics::Error;
 use fmu_import::description::{Type, list};
-use recording::Kind;
+use recording::ValueKind;
 
 use super::nodes::Port;
 use crate::plan::Accepts;
 use crate::words::{Connect, Convert, Scenario};
 
 /// How values of a type travel and are recorded: enumerations as integers.
-pub(super) fn recorded_kind(of: Type) -> Kind {
+pub(super) fn recorded_kind(of: Type) -> ValueKind {
     match of {
-        Type::Real => Kind::Real,
-        Type::Integer | Type::Enumeration => Kind::Integer,
-        Type::Boolean => Kind::Boolean,
-        Type::String => Kind::String,
+        Type::Real => ValueKind::Real,
+        Type::Integer | Type::Enumeration => ValueKind::Integer,
+        Type::Boolean => ValueKind::Boolean,
+        Type::String => ValueKind::String,
     }
 }
 

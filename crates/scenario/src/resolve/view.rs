@@ -5,7 +5,7 @@ use recording::table::{TableError, columns};
 use recording::view::{
     Arrow, Distance, Function, Plane, Plot, Point, Pose, Quantity, Role, Series, Track, View, edges,
 };
-use recording::{Column, Direction, Header};
+use recording::{Column, Direction, NumberIndex, Recorded, RunHeader};
 use toml::Spanned;
 use units::Unit;
 
@@ -18,9 +18,9 @@ const CURVES: usize = 8;
 const AXLES: [f64; 2] = [0.30, -0.29];
 
 /// The layout that the scenario asks for; without plots there is one for each unit of each node.
-pub fn view(scenario: &Scenario, header: &Header) -> Result<View, Error> {
+pub fn view(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
     let written = &scenario.document.view;
-    let names = Names::new(scenario, &header.columns, &header.texts);
+    let names = Names::new(scenario, &header.columns);
     let pose = written.pose.as_ref().map(|it| pose(&names, it)).transpose()?;
     let plots = written.plot.iter().map(|it| plot(scenario, &names, it));
     let plots = plots.collect::<Result<Vec<_>, _>>()?;
@@ -30,7 +30,7 @@ pub fn view(scenario: &Scenario, header: &Header) -> Result<View, Error> {
         track: written.track.as_ref().map(|it| track(scenario, &names, it)).transpose()?,
         arrows: written.arrow.iter().map(|it| arrow(&names, it)).collect::<Result<_, _>>()?,
         planes: written.plane.iter().map(|it| plane(&names, it)).collect::<Result<_, _>>()?,
-        plots: if plots.is_empty() { by_unit(header.columns.iter().enumerate()) } else { plots },
+        plots: if plots.is_empty() { by_unit(header.columns.numbers()) } else { plots },
     })
 }
 
@@ -225,14 +225,16 @@ fn parse_unit(scenario: &Scenario, unit: &Spanned<String>) -> Result<Unit, Error
     Unit::parse(unit.get_ref()).map_err(|error| scenario.error(unit, error.to_string()))
 }
 
-/// Plots of all outputs among these columns and their places, one for each unit of each node.
-pub fn by_unit<'a>(columns: impl Iterator<Item = (usize, &'a Column)> + Clone) -> Vec<Plot> {
+/// Plots of all outputs among these columns, one for each unit of each node.
+pub fn by_unit<'a>(
+    columns: impl Iterator<Item = (NumberIndex<Recorded>, &'a Column)> + Clone,
+) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();
     let outputs = columns.clone().filter(|(_, column)| column.direction == Direction::Output);
-    for (place, column) in outputs {
+    for (index, column) in outputs {
         let title = format!("{} [{}]", column.node, column.unit.as_deref().unwrap_or("1"));
         let series = Series {
-            quantity: Quantity::Column(place),
+            quantity: Quantity::Column(index),
             factor: 1.0,
             offset: 0.0,
             label: column.variable.clone(),

@@ -6,7 +6,8 @@ use std::thread::JoinHandle;
 
 use diagnostics::Error;
 
-use super::{Change, Derived, Event, Row, Sink};
+use super::{Derived, Event, Sink, StatusChange};
+use crate::row::{Recorded, Row};
 
 /// Rows that are handed over at once, at most.
 const ROWS: usize = 128;
@@ -20,7 +21,7 @@ enum Item {
     /// Its tick, its time and its texts; the numbers are in the batch.
     Row(u64, f64, Vec<String>),
     Event(Event),
-    Change(Change),
+    Status(StatusChange),
 }
 
 #[derive(Default)]
@@ -44,13 +45,13 @@ enum Place {
 
 /// A sink that works on a thread of its own from its first row until its last one. What it fails with is told by one of the
 /// calls that follow, at the latest by [`Sink::finish`].
-pub struct Beside {
+pub struct ThreadedSink {
     place: Place,
     batch: Batch,
     url: Option<String>,
 }
 
-impl Beside {
+impl ThreadedSink {
     /// Not yet on a thread.
     pub fn new(sink: Box<dyn Sink + Send>) -> Self {
         let url = sink.url().map(str::to_owned);
@@ -106,13 +107,11 @@ fn work(mut sink: Box<dyn Sink + Send>, batches: &Receiver<Batch>) -> Done {
         for item in batch.items {
             let result = match item {
                 Item::Row(tick, time, texts) => {
-                    row.numbers.clear();
-                    row.numbers.extend_from_slice(numbers.next().unwrap_or_default());
-                    row.texts = texts;
+                    row.assign(numbers.next().unwrap_or_default(), texts);
                     sink.row(tick, time, &row)
                 }
                 Item::Event(event) => sink.event(&event),
-                Item::Change(change) => sink.change(&change),
+                Item::Status(change) => sink.status(&change),
             };
             if result.is_err() {
                 return (sink, result);
@@ -122,15 +121,15 @@ fn work(mut sink: Box<dyn Sink + Send>, batches: &Receiver<Batch>) -> Done {
     (sink, Ok(()))
 }
 
-impl Sink for Beside {
-    fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+impl Sink for ThreadedSink {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
         let batch = &mut self.batch;
         if batch.rows == 0 {
             batch.since = time;
-            batch.numbers.reserve(ROWS * row.numbers.len());
+            batch.numbers.reserve(ROWS * row.numbers().len());
         }
-        batch.numbers.extend_from_slice(&row.numbers);
-        batch.items.push(Item::Row(tick, time, row.texts.clone()));
+        batch.numbers.extend_from_slice(row.numbers());
+        batch.items.push(Item::Row(tick, time, row.texts().to_vec()));
         batch.rows += 1;
         let full = batch.rows >= ROWS || time - batch.since >= SPAN;
         if full { self.hand_over() } else { Ok(()) }
@@ -141,8 +140,8 @@ impl Sink for Beside {
         Ok(())
     }
 
-    fn change(&mut self, change: &Change) -> Result<(), Error> {
-        self.batch.items.push(Item::Change(change.clone()));
+    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
+        self.batch.items.push(Item::Status(change.clone()));
         Ok(())
     }
 
@@ -190,11 +189,11 @@ mod tests {
     }
 
     impl Sink for Notes {
-        fn row(&mut self, tick: u64, time: f64, row: &Row) -> Result<(), Error> {
+        fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
             if tick == self.fails_at {
                 return Err(Error::input("the disk is full"));
             }
-            self.note(format!("{tick} {time} {:?} {:?}", row.numbers, row.texts));
+            self.note(format!("{tick} {time} {:?} {:?}", row.numbers(), row.texts()));
             Ok(())
         }
 
@@ -209,14 +208,14 @@ mod tests {
         }
     }
 
-    fn beside(fails_at: u64) -> (Beside, Arc<Mutex<Vec<String>>>) {
+    fn beside(fails_at: u64) -> (ThreadedSink, Arc<Mutex<Vec<String>>>) {
         let told = Arc::default();
         let notes = Notes { told: Arc::clone(&told), fails_at };
-        (Beside::new(Box::new(notes)), told)
+        (ThreadedSink::new(Box::new(notes)), told)
     }
 
-    fn row(tick: u64) -> Row {
-        Row { numbers: vec![tick as f64, 0.5], texts: vec![format!("t{tick}")] }
+    fn row(tick: u64) -> Row<Recorded> {
+        Row::from_values(vec![tick as f64, 0.5], vec![format!("t{tick}")])
     }
 
     #[test]

@@ -1,0 +1,100 @@
+//! Indices of columns, each tied to a kind of row (full or recorded) and a kind of value (number or text).
+
+use std::marker::PhantomData;
+use std::ops::Range;
+
+/// Marks indices among the numbers of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Number;
+
+/// Marks indices among the texts of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Text;
+
+/// The index of a column of kind `K` in rows of space `S`.
+///
+/// An index of a full row does not fit a recorded one:
+///
+/// ```compile_fail,E0277
+/// use recording::{Full, NumberIndex, Recorded, Row};
+/// let row = Row::<Recorded>::from_values(vec![1.0], Vec::new());
+/// row[NumberIndex::<Full>::new(0)];
+/// ```
+///
+/// An index of a text does not fit numbers:
+///
+/// ```compile_fail,E0308
+/// use recording::{Full, Row, TextIndex};
+/// let row = Row::<Full>::from_values(vec![1.0], Vec::new());
+/// let number: f64 = row[TextIndex::new(0)];
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TypedIndex<K, S> {
+    position: usize,
+    of: PhantomData<(K, S)>,
+}
+
+/// The index of a number in rows of space `S`.
+pub type NumberIndex<S> = TypedIndex<Number, S>;
+/// The index of a text in rows of space `S`.
+pub type TextIndex<S> = TypedIndex<Text, S>;
+/// Neighbouring numbers in rows of space `S`.
+pub type NumberRange<S> = TypedRange<Number, S>;
+/// Neighbouring texts in rows of space `S`.
+pub type TextRange<S> = TypedRange<Text, S>;
+
+impl<K, S> TypedIndex<K, S> {
+    /// The column with so many others of its kind before it.
+    #[must_use]
+    pub const fn new(position: usize) -> Self {
+        Self { position, of: PhantomData }
+    }
+
+    /// How many columns of its kind come before it.
+    #[must_use]
+    pub const fn position(&self) -> usize {
+        self.position
+    }
+}
+
+/// Neighbouring columns of kind `K` in rows of space `S`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TypedRange<K, S> {
+    start: usize,
+    end: usize,
+    of: PhantomData<(K, S)>,
+}
+
+impl<K, S> Default for TypedRange<K, S> {
+    fn default() -> Self {
+        Self::new(0..0)
+    }
+}
+
+impl<K, S> TypedRange<K, S> {
+    /// The columns at these positions among those of their kind.
+    #[must_use]
+    pub const fn new(positions: Range<usize>) -> Self {
+        Self { start: positions.start, end: positions.end, of: PhantomData }
+    }
+
+    /// The positions of the columns among those of their kind.
+    #[must_use]
+    pub const fn positions(&self) -> Range<usize> {
+        self.start..self.end
+    }
+
+    /// The index of each column.
+    pub fn indices(&self) -> impl DoubleEndedIterator<Item = TypedIndex<K, S>> + use<K, S> {
+        self.positions().map(TypedIndex::new)
+    }
+}
+
+/// The index of a column of either kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnIndex<S> {
+    /// Among the numbers.
+    Number(NumberIndex<S>),
+    /// Among the texts.
+    Text(TextIndex<S>),
+}
