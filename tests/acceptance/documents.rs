@@ -364,8 +364,7 @@ fn links_lead_somewhere() {
                 if file.is_empty() { Path::new(ROOT).join(&page.name) } else { folder.join(file) };
             let text = std::fs::read_to_string(&path).unwrap_or_default();
             let there = || headings(&text).iter().any(|known| known == heading);
-            let found = path.exists() && (heading.is_empty() || there());
-            if !found {
+            if !(path.exists() && (heading.is_empty() || there())) {
                 broken.push(format!("{}: {link}", page.name));
             }
         }
