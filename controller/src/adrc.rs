@@ -7,7 +7,7 @@ use nalgebra::vector;
 use serde::{Deserialize, Serialize};
 use vehicle::{NominalCar, SLIP_SPEED_FLOOR};
 
-/// What the steering follows.
+/// Reference of the steering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
     /// The yaw-rate reference.
@@ -16,7 +16,7 @@ pub enum Mode {
     Heading,
 }
 
-/// What is wanted.
+/// Reference values.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Reference {
     /// Forward speed [m/s].
@@ -27,7 +27,7 @@ pub struct Reference {
     pub r: f64,
 }
 
-/// What is known of the car.
+/// Estimated state of the car.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Estimate {
     /// Forward speed [m/s].
@@ -46,7 +46,7 @@ pub struct Estimate {
     pub psi: f64,
 }
 
-/// What the car is told.
+/// Commands to the car.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Command {
     /// Driving force [N].
@@ -57,7 +57,7 @@ pub struct Command {
     pub r: f64,
 }
 
-/// What the controller never exceeds.
+/// Limits of the commands.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Limit {
     /// Strongest braking [N].
@@ -114,7 +114,7 @@ impl Controller {
         r_before: f64,
         h: f64,
     ) -> Command {
-        let r_wanted = match mode {
+        let r_target = match mode {
             Mode::YawRate => reference.r,
             Mode::Heading => {
                 let error = wrap(reference.psi - estimate.psi);
@@ -122,7 +122,7 @@ impl Controller {
             }
         };
         let change = self.limit.r_rate * h;
-        let r = r_before + (r_wanted - r_before).clamp(-change, change);
+        let r = r_before + (r_target - r_before).clamp(-change, change);
         let r_dot = (r - r_before) / h;
         Command { F_x: self.force(reference, estimate), delta: self.steer(r, r_dot, estimate), r }
     }

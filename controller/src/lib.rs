@@ -1,4 +1,4 @@
-//! Exports the speed and yaw controller as an FMU: which of its members may be seen, and one step.
+//! Exports the speed and yaw controller as an FMU: the table of its variables, and one step.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 

@@ -106,7 +106,7 @@ fn show(
     Ok(())
 }
 
-fn tell(found: &Estimate<6, 4>, seconds: f64) {
+fn report(found: &Estimate<6, 4>, seconds: f64) {
     let (first, last) =
         (found.log_likelihood[0], found.log_likelihood[found.log_likelihood.len() - 1]);
     println!("EM: {:?} after {} evaluations in {seconds:.3} s", found.status, found.evaluations);
@@ -157,7 +157,7 @@ fn recorded(path: &str) -> Result<Recorded, Box<dyn Error>> {
     Ok((model, measured, truth))
 }
 
-/// A first guess of the noises, from what the sensors read at first.
+/// A first guess of the noises, from the first measurement.
 fn guess(y: &Vector4<f64>) -> Parameters<6, 4> {
     let sensor = Vector4::new(0.05, 0.01, 0.01, 0.1).map(|std| std * std);
     let xi = 1e6;
@@ -182,10 +182,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     show("as guessed", &model, &measured, &guess, &truth)?;
     let steps = extended(&model, &measured, &guess)?;
-    // A hundredth of a nat is far below what the recording can tell about a variance.
+    // A hundredth of a nat is far below the information of the recording about a variance.
     let em = Em { floor_Q: guess.Q.diagonal() * 1e-6, tolerance: 1e-2, ..Em::default() };
     let begun = Instant::now();
     let found = em.fit(&steps, &guess)?;
-    tell(&found, begun.elapsed().as_secs_f64());
+    report(&found, begun.elapsed().as_secs_f64());
     show("as estimated", &model, &measured, &found.parameters, &truth)
 }

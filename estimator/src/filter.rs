@@ -6,7 +6,7 @@ use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
 use serde::{Deserialize, Serialize};
 use vehicle::NominalCar;
 
-/// What the filter shows after a step: state `[v_x v_y r xi_x xi_y xi_psi]`, measurement `[v_x v_y r a_y]`.
+/// Output of the filter after a step: state `[v_x v_y r xi_x xi_y xi_psi]`, measurement `[v_x v_y r a_y]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Output {
     /// Estimated state [m/s, m/s, rad/s, N, N, N m].
@@ -55,8 +55,8 @@ impl Estimator {
         Output { mean, std, ..Output::default() }
     }
 
-    /// Goes on by `h` [s] with the inputs that act during that time, and takes in what is measured at
-    /// its end. The accelerometer sees the input that acted, so `delta` is part of its prediction.
+    /// Predicts by `h` [s] with the inputs held, and corrects by the measurement at the end. The accelerometer
+    /// measures the effect of the steering angle too, so `delta` is part of its prediction.
     ///
     /// # Errors
     /// When a measurement is not finite, or the covariance has become indefinite.
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_that_is_no_number_is_refused_and_changes_nothing() {
+    fn a_measurement_of_nan_is_an_error_and_changes_nothing() {
         let mut estimator = Estimator::default();
         estimator.start([25.0, 0.0, 0.0]);
         let before = estimator.belief;

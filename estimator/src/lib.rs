@@ -1,4 +1,4 @@
-//! Exports the extended-state Kalman filter as an FMU: which of its members may be seen, and one step.
+//! Exports the extended-state Kalman filter as an FMU: the table of its variables, and one step.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 

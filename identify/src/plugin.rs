@@ -4,7 +4,7 @@ mod closed_loop;
 mod curve;
 mod tires;
 
-use plugin::{Analysis, Host, Need, Request};
+use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
 use preparation::Recording;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
@@ -38,7 +38,7 @@ impl Analysis for Identify {
         Need::optional("force", "", "its force over its load"),
     ];
 
-    fn check(request: &Request) -> Result<(), String> {
+    fn check(request: &Request) -> Result<(), ConfigError> {
         match Config::read(request.config)? {
             Config::Tires(_) => {
                 let mut recording = Recording::default();
@@ -46,15 +46,15 @@ impl Analysis for Identify {
                     recording.insert(signal.name, Vec::new(), Vec::new());
                 }
                 // Without backticks: what is missing cannot be pointed at.
-                recording.complete().map_err(|error| error.to_string().replace('`', "'"))
+                recording.complete().map_err(|error| error.to_string().replace('`', "'").into())
             }
-            Config::ClosedLoop(_) => closed_loop::recording(request).map(drop),
-            Config::Curve(_) => curve::columns(request).map(drop),
+            Config::ClosedLoop(_) => Ok(closed_loop::recording(request).map(drop)?),
+            Config::Curve(_) => Ok(curve::columns(request).map(drop)?),
             Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
         }
     }
 
-    fn run(request: &Request, host: &mut dyn Host) -> Result<String, String> {
+    fn run(request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
         let result = match Config::read(request.config)? {
             Config::Tires(config) => tires::tires(&config, request, host)?,
             Config::ClosedLoop(config) => closed_loop::closed_loop(&config, request, host)?,

@@ -81,7 +81,7 @@ pub fn run(
     if let Some(error) = bench.failed {
         return Err(error);
     }
-    let text = outcome.map_err(|what| Error::analysis(name, what))?;
+    let text = outcome.map_err(|what| Error::analysis(name, what.to_string()))?;
     serde_json::from_str(&text).map_err(|error| {
         Error::analysis(name, format!("expected a result in JSON, found something else: {error}"))
     })

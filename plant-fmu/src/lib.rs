@@ -1,4 +1,4 @@
-//! Exports the single-track car with its tires as an FMU: which of its members may be seen, and one step.
+//! Exports the single-track car with its tires as an FMU: the table of its variables, and one step.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
@@ -8,7 +8,7 @@ use fmu_export::{
 use serde::{Deserialize, Serialize};
 use vehicle::{Input, Motion, State, Vehicle};
 
-/// Communication steps are divided into sub-steps of at most this size [s] unless a parameter says otherwise.
+/// Largest sub-step of the integrator [s], the start value of its parameter.
 const SUBSTEP: f64 = 0.002;
 
 /// The car, where it starts, and where it is.

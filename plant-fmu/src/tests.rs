@@ -48,6 +48,6 @@ fn derivatives_are_those_of_central_differences() {
 }
 
 #[test]
-fn the_table_tells_the_truth() {
+fn the_table_agrees_with_the_model() {
     assert_eq!(description::problems::<Plant>(), Vec::<String>::new());
 }

@@ -103,7 +103,7 @@ fn what_does_not_fit_is_pointed_at() {
         (scenario(SPEED).replace("odd.so", "text.so"), "text.so", "cannot load the plugin"),
         (scenario(SPEED).replace("path =", "crate = \"x\"\npath ="), "\"odd\"", "either `path` or `crate`"),
         (scenario(SPEED).replace("\"odd\"", "\"car\""), "\"car\"", "something else is called `car`"),
-        (scenario(&format!("{SPEED}config = {{ mode = \"wrong\" }}")), "mode", "`odd`: expected `mode` to be anything else"),
+        (scenario(&format!("{SPEED}config = {{ mode = \"wrong\" }}")), "mode", "`odd`: expected anything else, found \"wrong\""),
         (scenario(&format!("{SPEED}[[check]]\nname = \"c\"\nthat = \"odd.x > car.v\"\n")), "\"odd.x", "results of analyses have no time"),
         (scenario(&format!("{SPEED}[[check]]\nname = \"c\"\nthat = \"odd.x > 1\"\nduring = [0.0, 1.0]\n")), "[0.0, 1.0]", "results of analyses have no time"),
     ];

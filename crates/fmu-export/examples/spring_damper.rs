@@ -1,4 +1,4 @@
-//! Exports a mass on a spring and a damper: what a whole FMU takes.
+//! Exports a mass on a spring and a damper: a complete FMU.
 #![allow(non_snake_case, reason = "symbols as in mechanics")]
 
 use fmu_export::*;

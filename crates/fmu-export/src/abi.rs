@@ -15,21 +15,33 @@ pub type Boolean = c_int;
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
-    /// All went well.
+    /// The call did its work.
     Ok = 0,
-    /// Something is odd, the computation went on.
+    /// The call did its work, and the log has a warning.
     Warning = 1,
     /// A step was not completed.
     Discard = 2,
     /// The instance is lost until it is reset.
     Error = 3,
-    /// No instance of this library can be used any more.
+    /// The instance is lost for ever.
     Fatal = 4,
 }
 
 /// `fmi2CallbackLogger`: a variadic function with a `printf` format.
+#[cfg(not(miri))]
 pub type Logger =
     unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char, ...);
+
+/// The logger as it is called. Rust cannot define a variadic function, which Miri would need.
+#[cfg(miri)]
+pub type Logger = unsafe extern "C" fn(
+    *mut c_void,
+    *const c_char,
+    Status,
+    *const c_char,
+    *const c_char,
+    *const c_char,
+);
 
 /// `fmi2CallbackFunctions`; only the logger and its environment are used.
 #[repr(C)]

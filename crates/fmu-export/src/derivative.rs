@@ -2,7 +2,6 @@
 
 use num_dual::{Dual64, DualNum};
 
-use crate::Model;
 use crate::variable::{Causality, Depends, Row};
 
 /// What output equations calculate with: `f64`, or a dual number that carries a derivative along.
@@ -30,7 +29,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 /// assert_eq!(mass.a, 1.5);
 /// ```
 ///
-/// `const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());` in the [`Model`] gives their
+/// `const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());` in the [`Model`](crate::Model) gives their
 /// derivatives to the environment.
 pub trait Equations<const N: usize, const K: usize> {
     /// The names of the variables that the equations take: inputs, parameters.
@@ -60,9 +59,7 @@ impl<M: 'static> Derivatives<M> {
         Derivatives {
             known: const { &M::KNOWN },
             unknown: const { &M::UNKNOWN },
-            evaluate: |model, known| {
-                model.equations(std::array::from_fn(|place| known[place])).to_vec()
-            },
+            evaluate: |model, known| model.equations(std::array::from_fn(|i| known[i])).to_vec(),
         }
     }
 
@@ -81,23 +78,19 @@ impl<M: 'static> Derivatives<M> {
 
 /// How the derivative of one variable with respect to another is found.
 pub(crate) enum Partial {
-    /// The equations give it; the place of the unknown in them.
+    /// The equations give it; the index of the unknown in them.
     Equation(usize),
-    /// The table says that there is none.
+    /// It is zero, by the table.
     Zero,
-    /// Nobody wrote it down.
+    /// Neither the equations nor the table give it.
     Missing,
 }
 
 /// How to find the derivative of `unknown` with respect to `known`.
-pub(crate) fn partial<M: Model>(
-    derivatives: &Derivatives<M>,
-    unknown: &Row,
-    known: &Row,
-) -> Partial {
-    let place = derivatives.unknown.iter().position(|name| *name == unknown.name);
-    match place {
-        Some(place) if derivatives.known.contains(&known.name) => Partial::Equation(place),
+pub(crate) fn partial<M>(derivatives: &Derivatives<M>, unknown: &Row, known: &Row) -> Partial {
+    let index = derivatives.unknown.iter().position(|name| *name == unknown.name);
+    match index {
+        Some(index) if derivatives.known.contains(&known.name) => Partial::Equation(index),
         // What a table declares of inputs holds in every mode: a state does not jump with an input.
         _ if known.causality == Causality::Input
             && matches!(unknown.depends, Depends::On(inputs) if !inputs.contains(&known.name)) =>

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Display, Write};
 
+use crate::info::Info;
 use crate::log::LOG_CATEGORIES;
+use crate::model::Model;
 pub use crate::table::problems;
 use crate::unit::{self, Unit};
 use crate::variable::{Access, Causality, Depends, Initial, Kind, Row, Variability, Variable};
-use crate::{Info, Model};
 
 /// Units in which people read what is computed in the unit on the left.
 const DISPLAY_UNITS: [(&str, &str); 7] = [
@@ -20,7 +21,7 @@ const DISPLAY_UNITS: [(&str, &str); 7] = [
     ("J", "kWh"),
 ];
 
-/// What a description is written from.
+/// The source of a description.
 struct Table<'a, M> {
     info: &'a Info,
     variables: &'a [Variable<M>],
@@ -114,7 +115,7 @@ fn write<M>(out: &mut dyn Write, guid: &str, table: &mut Table<M>) -> fmt::Resul
     writeln!(out, "</fmiModelDescription>")
 }
 
-/// What the library can do. Its outputs have no time derivatives: `maxOutputDerivativeOrder` is 0, as
+/// The capabilities of the library. Its outputs have no time derivatives: `maxOutputDerivativeOrder` is 0, as
 /// when it is absent.
 fn write_capabilities(out: &mut dyn Write, name: &str, differentiable: bool) -> fmt::Result {
     write!(
@@ -149,7 +150,7 @@ fn write_units<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result {
     writeln!(out, "  <UnitDefinitions>")?;
     for (name, displayed) in units {
         writeln!(out, r#"    <Unit name="{}">"#, Escaped(name))?;
-        // A name that is not understood is written without base unit; `problems` tells of it.
+        // A name that is not understood is written without base unit; `problems` reports it.
         if let Ok(unit) = Unit::parse(name) {
             write_base_unit(out, &unit)?;
             for display in displayed {
@@ -240,24 +241,24 @@ fn write_variable<M>(
 }
 
 fn write_structure<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result {
-    let index = |wanted: &dyn Fn(&Row) -> bool| -> Vec<usize> {
-        (0..rows.len()).filter(|&i| wanted(&rows[i].row)).map(|i| i + 1).collect()
+    let indices = |selected: &dyn Fn(&Row) -> bool| -> Vec<usize> {
+        (0..rows.len()).filter(|&i| selected(&rows[i].row)).map(|i| i + 1).collect()
     };
     writeln!(out, "  <ModelStructure>")?;
-    let outputs = index(&|row| row.causality == Causality::Output);
+    let outputs = indices(&|row| row.causality == Causality::Output);
     if !outputs.is_empty() {
         writeln!(out, "    <Outputs>")?;
         for i in outputs {
             write!(out, r#"      <Unknown index="{i}""#)?;
             if let Depends::On(names) = rows[i - 1].row.depends {
-                let inputs = index(&|row| names.contains(&row.name));
+                let inputs = indices(&|row| names.contains(&row.name));
                 write!(out, r#" dependencies="{}""#, Joined(&inputs))?;
             }
             writeln!(out, "/>")?;
         }
         writeln!(out, "    </Outputs>")?;
     }
-    let unknowns = index(&Row::is_initial_unknown);
+    let unknowns = indices(&Row::is_initial_unknown);
     if !unknowns.is_empty() {
         writeln!(out, "    <InitialUnknowns>")?;
         for i in unknowns {

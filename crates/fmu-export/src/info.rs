@@ -1,7 +1,7 @@
-//! Says what a model is called, how it likes to be stepped, and what it logs.
+//! Describes a model as a whole: name, step sizes, default experiment and log categories.
 
-/// What a model is called, how it likes to be stepped, and what it logs: [`Info::new`] and what is to
-/// be said beyond that.
+/// Name, step sizes, default experiment and log categories of a model: [`Info::new`], and methods for all
+/// that differs from its defaults.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Info {
@@ -13,17 +13,17 @@ pub struct Info {
     pub step: f64,
     /// Largest time over which an interpolated input is held [s].
     pub substep: f64,
-    /// Where an experiment starts unless the user says otherwise [s].
+    /// Start time of the default experiment [s].
     pub start: f64,
-    /// Where an experiment ends unless the user says otherwise [s].
+    /// Stop time of the default experiment [s].
     pub stop: Option<f64>,
     /// Relative tolerance of the integrator, for a model that has one.
     pub tolerance: Option<f64>,
     /// Version of the model.
     pub version: &'static str,
-    /// Who made the model.
+    /// Author of the model.
     pub author: Option<&'static str>,
-    /// Log categories of the model's own with what they carry; see [`crate::log`].
+    /// The model's own log categories, each with a description; see [`log()`](crate::log()).
     pub log_categories: &'static [(&'static str, &'static str)],
 }
 
@@ -45,19 +45,19 @@ impl Info {
         }
     }
 
-    /// Holds an interpolated input no longer than this [s], instead of for a preferred step.
+    /// Sets the largest time over which an interpolated input is held [s]; a preferred step without it.
     #[must_use]
     pub const fn substep(self, substep: f64) -> Self {
         Info { substep, ..self }
     }
 
-    /// Starts the default experiment here [s] instead of at 0.
+    /// Sets the start time of the default experiment [s]; 0 without it.
     #[must_use]
     pub const fn start(self, start: f64) -> Self {
         Info { start, ..self }
     }
 
-    /// Ends the default experiment here [s].
+    /// Sets the stop time of the default experiment [s].
     #[must_use]
     pub const fn stop(self, stop: f64) -> Self {
         Info { stop: Some(stop), ..self }
@@ -75,13 +75,13 @@ impl Info {
         Info { version, ..self }
     }
 
-    /// Says who made the model.
+    /// Names the author of the model.
     #[must_use]
     pub const fn author(self, author: &'static str) -> Self {
         Info { author: Some(author), ..self }
     }
 
-    /// Adds log categories, each with what it carries.
+    /// Adds log categories, each with a description.
     #[must_use]
     pub const fn log_categories(self, categories: &'static [(&'static str, &'static str)]) -> Self {
         Info { log_categories: categories, ..self }

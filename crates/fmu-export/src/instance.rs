@@ -1,4 +1,4 @@
-//! Runs one instance of a model under the rules of FMI 2.0, without any pointer in sight.
+//! Runs one instance of a model under the rules of FMI 2.0, without pointers.
 
 use std::ffi::CString;
 
@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::abi::Status;
 use crate::lifecycle::{Call, State};
+use crate::model::{Model, ModelError};
 use crate::value::Value;
 use crate::variable::{Access, Causality, Initial, Kind, Row, Variability, Variable};
-use crate::{Model, ModelError};
 use slope::Slope;
 
 /// How far the communication point may be from the end of the last step, as a share of the step:
@@ -21,17 +21,18 @@ const TIME_TOLERANCE: f64 = 1e-6;
 /// difference of two times are off by rounding, and a car at its limit would turn that into another lap.
 const STEP_TOLERANCE: f64 = 1e-9;
 
-/// What a call could not do, and how bad that is.
+/// Failure of a call: the status that it returns, and the message for the log.
 #[derive(Debug)]
-pub(crate) struct Refusal {
+pub(crate) struct FmiError {
     pub status: Status,
     pub message: String,
 }
 
-pub(crate) type Outcome<T = ()> = Result<T, Refusal>;
+pub(crate) type FmiResult<T = ()> = Result<T, FmiError>;
 
-pub(crate) fn refuse<T>(message: impl Into<String>) -> Outcome<T> {
-    Err(Refusal { status: Status::Error, message: message.into() })
+/// Fails a call without harm to the instance.
+pub(crate) fn reject<T>(message: impl Into<String>) -> FmiResult<T> {
+    Err(FmiError { status: Status::Error, message: message.into() })
 }
 
 /// Everything that an FMU state restores.
@@ -63,6 +64,11 @@ impl<M: Model> Snapshot<M> {
         if i < rows.len() { Some(&rows[i]) } else { None }
     };
 
+    /// Rejects a state that no instance can have been in: bytes may come from anywhere.
+    pub fn check(&self) -> FmiResult {
+        self.slopes.iter().try_for_each(Slope::check::<M>)
+    }
+
     fn compute_outputs(&mut self) {
         if let Some(Variable { access: Access::Real(at), .. }) = Self::TIME {
             *at(&mut self.model) = self.now;
@@ -72,10 +78,10 @@ impl<M: Model> Snapshot<M> {
     }
 }
 
-/// An instance: the model, where it is in its life, and what its logger listens to.
+/// An instance: the model with its state of the FMI state machine, and the texts that importers read.
 pub(crate) struct Instance<M: Model> {
     current: Snapshot<M>,
-    /// The texts that the last `fmi2GetString` handed out.
+    /// The texts that the last `fmi2GetString` handed out; the importer holds their addresses.
     pub strings: Vec<CString>,
 }
 
@@ -95,14 +101,14 @@ impl<M: Model> Instance<M> {
         Instance { current, strings: Vec::new() }
     }
 
-    /// Refuses a call that the state of the instance does not allow.
-    pub fn check(&self, call: Call) -> Outcome {
+    /// Rejects a call that the state of the instance does not allow.
+    pub fn check(&self, call: Call) -> FmiResult {
         let Snapshot { state, set_up, .. } = self.current;
         if !call.allowed(state) {
-            return refuse(format!("{call:?} is not allowed in the state {state:?}"));
+            return reject(format!("{call:?} is not allowed in the state {state:?}"));
         }
         if call == Call::EnterInitializationMode && !set_up {
-            return refuse("EnterInitializationMode is not allowed before SetupExperiment");
+            return reject("EnterInitializationMode is not allowed before SetupExperiment");
         }
         Ok(())
     }
@@ -119,9 +125,9 @@ impl<M: Model> Instance<M> {
         self.current = Self::new().current;
     }
 
-    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Outcome {
+    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> FmiResult {
         if !start.is_finite() || stop.is_some_and(|stop| stop <= start || stop.is_nan()) {
-            return refuse(format!(
+            return reject(format!(
                 "start time {start} and stop time {stop:?} do not make an interval"
             ));
         }
@@ -135,7 +141,7 @@ impl<M: Model> Instance<M> {
         self.current.stale = true;
     }
 
-    pub fn exit_initialization(&mut self) -> Outcome {
+    pub fn exit_initialization(&mut self) -> FmiResult {
         self.refresh()?;
         self.current.state = State::StepComplete;
         Ok(())
@@ -145,12 +151,12 @@ impl<M: Model> Instance<M> {
         self.current.state = State::Terminated;
     }
 
-    /// Makes the outputs fit the inputs and parameters that were written since they were computed.
-    pub fn refresh(&mut self) -> Outcome {
+    /// Computes the outputs again after inputs or parameters were written.
+    pub fn refresh(&mut self) -> FmiResult {
         let Snapshot { model, state, stale, .. } = &mut self.current;
         if *stale && matches!(state, State::Initialization | State::StepComplete) {
             if *state == State::Initialization {
-                model.initialise().map_err(|error| Refusal {
+                model.initialise().map_err(|error| FmiError {
                     status: Status::Error,
                     message: format!("initialisation failed: {error}"),
                 })?;
@@ -160,7 +166,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    pub fn do_step(&mut self, time: f64, step: f64) -> Outcome {
+    pub fn do_step(&mut self, time: f64, step: f64) -> FmiResult {
         self.check_step(time, step)?;
         let current = &mut self.current;
         if (step - current.step).abs() > STEP_TOLERANCE * step {
@@ -170,7 +176,7 @@ impl<M: Model> Instance<M> {
         let before = current.model.clone();
         let (state, status, message) = match current.advance(time, step) {
             Ok(()) => {
-                // They were given with respect to the beginning of this step (FMI 2.0, section 4.2.2).
+                // They refer to the beginning of this step (FMI 2.0, section 4.2.2).
                 current.slopes.clear();
                 current.now = time + step;
                 current.compute_outputs();
@@ -185,22 +191,22 @@ impl<M: Model> Instance<M> {
         };
         current.model = before;
         current.state = state;
-        Err(Refusal { status, message: format!("step of {step} s from {time} s: {message}") })
+        Err(FmiError { status, message: format!("step of {step} s from {time} s: {message}") })
     }
 
-    fn check_step(&self, time: f64, step: f64) -> Outcome {
+    fn check_step(&self, time: f64, step: f64) -> FmiResult {
         let Snapshot { now, stop, .. } = self.current;
         if !(step > 0.0 && step.is_finite()) {
-            return refuse(format!("communication step size {step} s is not positive"));
+            return reject(format!("communication step size {step} s is not positive"));
         }
         // Late in a long run with short steps the rounding of the time itself is the larger part.
         let tolerance = TIME_TOLERANCE * step + 4.0 * f64::EPSILON * now.abs();
         if time.is_nan() || (time - now).abs() > tolerance {
-            return refuse(format!("expected communication point {now} s, found {time} s"));
+            return reject(format!("expected communication point {now} s, found {time} s"));
         }
         match stop {
             Some(stop) if time + step > stop + tolerance => {
-                refuse(format!("a step of {step} s from {time} s passes the stop time {stop} s"))
+                reject(format!("a step of {step} s from {time} s passes the stop time {stop} s"))
             }
             _ => Ok(()),
         }
@@ -227,7 +233,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// Reads the variable with the given reference; [`Instance::refresh`] comes first.
-    pub fn get<T: Value>(&mut self, reference: u32) -> Outcome<T> {
+    pub fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
         let variable = variable::<M>(reference)?;
         match T::read(&variable.access, &mut self.current.model) {
             Some(value) => Ok(value),
@@ -236,7 +242,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// Writes variables: all of them, or none when one cannot be written.
-    pub fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> Outcome {
+    pub fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
         for (reference, value) in references.iter().zip(values) {
             self.check_set(variable::<M>(*reference)?, value)?;
         }
@@ -248,13 +254,13 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    fn check_set<T: Value>(&self, variable: &Variable<M>, value: &T) -> Outcome {
+    fn check_set<T: Value>(&self, variable: &Variable<M>, value: &T) -> FmiResult {
         let (Variable { row, access }, state) = (variable, self.current.state);
         if access.kind() != T::KIND {
             return other_type(variable, T::KIND);
         }
         if !writable(row, state) {
-            return refuse(format!(
+            return reject(format!(
                 "{} is {:?} {:?} and cannot be set in the state {state:?}",
                 row.name, row.variability, row.causality
             ));
@@ -266,21 +272,21 @@ impl<M: Model> Instance<M> {
             let (min, max) =
                 (row.min.unwrap_or(f64::NEG_INFINITY), row.max.unwrap_or(f64::INFINITY));
             if !(min..=max).contains(&number) {
-                return refuse(format!("{} = {number} is outside of {min} .. {max}", row.name));
+                return reject(format!("{} = {number} is outside of {min} .. {max}", row.name));
             }
         }
         Ok(())
     }
 }
 
-fn variable<M: Model>(reference: u32) -> Outcome<&'static Variable<M>> {
-    M::VARIABLES.get(reference as usize).ok_or_else(|| Refusal {
+fn variable<M: Model>(reference: u32) -> FmiResult<&'static Variable<M>> {
+    M::VARIABLES.get(reference as usize).ok_or_else(|| FmiError {
         status: Status::Error,
         message: format!("no variable has the value reference {reference}"),
     })
 }
 
-/// Where a real variable is in the model.
+/// The accessor of a real variable.
 fn real<M: Model>(reference: u32) -> Option<fn(&mut M) -> &mut f64> {
     match M::VARIABLES.get(reference as usize)?.access {
         Access::Real(at) => Some(at),
@@ -288,11 +294,11 @@ fn real<M: Model>(reference: u32) -> Option<fn(&mut M) -> &mut f64> {
     }
 }
 
-fn other_type<M, T>(Variable { row, access }: &Variable<M>, expected: Kind) -> Outcome<T> {
-    refuse(format!("{} is of type {:?}, not {expected:?}", row.name, access.kind()))
+fn other_type<M, T>(Variable { row, access }: &Variable<M>, expected: Kind) -> FmiResult<T> {
+    reject(format!("{} is of type {:?}, not {expected:?}", row.name, access.kind()))
 }
 
-/// Which variables may be written when: the notes below table 4.2.4 of FMI 2.0.
+/// Whether a variable may be written in a state: the notes below table 4.2.4 of FMI 2.0.
 fn writable(row: &Row, state: State) -> bool {
     let input = row.causality == Causality::Input;
     let constant = row.variability == Variability::Constant;

@@ -1,13 +1,13 @@
-//! Turns a Rust type with a table of variables into an FMI 2.0 co-simulation unit (FMU).
+//! Turns a Rust struct and a table of its variables into an FMI 2.0 co-simulation unit (FMU): the C functions,
+//! `modelDescription.xml` and the archive.
 //!
-//! A model is a plain struct. It implements [`Model`], lists the members that the outside world may
-//! see as rows of [`Variable`], and is exported by [`export!`]. The C functions, `modelDescription.xml`
-//! and the archive all come from that one table.
+//! The struct implements [`Model`], lists its public variables as rows of [`Variable`], and is exported by
+//! [`export!`].
 //!
 //! # An FMU from nothing
 //!
-//! A package whose library is dynamic, or an example of a package (then `crate-type` stands in its
-//! `[[example]]`):
+//! The library of the package is dynamic. For an example of a package, `crate-type` stands in its
+//! `[[example]]`:
 //!
 //! ```toml
 //! [package]
@@ -22,7 +22,7 @@
 //! serde = { version = "1", features = ["derive"] }
 //! ```
 //!
-//! `src/lib.rs`, all of it:
+//! The complete `src/lib.rs`:
 //!
 //! ```
 //! use fmu_export::{Info, Model, ModelError, Variable, export, input, output, parameter};
@@ -55,28 +55,28 @@
 //! # }
 //! ```
 //!
-//! `trackside pack mass` builds it and writes `target/fmu/mass.fmu`; for an example of a package it is
-//! `trackside pack --example spring_damper`. The packer asks the library for its description, so that
-//! the two always fit, and refuses a table that FMI 2.0 does not allow ([`description::problems`]).
-//! `examples/spring_damper.rs` is a whole FMU with derivatives.
+//! `trackside pack mass` builds it and writes `target/fmu/mass.fmu`; for an example of a package the command
+//! is `trackside pack --example spring_damper`. Without Trackside, the feature `pack` has the same as a
+//! function, `pack::pack`. The packer asks the library for its description, so that the two always fit, and
+//! rejects a table that FMI 2.0 does not allow ([`description::problems`]). `examples/spring_damper.rs` is a
+//! complete FMU with derivatives.
 //!
 //! # The table
 //!
 //! The row number is the value reference. [`input`], [`output`], [`parameter`],
 //! [`calculated_parameter`], [`local`], [`constant`] and [`independent`] begin a row; [`Row::tunable`],
-//! [`Row::discrete`], [`Row::exact`] and their siblings change when the variable may move and where its
-//! initial value comes from. [`Row::at`] ends it for a real variable, [`Row::at_integer`],
-//! [`Row::at_boolean`] and [`Row::at_string`] for the others. Names may be structured: `tire_f.B`,
-//! `wheel[1].speed`.
+//! [`Row::discrete`], [`Row::exact`] and their siblings set variability and initial value. [`Row::at`] ends
+//! it for a real variable, [`Row::at_integer`], [`Row::at_boolean`] and [`Row::at_string`] for the other
+//! types. Names may be structured: `tire_f.B`, `wheel[1].speed`.
 //!
-//! - **Start values** live in `Default` and nowhere else.
-//! - **Units** are texts such as `N.m/rad` ([`unit`]); the description gets their base units, and those
-//!   that people read. A unit that is not understood is refused.
-//! - **Limits** ([`Row::min`], [`Row::max`]) are enforced on parameters. Inputs come from other models, whose
-//!   transients may leave them.
-//! - **Dependencies**: an output follows every input without a step in between, unless
-//!   [`Row::depends_on`] lists fewer: none for a state. Masters order the FMUs of a system by that, so
-//!   say no more than is true; the packer tries each input once and tells of those that were left out.
+//! - **Start values** come from `Default` alone.
+//! - **Units** are texts such as `N.m/rad` ([`unit`]). The description gets their base units and usual display
+//!   units; an unknown unit is rejected.
+//! - **Limits** ([`Row::min`], [`Row::max`]) are enforced for parameters only. Inputs come from other models,
+//!   whose transients may leave them.
+//! - **Dependencies**: an output depends on every input directly, unless [`Row::depends_on`] lists fewer: none
+//!   for a state. Masters order the FMUs of a system by these lists. The packer varies each input once and
+//!   reports dependencies that are missing.
 //!
 //! # A step
 //!
@@ -86,14 +86,14 @@
 //! | [`Model::step`] | for each communication step of any size, with the inputs held |
 //! | [`Model::outputs`] | after the two above, and when an output is read after an input was written |
 //!
-//! An environment that knows how an input goes on may say so (`fmi2SetRealInputDerivatives`, up to the
-//! fourth). Then the step is divided into parts of at most [`Info::substep`], each with the input of its
-//! middle, and `step` is called for each. Outputs have no time derivatives.
+//! An environment may give time derivatives of inputs (`fmi2SetRealInputDerivatives`, up to order four). The
+//! step is then divided into parts of at most [`Info::substep`], and `step` is called for each with the input
+//! at its middle. Outputs have no time derivatives.
 //!
 //! # Derivatives
 //!
-//! Output equations that are written as [`Equations`], generic over their number type, give both the outputs
-//! and, with dual numbers, `fmi2GetDirectionalDerivative`:
+//! Output equations in the form of [`Equations`], generic over their number type, give the outputs and, with
+//! dual numbers, `fmi2GetDirectionalDerivative`:
 //!
 //! ```
 //! use fmu_export::*;
@@ -119,19 +119,17 @@
 //! }
 //! ```
 //!
-//! # State, errors and messages
+//! # State, threads, failures and messages
 //!
-//! `Clone` is the FMU state and `serde` its bytes: a restored model continues bit for bit, as long as the
-//! struct holds everything that it computes with. There may be any number of instances in a process; a
-//! model has no global state.
+//! [`Model`] states the contract. The library keeps the rules of FMI 2.0 for it: calls that a state does not
+//! allow, wrong types, unknown value references, null pointers and texts that are not UTF-8 fail with
+//! `fmi2Error` and a message, and change nothing.
 //!
-//! A step that fails returns a [`ModelError`], and the model is as before the step. [`ModelError::Discard`]
-//! asks for a shorter step, [`ModelError::Terminated`] ends the simulation as planned, and after
-//! [`ModelError::Error`] the instance needs a reset or an older state. A panic becomes `fmi2Fatal` with its
-//! message in the log. Calls that FMI 2.0 does not allow are refused with a message and change nothing.
+//! # Tests and memory
 //!
-//! [`log()`] writes into a category of [`Info::log_categories`], and [`warn()`] lets the call return
-//! `fmi2Warning`; the environment chooses what it wants to read.
+//! `cargo test -p fmu-export` calls every C function in every state, and runs all of that again with valgrind
+//! where it is installed. With a nightly toolchain, `cargo +nightly miri test -p fmu-export` checks the rules
+//! of references and initialisation too.
 
 #![allow(unsafe_code, reason = "the C interface of FMI")]
 
@@ -143,6 +141,8 @@ mod info;
 mod instance;
 mod lifecycle;
 mod log;
+mod memory;
+mod model;
 #[cfg(feature = "pack")]
 pub mod pack;
 mod table;
@@ -152,57 +152,10 @@ mod variable;
 pub use derivative::{Derivatives, Equations, Number};
 pub use info::Info;
 pub use log::{LOG_CATEGORIES, log, warn};
+pub use model::{Model, ModelError};
 pub use units as unit;
 pub use value::Value;
 pub use variable::{
     Access, Causality, Depends, Initial, Kind, Row, Variability, Variable, calculated_parameter,
     constant, independent, input, local, output, parameter,
 };
-
-/// Why a model could not do what it was asked.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ModelError {
-    /// The step was not done and the state is as before; a shorter step might succeed.
-    #[error("{0}")]
-    Discard(String),
-    /// The model ends the simulation here, as planned.
-    #[error("{0}")]
-    Terminated(String),
-    /// The instance is lost until it is reset.
-    #[error("{0}")]
-    Error(String),
-}
-
-/// A model that can be initialised, stepped and looked at.
-///
-/// `Default` is the only source of start values, `Clone` serves the FMU state, and
-/// `Serialize`/`Deserialize` its serialised form; a restored state continues bit for bit.
-pub trait Model:
-    Default + Clone + serde::Serialize + serde::de::DeserializeOwned + 'static
-{
-    /// Name, description and preferred step.
-    const INFO: Info;
-    /// What the outside world may see. The row number is the value reference.
-    const VARIABLES: &'static [Variable<Self>];
-    /// The derivatives of the output equations, for a model that has [`Equations`].
-    const DERIVATIVES: Option<Derivatives<Self>> = None;
-
-    /// Computes the initial state from parameters and start values. It may be called repeatedly and
-    /// must depend on nothing that an earlier call computed.
-    ///
-    /// # Errors
-    /// When the parameters do not describe a model that can run.
-    fn initialise(&mut self) -> Result<(), ModelError> {
-        Ok(())
-    }
-
-    /// Advances the state from `time` to `time + step` [s] with the inputs held.
-    ///
-    /// # Errors
-    /// When the step cannot be done; [`ModelError`] says what is left.
-    fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError>;
-
-    /// Computes the outputs from state and inputs. It is called after initialisation, after each
-    /// step, and when an output is read after an input was written.
-    fn outputs(&mut self) {}
-}

@@ -1,4 +1,4 @@
-//! Says which FMI function may be called in which state of an instance: table 4.2.4 of FMI 2.0.
+//! Lists the FMI functions that each state of an instance allows: table 4.2.4 of FMI 2.0.
 
 /// The state of a co-simulation instance.
 ///
@@ -15,9 +15,9 @@ pub enum State {
     StepFailed = 8,
     /// After `fmi2Terminate`.
     Terminated = 16,
-    /// After an error: only a reset, or an older FMU state, helps.
+    /// After an error, until a reset or the restoration of an older FMU state.
     Error = 32,
-    /// After a panic: nothing helps.
+    /// After a panic, for ever.
     Fatal = 64,
 }
 
@@ -40,7 +40,7 @@ pub enum Call {
     Terminate,
     /// `fmi2GetReal` and its siblings.
     Get,
-    /// `fmi2SetReal` and its siblings; which variables, the instance decides.
+    /// `fmi2SetReal` and its siblings; the instance decides for each variable.
     Set,
     /// `fmi2GetFMUstate`, `fmi2SetFMUstate`, `fmi2FreeFMUstate` and the serialisation of them.
     FmuState,

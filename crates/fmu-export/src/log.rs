@@ -1,4 +1,4 @@
-//! Takes the messages of a model until the call that it works for ends and hands them to the importer.
+//! Keeps the messages of a call until it ends, when the importer gets them.
 
 use std::cell::RefCell;
 use std::mem::{ManuallyDrop, take};
@@ -15,7 +15,7 @@ pub const LOG_CATEGORIES: [(&str, &str); 5] = [
     ("logStatusFatal", "Failures that no call recovers from"),
 ];
 
-/// What a model had to say during a call.
+/// A message of a call.
 pub(crate) struct Message {
     pub status: Status,
     pub category: &'static str,
@@ -24,27 +24,40 @@ pub(crate) struct Message {
 
 thread_local! {
     /// A model runs on the thread of the call, so messages of several instances do not mix. It is empty
-    /// between calls: never dropping it leaks nothing, while a destructor would keep the library of the
-    /// model loaded for as long as the thread lives.
+    /// between calls, so nothing leaks without a destructor; one would keep the model's library loaded
+    /// for as long as the thread lives.
     static MESSAGES: ManuallyDrop<RefCell<Vec<Message>>> =
         const { ManuallyDrop::new(RefCell::new(Vec::new())) };
 }
 
-/// Sends a message to the importer's log, in a category of [`crate::Info::log_categories`].
+/// Sends a message to the importer's log, in a category of `Info::log_categories`.
+///
+/// The importer gets the messages of a call, in their order, when the call ends. Messages from other
+/// threads, and from outside of a call, are lost.
 pub fn log(category: &'static str, text: impl Into<String>) {
     push(Message { status: Status::Ok, category, text: text.into() });
 }
 
-/// Warns the importer: the call goes on, and returns `fmi2Warning` when nothing worse happens.
+/// Warns the importer: the call goes on, and returns `fmi2Warning` unless something worse happens.
 pub fn warn(text: impl Into<String>) {
     let category = LOG_CATEGORIES[Status::Warning as usize].0;
     push(Message { status: Status::Warning, category, text: text.into() });
+}
+
+/// Logs a change of the instance's state.
+pub(crate) fn event(text: impl Into<String>) {
+    push(Message {
+        status: Status::Ok,
+        category: LOG_CATEGORIES[Status::Ok as usize].0,
+        text: text.into(),
+    });
 }
 
 fn push(message: Message) {
     MESSAGES.with(|messages| messages.borrow_mut().push(message));
 }
 
+/// The messages of this thread since they were last taken.
 pub(crate) fn take_messages() -> Vec<Message> {
     MESSAGES.with(|messages| take(&mut *messages.borrow_mut()))
 }

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use zip::write::SimpleFileOptions;
 
+use crate::memory;
+
 /// Name of the function by which a library describes itself; [`crate::export!`] makes it.
 pub const DESCRIBE: &str = "fmu_export_describe";
 
-/// Hands over a model's name (`what` 0), its `modelDescription.xml` (1) and what is wrong with it (2).
+/// Hands over a model's name (`what` 0), its `modelDescription.xml` (1) and its mistakes (2).
 pub type Describe = unsafe extern "C" fn(context: *mut c_void, take: TakeText);
 /// Takes a text of a library, UTF-8, valid during the call.
 pub type TakeText =
@@ -28,7 +30,7 @@ pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_pointer_width
     "darwin64"
 };
 
-/// Why a library could not be packed.
+/// Failure to pack a library.
 #[derive(Debug, thiserror::Error)]
 pub enum PackError {
     /// The library does not load or is no FMU of ours.
@@ -36,7 +38,7 @@ pub enum PackError {
     Library {
         /// The library.
         path: PathBuf,
-        /// What the loader says.
+        /// The loader's message.
         source: libloading::Error,
     },
     /// The library gives no description.
@@ -50,7 +52,7 @@ pub enum PackError {
     Table {
         /// The library.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Its mistakes.
         problems: String,
     },
     /// A file could not be read or written.
@@ -58,7 +60,7 @@ pub enum PackError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's message.
         source: std::io::Error,
     },
     /// The archive could not be made.
@@ -74,11 +76,12 @@ struct Description {
 }
 
 /// # Safety
-/// `context` points to a [`Description`], and `text` to `length` bytes.
+/// `context` is null or points to a [`Description`], and `text` to `length` bytes.
 unsafe extern "C" fn take(context: *mut c_void, what: u32, text: *const u8, length: usize) {
     // SAFETY: `describe` hands over a description, and the library a text, as this function demands.
     let (description, text) =
-        unsafe { (&mut *context.cast::<Description>(), std::slice::from_raw_parts(text, length)) };
+        unsafe { (context.cast::<Description>().as_mut(), memory::read(text, length)) };
+    let (Some(description), Ok(text)) = (description, text) else { return };
     let text = String::from_utf8_lossy(text).into_owned();
     match what {
         0 => description.name = text,
@@ -95,15 +98,17 @@ fn describe(library: &Path) -> Result<Description, PackError> {
         let loaded = libloading::Library::new(library).map_err(error)?;
         let describe = loaded.get::<Describe>(DESCRIBE).map_err(error)?;
         describe((&raw mut description).cast(), take);
+        // The model has run: threads that it started may still be in the code of the library.
+        std::mem::forget(loaded);
     }
-    let path = || library.to_owned();
+    let path = library.to_owned();
+    if !description.problems.is_empty() {
+        return Err(PackError::Table { path, problems: description.problems });
+    }
     if description.name.is_empty() || description.xml.is_empty() {
-        return Err(PackError::Description { path: path() });
+        return Err(PackError::Description { path });
     }
-    match description.problems.is_empty() {
-        true => Ok(description),
-        false => Err(PackError::Table { path: path(), problems: description.problems }),
-    }
+    Ok(description)
 }
 
 /// Packs the built `library` as `<model name>.fmu` into the folder `into`, and returns the archive's path.

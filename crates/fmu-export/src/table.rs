@@ -1,25 +1,26 @@
-//! Finds what is wrong with a table of variables before an importer does.
+//! Checks a table of variables against FMI 2.0 and against the model's behaviour.
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::derivative::Derivatives;
+use crate::info::Info;
 use crate::log::{LOG_CATEGORIES, take_messages};
+use crate::model::Model;
 use crate::unit::Unit;
 use crate::variable::{Access, Causality, Depends, Kind, Row, Variability, Variable};
-use crate::{Info, Model};
 
 /// A log category is a bit of 64.
 const MOST_CATEGORIES: usize = 64;
 
-/// What is wrong with a model's table of variables, its [`Info`] and its [`Derivatives`]; nothing when
-/// `modelDescription.xml` follows FMI 2.0 and tells the truth as far as can be tried.
+/// Mistakes in a model's table of variables, its [`Info`] and its [`Derivatives`]. The list is empty when
+/// `modelDescription.xml` follows FMI 2.0 and agrees with the model's behaviour, as far as can be tried.
 #[must_use]
 pub fn problems<M: Model>() -> Vec<String> {
     let mut problems = info_problems(&M::INFO);
     problems.extend(table_problems(M::VARIABLES, &mut M::default()));
     if problems.is_empty() {
-        // A model that panics here panics in front of its user too, who then reads why.
+        // A model that panics here panics in the importer too, with the message in the log.
         let tried = catch_unwind(AssertUnwindSafe(behaviour_problems::<M>));
         problems.extend(tried.into_iter().flatten());
         take_messages();
@@ -27,7 +28,7 @@ pub fn problems<M: Model>() -> Vec<String> {
     problems
 }
 
-/// What is wrong with a table and its start values, before anything is computed.
+/// Mistakes in a table and its start values, before anything is computed.
 pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec<String> {
     let mut problems = Vec::new();
     if variables.is_empty() {
@@ -205,9 +206,9 @@ fn name_end(text: &str) -> Option<usize> {
         return is_identifier(&text[..end]).then_some(end);
     };
     let mut escaped = false;
-    for (place, c) in quoted.char_indices() {
+    for (index, c) in quoted.char_indices() {
         match c {
-            '\'' if !escaped => return (place > 0).then_some(place + 2),
+            '\'' if !escaped => return (index > 0).then_some(index + 2),
             _ if escaped && !"'\"?\\abfnrtv".contains(c) => return None,
             _ if !escaped
                 && !c.is_ascii_alphanumeric()
@@ -221,7 +222,7 @@ fn name_end(text: &str) -> Option<usize> {
     None
 }
 
-/// What a started model does that its table does not say.
+/// Behaviour of an initialised model that contradicts its table.
 fn behaviour_problems<M: Model>() -> Vec<String> {
     let mut model = M::default();
     if model.initialise().is_err() {
@@ -240,18 +241,18 @@ fn behaviour_problems<M: Model>() -> Vec<String> {
     problems
 }
 
-/// Outputs that an input moves without a step although they do not say that they depend on it.
+/// Outputs that an input changes without a step although they do not declare the dependency.
 fn undeclared<M: Model>(model: &M, input: &Variable<M>) -> Vec<String> {
     let (mut before, mut after) = (model.clone(), model.clone());
     match input.access {
-        // No round number, so that it is nobody's special case.
+        // Not round: models treat round numbers as special cases.
         Access::Real(at) => *at(&mut after) += 0.012_345,
         Access::Integer(at) => *at(&mut after) ^= 1,
         Access::Boolean(at) => *at(&mut after) ^= true,
         Access::String(at) => at(&mut after).push('~'),
     }
     after.outputs();
-    let mut moved = |variable: &Variable<M>| match variable.access {
+    let mut changed = |variable: &Variable<M>| match variable.access {
         Access::Real(at) => at(&mut before).to_bits() != at(&mut after).to_bits(),
         Access::Integer(at) => at(&mut before) != at(&mut after),
         Access::Boolean(at) => at(&mut before) != at(&mut after),
@@ -259,22 +260,22 @@ fn undeclared<M: Model>(model: &M, input: &Variable<M>) -> Vec<String> {
     };
     let name = input.row.name;
     let outputs = M::VARIABLES.iter().filter(|row| row.row.causality == Causality::Output);
-    let silent = outputs.filter(|output| {
+    let undeclared = outputs.filter(|output| {
         matches!(output.row.depends, Depends::On(inputs) if !inputs.contains(&name))
-            && moved(output)
+            && changed(output)
     });
-    silent
-        .map(|output| format!("`{}` follows `{name}` but does not say so", output.row.name))
+    undeclared
+        .map(|output| format!("`{}` depends on `{name}` but does not declare it", output.row.name))
         .collect()
 }
 
-/// Equations whose variables are not in the table, or that give other values than the outputs have.
+/// Equations whose variables are not in the table, or whose values differ from the outputs.
 fn equation_problems<M: Model>(derivatives: &Derivatives<M>, model: &mut M) -> Vec<String> {
     let mut value = |name: &str| {
         let variable = M::VARIABLES.iter().find(|variable| variable.row.name == name);
         match variable.map(|variable| &variable.access) {
             Some(Access::Real(at)) => Ok(*at(model)),
-            _ => Err(vec![format!("the equations know `{name}`, which is no real variable")]),
+            _ => Err(vec![format!("the equations use `{name}`, which is no real variable")]),
         }
     };
     let mut values = |names: &[&str]| names.iter().map(|name| value(name)).collect();

@@ -16,10 +16,10 @@ pub trait Value: Sized {
     fn number(&self) -> Option<f64>;
 }
 
-/// `fmi2Boolean`: whatever is not 0 is true.
+/// `fmi2Boolean`: every value but 0 is true.
 #[repr(transparent)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Truth(pub c_int);
+pub struct FmiBoolean(pub c_int);
 
 impl Value for f64 {
     const KIND: Kind = Kind::Real;
@@ -51,10 +51,10 @@ impl Value for c_int {
     }
 }
 
-impl Value for Truth {
+impl Value for FmiBoolean {
     const KIND: Kind = Kind::Boolean;
     fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self> {
-        if let Access::Boolean(at) = access { Some(Truth((*at(model)).into())) } else { None }
+        if let Access::Boolean(at) = access { Some(FmiBoolean((*at(model)).into())) } else { None }
     }
     fn write<M>(&self, access: &Access<M>, model: &mut M) {
         if let Access::Boolean(at) = access {

@@ -1,4 +1,4 @@
-//! Describes the members of a model that the outside world may see, one row each.
+//! Describes the variables of a model, one row each.
 
 /// The types of FMI 2.0 that a variable may have; an enumeration is an integer with limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum Kind {
     String,
 }
 
-/// How to reach a variable inside the model, and so its type.
+/// Accessor of a variable inside the model; it determines the type.
 #[derive(Debug)]
 pub enum Access<M> {
     /// An `fmi2Real`.
@@ -39,7 +39,7 @@ impl<M> Access<M> {
     }
 }
 
-/// Who determines a variable (FMI 2.0, section 2.2.7).
+/// Origin of a variable's values (FMI 2.0, section 2.2.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Causality {
     /// Constant during the simulation, given by the environment.
@@ -50,7 +50,7 @@ pub enum Causality {
     Input,
     /// Given to the environment at communication points.
     Output,
-    /// For looking at only.
+    /// For observation only.
     Local,
     /// The time [s], which the library writes into the model.
     Independent,
@@ -82,7 +82,7 @@ pub enum Initial {
     Calculated,
 }
 
-/// The inputs that an output follows without a step in between.
+/// The inputs that an output depends on without a step in between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Depends {
     /// On every input.
@@ -91,18 +91,18 @@ pub enum Depends {
     On(&'static [&'static str]),
 }
 
-/// What a variable is, whatever model it belongs to; [`Row::at`] makes it a [`Variable`] of one.
+/// Attributes of a variable, independent of the model; [`Row::at`] makes it a [`Variable`] of one.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     /// Structured name, unique in the table: `tire_f.B`.
     pub name: &'static str,
-    /// Unit of a real variable, see [`crate::unit`]; empty for the other types.
+    /// Unit of a real variable, such as `N.m/rad`; empty for the other types.
     pub unit: &'static str,
     /// Unit in which people read it, when it is not the usual one for its unit.
     pub display_unit: Option<&'static str>,
     /// One line about it.
     pub description: &'static str,
-    /// Who determines it.
+    /// Origin of its values.
     pub causality: Causality,
     /// When it may change.
     pub variability: Variability,
@@ -114,16 +114,16 @@ pub struct Row {
     pub max: Option<f64>,
     /// Typical size.
     pub nominal: Option<f64>,
-    /// For outputs, what they follow directly.
+    /// For outputs: the inputs that they depend on directly.
     pub depends: Depends,
 }
 
 /// One row of the table of variables.
 #[derive(Debug)]
 pub struct Variable<M> {
-    /// What it is.
+    /// Its attributes.
     pub row: Row,
-    /// Where it is in the model.
+    /// Its accessor.
     pub access: Access<M>,
 }
 
@@ -133,7 +133,7 @@ pub const fn input(name: &'static str, unit: &'static str, description: &'static
     Row { causality: Causality::Input, initial: None, ..output(name, unit, description) }
 }
 
-/// An output in `unit`, which follows every input directly unless [`Row::depends_on`] says less.
+/// An output in `unit`. It depends on every input directly, unless [`Row::depends_on`] lists fewer.
 #[must_use]
 pub const fn output(name: &'static str, unit: &'static str, description: &'static str) -> Row {
     Row {
@@ -177,7 +177,7 @@ pub const fn calculated_parameter(
     }
 }
 
-/// A variable in `unit` that is there to be looked at and connected to nothing.
+/// A variable in `unit` for observation; it cannot be connected.
 #[must_use]
 pub const fn local(name: &'static str, unit: &'static str, description: &'static str) -> Row {
     Row { causality: Causality::Local, ..output(name, unit, description) }
@@ -195,7 +195,7 @@ pub const fn independent(name: &'static str, unit: &'static str, description: &'
     Row { causality: Causality::Independent, initial: None, ..output(name, unit, description) }
 }
 
-/// [`crate::description::problems`] tells of combinations that FMI 2.0 does not allow.
+/// `description::problems` reports combinations that FMI 2.0 does not allow.
 impl Row {
     /// Shows it in another unit of the same dimension; angles in deg, speeds in km/h and temperatures in
     /// degC need no mention.
@@ -234,7 +234,7 @@ impl Row {
         Row { variability: Variability::Fixed, ..self }
     }
 
-    /// Lets a real input, output or local variable jump instead of move; the other types always do.
+    /// Makes a real input, output or local variable discrete; the other types always are.
     #[must_use]
     pub const fn discrete(self) -> Self {
         Row { variability: Variability::Discrete, ..self }
@@ -247,13 +247,13 @@ impl Row {
     }
 
     /// Takes the initial value of an output or local variable from its start value, which the
-    /// environment may set; [`crate::Model::initialise`] leaves it alone.
+    /// environment may set; `Model::initialise` leaves it alone.
     #[must_use]
     pub const fn exact(self) -> Self {
         Row { initial: Some(Initial::Exact), ..self }
     }
 
-    /// Takes the start value as a guess, from which [`crate::Model::initialise`] computes the initial
+    /// Takes the start value as a guess, from which `Model::initialise` computes the initial
     /// value.
     #[must_use]
     pub const fn approx(self) -> Self {
@@ -266,34 +266,34 @@ impl Row {
         Row { initial: Some(Initial::Calculated), ..self }
     }
 
-    /// Says which inputs an output follows directly; an empty list for a state.
+    /// Lists the inputs that an output depends on directly; an empty list for a state.
     #[must_use]
     pub const fn depends_on(self, inputs: &'static [&'static str]) -> Self {
         Row { depends: Depends::On(inputs), ..self }
     }
 
-    /// A real variable at this place of the model.
+    /// A real variable with this accessor.
     pub const fn at<M>(self, at: fn(&mut M) -> &mut f64) -> Variable<M> {
         Variable { row: self, access: Access::Real(at) }
     }
 
-    /// An integer variable at this place of the model.
+    /// An integer variable with this accessor.
     pub const fn at_integer<M>(self, at: fn(&mut M) -> &mut i32) -> Variable<M> {
-        Variable { row: self.jumping(), access: Access::Integer(at) }
+        Variable { row: self.discrete_at_least(), access: Access::Integer(at) }
     }
 
-    /// A boolean variable at this place of the model.
+    /// A boolean variable with this accessor.
     pub const fn at_boolean<M>(self, at: fn(&mut M) -> &mut bool) -> Variable<M> {
-        Variable { row: self.jumping(), access: Access::Boolean(at) }
+        Variable { row: self.discrete_at_least(), access: Access::Boolean(at) }
     }
 
-    /// A text variable at this place of the model.
+    /// A text variable with this accessor.
     pub const fn at_string<M>(self, at: fn(&mut M) -> &mut String) -> Variable<M> {
-        Variable { row: self.jumping(), access: Access::String(at) }
+        Variable { row: self.discrete_at_least(), access: Access::String(at) }
     }
 
-    /// FMI 2.0 knows change at any time of real variables only.
-    const fn jumping(self) -> Self {
+    /// Only real variables are continuous in FMI 2.0.
+    const fn discrete_at_least(self) -> Self {
         match self.variability {
             Variability::Continuous => self.discrete(),
             _ => self,

@@ -1,4 +1,4 @@
-//! Measures EM: time of a step and of an iteration, evaluations with and without looking ahead.
+//! Measures EM: time of a step and of an iteration, evaluations with and without extrapolation.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 mod problem;

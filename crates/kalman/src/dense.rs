@@ -1,4 +1,4 @@
-//! Treats a whole recording as one dense problem, which the passes over it are tested against.
+//! Solves a recording as one dense problem: the reference of the tests.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use std::f64::consts::TAU;

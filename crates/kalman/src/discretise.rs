@@ -3,7 +3,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::symmetric;
+use crate::gaussian::symmetric;
 
 /// 1 / k! for k = 0 to 16.
 const INVERSE_FACTORIALS: [f64; 17] = {

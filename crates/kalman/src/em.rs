@@ -1,10 +1,10 @@
-//! Estimates the noises of a linear model from a recording, by expectation and maximisation.
+//! Estimates the noises of a linear model from a recording by expectation maximisation (EM).
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use nalgebra::{Cholesky, SMatrix, SVector};
 
-use crate::forward::is_diagonal;
-use crate::{Filtered, Parameters, PassError, Step};
+use crate::forward::{Filtered, PassError, is_diagonal};
+use crate::step::{Parameters, Step};
 
 mod expectation;
 mod maximise;
@@ -23,23 +23,23 @@ pub enum StartUpdate {
     Fixed,
     /// Its mean is estimated, its covariance is known.
     Mean,
-    /// Both are estimated. One sample tells little about a covariance: it shrinks for as long as EM
+    /// Both are estimated. One sample determines no covariance: it shrinks for as long as EM
     /// goes on.
     MeanAndCovariance,
 }
 
-/// Estimation of Q and R (and of the start) as those that make a recording most probable.
+/// Maximum-likelihood estimation of Q, R and the start from a recording.
 ///
-/// The model of the steps stays as it is, whatever the noises: an extended filter would linearise
+/// The model of the steps does not depend on the noises: an extended filter would linearise
 /// elsewhere in each iteration, and the likelihood would no longer be that of one model, nor rise.
 /// For a nonlinear model, fit, linearise again with what was found, and fit again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Em<const N: usize, const M: usize> {
-    /// What is free in Q.
+    /// The free entries of Q.
     pub Q: Freedom<N>,
-    /// What is free in R.
+    /// The free entries of R.
     pub R: Freedom<M>,
-    /// What is free at the start.
+    /// The free parts of the start.
     pub start: StartUpdate,
     /// Lower bounds of Q: Q − diag(`floor_Q`) stays positive semidefinite. In its units, above 0.
     pub floor_Q: SVector<f64, N>,
@@ -49,8 +49,8 @@ pub struct Em<const N: usize, const M: usize> {
     pub tolerance: f64,
     /// Limit of the number of times that the recording is filtered.
     pub max_evaluations: usize,
-    /// Whether to look ahead (SQUAREM, Varadhan and Roland 2008), which finds the same maximum in
-    /// fewer evaluations.
+    /// Whether to extrapolate (SQUAREM, Varadhan and Roland 2008): the same maximum in fewer
+    /// evaluations.
     pub accelerate: bool,
 }
 
@@ -76,8 +76,8 @@ const ROUNDING: f64 = 1e-9;
 const LONGER: f64 = 4.0;
 
 impl<const N: usize, const M: usize> Em<N, M> {
-    /// Estimates from a first guess, which is better too large than too small: EM leaves a variance
-    /// that is too small to be noticed by steps in proportion to it, and may seem to have converged.
+    /// Estimates from a first guess. A guess is better too large than too small: the steps of EM are
+    /// proportional to a variance, so that a tiny one seems to have converged.
     ///
     /// # Errors
     ///
@@ -91,7 +91,7 @@ impl<const N: usize, const M: usize> Em<N, M> {
         self.fit_while(steps, guess, || true)
     }
 
-    /// The same, but gives up when `go_on`, which is asked before each step of EM, says so.
+    /// The same, but stops once `go_on` returns `false`; it is called before each step of EM.
     ///
     /// # Errors
     ///
@@ -190,7 +190,7 @@ impl<const N: usize, const M: usize> Em<N, M> {
         }
     }
 
-    /// What lies ahead of two successive estimates at a step of at most `longest`, and its length.
+    /// The extrapolation of two successive estimates by a step of at most `longest`, and its length.
     fn ahead(
         &self,
         before: &Parameters<N, M>,
@@ -212,7 +212,7 @@ impl<const N: usize, const M: usize> Em<N, M> {
     }
 }
 
-/// Parameters, and what the recording says given them.
+/// Parameters, with likelihood and moments of the recording given them.
 struct Point<const N: usize, const M: usize> {
     parameters: Parameters<N, M>,
     log_likelihood: f64,
@@ -222,7 +222,7 @@ struct Point<const N: usize, const M: usize> {
 /// Passes over one recording, in the same memory.
 struct Run<'a, const N: usize, const M: usize> {
     steps: &'a [Step<N, M>],
-    /// Whether the measurements' noises are looked at together.
+    /// Whether the noises of the measurements are estimated as one matrix.
     joint_R: bool,
     filtered: Filtered<N>,
     evaluations: usize,
@@ -237,8 +237,8 @@ impl<const N: usize, const M: usize> Run<'_, N, M> {
         Ok(Point { parameters: *parameters, log_likelihood, moments })
     }
 
-    /// The point ahead, or the one where a step of EM leads from it, if the recording is not less
-    /// probable there. What grows too far ahead is mostly what EM corrects at once.
+    /// The extrapolated point, or the one after another step of EM, unless the recording is less probable
+    /// there. EM mostly corrects an extrapolation that went too far.
     fn better(
         &mut self,
         em: &Em<N, M>,

@@ -8,9 +8,9 @@ use std::fmt;
 use nalgebra::{Cholesky, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::{Gaussian, symmetric};
+use crate::gaussian::{Gaussian, symmetric};
 
-/// What a measurement of `M` components told beyond the prediction.
+/// Innovation of a measurement with `M` components: its difference from the prediction, and how probable that is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Innovation<const M: usize> {
     /// Measured minus predicted, ν.
@@ -24,7 +24,7 @@ pub struct Innovation<const M: usize> {
     pub log_likelihood: f64,
 }
 
-/// Why a measurement could not be used.
+/// Failure to use a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UpdateError {
     /// The residual or its covariance holds an infinity or NaN: the measurement or the filter is
@@ -64,7 +64,7 @@ pub fn predict<const N: usize>(
 ///
 /// `H` [M × N] is the Jacobian of h at the mean and `R` [M × M] the covariance of the noise. With
 /// the gain K = P Hᵀ S⁻¹ the covariance is Joseph's (I − K H) P (I − K H)ᵀ + K R Kᵀ, which stays
-/// positive semidefinite whatever rounding does to K (Bar-Shalom et al., Estimation with
+/// positive semidefinite under any rounding of K (Bar-Shalom et al., Estimation with
 /// Applications to Tracking and Navigation, section 5.2).
 ///
 /// # Errors

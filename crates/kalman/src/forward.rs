@@ -1,4 +1,4 @@
-//! Filters a whole recording, and tells how probable it was.
+//! Filters a recording and computes its likelihood.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use std::error::Error;
@@ -7,20 +7,22 @@ use std::fmt;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::{Gaussian, Parameters, Step, UpdateError, predict, update};
+use crate::filter::{UpdateError, predict, update};
+use crate::gaussian::Gaussian;
+use crate::step::{Parameters, Step};
 
-/// Why a pass over a recording ended early.
+/// Failure of a pass over a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassError {
     /// The measurement of a step could not be used.
     Update {
         /// Index of the step.
         step: usize,
-        /// What was wrong.
+        /// The cause.
         source: UpdateError,
     },
-    /// The predicted covariance of a step is not positive definite, so that nothing can be told
-    /// from it about the step before: give Q, or the start, some noise in every state.
+    /// The predicted covariance of a step is not positive definite, and has no inverse for the smoother:
+    /// give Q, or the start, some noise in every state.
     Prior {
         /// Index of the step.
         step: usize,
@@ -57,12 +59,12 @@ impl Error for PassError {
     }
 }
 
-/// How well one step was predicted.
+/// Agreement of one step with its prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fit {
-    /// Normalised innovation squared, χ² with `observed` degrees of freedom if the model is right.
+    /// Normalised innovation squared (NIS): χ² with `observed` degrees of freedom if the model is right.
     pub nis: f64,
-    /// Logarithm of the density of what was measured, given all that was before.
+    /// Logarithm of the density of the measurement, given all measurements before it.
     pub log_likelihood: f64,
     /// Number of components that were measured.
     pub observed: usize,
@@ -75,7 +77,7 @@ pub struct Filtered<const N: usize> {
     pub prior: Vec<Gaussian<N>>,
     /// State of each step, given the measurements up to it.
     pub posterior: Vec<Gaussian<N>>,
-    /// How well each step was predicted.
+    /// Agreement of each step with its prediction.
     pub fit: Vec<Fit>,
     /// Logarithm of the density of the whole recording.
     pub log_likelihood: f64,
@@ -120,11 +122,11 @@ impl<const N: usize> Filtered<N> {
     }
 }
 
-/// Smallest part that the noise may have in the variance of an innovation for its correction to be
-/// a plain subtraction, which then keeps six digits of what is left.
+/// Smallest share of the noise in the variance of an innovation for a correction by plain subtraction, which
+/// then keeps six digits of the difference.
 const PLAIN_SUBTRACTION: f64 = 1e-10;
 
-/// Corrects a prediction by what was measured in a step.
+/// Corrects a prediction by the measurement of a step.
 #[inline]
 pub(crate) fn correct<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
@@ -145,8 +147,8 @@ pub(crate) fn is_diagonal<const M: usize>(R: &SMatrix<f64, M, M>) -> bool {
 
 /// The correction as one of each component after the other, which needs no factorisation.
 ///
-/// None if components share noise, or a prediction is so poor, or so wrong, that the subtraction
-/// of covariances would lose what is left.
+/// None if components share noise, or if a prediction is so uncertain, or so wrong, that the difference of
+/// covariances would lose its digits.
 #[inline]
 fn correct_one_by_one<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
@@ -181,8 +183,8 @@ fn correct_one_by_one<const N: usize, const M: usize>(
     Some((x, fit))
 }
 
-/// The correction by Joseph's form. An absent component is given noise of its own and no
-/// sensitivity, so that it tells nothing.
+/// The correction by Joseph's form. An absent component gets noise of its own and no sensitivity, so that it
+/// has no effect.
 fn correct_at_once<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
     step: &Step<N, M>,
@@ -204,7 +206,7 @@ fn correct_at_once<const N: usize, const M: usize>(
     Ok((posterior, Fit { nis: innovation.nis, log_likelihood, observed: M - missing }))
 }
 
-/// Measured less predicted, ν = y − H x, of the components that were measured, else zero.
+/// Measured less predicted, ν = y − H x; zero for absent components.
 #[inline]
 pub(crate) fn residual<const N: usize, const M: usize>(
     step: &Step<N, M>,

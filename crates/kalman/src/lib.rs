@@ -1,10 +1,13 @@
-//! Estimates states from noisy measurements with Kalman filters over statically sized matrices.
+//! Estimates states and noises from noisy measurements with Kalman filters over statically sized matrices:
+//! transitions, Jacobians and measurements go in; means, covariances and likelihoods come out.
 //!
-//! The crate knows matrices only: a model hands in its transition, its Jacobians and its
-//! predictions, so linear and extended filters are the same calls. A step of a filter allocates
-//! nothing.
+//! The crate sees models as matrices only, so linear and extended filters are the same calls. A step of
+//! a filter allocates nothing. Symbols are those of the field: state x with covariance P, transition F, process
+//! noise Q, measurement matrix H, measurement noise R, innovation ν with covariance S.
 //!
-//! One step of an extended filter with the rates f(x), their Jacobian A and the measurement h(x):
+//! # One step
+//!
+//! A filter of a position and its speed, of which the position is measured:
 //!
 //! ```
 //! use kalman::{Gaussian, discretise, predict, update};
@@ -27,9 +30,14 @@
 //! # }
 //! ```
 //!
-//! A whole recording is a list of [`Step`]s, which [`linearise`] and [`extended`] make of a
-//! nonlinear [`Model`]. It is filtered ([`forward`]), smoothed ([`smooth`]), and its noises are
-//! estimated ([`Em`]):
+//! An extended filter has the same calls: `mean_after` is then the integrated state, F the transition matrix
+//! of the linearisation, and H the Jacobian of the measurement.
+//!
+//! # A recording
+//!
+//! A recording is a list of [`Step`]s. [`linearise`] and [`extended`] make them from a nonlinear [`Model`].
+//! [`forward`] filters, [`smooth`] runs the smoother of Rauch, Tung and Striebel (RTS), and [`Em`] estimates
+//! the noises by expectation maximisation (EM):
 //!
 //! ```
 //! use kalman::{Em, Gaussian, Parameters, Status, Step, forward, smooth};
@@ -67,30 +75,16 @@ mod discretise;
 mod em;
 mod filter;
 mod forward;
+mod gaussian;
 mod model;
 mod rts;
+mod step;
 
 pub use discretise::{discretise, transition};
 pub use em::{Em, EmError, Estimate, Freedom, StartUpdate, Status, Violation};
 pub use filter::{Innovation, UpdateError, predict, update};
 pub use forward::{Filtered, Fit, PassError, forward};
-pub use model::{Model, Parameters, Step, extended, linearise};
+pub use gaussian::Gaussian;
+pub use model::{Model, extended, linearise};
 pub use rts::{Smoothed, smooth};
-
-use nalgebra::{SMatrix, SVector};
-use serde::{Deserialize, Serialize};
-
-/// Normal distribution of a state with `N` components.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Gaussian<const N: usize> {
-    /// Expected state.
-    pub mean: SVector<f64, N>,
-    /// Covariance of the state, symmetric and positive semidefinite.
-    pub cov: SMatrix<f64, N, N>,
-}
-
-/// Symmetric part of a matrix; rounding alone makes a computed covariance need it.
-#[inline]
-pub(crate) fn symmetric<const N: usize>(cov: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    (cov + cov.transpose()) * 0.5
-}
+pub use step::{Parameters, Step};

@@ -1,38 +1,11 @@
-//! Describes a recording as a linear model that changes from step to step, with unknown noise.
+//! Linearises a nonlinear model along a recording.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::forward::correct;
-use crate::{Gaussian, PassError, predict};
-
-/// One sample of a recording, and the model around it.
-///
-/// With the state x_k the recording is y_k = H_k x_k + v_k and x_{k+1} = F_k x_k + b_k + w_k.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step<const N: usize, const M: usize> {
-    /// What was measured less what is known without the state, as the feed-through of an input.
-    /// NaN stands for a component that is absent.
-    pub y: SVector<f64, M>,
-    /// What a unit of each state adds to each measurement.
-    pub H: SMatrix<f64, M, N>,
-    /// Transition from this step to the next one; that of the last step is not used.
-    pub F: SMatrix<f64, N, N>,
-    /// What the transition adds without the state, as the effect of an input.
-    pub b: SVector<f64, N>,
-}
-
-/// What is Gaussian in a recording: the state at its first sample, before that is measured, and
-/// the noises.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters<const N: usize, const M: usize> {
-    /// State at the first step before its measurement.
-    pub start: Gaussian<N>,
-    /// Covariance of w, the noise of one transition.
-    pub Q: SMatrix<f64, N, N>,
-    /// Covariance of v, the noise of one measurement.
-    pub R: SMatrix<f64, M, M>,
-}
+use crate::filter::predict;
+use crate::forward::{PassError, correct};
+use crate::step::{Parameters, Step};
 
 /// A nonlinear model: x_{k+1} = f_k(x_k) + w_k, y_k = h_k(x_k) + v_k. The inputs are its own.
 pub trait Model<const N: usize, const M: usize> {
@@ -80,7 +53,7 @@ pub fn linearise<const N: usize, const M: usize>(
 }
 
 /// Tangents to a model where an extended Kalman filter has them: the measurement at the predicted
-/// state, the transition at the corrected one. [`crate::forward`] over them is that filter.
+/// state, the transition at the corrected one. [`forward`](crate::forward()) over them is that filter.
 ///
 /// # Errors
 ///

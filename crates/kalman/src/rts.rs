@@ -1,9 +1,11 @@
-//! Smooths a filtered recording: each state given all measurements, before it and after it.
+//! Smooths a filtered recording: each state given all measurements, earlier and later ones.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use nalgebra::{Cholesky, SMatrix, SVector};
 
-use crate::{Filtered, Gaussian, PassError, Step, symmetric};
+use crate::forward::{Filtered, PassError};
+use crate::gaussian::{Gaussian, symmetric};
+use crate::step::Step;
 
 /// A smoothed recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +16,7 @@ pub struct Smoothed<const N: usize> {
     pub lag_one: Vec<SMatrix<f64, N, N>>,
 }
 
-/// What joins a step to the next one, seen from all measurements.
+/// Relation of a step to the next one, given all measurements.
 pub(crate) struct Link<'a, const N: usize> {
     /// The next step's state, given all measurements.
     pub next: &'a Gaussian<N>,
@@ -22,7 +24,7 @@ pub(crate) struct Link<'a, const N: usize> {
     pub J: SMatrix<f64, N, N>,
     /// P_{k+1|k}⁻¹.
     pub inverse: SMatrix<f64, N, N>,
-    /// x_{k+1|T} − x_{k+1|k}: what later measurements told about the next state.
+    /// x_{k+1|T} − x_{k+1|k}: correction of the next state by later measurements.
     pub shift: SVector<f64, N>,
     /// P_{k+1|T} − P_{k+1|k}.
     pub shrink: SMatrix<f64, N, N>,

@@ -1,17 +1,17 @@
 //! Averages a signal: the smallest plugin.
 
-use plugin::{Analysis, Host, Need, Request};
+use plugin::{Analysis, AnalysisError, Host, Need, Request, Signal};
 
 struct Mean;
 
 impl Analysis for Mean {
-    const NEEDS: &'static [Need] = &[Need::required("x", "", "what is averaged")];
+    const NEEDS: &'static [Need] = &[Need::required("x", "", "the averaged signal")];
 
-    fn run(request: &Request, host: &mut dyn Host) -> Result<String, String> {
+    fn run(request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
         let x = request.signal("x").ok_or("expected a signal `x`")?;
         let mean = x.values.iter().sum::<f64>() / x.values.len() as f64;
         let deviation: Vec<f64> = x.values.iter().map(|value| value - mean).collect();
-        host.record("deviation", &[plugin::Signal { values: &deviation, ..x }]);
+        host.record("deviation", &[Signal { values: &deviation, ..x }]);
         Ok(format!(r#"{{"mean": {mean}}}"#))
     }
 }

@@ -1,31 +1,32 @@
-//! Lays out what crosses the boundary between the program and a plugin, in C's terms.
+//! Defines the C structures that cross the boundary between program and plugin.
 //!
-//! Any change here is another [`VERSION`].
+//! Any change here is another [`VERSION`]. Truth values are bytes, 0 or 1: foreign memory may hold others, which
+//! no `bool` may. Enumerations are numbers for the same reason, functions of a table may be null. Arrays and texts
+//! are borrowed for the duration of the call that passes them.
 #![allow(unsafe_code, reason = "pointers of the other side become slices here")]
 
+use std::borrow::Cow;
 use std::ffi::c_void;
 
-use crate::Signal;
-
 /// The version of this layout. It stands first in [`Vtable`], where every version of the program finds it.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// The name of the function that a plugin exports: `extern "C" fn() -> *const Vtable`.
 pub const SYMBOL: &[u8] = b"trackside_plugin\0";
 
-/// A borrowed text in UTF-8, without a terminating zero.
+/// A text in UTF-8, without a terminating zero.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Text {
-    /// First byte; may be dangling when there is none.
+    /// First byte; may be null or dangling when there is none.
     pub data: *const u8,
     /// Number of bytes.
     pub len: usize,
 }
 
-/// A borrowed signal.
+/// A signal.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Column {
     /// Its name.
     pub name: Text,
@@ -39,33 +40,33 @@ pub struct Column {
     pub len: usize,
 }
 
-/// A signal that a plugin can be given.
+/// A signal that a plugin accepts.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Need {
     /// Its name.
     pub name: Text,
-    /// The unit that it is wanted in.
+    /// The unit that the plugin expects it in.
     pub unit: Text,
     /// One line about it.
     pub description: Text,
-    /// Whether the plugin cannot do without.
-    pub required: bool,
+    /// Not 0 when the plugin cannot do without it.
+    pub required: u8,
 }
 
-/// A borrowed layer of a diagram.
+/// A layer of a diagram.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Layer {
     /// Its name.
     pub name: Text,
-    /// A [`Shape`](crate::Shape), by its place.
+    /// A [`Shape`](crate::Shape) by its index; unknown ones are lines.
     pub shape: u32,
-    /// A [`Role`](crate::Role), by its place.
+    /// A [`Role`](crate::Role) by its index; unknown ones are `Other`.
     pub role: u32,
-    /// Where the points are.
+    /// Abscissas of the points.
     pub x: *const f64,
-    /// Their heights, or lower ends.
+    /// Ordinates of the points, or lower ends.
     pub y: *const f64,
     /// Upper ends of a band, else null.
     pub upper: *const f64,
@@ -73,30 +74,51 @@ pub struct Layer {
     pub len: usize,
 }
 
-/// A borrowed diagram.
+/// A diagram.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Diagram {
     /// Its title.
     pub title: Text,
-    /// What the axes show, x and y.
+    /// Labels of the axes, x and y.
     pub axes: [Text; 2],
     /// The ends of the axes.
     pub ranges: [[f64; 2]; 2],
-    /// What is drawn, from back to front.
+    /// The layers, from back to front.
     pub layers: *const Layer,
     /// Number of layers.
     pub count: usize,
 }
 
-/// What a plugin can call while one of its functions is called, and only then.
+/// The work is done; the text is the result.
+pub const DONE: u32 = 0;
+/// The configuration or the choice of signals is wrong.
+pub const BAD_CONFIG: u32 = 1;
+/// The work failed.
+pub const FAILED: u32 = 2;
+
+/// How a call ended.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    /// [`DONE`], [`BAD_CONFIG`] or [`FAILED`]; every other number is a failure.
+    pub status: u32,
+    /// The keys that lead to the wrong value, from the outermost on. Items of a list are numbers from 0 on.
+    pub path: *const Text,
+    /// Number of these keys.
+    pub depth: usize,
+    /// The result, or the message.
+    pub text: Text,
+}
+
+/// The program's functions. A plugin calls them during a call that lends it these, on the thread of that call.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
 pub struct Callbacks {
     /// Handed back with each call.
     pub context: *mut c_void,
-    /// Takes a share done and what comes next; `false` asks to give up.
-    pub progress: unsafe extern "C" fn(context: *mut c_void, share: f64, what: Text) -> bool,
+    /// Takes the share of the work that is done and the next task; 0 asks the plugin to give up.
+    pub progress: unsafe extern "C" fn(context: *mut c_void, share: f64, task: Text) -> u8,
     /// Takes signals for the recording: a group and its columns.
     pub record: unsafe extern "C" fn(
         context: *mut c_void,
@@ -106,13 +128,13 @@ pub struct Callbacks {
     ),
     /// Takes a diagram and the group that it belongs to.
     pub diagram: unsafe extern "C" fn(context: *mut c_void, group: Text, diagram: *const Diagram),
-    /// Takes a file: its name and what it says.
+    /// Takes a file: its name and its text.
     pub file: unsafe extern "C" fn(context: *mut c_void, name: Text, text: Text),
-    /// Takes the outcome: whether it went well, and the result or what went wrong. Called once, last.
-    pub done: unsafe extern "C" fn(context: *mut c_void, well: bool, text: Text),
+    /// Takes the outcome. The last call counts.
+    pub done: unsafe extern "C" fn(context: *mut c_void, outcome: *const Outcome),
 }
 
-/// A function of a plugin: the configuration, its signals, and whom to tell.
+/// A function of a plugin: the configuration in TOML, its signals, and the program's functions.
 pub type Call = unsafe extern "C" fn(
     config: Text,
     columns: *const Column,
@@ -120,20 +142,30 @@ pub type Call = unsafe extern "C" fn(
     callbacks: *const Callbacks,
 );
 
-/// What a plugin exports. It lives as long as the library is loaded.
+/// Describes the signals of a plugin: calls `take` with them.
+pub type Needs = unsafe extern "C" fn(
+    context: *mut c_void,
+    take: unsafe extern "C" fn(*mut c_void, *const Need, usize),
+);
+
+/// Describes the configuration of a plugin: calls `take` with its JSON schema, or does nothing.
+pub type Schema =
+    unsafe extern "C" fn(context: *mut c_void, take: unsafe extern "C" fn(*mut c_void, Text));
+
+/// The table that a plugin exports. It lives as long as the process.
 #[repr(C)]
+#[derive(Clone, Copy, Debug)]
 pub struct Vtable {
-    /// [`VERSION`] of the plugin. Nothing else is looked at when it differs from the program's.
+    /// [`VERSION`] of the plugin. Nothing else is read when it differs from the program's.
     pub version: u32,
-    /// Calls `done` with whether the configuration makes sense. It is given columns without samples.
-    pub check: Call,
-    /// Analyses, and calls `done` with the result.
-    pub run: Call,
-    /// Calls `take` with the signals that it can be given, which are borrowed until that returns.
-    pub needs: unsafe extern "C" fn(
-        context: *mut c_void,
-        take: unsafe extern "C" fn(*mut c_void, *const Need, usize),
-    ),
+    /// Judges the configuration and calls `done`. Its columns have no samples. Never null.
+    pub check: Option<Call>,
+    /// Analyses, and calls `done` with the result. Never null.
+    pub run: Option<Call>,
+    /// Lists the signals. Never null.
+    pub needs: Option<Needs>,
+    /// Gives the JSON schema of the configuration; null without one.
+    pub schema: Option<Schema>,
 }
 
 impl Text {
@@ -146,48 +178,60 @@ impl Text {
     /// Borrows the text; bytes that are not UTF-8 are replaced.
     ///
     /// # Safety
-    /// `data` points to `len` bytes that live for `'a`, or `len` is 0.
+    /// `data` is null or points to `len` bytes that live for `'a`.
     #[must_use]
-    pub unsafe fn get<'a>(self) -> std::borrow::Cow<'a, str> {
+    pub unsafe fn lossy<'a>(self) -> Cow<'a, str> {
         // SAFETY: as the caller promises.
-        String::from_utf8_lossy(unsafe { slice(self.data, self.len) })
+        String::from_utf8_lossy(unsafe { array(self.data, self.len) })
+    }
+
+    /// Borrows the text, unless it is not UTF-8.
+    ///
+    /// # Safety
+    /// As [`Text::lossy`].
+    #[must_use]
+    pub unsafe fn exact<'a>(self) -> Option<&'a str> {
+        // SAFETY: as the caller promises.
+        std::str::from_utf8(unsafe { array(self.data, self.len) }).ok()
     }
 }
 
-/// Borrows `len` values, none from a null pointer.
+/// Borrows an array. An address or a length that no array has gives an empty one.
 ///
 /// # Safety
-/// `data` is null, or points to `len` values that live for `'a`.
-pub(crate) unsafe fn slice<'a, T>(data: *const T, len: usize) -> &'a [T] {
-    if data.is_null() || len == 0 {
+/// `data` is null or points to `len` initialised values that live for `'a`.
+pub(crate) unsafe fn array<'a, T>(data: *const T, len: usize) -> &'a [T] {
+    let bytes = len.checked_mul(size_of::<T>()).and_then(|bytes| isize::try_from(bytes).ok());
+    if data.is_null() || !data.is_aligned() || bytes.is_none() {
         return &[];
     }
-    // SAFETY: as the caller promises.
+    // SAFETY: as the caller promises; what can be checked was.
     unsafe { std::slice::from_raw_parts(data, len) }
 }
 
-/// Calls `work` with the signals that columns hold.
-///
-/// # Safety
-/// `columns` is null, or points to `count` columns, which live as long as the call, and so does what they point to.
-pub(crate) unsafe fn with_signals<T>(
-    columns: *const Column,
-    count: usize,
-    work: impl FnOnce(Vec<Signal>) -> T,
-) -> T {
-    // SAFETY: as the caller promises; so below.
-    let columns = unsafe { slice(columns, count) };
-    // SAFETY: see above.
-    let text = |text: Text| unsafe { text.get() };
-    let names: Vec<_> =
-        columns.iter().map(|column| (text(column.name), text(column.unit))).collect();
-    let signals = columns.iter().zip(&names).map(|(column, (name, unit))| Signal {
-        name,
-        unit,
-        // SAFETY: see above.
-        time: unsafe { slice(column.time, column.len) },
-        // SAFETY: see above.
-        values: unsafe { slice(column.values, column.len) },
-    });
-    work(signals.collect())
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_and_lengths_that_no_array_has_give_empty_ones() {
+        let values = [1.0, 2.0];
+        let (start, null) = (values.as_ptr(), std::ptr::null());
+        let odd = start.wrapping_byte_add(1);
+        for (data, len) in [(null, 0), (null, 2), (odd, 1), (start, usize::MAX), (start, 1 << 60)] {
+            assert_eq!(unsafe { array::<f64>(data, len) }, &[] as &[f64]);
+        }
+        assert_eq!(unsafe { array(start, 2) }, values);
+    }
+
+    #[test]
+    fn texts_are_read_as_they_are_or_with_replacements() {
+        let broken = b"w\xf6rd";
+        let broken = Text { data: broken.as_ptr(), len: broken.len() };
+        unsafe {
+            assert_eq!(Text::new("wörd").exact(), Some("wörd"));
+            assert_eq!((broken.exact(), &*broken.lossy()), (None, "w\u{fffd}rd"));
+            assert_eq!(Text { data: std::ptr::null(), len: 3 }.exact(), Some(""));
+        }
+    }
 }

@@ -1,19 +1,31 @@
-//! Makes C functions of an `Analysis`: the plugin's side of the boundary, where panics end.
+//! Makes C functions of an `Analysis`: the plugin's side of the boundary, where its panics end.
 #![allow(unsafe_code, reason = "pointers of the program become slices here")]
 
 use std::any::Any;
-use std::borrow::Cow;
 use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::abi::{Callbacks, Column, Need, Text, VERSION, Vtable, with_signals};
-use crate::diagram::lend;
-use crate::{Analysis, Diagram, Host, Request, Signal};
+use crate::abi::{
+    BAD_CONFIG, Callbacks, Column, DONE, FAILED, Need, Outcome, Text, VERSION, Vtable,
+};
+use crate::analysis::{Analysis, Host, Request};
+use crate::diagram::Diagram;
+use crate::error::AnalysisError;
+use crate::lend::{column, with_lent_diagram, with_signals};
+use crate::signal::Signal;
 
 /// The table of an analysis.
 #[must_use]
 pub fn vtable<A: Analysis>() -> *const Vtable {
-    const { &Vtable { version: VERSION, check: check::<A>, run: run::<A>, needs: needs::<A> } }
+    const {
+        &Vtable {
+            version: VERSION,
+            check: Some(check::<A>),
+            run: Some(run::<A>),
+            needs: Some(needs::<A>),
+            schema: Some(schema::<A>),
+        }
+    }
 }
 
 unsafe extern "C" fn check<A: Analysis>(
@@ -22,12 +34,11 @@ unsafe extern "C" fn check<A: Analysis>(
     count: usize,
     callbacks: *const Callbacks,
 ) {
+    let work = |request: &Request, _: &mut dyn Host| {
+        A::check(request).map(|()| String::new()).map_err(AnalysisError::from)
+    };
     // SAFETY: the program lends all that it passes for the duration of the call.
-    unsafe {
-        answer(config, (columns, count), callbacks, |request, _| {
-            A::check(request).map(|()| String::new())
-        })
-    }
+    unsafe { answer(config, (columns, count), callbacks, work) }
 }
 
 unsafe extern "C" fn run<A: Analysis>(
@@ -40,69 +51,83 @@ unsafe extern "C" fn run<A: Analysis>(
     unsafe { answer(config, (columns, count), callbacks, A::run) }
 }
 
-/// Does `work` and tells the program how it ended.
-///
-/// # Safety
-/// Everything that is pointed to lives as long as the call.
-unsafe fn answer(
-    config: Text,
-    (columns, count): (*const Column, usize),
-    callbacks: *const Callbacks,
-    work: impl FnOnce(&Request, &mut dyn Host) -> Result<String, String>,
-) {
-    // SAFETY: as the caller promises.
-    let (config, callbacks) = unsafe { (config.get(), &*callbacks) };
-    // SAFETY: the same.
-    conclude(callbacks, || unsafe {
-        with_signals(columns, count, |signals| {
-            work(&Request { config: &config, signals }, &mut Remote(callbacks))
-        })
-    });
-}
-
 unsafe extern "C" fn needs<A: Analysis>(
     context: *mut c_void,
     take: unsafe extern "C" fn(*mut c_void, *const Need, usize),
 ) {
-    let lend = |need: &crate::Need| Need {
+    let lend = |need: &crate::signal::Need| Need {
         name: Text::new(need.name),
         unit: Text::new(need.unit),
         description: Text::new(need.description),
-        required: need.required,
+        required: need.required.into(),
     };
     let needs: Vec<_> = A::NEEDS.iter().map(lend).collect();
-    // SAFETY: `context` goes back to the one who gave it, and `needs` lives until the call is over.
+    // SAFETY: `context` goes back to its owner, and `needs` lives until the call is over.
     unsafe { take(context, needs.as_ptr(), needs.len()) }
 }
 
-/// Calls `work` and tells the program how it ended.
-fn conclude(callbacks: &Callbacks, work: impl FnOnce() -> Result<String, String>) {
-    let outcome = catch_unwind(AssertUnwindSafe(work));
-    let outcome =
-        outcome.unwrap_or_else(|payload| Err(format!("panicked: {}", reason(payload.as_ref()))));
-    let (well, text) = match &outcome {
-        Ok(text) => (true, text),
-        Err(text) => (false, text),
-    };
-    // SAFETY: the context is the program's own, and the text lives until the call is over.
-    unsafe { (callbacks.done)(callbacks.context, well, Text::new(text)) }
+unsafe extern "C" fn schema<A: Analysis>(
+    context: *mut c_void,
+    take: unsafe extern "C" fn(*mut c_void, Text),
+) {
+    // A panic has no way to be reported here. Without a schema the program lacks suggestions, no more.
+    let schema = catch_unwind(A::config_schema).map_err(panic_message);
+    if let Ok(Some(schema)) = schema {
+        // SAFETY: `context` goes back to its owner, and the text lives until the call is over.
+        unsafe { take(context, Text::new(&schema)) }
+    }
 }
 
-fn reason(payload: &(dyn Any + Send)) -> Cow<'_, str> {
-    match (payload.downcast_ref::<&str>(), payload.downcast_ref::<String>()) {
-        (Some(text), _) => Cow::Borrowed(text),
-        (_, Some(text)) => Cow::Borrowed(text),
-        _ => Cow::Borrowed("without a message"),
-    }
+/// Does `work` and reports its outcome to the program.
+///
+/// # Safety
+/// `callbacks` is null or points to callbacks. Everything that is pointed to lives as long as the call.
+unsafe fn answer(
+    config: Text,
+    (columns, count): (*const Column, usize),
+    callbacks: *const Callbacks,
+    work: impl FnOnce(&Request, &mut dyn Host) -> Result<String, AnalysisError>,
+) {
+    // SAFETY: as the caller promises.
+    let (config, callbacks) = unsafe { (config.lossy(), callbacks.as_ref()) };
+    let Some(callbacks) = callbacks else { return };
+    // SAFETY: the same.
+    let outcome = catch_unwind(AssertUnwindSafe(|| unsafe {
+        with_signals(columns, count, |signals| {
+            work(&Request { config: &config, signals }, &mut Remote(callbacks))
+        })
+    }));
+    let outcome = outcome.unwrap_or_else(|panic| Err(AnalysisError::Failed(panic_message(panic))));
+    let (status, path, text): (_, &[String], _) = match &outcome {
+        Ok(result) => (DONE, &[], result),
+        Err(AnalysisError::Config(error)) => (BAD_CONFIG, &error.path, &error.message),
+        Err(AnalysisError::Failed(message)) => (FAILED, &[], message),
+    };
+    let path: Vec<_> = path.iter().map(|key| Text::new(key)).collect();
+    let text = Text::new(text);
+    let outcome = Outcome { status, path: path.as_ptr(), depth: path.len(), text };
+    // SAFETY: the context is the program's own, and the outcome lives until the call is over.
+    unsafe { (callbacks.done)(callbacks.context, &raw const outcome) }
+}
+
+/// The message of a panic. A payload of an unknown type is leaked: its destructor might panic in turn.
+fn panic_message(panic: Box<dyn Any + Send>) -> String {
+    let text = panic.downcast::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|panic| panic.downcast::<String>().map(|text| *text));
+    let text = text.unwrap_or_else(|panic| {
+        std::mem::forget(panic);
+        "without a message".to_owned()
+    });
+    format!("panicked: {text}")
 }
 
 /// The program, as the plugin sees it.
 struct Remote<'a>(&'a Callbacks);
 
 impl Host for Remote<'_> {
-    fn progress(&mut self, share: f64, what: &str) -> bool {
-        // SAFETY: the context is the program's own, and what is lent lives until the call is over; so below.
-        unsafe { (self.0.progress)(self.0.context, share, Text::new(what)) }
+    fn progress(&mut self, share: f64, task: &str) -> bool {
+        // SAFETY: the context is the program's own, and the loan lives until the call is over; so below.
+        unsafe { (self.0.progress)(self.0.context, share, Text::new(task)) != 0 }
     }
 
     fn record(&mut self, group: &str, signals: &[Signal]) {
@@ -115,7 +140,7 @@ impl Host for Remote<'_> {
 
     fn diagram(&mut self, group: &str, diagram: &Diagram) {
         // SAFETY: see above.
-        lend(diagram, |diagram| unsafe {
+        with_lent_diagram(diagram, |diagram| unsafe {
             (self.0.diagram)(self.0.context, Text::new(group), diagram)
         });
     }
@@ -123,16 +148,5 @@ impl Host for Remote<'_> {
     fn file(&mut self, name: &str, text: &str) {
         // SAFETY: see above.
         unsafe { (self.0.file)(self.0.context, Text::new(name), Text::new(text)) }
-    }
-}
-
-/// Lends a signal; its columns may differ in length only by a mistake, and then the rest is left out.
-pub(crate) fn column(signal: &Signal) -> Column {
-    Column {
-        name: Text::new(signal.name),
-        unit: Text::new(signal.unit),
-        time: signal.time.as_ptr(),
-        values: signal.values.as_ptr(),
-        len: signal.time.len().min(signal.values.len()),
     }
 }

@@ -1,16 +1,17 @@
-//! Lets the program call analyses that it was not built with: borrowed columns in, text out, over one exported symbol.
+//! Lets the program call analyses that it was not built with: signals and a configuration go in; a result in JSON,
+//! recorded signals, diagrams and files come out.
 //!
 //! A plugin is a `cdylib` with an [`Analysis`]:
 //!
 //! ```
-//! use plugin::{Analysis, Host, Need, Request};
+//! use plugin::{Analysis, AnalysisError, Host, Need, Request};
 //!
 //! struct Mean;
 //!
 //! impl Analysis for Mean {
-//!     const NEEDS: &'static [Need] = &[Need::required("x", "", "what is averaged")];
+//!     const NEEDS: &'static [Need] = &[Need::required("x", "", "the averaged signal")];
 //!
-//!     fn run(request: &Request, _host: &mut dyn Host) -> Result<String, String> {
+//!     fn run(request: &Request, _host: &mut dyn Host) -> Result<String, AnalysisError> {
 //!         let x = request.signal("x").ok_or("expected a signal `x`")?.values;
 //!         Ok(format!(r#"{{"mean": {}}}"#, x.iter().sum::<f64>() / x.len() as f64))
 //!     }
@@ -22,141 +23,73 @@
 //! # assert_eq!(Mean::run(&request, &mut plugin::Silent), Ok(r#"{"mean": 2}"#.to_owned()));
 //! ```
 //!
-//! Across the boundary go C structures only ([`abi`]), so program and plugin need not be built by the same compiler; both
-//! state [`abi::VERSION`] and nothing is called when they differ. Slices are borrowed for the duration of a call and results
-//! leave through callbacks, so nobody frees the other side's memory. A panic of a plugin ends its call, not the program.
+//! A configuration is a struct with `serde::Deserialize`. [`Request::read_config`] reads it, and a [`ConfigError`]
+//! carries the key that is wrong, so that the program points at it in the user's file:
+//!
+//! ```
+//! use plugin::{ConfigError, Request};
+//!
+//! #[derive(serde::Deserialize)]
+//! #[serde(deny_unknown_fields)]
+//! struct Config { window: f64 }
+//!
+//! fn check(request: &Request) -> Result<(), ConfigError> {
+//!     let Config { window } = request.read_config()?;
+//!     if window > 0.0 {
+//!         return Ok(());
+//!     }
+//!     Err(ConfigError::at("window", format!("expected a time above 0 s, found {window}")))
+//! }
+//!
+//! let check = |config| check(&Request { config, signals: Vec::new() }).map_err(|error| error.to_string());
+//! assert_eq!(check("window = 0.5"), Ok(()));
+//! assert_eq!(check("window = 0.0"), Err("window: expected a time above 0 s, found 0".to_owned()));
+//! assert!(check("windw = 0.5").is_err_and(|error| error.starts_with("windw: unknown field")));
+//! ```
+//!
+//! # The boundary
+//!
+//! C structures cross it and nothing else ([`abi`]), so program and plugin need not be built by the same compiler. Both
+//! state [`abi::VERSION`], and nothing is called when they differ.
+//!
+//! - **Memory**: slices are borrowed for the duration of a call and results leave through callbacks. Neither side frees
+//!   the other's memory. Whatever can be checked is: null, lengths, alignment, UTF-8, numbers of enumerations.
+//! - **Panics** of a plugin end its call with a message. A panic of the program inside of a callback is kept until the
+//!   plugin has returned and goes on then. Both need `panic = "unwind"`, the default.
+//! - **Threads**: a plugin calls back on the thread of the call. The program ignores other threads and fails the call.
+//! - **Life**: the library stays loaded until the process ends. Its threads may outlive each call.
+//!
+//! # Tests and memory
+//!
+//! `cargo test -p plugin` calls the example `mean` across the boundary, with valgrind too where it is installed. With a
+//! nightly toolchain, `cargo +nightly miri test -p plugin` checks the rules of references and initialisation too.
 
 pub mod abi;
+mod analysis;
+mod config;
 mod diagram;
+mod error;
 mod export;
+mod lend;
 #[cfg(feature = "load")]
 mod load;
+mod signal;
 
+pub use analysis::{Analysis, Host, Request, Silent};
+pub use config::from_toml;
 pub use diagram::{Diagram, Layer, Role, Shape};
+pub use error::{AnalysisError, ConfigError};
 #[doc(hidden)]
 pub use export::vtable;
 #[cfg(feature = "load")]
 pub use load::{LoadError, Plugin, Wanted};
-
-/// Samples of one signal. Both columns are of the same length, times [s] never fall.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Signal<'a> {
-    /// The name that the analysis knows it by.
-    pub name: &'a str,
-    /// The unit of the values.
-    pub unit: &'a str,
-    /// When each value holds [s].
-    pub time: &'a [f64],
-    /// The values.
-    pub values: &'a [f64],
-}
-
-/// A signal that an analysis can be given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Need {
-    /// Its name.
-    pub name: &'static str,
-    /// The unit that it is wanted in: the program converts. Empty when any will do.
-    pub unit: &'static str,
-    /// One line about it.
-    pub description: &'static str,
-    /// Whether the analysis cannot do without.
-    pub required: bool,
-}
-
-impl Need {
-    /// A signal that the analysis cannot do without.
-    #[must_use]
-    pub const fn required(
-        name: &'static str,
-        unit: &'static str,
-        description: &'static str,
-    ) -> Self {
-        Self { name, unit, description, required: true }
-    }
-
-    /// A signal that the analysis uses if it is there.
-    #[must_use]
-    pub const fn optional(
-        name: &'static str,
-        unit: &'static str,
-        description: &'static str,
-    ) -> Self {
-        Self { name, unit, description, required: false }
-    }
-}
-
-/// What an analysis is asked to do.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Request<'a> {
-    /// Its configuration, TOML.
-    pub config: &'a str,
-    /// The signals that it is given.
-    pub signals: Vec<Signal<'a>>,
-}
-
-impl<'a> Request<'a> {
-    /// The signal of this name.
-    #[must_use]
-    pub fn signal(&self, name: &str) -> Option<Signal<'a>> {
-        self.signals.iter().find(|signal| signal.name == name).copied()
-    }
-}
-
-/// What an analysis can tell the program while it runs.
-pub trait Host {
-    /// Tells which share of the work is done, 0 to 1, and what comes next. `false` asks the analysis to give up.
-    fn progress(&mut self, share: f64, what: &str) -> bool;
-
-    /// Adds signals to the recording, under the name of the group. They have equal lengths and the times of the first.
-    fn record(&mut self, group: &str, signals: &[Signal]);
-
-    /// Adds a diagram to the replay. Those of one group are shown together, the first one largest.
-    fn diagram(&mut self, group: &str, diagram: &Diagram);
-
-    /// Leaves a text file beside the report. The name has no folder in it.
-    fn file(&mut self, name: &str, text: &str);
-}
-
-/// A host that takes everything and does nothing with it, for tests.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Silent;
-
-impl Host for Silent {
-    fn progress(&mut self, _share: f64, _what: &str) -> bool {
-        true
-    }
-    fn record(&mut self, _group: &str, _signals: &[Signal]) {}
-    fn diagram(&mut self, _group: &str, _diagram: &Diagram) {}
-    fn file(&mut self, _name: &str, _text: &str) {}
-}
-
-/// An analysis of signals.
-pub trait Analysis {
-    /// The signals that it can be given.
-    const NEEDS: &'static [Need];
-
-    /// Whether the configuration makes sense with these signals, which have no samples yet: asked before anything runs. A
-    /// word in backticks in the message is pointed at in the user's file.
-    ///
-    /// # Errors
-    /// With what was expected, what was found and what to do.
-    fn check(_request: &Request) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// Analyses, and gives the result as JSON.
-    ///
-    /// # Errors
-    /// With what went wrong; the program then counts the analysis as failed.
-    fn run(request: &Request, host: &mut dyn Host) -> Result<String, String>;
-}
+pub use signal::{Need, Signal};
 
 /// Makes a library a plugin: exports the one symbol that the program looks for.
 #[macro_export]
 macro_rules! export {
     ($analysis:ty) => {
-        /// What the program calls.
+        /// The entry point for the program.
         #[unsafe(no_mangle)]
         pub extern "C" fn trackside_plugin() -> *const $crate::abi::Vtable {
             $crate::vtable::<$analysis>()

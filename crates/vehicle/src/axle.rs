@@ -1,8 +1,9 @@
-//! Goes from what sensors in the body measure to what the axles do: slip angles, loads and tire forces.
+//! Computes slip angles, loads and forces of the axles from measurements in the body.
 #![allow(non_snake_case, reason = "forces and moments are written as in the equations")]
 
-use crate::single_track::slip_speed;
-use crate::{Body, Number};
+use crate::body::Body;
+use crate::number::Number;
+use crate::slip::slip_speed;
 
 /// Forces of the two axles [N], each in the frame of its wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +25,8 @@ impl Body {
         [delta - (v_y + r * self.l_f).atan2(v), -(v_y - r * self.l_r).atan2(v)]
     }
 
-    /// Loads of the front and the rear axle [N] from the specific force along x and z [m/s²], as an accelerometer in
-    /// the centre of gravity has it: at rest a_z = g.
+    /// Loads of the front and the rear axle [N] from the specific force along x and z [m/s²] that an accelerometer in
+    /// the centre of gravity measures: at rest a_z = g.
     ///
     /// The sums of [`Body::axle_loads`], with the acceleration known: F_zf L = m a_z l_r + L F_df − h m a_x.
     pub fn measured_loads(&self, downforce: [f64; 2], a_x: f64, a_z: f64) -> [f64; 2] {
@@ -50,13 +51,13 @@ impl Body {
 impl AxleForces {
     /// Turns forces along the body's axes into those of the wheels.
     ///
-    /// `F_long` is the sum along x of all that the tires do [N]: m a_x and the drag. `lateral` is that of
+    /// `F_long` is the sum of all tire forces along x [N]: m a_x and the drag. `lateral` is that of
     /// [`Body::lateral_forces`]. `front_share` is the part of the driving and of the braking force that acts at the
     /// front [-].
     ///
     /// With F = F_xf + F_xr, F_xf = s F and the front wheels turned by δ, F_long = F_xf cos δ + F_xr − F_yf sin δ and
     /// lateral_f = F_yf cos δ + F_xf sin δ give F (s / cos δ + 1 − s) = F_long + lateral_f tan δ: the front tires'
-    /// lateral force, which slows a cornering car, is told from braking.
+    /// lateral force, which slows a cornering car, is separated from braking.
     pub fn new(F_long: f64, lateral: [f64; 2], delta: f64, front_share: [f64; 2]) -> Self {
         let (sin, cos) = delta.sin_cos();
         let driving = F_long + lateral[0] * sin / cos;

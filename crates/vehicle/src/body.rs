@@ -3,7 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{G, Number};
+use crate::number::Number;
+
+/// Standard gravity of the models [m/s²].
+pub const G: f64 = 9.81;
 
 /// Rigid body of the car, seen in the plane of symmetry. The default is the demo car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,7 +82,7 @@ impl Body {
 ///
 /// The downforce coefficients are referred to the axles and to the road, as a wind tunnel balance
 /// reads them under the wheels of a standing car: they contain the pitching moment of the drag.
-/// Zero for both says that the air moves no load between the axles of a car held at rest in the
+/// Zero for both means that the air moves no load between the axles of a car held at rest in the
 /// wind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,11 +3,12 @@
 
 use nalgebra::SVector;
 
-use crate::{Input, Number, State, Vehicle};
+use crate::number::Number;
+use crate::single_track::{Input, State, Vehicle};
 
 /// One step of the classical fourth-order Runge-Kutta method: the state `h` [s] after `x`.
 ///
-/// `rates` is the time derivative of the state; it sees no time, so inputs are constant over the
+/// `rates` is the time derivative of the state. It does not depend on time: inputs are constant over the
 /// step.
 #[inline]
 pub fn rk4<T: Number, const N: usize>(

@@ -1,5 +1,5 @@
-//! Describes how a car moves: tires, axle loads, a single-track body, its integration, and the
-//! linear-tire model that an estimator and a controller share.
+//! Models a car in the plane: states and inputs go in; slips, loads, tire forces, accelerations and later states
+//! come out. The nominal model with linear tires serves estimation and control.
 //!
 //! Everything is in SI units and radians, in the axes of ISO 8855: x forward, y to the left, z up,
 //! so a left turn has positive yaw rate, lateral acceleration and steering angle.
@@ -27,24 +27,18 @@ mod axle;
 mod body;
 mod integrate;
 mod linear;
+mod number;
 mod single_track;
+mod slip;
 mod tire;
 mod wheel;
 
 pub use axle::AxleForces;
-pub use body::{Aero, Body};
+pub use body::{Aero, Body, G};
 pub use integrate::rk4;
 pub use linear::NominalCar;
-pub use single_track::{Input, Motion, SLIP_SPEED_FLOOR, State, Vehicle};
-pub use tire::MagicFormula;
+pub use number::Number;
+pub use single_track::{Input, Motion, State, Vehicle};
+pub use slip::SLIP_SPEED_FLOOR;
+pub use tire::{Elementary, Graded, LocalCurve, MagicFormula, Standard};
 pub use wheel::{Differential, Wheel, slip_ratio};
-
-use num_dual::DualNum;
-
-/// Standard gravity of the models [m/s²].
-pub const G: f64 = 9.81;
-
-/// What the equations calculate with: `f64`, or a dual number that carries derivatives along.
-pub trait Number: DualNum<Primitive = f64> + Copy {}
-
-impl<T: DualNum<Primitive = f64> + Copy> Number for T {}

@@ -4,10 +4,11 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::single_track::slip_speed;
-use crate::{Number, SLIP_SPEED_FLOOR, rk4};
+use crate::integrate::rk4;
+use crate::number::Number;
+use crate::slip::{SLIP_SPEED_FLOOR, slip_speed};
 
-/// Nominal car: linear tires, small slip angles, and three forces that stand for all it leaves out.
+/// Nominal car: linear tires, small slip angles, and three disturbance forces for everything else.
 ///
 /// The state is x = [v_x, v_y, r, ξ_x, ξ_y, ξ_ψ] in m/s, m/s, rad/s, N, N and N m. The ξ are
 /// constant here; an estimator lets them walk randomly. The inputs are the longitudinal force `F_x`
@@ -16,7 +17,7 @@ use crate::{Number, SLIP_SPEED_FLOOR, rk4};
 /// as well.
 ///
 /// The default has the masses and lengths of the demo car, but only 50 / 63.36 of its cornering
-/// stiffness: a model that is known to be wrong by as much as a guess may be.
+/// stiffness: a deliberate model error, as large as that of a guess.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NominalCar {
     /// Mass [kg].
@@ -99,7 +100,7 @@ impl NominalCar {
         A
     }
 
-    /// What sensors read: y = [v_x, v_y, r, a_y] in m/s, m/s, rad/s and m/s².
+    /// Measurement: y = [v_x, v_y, r, a_y] in m/s, m/s, rad/s and m/s².
     ///
     /// a_y = (F_yf + F_yr + ξ_y) / m is inertial and holds the direct effect C_f δ / m of the
     /// steering angle that acts while the sensor is read.
@@ -146,8 +147,7 @@ impl NominalCar {
         (sway + yaw) / slip_speed(v_x)
     }
 
-    /// Yaw moment [N m] of the tires with the wheels straight, without ξ_ψ: what a steering
-    /// controller cancels. Steering adds l_f C_f δ to it.
+    /// Yaw moment [N m] of the tires with the wheels straight, without ξ_ψ: a steering controller cancels it. Steering adds l_f C_f δ to it.
     #[inline]
     pub fn unsteered_moment(&self, x: &SVector<f64, 6>) -> f64 {
         let [F_yf, F_yr] = self.axle_forces(x, 0.0);

@@ -4,18 +4,9 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::{Aero, Body, MagicFormula, Number};
-
-/// Forward speed [m/s] below which slip angles are those at this speed, so that they stay finite at
-/// rest.
-pub const SLIP_SPEED_FLOOR: f64 = 1.0;
-
-/// Forward speed [m/s] that slip angles divide by; below the floor it is constant, also to a
-/// derivative.
-#[inline]
-pub(crate) fn slip_speed<T: Number>(v_x: T) -> T {
-    if v_x > SLIP_SPEED_FLOOR { v_x } else { SLIP_SPEED_FLOOR.into() }
-}
+use crate::body::{Aero, Body};
+use crate::number::Number;
+use crate::tire::MagicFormula;
 
 /// Motion state of the car in the plane, or the time derivative of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -64,7 +55,7 @@ impl State {
     }
 }
 
-/// What the driver commands.
+/// Commands of the driver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Input<T = f64> {
     /// Sum of the longitudinal tire forces [N]: driving at the rear axle, braking (negative) at
@@ -74,15 +65,14 @@ pub struct Input<T = f64> {
     pub delta: T,
 }
 
-/// What a [`State`] and an [`Input`] lead to at the same instant.
+/// Forces and accelerations that follow from a [`State`] and an [`Input`] at the same instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion<T = f64> {
     /// Time derivative of the state.
     pub derivative: State<T>,
-    /// Inertial longitudinal acceleration [m/s²], as an accelerometer in the centre of gravity has
-    /// it.
+    /// Inertial longitudinal acceleration [m/s²], measured in the centre of gravity.
     pub a_x: T,
-    /// Inertial lateral acceleration [m/s²], as an accelerometer in the centre of gravity has it.
+    /// Inertial lateral acceleration [m/s²], measured in the centre of gravity.
     pub a_y: T,
     /// Slip angle of the front axle [rad].
     pub alpha_f: T,

@@ -1,11 +1,15 @@
-//! Computes the lateral force of a tire from its slip angle with the Magic Formula.
+//! Defines the Magic Formula: the friction coefficient of a tire over its slip, with its derivatives.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use serde::{Deserialize, Serialize};
 
-use crate::Number;
+use crate::number::Number;
+
+mod derivatives;
+
+pub use derivatives::{Elementary, Graded, LocalCurve, Standard};
 
 /// Magic Formula of one axle in pure lateral slip (Pacejka, Tire and Vehicle Dynamics, section
 /// 4.3).

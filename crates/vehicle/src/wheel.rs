@@ -1,11 +1,11 @@
-//! Rolls the wheels: dynamic radius, slip ratio, and the yaw moment of a differential between two of them.
+//! Models wheels: dynamic radius, slip ratio, and the yaw moment of a differential between two wheels.
 #![allow(non_snake_case, reason = "forces and moments are written as in the equations")]
 
 use serde::{Deserialize, Serialize};
 
-use crate::single_track::slip_speed;
+use crate::slip::slip_speed;
 
-/// Radius of the wheels of one axle and what changes it.
+/// Radius of the wheels of one axle, with its dependence on load and speed.
 ///
 /// Default: 0.3 m, rigid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,7 +13,7 @@ use crate::single_track::slip_speed;
 pub struct Wheel {
     /// Radius without load and at rest [m].
     pub radius: f64,
-    /// Vertical stiffness of one tire [N/m]; none is a rigid one.
+    /// Vertical stiffness of one tire [N/m]; none for a rigid tire.
     pub stiffness: Option<f64>,
     /// Growth of the radius with the square of the wheel speed [m s²/rad²].
     pub growth: f64,
@@ -26,7 +26,7 @@ impl Default for Wheel {
 }
 
 impl Wheel {
-    /// Radius [m] that a wheel rolls with at a speed [rad/s], while its axle, of two wheels, carries a load [N].
+    /// Rolling radius [m] at a wheel speed [rad/s] under the load [N] of an axle with two wheels.
     ///
     /// r_dyn = ⅔ (r + d ω²) + ⅓ (r − F_z / 2c): Schabauer et al., "Experimental Investigation and Semi-physical
     /// Modelling of the Influence of Rotational Speed on the Vertical Tyre Stiffness and Tyre Radii", 2020.
@@ -54,12 +54,12 @@ pub struct Differential {
     pub drive_lock: f64,
     /// The same while the engine brakes [-].
     pub coast_lock: f64,
-    /// Least difference of the torques that it can hold [N m].
+    /// Torque difference that it holds without load [N m].
     pub preload: f64,
-    /// Most that the engine brakes with [N m at the wheels], positive: what is more comes from the brakes, which act
+    /// Largest braking torque of the engine [N m at the wheels], positive. The rest comes from the brakes, which act
     /// behind the differential.
     pub engine_brake: f64,
-    /// How quickly it locks with the difference of the wheel speeds [s/rad].
+    /// Growth of the locking with the difference of the wheel speeds [s/rad].
     pub sensitivity: f64,
     /// Distance between the two wheels [m].
     pub track: f64,

@@ -6,26 +6,34 @@
 
 typedef struct { const char *data; size_t len; } Text;
 typedef struct { Text name, unit; const double *time, *values; size_t len; } Column;
-typedef struct { Text name, unit, description; bool required; } Need;
+typedef struct { Text name, unit, description; uint8_t required; } Need;
 typedef struct { Text name; uint32_t shape, role; const double *x, *y, *upper; size_t len; } Layer;
 typedef struct { Text title, axes[2]; double ranges[2][2]; const Layer *layers; size_t count; } Diagram;
+typedef struct { uint32_t status; const Text *path; size_t depth; Text text; } Outcome;
+enum { DONE, BAD_CONFIG, FAILED };
 typedef struct {
     void *context;
-    bool (*progress)(void *, double, Text);
+    uint8_t (*progress)(void *, double, Text);
     void (*record)(void *, Text, const Column *, size_t);
     void (*diagram)(void *, Text, const Diagram *);
     void (*file)(void *, Text, Text);
-    void (*done)(void *, bool, Text);
+    void (*done)(void *, const Outcome *);
 } Callbacks;
 typedef void (*Call)(Text, const Column *, size_t, const Callbacks *);
-typedef struct { uint32_t version; Call check, run; void (*needs)(void *, void (*)(void *, const Need *, size_t)); } Vtable;
+typedef struct {
+    uint32_t version;
+    Call check, run;
+    void (*needs)(void *, void (*)(void *, const Need *, size_t));
+    void (*schema)(void *, void (*)(void *, Text));
+} Vtable;
 
 static Text text(const char *words) { return (Text){words, strlen(words)}; }
 static bool says(Text config, const char *word) { return memmem(config.data, config.len, word, strlen(word)) != NULL; }
 
 static void check(Text config, const Column *columns, size_t count, const Callbacks *host) {
-    bool well = !says(config, "wrong");
-    host->done(host->context, well, text(well ? "" : "expected `mode` to be anything else, found `wrong`"));
+    Text path[] = {text("mode")};
+    Outcome good = {DONE}, bad = {BAD_CONFIG, path, 1, text("expected anything else, found \"wrong\"")};
+    host->done(host->context, says(config, "wrong") ? &bad : &good);
 }
 
 static void run(Text config, const Column *columns, size_t count, const Callbacks *host) {
@@ -33,7 +41,7 @@ static void run(Text config, const Column *columns, size_t count, const Callback
     Column column = {text("x"), text("m"), time, values, 2};
     host->progress(host->context, 0.5, text("half"));
     if (says(config, "silent")) return;
-    if (says(config, "fails")) { host->done(host->context, false, text("no tire in sight")); return; }
+    if (says(config, "fails")) { host->done(host->context, &(Outcome){FAILED, NULL, 0, text("no tire in sight")}); return; }
     if (says(config, "escapes")) host->file(host->context, text("../escaped.txt"), text("out"));
     if (says(config, "overwrites")) host->file(host->context, text("report.json"), text("{}"));
     if (says(config, "backwards")) host->record(host->context, text("group"), &column, 1);
@@ -46,7 +54,8 @@ static void run(Text config, const Column *columns, size_t count, const Callback
     if (says(config, "writes")) host->file(host->context, text("note.txt"), text("a note"));
     if (says(config, "finds")) host->file(host->context, text("found.toml"), text("\"twin.body.m\" = 900.0"));
     if (says(config, "errs")) host->file(host->context, text("found.toml"), text("[twin]\nbody.mm = 900.0"));
-    host->done(host->context, true, text(says(config, "babbles") ? "not JSON" : "{\"list\": [1, 2.5], \"fine\": true}"));
+    Text result = text(says(config, "babbles") ? "not JSON" : "{\"list\": [1, 2.5], \"fine\": true}");
+    host->done(host->context, &(Outcome){DONE, NULL, 0, result});
 }
 
 static void needs(void *context, void (*take)(void *, const Need *, size_t)) {
@@ -54,5 +63,5 @@ static void needs(void *context, void (*take)(void *, const Need *, size_t)) {
     take(context, all, 2);
 }
 
-static const Vtable TABLE = {VERSION, check, run, needs};
+static const Vtable TABLE = {VERSION, check, run, needs, NULL};
 const Vtable *trackside_plugin(void) { return &TABLE; }

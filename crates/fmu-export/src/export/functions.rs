@@ -1,4 +1,4 @@
-//! Names the C functions of a library and hands their arguments on.
+//! Names the C functions of a library and passes their arguments on.
 
 /// Exports a model as an FMI 2.0 co-simulation library: the 34 C functions, and the one by which a
 /// packer asks the library for its description.
@@ -12,7 +12,7 @@ macro_rules! export {
             use std::ffi::{c_char, c_int, c_void};
 
             use $crate::abi::{Boolean, CallbackFunctions, Component, FmuState, Status, ValueReference};
-            use $crate::export::{self, Call, LastStep, Truth};
+            use $crate::export::{self, Call, LastStep, FmiBoolean};
 
             use super::ExportedModel as Model;
 
@@ -35,7 +35,7 @@ macro_rules! export {
                 fmi2GetInteger(c: Component, r: *const ValueReference, n: usize, v: *mut c_int)
                     => export::get::<Model, c_int>(c, r, n, v);
                 fmi2GetBoolean(c: Component, r: *const ValueReference, n: usize, v: *mut Boolean)
-                    => export::get::<Model, Truth>(c, r, n, v.cast());
+                    => export::get::<Model, FmiBoolean>(c, r, n, v.cast());
                 fmi2GetString(c: Component, r: *const ValueReference, n: usize, v: *mut *const c_char)
                     => export::get_string::<Model>(c, r, n, v);
                 fmi2SetReal(c: Component, r: *const ValueReference, n: usize, v: *const f64)
@@ -43,7 +43,7 @@ macro_rules! export {
                 fmi2SetInteger(c: Component, r: *const ValueReference, n: usize, v: *const c_int)
                     => export::set::<Model, c_int>(c, r, n, v);
                 fmi2SetBoolean(c: Component, r: *const ValueReference, n: usize, v: *const Boolean)
-                    => export::set::<Model, Truth>(c, r, n, v.cast());
+                    => export::set::<Model, FmiBoolean>(c, r, n, v.cast());
                 fmi2SetString(c: Component, r: *const ValueReference, n: usize, v: *const *const c_char)
                     => export::set_string::<Model>(c, r, n, v);
                 fmi2GetFMUstate(c: Component, s: *mut FmuState) => export::get_fmu_state::<Model>(c, s);

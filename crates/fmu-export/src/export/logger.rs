@@ -1,67 +1,86 @@
-//! Hands messages to the importer's logger, in the categories that it wants.
+//! Hands messages to the importer's logger, in the categories that it enabled.
 
 use std::ffi::{CString, c_void};
+use std::sync::Arc;
 
 use crate::abi::{Logger, Status};
-use crate::instance::Refusal;
+use crate::instance::FmiError;
 use crate::log::{LOG_CATEGORIES, Message, take_messages};
 
-/// The category of what is worth telling of any run.
-pub(super) const EVENTS: &str = LOG_CATEGORIES[Status::Ok as usize].0;
-/// Categories that are on before anyone asks: without them a failure would be silent.
+/// Categories that are on by default: without them a failure would be silent.
 pub(super) const ALWAYS: u64 =
     1 << Status::Discard as u64 | 1 << Status::Error as u64 | 1 << Status::Fatal as u64;
 
-/// The importer's logger.
-pub(super) struct Log {
+/// The importer, as `fmi2Instantiate` introduced it.
+pub(super) struct Importer {
+    /// The importer's name of the instance.
     pub name: CString,
     pub logger: Logger,
     pub environment: *mut c_void,
+}
+
+/// The log of an instance.
+pub(super) struct Log {
+    /// Shared with the delivery that is under way: the logger may free the instance.
+    pub importer: Arc<Importer>,
     /// The model's own categories, numbered after [`LOG_CATEGORIES`].
     pub own: &'static [(&'static str, &'static str)],
-    /// Bit `i` is set when category `i` is wanted.
-    pub wanted: u64,
+    /// Bit `i` is set when category `i` is enabled.
+    pub enabled: u64,
 }
 
 impl Log {
     /// The bit of a category.
     pub fn bit(&self, category: &str) -> Option<u64> {
-        let place =
+        let index =
             LOG_CATEGORIES.iter().chain(self.own).position(|(name, _)| *name == category)?;
-        1_u64.checked_shl(place as u32)
+        1_u64.checked_shl(index as u32)
     }
 
-    pub fn send(&self, status: Status, category: &str, message: &str) {
-        if self.bit(category).is_none_or(|bit| self.wanted & bit == 0) {
-            return;
-        }
-        let text = CString::new(message.replace('\0', "?")).unwrap_or_default();
-        let category = CString::new(category).unwrap_or_default();
-        // SAFETY: the importer's logger takes these arguments. The message is an argument of a fixed
-        // format, so that a percent sign in it means nothing.
-        unsafe {
-            (self.logger)(
-                self.environment,
-                self.name.as_ptr(),
-                status,
-                category.as_ptr(),
-                c"%s".as_ptr(),
-                text.as_ptr(),
-            );
-        }
+    /// Takes the messages of a call, its error last, and gives the status that the call returns.
+    pub fn collect(&self, error: Option<FmiError>) -> (Status, Delivery) {
+        let mut messages = take_messages();
+        let worst = messages.iter().map(|message| message.status).max().unwrap_or(Status::Ok);
+        let status = error.as_ref().map_or(worst, |error| error.status);
+        messages.extend(error.map(|FmiError { status, message }| Message {
+            status,
+            category: LOG_CATEGORIES[status as usize].0,
+            text: message,
+        }));
+        let enabled = |message: &Message| {
+            self.bit(message.category).is_some_and(|bit| self.enabled & bit != 0)
+        };
+        messages.retain(enabled);
+        (status, Delivery { importer: Arc::clone(&self.importer), messages })
     }
+}
 
-    pub fn status(&self, refusal: &Refusal) {
-        self.send(refusal.status, LOG_CATEGORIES[refusal.status as usize].0, &refusal.message);
-    }
+/// Messages on their way to the importer. It borrows nothing of the instance.
+#[must_use]
+pub(super) struct Delivery {
+    importer: Arc<Importer>,
+    messages: Vec<Message>,
+}
 
-    /// Hands over what the model said during a call, and gives the worst status of it.
-    pub fn messages(&self) -> Status {
-        let mut worst = Status::Ok;
-        for Message { status, category, text } in take_messages() {
-            self.send(status, category, &text);
-            worst = worst.max(status);
+impl Delivery {
+    /// Calls the logger with each message, in their order.
+    pub fn deliver(self) {
+        let Importer { name, logger, environment } = &*self.importer;
+        for Message { status, category, text } in self.messages {
+            let text = CString::new(text.replace('\0', "?")).unwrap_or_default();
+            let category = CString::new(category).unwrap_or_default();
+            // SAFETY: the importer's logger takes these arguments. The message is an argument of a
+            // fixed format, so that a percent sign in it means nothing.
+            unsafe {
+                logger(
+                    *environment,
+                    name.as_ptr(),
+                    status,
+                    category.as_ptr(),
+                    c"%s".as_ptr(),
+                    text.as_ptr(),
+                );
+            }
         }
-        worst
     }
 }

@@ -2,12 +2,13 @@
 
 use std::ptr;
 
-use super::{Log, read, with, write};
-use crate::Model;
+use super::{Log, with};
 use crate::abi::{Component, FmuState, Status};
 use crate::description::guid;
-use crate::instance::{Instance, Outcome, Snapshot, refuse};
+use crate::instance::{FmiResult, Instance, Snapshot, reject};
 use crate::lifecycle::Call;
+use crate::memory::{Destination, read, write};
+use crate::model::Model;
 
 /// `fmi2GetFMUstate`: an existing state is overwritten.
 ///
@@ -17,7 +18,7 @@ pub unsafe fn get_fmu_state<M: Model>(component: Component, state: *mut FmuState
     let body = |instance: &mut Instance<M>, _: &mut Log| {
         // SAFETY: as the caller promises.
         let Some(state) = (unsafe { state.as_mut() }) else {
-            return refuse("a null pointer stands for an FMU state");
+            return reject("an FMU state is null");
         };
         // SAFETY: as the caller promises.
         match unsafe { state.cast::<Snapshot<M>>().as_mut() } {
@@ -38,7 +39,7 @@ pub unsafe fn set_fmu_state<M: Model>(component: Component, state: FmuState) -> 
     let body = |instance: &mut Instance<M>, _: &mut Log| {
         // SAFETY: as the caller promises.
         let Some(state) = (unsafe { state.cast::<Snapshot<M>>().as_ref() }) else {
-            return refuse("a null pointer stands for an FMU state");
+            return reject("an FMU state is null");
         };
         instance.restore(state);
         Ok(())
@@ -71,12 +72,12 @@ pub unsafe fn free_fmu_state<M: Model>(component: Component, state: *mut FmuStat
 ///
 /// # Safety
 /// `state` is null or a state of this model.
-unsafe fn bytes<M: Model>(state: FmuState) -> Outcome<Vec<u8>> {
+unsafe fn bytes<M: Model>(state: FmuState) -> FmiResult<Vec<u8>> {
     // SAFETY: as the caller promises.
     let Some(state) = (unsafe { state.cast::<Snapshot<M>>().as_ref() }) else {
-        return refuse("a null pointer stands for an FMU state");
+        return reject("an FMU state is null");
     };
-    postcard::to_stdvec(&(guid::<M>(), state)).or_else(|cause| refuse(cause.to_string()))
+    postcard::to_stdvec(&(guid::<M>(), state)).or_else(|cause| reject(cause.to_string()))
 }
 
 /// `fmi2SerializedFMUstateSize`.
@@ -90,8 +91,7 @@ pub unsafe fn serialized_size<M: Model>(
 ) -> Status {
     let body = |_: &mut Instance<M>, _: &mut Log| {
         // SAFETY: as the caller promises.
-        unsafe { write(size, 1)?[0] = bytes::<M>(state)?.len() };
-        Ok(())
+        unsafe { write(size, bytes::<M>(state)?.len()) }
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::FmuState, body) }
@@ -109,14 +109,11 @@ pub unsafe fn serialize<M: Model>(
 ) -> Status {
     let body = |_: &mut Instance<M>, _: &mut Log| {
         // SAFETY: as the caller promises.
-        let (bytes, into) = unsafe { (bytes::<M>(state)?, write(into, length)?) };
-        match into.get_mut(..bytes.len()) {
-            Some(into) => into.copy_from_slice(&bytes),
-            None => {
-                return refuse(format!("expected room for {} bytes, found {length}", bytes.len()));
-            }
+        let (bytes, into) = unsafe { (bytes::<M>(state)?, Destination::new(into, length)?) };
+        if bytes.len() > length {
+            return reject(format!("expected room for {} bytes, found {length}", bytes.len()));
         }
-        Ok(())
+        into.fill(bytes.into_iter().map(Ok))
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::FmuState, body) }
@@ -134,17 +131,19 @@ pub unsafe fn deserialize<M: Model>(
 ) -> Status {
     let body = |_: &mut Instance<M>, _: &mut Log| {
         // SAFETY: as the caller promises.
-        let (from, state) = unsafe { (read(from, length)?, write(state, 1)?) };
-        match postcard::from_bytes::<(String, Snapshot<M>)>(from) {
-            Ok((found, snapshot)) if found == guid::<M>() => {
-                state[0] = Box::into_raw(Box::new(snapshot)).cast();
-                Ok(())
-            }
+        let (from, state) = unsafe { (read(from, length)?, Destination::new(state, 1)?) };
+        let snapshot = match postcard::from_bytes::<(String, Snapshot<M>)>(from) {
+            Ok((found, snapshot)) if found == guid::<M>() => snapshot,
             Ok((found, _)) => {
-                refuse(format!("expected a state of {}, found one of {found}", guid::<M>()))
+                return reject(format!(
+                    "expected a state of {}, found one of {found}",
+                    guid::<M>()
+                ));
             }
-            Err(cause) => refuse(format!("these bytes are no FMU state: {cause}")),
-        }
+            Err(cause) => return reject(format!("these bytes are no FMU state: {cause}")),
+        };
+        snapshot.check()?;
+        state.fill([Ok(Box::into_raw(Box::new(snapshot)).cast())])
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::FmuState, body) }

@@ -2,11 +2,12 @@
 
 use std::ffi::{CString, c_char, c_int};
 
-use super::{Log, read, text, with, write};
-use crate::Model;
+use super::{Log, with};
 use crate::abi::{Component, Status, ValueReference};
-use crate::instance::{Instance, Outcome, refuse};
+use crate::instance::{FmiResult, Instance, reject};
 use crate::lifecycle::Call;
+use crate::memory::{Destination, read, text};
+use crate::model::Model;
 use crate::value::Value;
 
 /// `fmi2GetReal`, `fmi2GetInteger` and `fmi2GetBoolean`.
@@ -21,12 +22,11 @@ pub unsafe fn get<M: Model, T: Value>(
 ) -> Status {
     let body = |instance: &mut Instance<M>, _: &mut Log| {
         // SAFETY: as the caller promises.
-        let (references, values) = unsafe { (read(references, length)?, write(values, length)?) };
+        let references = unsafe { read(references, length)? };
+        // SAFETY: as the caller promises.
+        let values = unsafe { Destination::new(values, length)? };
         instance.refresh()?;
-        for (reference, value) in references.iter().zip(values) {
-            *value = instance.get(*reference)?;
-        }
-        Ok(())
+        values.fill(references.iter().map(|reference| instance.get(*reference)))
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::Get, body) }
@@ -44,16 +44,17 @@ pub unsafe fn get_string<M: Model>(
 ) -> Status {
     let body = |instance: &mut Instance<M>, _: &mut Log| {
         // SAFETY: as the caller promises.
-        let (references, values) = unsafe { (read(references, length)?, write(values, length)?) };
+        let references = unsafe { read(references, length)? };
+        // SAFETY: as the caller promises.
+        let values = unsafe { Destination::new(values, length)? };
         instance.refresh()?;
-        instance.strings.clear();
-        for (reference, value) in references.iter().zip(values) {
-            let text = instance.get::<String>(*reference)?;
-            let text = CString::new(text.replace('\0', "?")).unwrap_or_default();
-            *value = text.as_ptr();
-            instance.strings.push(text);
-        }
-        Ok(())
+        let texts = references.iter().map(|reference| {
+            CString::new(instance.get::<String>(*reference)?)
+                .or_else(|_| reject(format!("the text of variable {reference} has a zero in it")))
+        });
+        instance.strings = texts.collect::<FmiResult<_>>()?;
+        // The texts are where they stay before their addresses are handed out.
+        values.fill(instance.strings.iter().map(|text| Ok(text.as_ptr())))
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::Get, body) }
@@ -93,10 +94,7 @@ pub unsafe fn set_string<M: Model>(
         let (references, values) = unsafe { (read(references, length)?, read(values, length)?) };
         // SAFETY: as the caller promises.
         let texts = values.iter().map(|value| unsafe { text(*value) });
-        match texts.collect::<Option<Vec<_>>>() {
-            Some(texts) => instance.set(references, &texts),
-            None => refuse("a null pointer stands for a text"),
-        }
+        instance.set(references, &texts.collect::<FmiResult<Vec<_>>>()?)
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::Set, body) }
@@ -136,14 +134,14 @@ pub unsafe fn directional_derivative<M: Model>(
     changes: *const f64,
     responses: *mut f64,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| -> Outcome {
+    let body = |instance: &mut Instance<M>, _: &mut Log| -> FmiResult {
         // SAFETY: as the caller promises.
-        let (unknowns, responses) = unsafe { (read(unknowns, rows)?, write(responses, rows)?) };
+        let (unknowns, responses) =
+            unsafe { (read(unknowns, rows)?, Destination::new(responses, rows)?) };
         // SAFETY: as the caller promises.
         let (knowns, changes) = unsafe { (read(knowns, columns)?, read(changes, columns)?) };
         let found = instance.directional_derivative(unknowns, knowns, changes)?;
-        responses.copy_from_slice(&found);
-        Ok(())
+        responses.fill(found.into_iter().map(Ok))
     };
     // SAFETY: as the caller promises.
     unsafe { with::<M>(component, Call::GetDirectionalDerivative, body) }

@@ -1,9 +1,9 @@
-//! Finds how outputs respond to inputs, where FMI 2.0 allows the question.
+//! Computes directional derivatives of outputs, where FMI 2.0 defines them.
 
-use super::{Instance, Outcome, is_tunable, real, refuse, variable, writable};
-use crate::Model;
+use super::{FmiResult, Instance, is_tunable, real, reject, variable, writable};
 use crate::derivative::{Derivatives, Partial, partial};
 use crate::lifecycle::State;
+use crate::model::Model;
 use crate::variable::{Causality, Kind, Row, Variable};
 
 impl<M: Model> Instance<M> {
@@ -13,64 +13,64 @@ impl<M: Model> Instance<M> {
         unknowns: &[u32],
         knowns: &[u32],
         changes: &[f64],
-    ) -> Outcome<Vec<f64>> {
+    ) -> FmiResult<Vec<f64>> {
         let Some(derivatives) = M::DERIVATIVES else {
-            return refuse("a directional derivative is not supported");
+            return reject("a directional derivative is not supported");
         };
-        let places = self.places(&derivatives, unknowns, knowns)?;
+        let indices = self.indices(&derivatives, unknowns, knowns)?;
         self.refresh()?;
         let seeds = derivatives.known.iter().map(|name| {
             let reference = M::VARIABLES.iter().position(|variable| variable.row.name == *name);
             let at = reference.and_then(|reference| real::<M>(reference as u32));
             let value = at.map_or(f64::NAN, |at| *at(&mut self.current.model));
-            let asked = knowns.iter().zip(changes);
-            let asked = asked.filter(|(known, _)| Some(**known as usize) == reference);
-            (value, asked.map(|(_, change)| change).sum())
+            let seeds = knowns.iter().zip(changes);
+            let seeds = seeds.filter(|(known, _)| Some(**known as usize) == reference);
+            (value, seeds.map(|(_, change)| change).sum())
         });
         let seeds: Vec<_> = seeds.collect();
         let found = derivatives.along(&self.current.model, &seeds);
-        Ok(places.into_iter().map(|place| place.map_or(0.0, |place| found[place].1)).collect())
+        Ok(indices.into_iter().map(|index| index.map_or(0.0, |index| found[index].1)).collect())
     }
 
-    /// The place of each unknown in the equations, none for those that no known moves.
-    fn places(
+    /// The index of each unknown in the equations; none when no known moves it.
+    fn indices(
         &self,
         derivatives: &Derivatives<M>,
         unknowns: &[u32],
         knowns: &[u32],
-    ) -> Outcome<Vec<Option<usize>>> {
+    ) -> FmiResult<Vec<Option<usize>>> {
         let state = self.current.state;
         let row = |reference: u32, may: fn(&Row, State) -> bool, part: &str| {
             let Variable { row, access } = variable::<M>(reference)?;
             if access.kind() == Kind::Real && may(row, state) {
                 return Ok(row);
             }
-            refuse(format!("{} is no real {part} in the state {state:?}", row.name))
+            reject(format!("{} is no real {part} in the state {state:?}", row.name))
         };
         let knowns: Vec<_> =
-            knowns.iter().map(|known| row(*known, is_known, "known")).collect::<Outcome<_>>()?;
-        let mut places = Vec::with_capacity(unknowns.len());
+            knowns.iter().map(|known| row(*known, is_known, "known")).collect::<FmiResult<_>>()?;
+        let mut indices = Vec::with_capacity(unknowns.len());
         for unknown in unknowns {
-            let (unknown, mut place) = (row(*unknown, is_unknown, "unknown")?, None);
+            let (unknown, mut index) = (row(*unknown, is_unknown, "unknown")?, None);
             for known in &knowns {
                 match partial::<M>(derivatives, unknown, known) {
-                    Partial::Equation(found) => place = Some(found),
+                    Partial::Equation(found) => index = Some(found),
                     Partial::Zero => {}
                     Partial::Missing => {
-                        return refuse(format!(
+                        return reject(format!(
                             "the derivative of {} with respect to {} is not known",
                             unknown.name, known.name
                         ));
                     }
                 }
             }
-            places.push(place);
+            indices.push(index);
         }
-        Ok(places)
+        Ok(indices)
     }
 }
 
-/// Which variables may be varied when (FMI 2.0, section 2.1.9).
+/// Whether a variable may be varied in a state (FMI 2.0, section 2.1.9).
 fn is_known(row: &Row, state: State) -> bool {
     match state {
         State::Initialization => writable(row, state),
@@ -78,7 +78,7 @@ fn is_known(row: &Row, state: State) -> bool {
     }
 }
 
-/// Which variables respond when (FMI 2.0, section 2.1.9).
+/// Whether a variable responds in a state (FMI 2.0, section 2.1.9).
 fn is_unknown(row: &Row, state: State) -> bool {
     match state {
         State::Initialization => row.is_initial_unknown(),

@@ -1,10 +1,10 @@
-//! Moves inputs during a step along the derivatives that the environment gave.
+//! Moves inputs during a step along their derivatives from the environment.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Instance, Outcome, Snapshot, real, refuse, variable};
+use super::{FmiResult, Instance, Snapshot, real, reject, variable};
+use crate::model::{Model, ModelError};
 use crate::variable::{Causality, Kind, Variability, Variable};
-use crate::{Model, ModelError};
 
 /// Highest order of an input derivative. Extrapolation gains nothing from higher ones.
 const HIGHEST_ORDER: i32 = 4;
@@ -15,6 +15,30 @@ pub(super) struct Slope {
     pub reference: u32,
     order: i32,
     value: f64,
+}
+
+impl Slope {
+    /// Rejects a derivative that the model cannot follow.
+    pub fn check<M: Model>(&self) -> FmiResult {
+        let Slope { reference, order, value } = *self;
+        let Variable { row, access } = variable::<M>(reference)?;
+        let name = row.name;
+        if row.causality != Causality::Input
+            || row.variability != Variability::Continuous
+            || access.kind() != Kind::Real
+        {
+            return reject(format!("{name} is no continuous input and has no derivative"));
+        }
+        if !(1..=HIGHEST_ORDER).contains(&order) {
+            return reject(format!(
+                "expected an order of 1 .. {HIGHEST_ORDER} for {name}, found {order}"
+            ));
+        }
+        if !value.is_finite() {
+            return reject(format!("the derivative {value} of {name} is not finite"));
+        }
+        Ok(())
+    }
 }
 
 impl<M: Model> Snapshot<M> {
@@ -67,30 +91,18 @@ impl<M: Model> Snapshot<M> {
 
 impl<M: Model> Instance<M> {
     /// Takes derivatives of inputs for the next step: all of them, or none.
-    pub fn set_slopes(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
-        let slopes = || references.iter().zip(orders).zip(values);
-        for ((reference, order), value) in slopes() {
-            let Variable { row, access } = variable::<M>(*reference)?;
-            let name = row.name;
-            if row.causality != Causality::Input
-                || row.variability != Variability::Continuous
-                || access.kind() != Kind::Real
-            {
-                return refuse(format!("{name} is no continuous input and has no derivative"));
-            }
-            if !(1..=HIGHEST_ORDER).contains(order) {
-                return refuse(format!(
-                    "expected an order of 1 .. {HIGHEST_ORDER} for {name}, found {order}"
-                ));
-            }
-            if !value.is_finite() {
-                return refuse(format!("the derivative {value} of {name} is not finite"));
-            }
-        }
+    pub fn set_slopes(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> FmiResult {
+        let slopes = references
+            .iter()
+            .zip(orders)
+            .zip(values)
+            .map(|((&reference, &order), &value)| Slope { reference, order, value });
+        let slopes: Vec<_> = slopes.collect();
+        slopes.iter().try_for_each(Slope::check::<M>)?;
         let kept = &mut self.current.slopes;
-        for ((&reference, &order), &value) in slopes() {
-            kept.retain(|slope| (slope.reference, slope.order) != (reference, order));
-            kept.push(Slope { reference, order, value });
+        for new in slopes {
+            kept.retain(|slope| (slope.reference, slope.order) != (new.reference, new.order));
+            kept.push(new);
         }
         Ok(())
     }

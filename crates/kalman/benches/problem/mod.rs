@@ -1,4 +1,4 @@
-//! A recording of a simulated car with ten unknown variances: six states, four sensors, 100 Hz.
+//! Simulates a recording of a car with ten unknown variances: six states, four sensors, 100 Hz.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use kalman::{Gaussian, Parameters, Step, transition};

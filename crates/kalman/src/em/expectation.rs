@@ -1,11 +1,12 @@
-//! Gathers what a smoothed recording says about the noises: the E-step, fused with the smoother.
+//! Computes the expected second moments of the noises: the E-step, fused with the smoother.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use nalgebra::{Cholesky, SMatrix, SVector};
 
-use crate::forward::residual;
+use crate::forward::{Filtered, PassError, residual};
+use crate::gaussian::{Gaussian, symmetric};
 use crate::rts::{Link, sweep};
-use crate::{Filtered, Gaussian, Parameters, PassError, Step, symmetric};
+use crate::step::{Parameters, Step};
 
 /// Second moments of the noises, given all measurements and the parameters of that smoothing.
 #[derive(Clone, Copy, Debug)]
@@ -31,20 +32,20 @@ pub(crate) struct Expectation<const N: usize, const M: usize> {
 /// Shephard 1995), so that its moments need one sum, of r rᵀ − N. It equals the sum of
 /// d dᵀ + P_{k+1|T} − P_{k+1,k|T} Fᵀ − F P_{k+1,k|T}ᵀ + F P_{k|T} Fᵀ, d = x_{k+1|T} − F x_{k|T} − b
 /// (Shumway and Stoffer 1982), which subtracts covariances of states to find a noise that may be
-/// many digits smaller; this form subtracts from Q what the measurements told about it.
+/// many digits smaller; this form subtracts the information of the measurements from Q.
 pub(crate) fn expectation<const N: usize, const M: usize>(
     steps: &[Step<N, M>],
     filtered: &Filtered<N>,
     parameters: &Parameters<N, M>,
     joint_R: bool,
 ) -> Result<Expectation<N, M>, PassError> {
-    let mut told = SMatrix::<f64, N, N>::zeros();
+    let mut information = SMatrix::<f64, N, N>::zeros();
     let mut v = MeasurementNoise::new(&parameters.R, joint_R);
     let mut start = parameters.start;
     sweep(steps, filtered, |k, state, link| {
         if let Some(Link { inverse, shift, shrink, .. }) = link {
             let r = inverse * shift;
-            told += r * r.transpose() + inverse * shrink * inverse;
+            information += r * r.transpose() + inverse * shrink * inverse;
         }
         v.add(&steps[k], state);
         start = *state;
@@ -52,8 +53,8 @@ pub(crate) fn expectation<const N: usize, const M: usize>(
     let transitions = steps.len() - 1;
     let (R, measured) = v.mean(steps.len());
     let Q = parameters.Q;
-    let told = symmetric(&told) / transitions as f64;
-    Ok(Expectation { start, Q: symmetric(&(Q + Q * told * Q)), R, transitions, measured })
+    let information = symmetric(&information) / transitions as f64;
+    Ok(Expectation { start, Q: symmetric(&(Q + Q * information * Q)), R, transitions, measured })
 }
 
 /// Sum of E[v vᵀ] over the steps.

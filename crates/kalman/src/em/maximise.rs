@@ -3,7 +3,7 @@
 
 use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
 
-use crate::symmetric;
+use crate::gaussian::symmetric;
 
 /// Which entries of a covariance are estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use crate::dense::covariance;
 
-    /// What a covariance makes of moments: −ln det C − tr(C⁻¹ S).
+    /// The objective of a covariance for given moments: −ln det C − tr(C⁻¹ S).
     fn objective(C: &Matrix3<f64>, S: &Matrix3<f64>) -> f64 {
         let factor = Cholesky::new(*C).expect("a covariance");
         -factor.ln_determinant() - factor.solve(S).trace()

@@ -1,4 +1,4 @@
-//! Says how an estimation of noises ended, or why it could not begin.
+//! Reports the result of an estimation of noises.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use std::error::Error;
@@ -6,7 +6,8 @@ use std::fmt;
 
 use nalgebra::SVector;
 
-use crate::{Parameters, PassError};
+use crate::forward::PassError;
+use crate::step::Parameters;
 
 /// How an estimation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +16,7 @@ pub enum Status {
     Converged,
     /// The limit of evaluations was reached before: the estimate may still move.
     EvaluationLimit,
-    /// It was asked to stop.
+    /// The caller stopped it.
     Stopped,
 }
 
@@ -36,12 +37,11 @@ pub struct Estimate<const N: usize, const M: usize> {
     pub parameters: Parameters<N, M>,
     /// How the estimation ended.
     pub status: Status,
-    /// Log-likelihood [nat] of each estimate that was gone through, from that of the first guess to
-    /// that of `parameters`.
+    /// Log-likelihood [nat] of each accepted estimate, from the first guess to `parameters`.
     pub log_likelihood: Vec<f64>,
-    /// Number of times that the recording was filtered.
+    /// Number of passes over the recording.
     pub evaluations: usize,
-    /// Number of steps ahead that were taken back, as they made the recording less probable.
+    /// Number of extrapolations that were rejected, as they made the recording less probable.
     pub rejected: usize,
     /// Steps of EM after which the log-likelihood was lower by more than 1e-9 of itself.
     pub violations: Vec<Violation>,
@@ -53,7 +53,7 @@ pub struct Estimate<const N: usize, const M: usize> {
     pub slope_R: SVector<f64, M>,
 }
 
-/// Why noises could not be estimated.
+/// Failure to estimate noises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmError {
     /// A pass over the recording failed.

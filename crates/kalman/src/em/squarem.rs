@@ -1,4 +1,4 @@
-//! Looks ahead along the path of EM: SQUAREM's step, in logarithms of covariances.
+//! Extrapolates the path of EM: the step of SQUAREM, in logarithms of covariances.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
 use nalgebra::{SMatrix, SVector};

@@ -161,7 +161,7 @@ prop_assert!((a.slope_R - b.slope_R).amax() <= 1e-6 * (1.0 + a.slope_R.amax()));
     }
 }
 
-/// Fits with all of the start free, and checks what must hold whatever the data.
+/// Fits with all of the start free, and checks the properties that hold for any data.
 fn rises(
     em: &Em<3, 2>,
     steps: &[Step<3, 2>],
@@ -269,7 +269,7 @@ fn a_start_is_found_when_it_is_free() {
 }
 
 #[test]
-fn limits_and_stops_are_told() {
+fn limits_and_stops_are_reported() {
     let steps = record(300, &noises(TRUTH.0, TRUTH.1), 6);
     for max_evaluations in 1..6 {
         let em = Em { max_evaluations, ..Em::default() };

@@ -151,7 +151,7 @@ fn smoothing_along_what_was_smoothed_finds_the_most_probable_trajectory() {
 }
 
 #[test]
-fn a_diagonal_is_told_from_a_full_matrix() {
+fn a_diagonal_differs_from_a_full_matrix() {
     assert!(is_diagonal(&Matrix3::from_diagonal_element(2.0)));
     assert!(!is_diagonal(&Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 1e-300, 0.0, 1e-300, 1.0)));
 }

@@ -215,10 +215,11 @@ fn config(
     })?;
     let signals =
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
-    plugin.check(&Request { config: &text, signals: signals.collect() }).map_err(|message| {
-        let name = analysis.name.get_ref();
-        let span = mentioned(scenario, analysis, &message).unwrap_or(analysis.name.span());
-        scenario.source.error(span, format!("`{name}`: {}", message.trim()), "")
+    plugin.check(&Request { config: &text, signals: signals.collect() }).map_err(|error| {
+        let (name, message) = (analysis.name.get_ref(), error.message.trim());
+        let words = format!("`{}` {message}", error.key());
+        let span = mentioned(scenario, analysis, &words).unwrap_or(analysis.name.span());
+        scenario.source.error(span, format!("`{name}`: {message}"), "")
     })?;
     Ok(text)
 }

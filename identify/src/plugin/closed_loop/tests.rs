@@ -76,8 +76,8 @@ fn request<'a>(recording: &'a Recording, config: &'a str) -> Request<'a> {
 fn run(recording: &Recording, config: &str, log: &mut Log) -> Result<Value, String> {
     let config = format!("task = \"closed_loop\"\n{config}");
     let request = request(recording, &config);
-    Identify::check(&request)?;
-    let text = Identify::run(&request, log)?;
+    Identify::check(&request).map_err(|error| error.to_string())?;
+    let text = Identify::run(&request, log).map_err(|error| error.to_string())?;
     Ok(serde_json::from_str(&text).expect("JSON"))
 }
 
@@ -251,7 +251,7 @@ fn mistakes_are_told() {
     let part = LIMIT.slice(0..200);
     for (config, says) in cases {
         let text = format!("task = \"closed_loop\"\n{config}");
-        let told = Identify::check(&request(&part, &text)).expect_err(config);
+        let told = Identify::check(&request(&part, &text)).expect_err(config).message;
         assert!(told.contains(says), "{config}: {told}");
     }
     for (config, says) in [

@@ -1,15 +1,13 @@
 //! Sets and gets variables of every kind in every state that FMI 2.0 allows them in.
 
-mod support;
-
+use crate::support::{last_message, logged};
 use fmu_export::abi::Status::{self, Error, Ok as Fine};
-use fmu_export::export::{self, Call, Truth};
+use fmu_export::export::{self, Call, FmiBoolean};
 use fmu_export::{
     Info, Model, ModelError, Variable, calculated_parameter, constant, description, independent,
     input, local, log, output, parameter, warn,
 };
 use serde::{Deserialize, Serialize};
-use support::{logged, said};
 
 /// A counter with variables of every kind.
 #[derive(Clone, Serialize, Deserialize)]
@@ -117,113 +115,109 @@ const ECHO: u32 = 10;
 const TIME: u32 = 11;
 const VERSION: u32 = 12;
 
-type Slave = support::Slave<Counter>;
+type TestInstance = crate::support::TestInstance<Counter>;
 
 /// Whether each variable can be set, in the order of the table.
-fn settable(slave: &Slave) -> [Status; 13] {
+fn settable(instance: &TestInstance) -> [Status; 13] {
     [
-        slave.set(STEP, 2.0),
-        slave.set(STEPS, 2.0),
-        slave.set(GAIN, 3.0),
-        slave.set(LIMIT, 10),
-        slave.set(GUESS, 1.0),
-        slave.set(START, 5.0),
-        slave.set(ON, Truth(1)),
-        slave.set_text(WORD, c"100 %"),
-        slave.set(COUNT, 1),
-        slave.set(RUNNING, Truth(1)),
-        slave.set_text(ECHO, c""),
-        slave.set(TIME, 1.0),
-        slave.set_text(VERSION, c"2.0"),
+        instance.set(STEP, 2.0),
+        instance.set(STEPS, 2.0),
+        instance.set(GAIN, 3.0),
+        instance.set(LIMIT, 10),
+        instance.set(GUESS, 1.0),
+        instance.set(START, 5.0),
+        instance.set(ON, FmiBoolean(1)),
+        instance.set_text(WORD, c"100 %"),
+        instance.set(COUNT, 1),
+        instance.set(RUNNING, FmiBoolean(1)),
+        instance.set_text(ECHO, c""),
+        instance.set(TIME, 1.0),
+        instance.set_text(VERSION, c"2.0"),
     ]
 }
 
-#[test]
 fn each_kind_can_be_set_when_fmi_says_so() {
-    let slave = Slave::new();
+    let instance = TestInstance::new();
     let before =
         [Fine, Error, Fine, Fine, Fine, Fine, Fine, Fine, Error, Error, Error, Error, Error];
-    assert_eq!(settable(&slave), before);
-    let slave = Slave::initialising();
+    assert_eq!(settable(&instance), before);
+    let instance = TestInstance::initialising();
     let during =
         [Fine, Error, Fine, Fine, Error, Fine, Fine, Fine, Error, Error, Error, Error, Error];
-    assert_eq!(settable(&slave), during, "a guess is taken before initialisation only");
-    assert_eq!(slave.proceed(Call::ExitInitializationMode), Fine);
+    assert_eq!(settable(&instance), during, "a guess is taken before initialisation only");
+    assert_eq!(instance.proceed(Call::ExitInitializationMode), Fine);
     let after =
         [Error, Error, Fine, Fine, Error, Error, Fine, Fine, Error, Error, Error, Error, Error];
-    assert_eq!(settable(&slave), after);
-    assert_eq!(slave.proceed(Call::Terminate), Fine);
-    assert_eq!(settable(&slave), [Error; 13]);
+    assert_eq!(settable(&instance), after);
+    assert_eq!(instance.proceed(Call::Terminate), Fine);
+    assert_eq!(settable(&instance), [Error; 13]);
 }
 
-#[test]
 fn all_types_go_in_and_come_out() {
-    let slave = Slave::new();
-    assert_eq!(slave.set(STEP, 4.0), Fine);
-    assert_eq!(slave.setup(3.0, 10.0), Fine);
-    assert_eq!(slave.proceed(Call::EnterInitializationMode), Fine);
-    assert_eq!((slave.get(STEPS), slave.get(GUESS)), (Ok(8.0), Ok(7.0)));
-    assert_eq!((slave.get(TIME), slave.get(START)), (Ok(3.0), Ok(5.0)));
-    assert_eq!(slave.get_text(VERSION).as_deref(), Ok("1.0"));
-    assert_eq!(slave.proceed(Call::ExitInitializationMode), Fine);
-    assert_eq!(slave.set_text(WORD, c"a % b %s"), Fine);
-    assert_eq!(slave.get_text(ECHO).as_deref(), Ok("a % b %s"));
-    assert_eq!(slave.step(3.0, 0.5), Fine);
-    assert_eq!(slave.set(ON, Truth(0)), Fine);
-    assert_eq!(slave.get_truth(RUNNING), Ok(false));
-    assert_eq!(slave.set(ON, Truth(17)), Fine, "whatever is not 0 is true");
-    assert_eq!(slave.get_truth(ON), Ok(true));
-    assert_eq!((slave.get_as(COUNT, 0), slave.get(TIME)), (Ok(1), Ok(3.5)));
+    let instance = TestInstance::new();
+    assert_eq!(instance.set(STEP, 4.0), Fine);
+    assert_eq!(instance.setup(3.0, 10.0), Fine);
+    assert_eq!(instance.proceed(Call::EnterInitializationMode), Fine);
+    assert_eq!((instance.get(STEPS), instance.get(GUESS)), (Ok(8.0), Ok(7.0)));
+    assert_eq!((instance.get(TIME), instance.get(START)), (Ok(3.0), Ok(5.0)));
+    assert_eq!(instance.get_text(VERSION).as_deref(), Ok("1.0"));
+    assert_eq!(instance.proceed(Call::ExitInitializationMode), Fine);
+    assert_eq!(instance.set_text(WORD, c"a % b %s"), Fine);
+    assert_eq!(instance.get_text(ECHO).as_deref(), Ok("a % b %s"));
+    assert_eq!(instance.step(3.0, 0.5), Fine);
+    assert_eq!(instance.set(ON, FmiBoolean(0)), Fine);
+    assert_eq!(instance.get_truth(RUNNING), Ok(false));
+    assert_eq!(instance.set(ON, FmiBoolean(17)), Fine, "every value but 0 is true");
+    assert_eq!(instance.get_truth(ON), Ok(true));
+    assert_eq!((instance.get_as(COUNT, 0), instance.get(TIME)), (Ok(1), Ok(3.5)));
     for wrong in [ON, WORD, COUNT] {
-        assert_eq!(slave.get(wrong), Err(Error), "{}", said());
+        assert_eq!(instance.get(wrong), Err(Error), "{}", last_message());
     }
 }
 
-#[test]
 fn a_set_call_writes_all_or_nothing() {
-    let slave = Slave::ready();
+    let instance = TestInstance::ready();
     let set = |references: &[u32], values: &[f64]| {
         let (length, references) = (references.len(), references.as_ptr());
         #[allow(unsafe_code, reason = "the functions under test are those of a C interface")]
         unsafe {
-            export::set::<Counter, f64>(slave.0, references, length, values.as_ptr())
+            export::set::<Counter, f64>(instance.0, references, length, values.as_ptr())
         }
     };
     assert_eq!(set(&[GAIN, STEP], &[9.0, 9.0]), Error, "step is fixed");
     assert_eq!(set(&[GAIN, 99], &[9.0, 9.0]), Error);
     assert_eq!(set(&[GAIN, ON], &[9.0, 9.0]), Error);
-    assert_eq!(slave.get(GAIN), Ok(3.0));
+    assert_eq!(instance.get(GAIN), Ok(3.0));
     assert_eq!(set(&[GAIN, GAIN], &[4.0, 6.0]), Fine);
-    assert_eq!(slave.get(GAIN), Ok(6.0));
-    assert_eq!((slave.set(LIMIT, 21), slave.set(LIMIT, -1)), (Error, Error));
-    assert_eq!(slave.set(LIMIT, 20), Fine);
+    assert_eq!(instance.get(GAIN), Ok(6.0));
+    assert_eq!((instance.set(LIMIT, 21), instance.set(LIMIT, -1)), (Error, Error));
+    assert_eq!(instance.set(LIMIT, 20), Fine);
 }
 
-#[test]
-fn null_texts_are_refused_and_no_texts_are_fine() {
-    let slave = Slave::ready();
+fn null_texts_are_rejected_and_no_texts_are_fine() {
+    let instance = TestInstance::ready();
     let null: *const std::ffi::c_char = std::ptr::null();
     #[allow(unsafe_code, reason = "the functions under test are those of a C interface")]
     unsafe {
-        let refused = export::set_string::<Counter>(slave.0, [WORD].as_ptr(), 1, &raw const null);
-        assert_eq!(refused, Error);
+        let rejected =
+            export::set_string::<Counter>(instance.0, [WORD].as_ptr(), 1, &raw const null);
+        assert_eq!(rejected, Error);
         let none = std::ptr::null();
-        assert_eq!(export::set_string::<Counter>(slave.0, none, 0, std::ptr::null()), Fine);
-        assert_eq!(export::get_string::<Counter>(slave.0, none, 0, std::ptr::null_mut()), Fine);
-        assert_eq!(export::set::<Counter, i32>(slave.0, none, 0, std::ptr::null()), Fine);
+        assert_eq!(export::set_string::<Counter>(instance.0, none, 0, std::ptr::null()), Fine);
+        assert_eq!(export::get_string::<Counter>(instance.0, none, 0, std::ptr::null_mut()), Fine);
+        assert_eq!(export::set::<Counter, i32>(instance.0, none, 0, std::ptr::null()), Fine);
     }
-    assert_eq!(slave.get_text(WORD).as_deref(), Ok("100 %"));
+    assert_eq!(instance.get_text(WORD).as_deref(), Ok("100 %"));
 }
 
-#[test]
 fn a_model_logs_in_its_own_category_and_warns() {
-    let slave = Slave::with_guid(&description::guid::<Counter>(), 1);
-    slave.setup(0.0, 10.0);
-    slave.set(LIMIT, 1);
-    slave.proceed(Call::EnterInitializationMode);
-    slave.proceed(Call::ExitInitializationMode);
+    let instance = TestInstance::with_guid(&description::guid::<Counter>(), 1);
+    instance.setup(0.0, 10.0);
+    instance.set(LIMIT, 1);
+    instance.proceed(Call::EnterInitializationMode);
+    instance.proceed(Call::ExitInitializationMode);
     let from = logged(0).len();
-    assert_eq!((slave.step(0.0, 1.0), slave.step(1.0, 1.0)), (Fine, Status::Warning));
+    assert_eq!((instance.step(0.0, 1.0), instance.step(1.0, 1.0)), (Fine, Status::Warning));
     let expected = [
         (Fine, "logCount", "1 % counted"),
         (Fine, "logCount", "2 % counted"),
@@ -232,22 +226,20 @@ fn a_model_logs_in_its_own_category_and_warns() {
     let expected =
         expected.map(|(status, category, text)| (status, category.to_owned(), text.to_owned()));
     assert_eq!(logged(from), expected);
-    assert_eq!(slave.get_as(COUNT, 0), Ok(2), "a warning does not stop the step");
+    assert_eq!(instance.get_as(COUNT, 0), Ok(2), "a warning does not stop the step");
 }
 
-#[test]
 fn instances_are_independent() {
-    let slaves: [Slave; 3] = std::array::from_fn(|_| Slave::ready());
-    for (k, slave) in slaves.iter().enumerate() {
+    let instances: [TestInstance; 3] = std::array::from_fn(|_| TestInstance::ready());
+    for (k, instance) in instances.iter().enumerate() {
         for i in 0..k {
-            assert_eq!(slave.step(i as f64, 1.0), Fine);
+            assert_eq!(instance.step(i as f64, 1.0), Fine);
         }
     }
-    let counts = slaves.each_ref().map(|slave| slave.get_as(COUNT, -1));
+    let counts = instances.each_ref().map(|instance| instance.get_as(COUNT, -1));
     assert_eq!(counts, [Ok(0), Ok(1), Ok(2)]);
 }
 
-#[test]
 fn the_description_has_what_the_information_says() {
     assert_eq!(description::problems::<Counter>(), Vec::<String>::new());
     let xml = description::xml::<Counter>();
@@ -262,3 +254,13 @@ fn the_description_has_what_the_information_says() {
         assert!(xml.contains(expected), "{expected} is not in\n{xml}");
     }
 }
+
+crate::tests![
+    each_kind_can_be_set_when_fmi_says_so,
+    all_types_go_in_and_come_out,
+    a_set_call_writes_all_or_nothing,
+    null_texts_are_rejected_and_no_texts_are_fine,
+    a_model_logs_in_its_own_category_and_warns,
+    instances_are_independent,
+    the_description_has_what_the_information_says,
+];

@@ -1,17 +1,15 @@
 //! Calls every function in every state and compares with table 4.2.4 of FMI 2.0.
 #![allow(unsafe_code, reason = "the functions under test are those of a C interface")]
 
-mod support;
-
 use std::ptr;
 
+use crate::support::last_message;
 use fmu_export::abi::Status::{self, Discard, Error, Fatal, Ok as Fine};
 use fmu_export::export::{self, Call};
 use fmu_export::{Info, Model, ModelError, Variable, input, output, parameter};
 use serde::{Deserialize, Serialize};
-use support::said;
 
-/// A model that fails as it is told to.
+/// A model whose parameter `mood` makes it fail.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct Moody {
     u: f64,
@@ -20,7 +18,7 @@ struct Moody {
 }
 
 impl Model for Moody {
-    const INFO: Info = Info::new("moody", "Fails as it is told to", 0.1);
+    const INFO: Info = Info::new("moody", "Fails on demand", 0.1);
     const VARIABLES: &'static [Variable<Self>] = &[
         input("u", "1", "Input").at(|s| &mut s.u),
         output("y", "1", "Sum").depends_on(&[]).at(|s| &mut s.y),
@@ -38,7 +36,7 @@ impl Model for Moody {
     }
 }
 
-type Slave = support::Slave<Moody>;
+type TestInstance = crate::support::TestInstance<Moody>;
 
 #[derive(Debug, Clone, Copy)]
 enum State {
@@ -57,36 +55,36 @@ const STATES: [State; 7] =
     [Instantiated, Initialization, StepComplete, StepFailed, Terminated, Failed, State::Fatal];
 
 /// A new instance in a state.
-fn slave(state: State) -> Slave {
+fn instance(state: State) -> TestInstance {
     let stepped = |mood: i32, expected: Status| {
-        let slave = Slave::ready();
-        assert_eq!(slave.set(0, 1.0), Fine);
-        assert_eq!(slave.step(0.0, 1.0), Fine);
-        assert_eq!(slave.set(2, mood), Fine);
-        assert_eq!(slave.step(1.0, 1.0), expected);
-        slave
+        let instance = TestInstance::ready();
+        assert_eq!(instance.set(0, 1.0), Fine);
+        assert_eq!(instance.step(0.0, 1.0), Fine);
+        assert_eq!(instance.set(2, mood), Fine);
+        assert_eq!(instance.step(1.0, 1.0), expected);
+        instance
     };
     match state {
         Instantiated => {
-            let slave = Slave::new();
-            assert_eq!(slave.setup(0.0, 10.0), Fine);
-            slave
+            let instance = TestInstance::new();
+            assert_eq!(instance.setup(0.0, 10.0), Fine);
+            instance
         }
-        Initialization => Slave::initialising(),
-        StepComplete => Slave::ready(),
+        Initialization => TestInstance::initialising(),
+        StepComplete => TestInstance::ready(),
         StepFailed => stepped(1, Discard),
         Failed => stepped(2, Error),
         State::Fatal => stepped(3, Fatal),
         Terminated => {
-            let slave = stepped(0, Fine);
-            assert_eq!(slave.proceed(Call::Terminate), Fine);
-            slave
+            let instance = stepped(0, Fine);
+            assert_eq!(instance.proceed(Call::Terminate), Fine);
+            instance
         }
     }
 }
 
 /// A name, the states that allow it, and the call.
-type Row = (&'static str, &'static [State], fn(&Slave) -> Status);
+type Row = (&'static str, &'static [State], fn(&TestInstance) -> Status);
 
 const ALIVE: &[State] =
     &[Instantiated, Initialization, StepComplete, StepFailed, Terminated, Failed];
@@ -121,7 +119,7 @@ const TABLE: &[Row] = &[
     ("GetRealStatus, GetBooleanStatus", &[StepComplete, StepFailed, Terminated], |s| {
         status(s.last())
     }),
-    // Not supported, and refused in every state.
+    // Not supported, and rejected in every state.
     ("GetDirectionalDerivative", &[], |s| status(s.derivative(&[1], &[0], &[1.0]))),
     ("GetRealOutputDerivatives", &[], |s| unsafe {
         let call = Call::GetRealOutputDerivatives;
@@ -129,19 +127,17 @@ const TABLE: &[Row] = &[
     }),
 ];
 
-#[test]
 fn every_function_is_allowed_where_the_standard_allows_it() {
     for (name, allowed, call) in TABLE {
         for state in STATES {
             let legal = allowed.iter().any(|other| *other as u8 == state as u8);
             let expected = if legal { Fine } else { Error };
-            let slave = slave(state);
-            assert_eq!(call(&slave), expected, "{name} in {state:?}: {}", said());
+            let instance = instance(state);
+            assert_eq!(call(&instance), expected, "{name} in {state:?}: {}", last_message());
         }
     }
 }
 
-#[test]
 fn an_illegal_call_changes_nothing() {
     for state in STATES {
         for (name, allowed, call) in TABLE {
@@ -149,62 +145,67 @@ fn an_illegal_call_changes_nothing() {
             if legal || matches!(state, State::Fatal) {
                 continue;
             }
-            let slave = slave(state);
-            let bytes = |slave: &Slave| {
-                let state = slave.state().expect("a state");
-                let bytes = slave.bytes(state);
-                slave.free(state);
+            let instance = instance(state);
+            let bytes = |instance: &TestInstance| {
+                let state = instance.state().expect("a state");
+                let bytes = instance.bytes(state);
+                instance.free(state);
                 bytes
             };
-            let before = bytes(&slave);
-            assert_eq!(call(&slave), Error);
-            assert_eq!(bytes(&slave), before, "{name} in {state:?}");
+            let before = bytes(&instance);
+            assert_eq!(call(&instance), Error);
+            assert_eq!(bytes(&instance), before, "{name} in {state:?}");
         }
     }
 }
 
-#[test]
 fn initialisation_needs_an_experiment() {
-    let slave = Slave::new();
-    assert_eq!(slave.proceed(Call::EnterInitializationMode), Error);
-    assert!(said().contains("SetupExperiment"));
-    assert_eq!(slave.setup(0.0, 1.0), Fine);
-    assert_eq!(slave.proceed(Call::EnterInitializationMode), Fine);
-    assert_eq!(slave.proceed(Call::Reset), Fine);
-    assert_eq!(slave.proceed(Call::EnterInitializationMode), Error, "a reset forgets it");
+    let instance = TestInstance::new();
+    assert_eq!(instance.proceed(Call::EnterInitializationMode), Error);
+    assert!(last_message().contains("SetupExperiment"));
+    assert_eq!(instance.setup(0.0, 1.0), Fine);
+    assert_eq!(instance.proceed(Call::EnterInitializationMode), Fine);
+    assert_eq!(instance.proceed(Call::Reset), Fine);
+    assert_eq!(instance.proceed(Call::EnterInitializationMode), Error, "a reset forgets it");
 }
 
-#[test]
 fn after_an_error_values_can_be_looked_at_and_a_state_brought_back() {
-    let slave = Slave::ready();
-    let state = slave.state().expect("a state");
-    slave.set(0, 3.0);
-    slave.set(2, 2);
-    assert_eq!(slave.step(0.0, 1.0), Error);
-    assert!(said().contains("100 % no %n"), "{}", said());
-    assert_eq!(slave.get(1), Ok(0.0), "the values of the last step that was done");
-    assert_eq!(slave.restore(state), Fine);
-    assert_eq!(slave.step(0.0, 1.0), Fine);
-    slave.free(state);
+    let instance = TestInstance::ready();
+    let state = instance.state().expect("a state");
+    instance.set(0, 3.0);
+    instance.set(2, 2);
+    assert_eq!(instance.step(0.0, 1.0), Error);
+    assert!(last_message().contains("100 % no %n"), "{}", last_message());
+    assert_eq!(instance.get(1), Ok(0.0), "the values of the last step that was done");
+    assert_eq!(instance.restore(state), Fine);
+    assert_eq!(instance.step(0.0, 1.0), Fine);
+    instance.free(state);
 }
 
-#[test]
-fn a_panic_is_told_and_ends_one_instance_only() {
-    let other = Slave::ready();
-    let slave = slave(State::Fatal);
-    assert!(said().contains("the model panicked: at 3 %s"), "{}", said());
-    assert_eq!(slave.get(1), Err(Error));
+fn a_panic_is_reported_and_ends_one_instance_only() {
+    let other = TestInstance::ready();
+    let instance = instance(State::Fatal);
+    assert!(last_message().contains("the model panicked: at 3 %s"), "{}", last_message());
+    assert_eq!(instance.get(1), Err(Error));
     assert_eq!(other.step(0.0, 1.0), Fine);
 }
 
-#[test]
 fn short_steps_late_in_a_long_run_are_understood() {
-    let slave = Slave::new();
+    let instance = TestInstance::new();
     let start = 1e9;
-    assert_eq!(slave.setup(start, 2e9), Fine);
-    slave.proceed(Call::EnterInitializationMode);
-    slave.proceed(Call::ExitInitializationMode);
+    assert_eq!(instance.setup(start, 2e9), Fine);
+    instance.proceed(Call::EnterInitializationMode);
+    instance.proceed(Call::ExitInitializationMode);
     for k in 0..1000 {
-        assert_eq!(slave.step(start + f64::from(k) * 1e-3, 1e-3), Fine, "{}", said());
+        assert_eq!(instance.step(start + f64::from(k) * 1e-3, 1e-3), Fine, "{}", last_message());
     }
 }
+
+crate::tests![
+    every_function_is_allowed_where_the_standard_allows_it,
+    an_illegal_call_changes_nothing,
+    initialisation_needs_an_experiment,
+    after_an_error_values_can_be_looked_at_and_a_state_brought_back,
+    a_panic_is_reported_and_ends_one_instance_only,
+    short_steps_late_in_a_long_run_are_understood,
+];

@@ -1,4 +1,4 @@
-//! Calls an exported model through its C functions, as an importer does.
+//! Holds an instance of an exported model and calls it through its C functions, as an importer does.
 #![allow(dead_code, reason = "each test needs a part of it")]
 #![allow(unsafe_code, reason = "the functions under test are those of a C interface")]
 
@@ -8,11 +8,16 @@ use std::marker::PhantomData;
 use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, Component, FmuState, Logger, Status};
-use fmu_export::export::{self, Call, Truth};
+use fmu_export::export::{self, Call, FmiBoolean};
 use fmu_export::{Model, Value, description};
 
 thread_local! {
     static LOG: RefCell<Vec<(Status, String, String)>> = const { RefCell::new(Vec::new()) };
+}
+
+/// The text of a C string.
+pub unsafe fn text_of(pointer: *const c_char) -> String {
+    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
 unsafe extern "C" fn log(
@@ -23,14 +28,22 @@ unsafe extern "C" fn log(
     format: *const c_char,
     text: *const c_char,
 ) {
-    let text_of = |pointer| unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned();
-    assert_eq!(text_of(name), "slave");
-    assert_eq!(text_of(format), "%s", "a message must never be a format");
-    LOG.with_borrow_mut(|log| log.push((status, text_of(category), text_of(text))));
+    let (name, format) = unsafe { (text_of(name), text_of(format)) };
+    let (category, text) = unsafe { (text_of(category), text_of(text)) };
+    // A failed call has no instance, and so no name, when it is the name that is wrong.
+    assert!(name == "instance" || name.is_empty(), "{name}");
+    assert_eq!(format, "%s", "a message must never be a format");
+    LOG.with_borrow_mut(|log| log.push((status, category, text)));
+}
+
+/// A logger takes any number of arguments. Rust cannot define such a function, but it can be called with
+/// the ones that are always given.
+pub fn logger() -> Logger {
+    unsafe { std::mem::transmute::<*const (), Logger>(log as *const ()) }
 }
 
 /// The message that was logged last.
-pub fn said() -> String {
+pub fn last_message() -> String {
     LOG.with_borrow(|log| log.last().map(|(_, _, text)| text.clone()).unwrap_or_default())
 }
 
@@ -40,21 +53,18 @@ pub fn logged(from: usize) -> Vec<(Status, String, String)> {
 }
 
 /// An instance, called as C would.
-pub struct Slave<M: Model>(pub Component, PhantomData<M>);
+pub struct TestInstance<M: Model>(pub Component, PhantomData<M>);
 
-impl<M: Model> Slave<M> {
+impl<M: Model> TestInstance<M> {
     pub fn new() -> Self {
-        let slave = Slave::with_guid(&description::guid::<M>(), 0);
-        assert!(!slave.0.is_null());
-        slave
+        let instance = TestInstance::with_guid(&description::guid::<M>(), 0);
+        assert!(!instance.0.is_null());
+        instance
     }
 
     pub fn with_guid(guid: &str, logging: i32) -> Self {
-        // A logger takes any number of arguments. Rust cannot define such a function, but it can be
-        // called with the ones that are always given.
-        let logger = unsafe { std::mem::transmute::<*const (), Logger>(log as *const ()) };
         let functions = CallbackFunctions {
-            logger: Some(logger),
+            logger: Some(logger()),
             allocate_memory: None,
             free_memory: None,
             step_finished: None,
@@ -63,29 +73,29 @@ impl<M: Model> Slave<M> {
         let guid = CString::new(guid).expect("no zero in it");
         let component = unsafe {
             export::instantiate::<M>(
-                c"slave".as_ptr(),
+                c"instance".as_ptr(),
                 1,
                 guid.as_ptr(),
                 &raw const functions,
                 logging,
             )
         };
-        Slave(component, PhantomData)
+        TestInstance(component, PhantomData)
     }
 
     /// In initialisation mode.
     pub fn initialising() -> Self {
-        let slave = Slave::new();
-        assert_eq!(slave.setup(0.0, 10.0), Status::Ok);
-        assert_eq!(slave.proceed(Call::EnterInitializationMode), Status::Ok);
-        slave
+        let instance = TestInstance::new();
+        assert_eq!(instance.setup(0.0, 10.0), Status::Ok);
+        assert_eq!(instance.proceed(Call::EnterInitializationMode), Status::Ok);
+        instance
     }
 
     /// At the first communication point.
     pub fn ready() -> Self {
-        let slave = Slave::initialising();
-        assert_eq!(slave.proceed(Call::ExitInitializationMode), Status::Ok);
-        slave
+        let instance = TestInstance::initialising();
+        assert_eq!(instance.proceed(Call::ExitInitializationMode), Status::Ok);
+        instance
     }
 
     pub fn setup(&self, start: f64, stop: f64) -> Status {
@@ -120,7 +130,7 @@ impl<M: Model> Slave<M> {
     }
 
     pub fn get_truth(&self, reference: u32) -> Result<bool, Status> {
-        self.get_as(reference, Truth(-1)).map(|truth| truth.0 == 1)
+        self.get_as(reference, FmiBoolean(-1)).map(|truth| truth.0 == 1)
     }
 
     pub fn get_text(&self, reference: u32) -> Result<String, Status> {
@@ -215,7 +225,7 @@ impl<M: Model> Slave<M> {
     }
 }
 
-impl<M: Model> Drop for Slave<M> {
+impl<M: Model> Drop for TestInstance<M> {
     fn drop(&mut self) {
         unsafe { export::free_instance::<M>(self.0) }
     }

@@ -1,0 +1,321 @@
+//! Implements the 34 C functions of FMI 2.0 co-simulation for any model; `export!` only names them.
+//!
+//! The functions check the arguments of a C program as far as C allows. No panic leaves this file, and a
+//! failed call leaves a message in the importer's log.
+
+use std::any::Any;
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr;
+use std::sync::Arc;
+
+use crate::abi::{Boolean, CallbackFunctions, Component, Status};
+use crate::description::{self, guid};
+use crate::instance::{FmiError, FmiResult, Instance, reject};
+pub use crate::lifecycle::Call;
+use crate::log::{self, take_messages};
+use crate::memory::{read, text, write};
+use crate::model::Model;
+pub use crate::value::FmiBoolean;
+
+mod functions;
+mod logger;
+mod state;
+mod values;
+
+use logger::{ALWAYS, Importer, Log};
+pub use state::{
+    deserialize, free_fmu_state, get_fmu_state, serialize, serialized_size, set_fmu_state,
+};
+pub use values::{directional_derivative, get, get_string, set, set_input_derivatives, set_string};
+
+const CO_SIMULATION: c_int = 1;
+
+/// What an `fmi2Component` points to.
+struct Exported<M: Model> {
+    instance: Instance<M>,
+    log: Log,
+}
+
+/// The message of a panic. A payload of an unknown type is leaked: its destructor might panic in turn.
+fn panic_message(panic: Box<dyn Any + Send>) -> String {
+    let text = panic.downcast::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|panic| panic.downcast::<String>().map(|text| *text));
+    let text = text.unwrap_or_else(|panic| {
+        std::mem::forget(panic);
+        "no message".to_owned()
+    });
+    format!("the model panicked: {text}")
+}
+
+/// Runs the body of a C function on the instance behind `component`: the one place where a component
+/// becomes a reference, where the order of calls is checked, and where a panic ends.
+///
+/// Messages wait until the reference is gone. The importer's logger may therefore call any function of
+/// this instance, `fmi2FreeInstance` included.
+///
+/// # Safety
+/// `component` is null or comes from [`instantiate`] and has not been freed; no other call uses it.
+unsafe fn with<M: Model>(
+    component: Component,
+    call: Call,
+    body: impl FnOnce(&mut Instance<M>, &mut Log) -> FmiResult,
+) -> Status {
+    let (status, delivery) = {
+        // SAFETY: as the caller promises. The reference ends with this block, before foreign code runs.
+        let Some(exported) = (unsafe { component.cast::<Exported<M>>().as_mut() }) else {
+            return Status::Error;
+        };
+        let Exported { instance, log } = exported;
+        // What a model logged outside of a call, in `Drop` or `Default`, belongs to none.
+        take_messages();
+        let run = AssertUnwindSafe(|| instance.check(call).and_then(|()| body(instance, log)));
+        let result = catch_unwind(run);
+        let error = match result {
+            Ok(Ok(())) => None,
+            // An importer may ask for a missing variable, or in the wrong order, and go on. Only a
+            // model that failed is lost, and its state is set already.
+            Ok(Err(error)) => Some(error),
+            Err(panic) => {
+                instance.fail(Status::Fatal);
+                Some(FmiError { status: Status::Fatal, message: panic_message(panic) })
+            }
+        };
+        log.collect(error)
+    };
+    delivery.deliver();
+    status
+}
+
+/// `fmi2Instantiate`: null when the GUID is not this library's or an argument is missing.
+///
+/// # Safety
+/// The arguments are as FMI 2.0 demands of `fmi2Instantiate`.
+pub unsafe fn instantiate<M: Model>(
+    name: *const c_char,
+    kind: c_int,
+    found: *const c_char,
+    functions: *const CallbackFunctions,
+    logging_on: Boolean,
+) -> Component {
+    if functions.is_null() || !functions.is_aligned() {
+        return ptr::null_mut();
+    }
+    // SAFETY: as the caller promises. The other members are not read: importers may leave them unset.
+    let (logger, environment) = unsafe {
+        ((&raw const (*functions).logger).read(), (&raw const (*functions).environment).read())
+    };
+    let Some(logger) = logger else { return ptr::null_mut() };
+    // SAFETY: as the caller promises.
+    let (name, found) = unsafe { (text(name), text(found)) };
+    let own_name = name.as_deref().unwrap_or_default();
+    let importer =
+        Importer { name: CString::new(own_name).unwrap_or_default(), logger, environment };
+    let log = Log {
+        importer: Arc::new(importer),
+        own: M::INFO.log_categories,
+        enabled: if logging_on == 0 { ALWAYS } else { u64::MAX },
+    };
+    let instance = catch_unwind(|| {
+        let expected = guid::<M>();
+        match (name.as_deref(), found) {
+            (Err(_) | Ok(""), _) => reject("the instance has no name in UTF-8"),
+            _ if kind != CO_SIMULATION => reject("only co-simulation is supported"),
+            (_, Ok(found)) if found == expected => Ok(Instance::<M>::new()),
+            (_, Ok(found)) => reject(format!("expected GUID {expected}, found {found}")),
+            (_, Err(_)) => reject(format!("expected GUID {expected}, found none")),
+        }
+    });
+    let (instance, error) = match instance {
+        Ok(Ok(instance)) => (Some(instance), None),
+        Ok(Err(error)) => (None, Some(error)),
+        Err(panic) => {
+            (None, Some(FmiError { status: Status::Fatal, message: panic_message(panic) }))
+        }
+    };
+    take_messages();
+    if instance.is_some() {
+        log::event("instantiated");
+    }
+    log.collect(error).1.deliver();
+    instance.map_or(ptr::null_mut(), |instance| {
+        Box::into_raw(Box::new(Exported { instance, log })).cast()
+    })
+}
+
+/// `fmi2FreeInstance`.
+///
+/// # Safety
+/// `component` is null or comes from [`instantiate`] and is not used again.
+pub unsafe fn free_instance<M: Model>(component: Component) {
+    if !component.is_null() {
+        // SAFETY: `instantiate` made the box, and the caller gives it up.
+        let exported = unsafe { Box::from_raw(component.cast::<Exported<M>>()) };
+        // A model whose destructor panics must not take the importer with it.
+        let freed = catch_unwind(AssertUnwindSafe(|| drop(exported)));
+        let _ = freed.map_err(panic_message);
+        // Nobody is left to read what the destructor logged.
+        take_messages();
+    }
+}
+
+/// `fmi2SetDebugLogging`: no category means all of them.
+///
+/// # Safety
+/// The arguments are as FMI 2.0 demands of `fmi2SetDebugLogging`.
+pub unsafe fn set_debug_logging<M: Model>(
+    component: Component,
+    logging_on: Boolean,
+    length: usize,
+    categories: *const *const c_char,
+) -> Status {
+    let body = |_: &mut Instance<M>, log: &mut Log| {
+        let mut chosen = 0;
+        // SAFETY: as the caller promises.
+        for category in unsafe { read(categories, length) }? {
+            // SAFETY: as the caller promises.
+            let category = unsafe { text(*category) }?;
+            let Some(bit) = log.bit(&category) else {
+                return reject(format!("there is no log category {category:?}"));
+            };
+            chosen |= bit;
+        }
+        let chosen = if length == 0 { u64::MAX } else { chosen };
+        log.enabled = if logging_on == 0 { log.enabled & !chosen | ALWAYS } else { chosen };
+        Ok(())
+    };
+    // SAFETY: as the caller promises.
+    unsafe { with::<M>(component, Call::SetDebugLogging, body) }
+}
+
+/// `fmi2SetupExperiment`; the tolerance is for solvers, and there is none.
+///
+/// # Safety
+/// As `with` demands of `component`.
+pub unsafe fn setup_experiment<M: Model>(
+    component: Component,
+    start: f64,
+    stop_defined: Boolean,
+    stop: f64,
+) -> Status {
+    let stop = (stop_defined != 0).then_some(stop);
+    // SAFETY: as the caller promises.
+    unsafe {
+        with::<M>(component, Call::SetupExperiment, |instance, _| {
+            instance.setup_experiment(start, stop)
+        })
+    }
+}
+
+/// The calls without arguments: `fmi2EnterInitializationMode`, `fmi2ExitInitializationMode`,
+/// `fmi2Terminate`, `fmi2Reset` and `fmi2CancelStep`.
+///
+/// # Safety
+/// As `with` demands of `component`.
+pub unsafe fn proceed<M: Model>(component: Component, call: Call) -> Status {
+    let body = |instance: &mut Instance<M>, _: &mut Log| {
+        match call {
+            Call::EnterInitializationMode => instance.enter_initialization(),
+            Call::ExitInitializationMode => {
+                if let Err(error) = instance.exit_initialization() {
+                    instance.fail(error.status);
+                    return Err(error);
+                }
+            }
+            Call::Terminate => instance.terminate(),
+            Call::Reset => instance.reset(),
+            _ => return reject(format!("{call:?} is not supported")),
+        }
+        log::event(format!("{call:?}"));
+        Ok(())
+    };
+    // SAFETY: as the caller promises.
+    unsafe { with::<M>(component, call, body) }
+}
+
+/// `fmi2DoStep`.
+///
+/// # Safety
+/// As `with` demands of `component`.
+pub unsafe fn do_step<M: Model>(component: Component, time: f64, step: f64) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe { with::<M>(component, Call::DoStep, |instance, _| instance.do_step(time, step)) }
+}
+
+/// Rejects the functions whose capability flags are not set.
+///
+/// # Safety
+/// As `with` demands of `component`.
+pub unsafe fn unsupported<M: Model>(component: Component, call: Call, name: &str) -> Status {
+    let body = |_: &mut Instance<M>, _: &mut Log| reject(format!("{name} is not supported"));
+    // SAFETY: as the caller promises.
+    unsafe { with::<M>(component, call, body) }
+}
+
+/// `fmi2GetStatus`, `fmi2GetRealStatus` and `fmi2GetBooleanStatus`: `answer` gives the
+/// status of a kind, by its number in `fmi2StatusKind`.
+///
+/// # Safety
+/// `value` is valid; as `with` demands of `component`.
+pub unsafe fn get_status<M: Model, T>(
+    component: Component,
+    kind: c_int,
+    value: *mut T,
+    answer: fn(&dyn LastStep, c_int) -> Option<T>,
+) -> Status {
+    let body = |instance: &mut Instance<M>, _: &mut Log| {
+        let Some(found) = answer(instance, kind) else {
+            return Err(FmiError {
+                status: Status::Discard,
+                message: format!("there is no status of kind {kind} of this type"),
+            });
+        };
+        // SAFETY: as the caller promises.
+        unsafe { write(value, found) }
+    };
+    // SAFETY: as the caller promises.
+    unsafe { with::<M>(component, Call::GetStatus, body) }
+}
+
+/// Status of the last step.
+pub trait LastStep {
+    /// `fmi2DoStepStatus`.
+    fn status(&self) -> Status;
+    /// `fmi2LastSuccessfulTime` [s].
+    fn last_successful_time(&self) -> f64;
+    /// `fmi2Terminated`.
+    fn terminated(&self) -> bool;
+}
+
+impl<M: Model> LastStep for Instance<M> {
+    fn status(&self) -> Status {
+        self.last_step()
+    }
+    fn last_successful_time(&self) -> f64 {
+        Instance::last_successful_time(self)
+    }
+    fn terminated(&self) -> bool {
+        Instance::terminated(self)
+    }
+}
+
+/// Gives the model's name, its `modelDescription.xml` and the mistakes in its table to a packer.
+///
+/// # Safety
+/// `take` takes `context`, a number and a text, valid during the call.
+pub unsafe fn describe<M: Model>(
+    context: *mut c_void,
+    take: unsafe extern "C" fn(*mut c_void, u32, *const u8, usize),
+) {
+    let texts = catch_unwind(|| {
+        let problems = description::problems::<M>().join("; ");
+        [M::INFO.name.to_owned(), description::xml::<M>(), problems]
+    });
+    // A packer reads why there is no description where it reads what is wrong with one.
+    let texts = texts.unwrap_or_else(|panic| [String::new(), String::new(), panic_message(panic)]);
+    take_messages();
+    for (what, text) in (0..).zip(&texts) {
+        // SAFETY: as the caller promises.
+        unsafe { take(context, what, text.as_ptr(), text.len()) };
+    }
+}

@@ -1,0 +1,91 @@
+//! Defines what a plugin author writes, and what the program offers to it.
+
+use serde::de::DeserializeOwned;
+
+use crate::config::from_toml;
+use crate::diagram::Diagram;
+use crate::error::{AnalysisError, ConfigError};
+use crate::signal::{Need, Signal};
+
+/// The task of an analysis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Request<'a> {
+    /// Its configuration, TOML.
+    pub config: &'a str,
+    /// Its signals.
+    pub signals: Vec<Signal<'a>>,
+}
+
+impl<'a> Request<'a> {
+    /// The signal of this name.
+    #[must_use]
+    pub fn signal(&self, name: &str) -> Option<Signal<'a>> {
+        self.signals.iter().find(|signal| signal.name == name).copied()
+    }
+
+    /// Reads the configuration.
+    ///
+    /// # Errors
+    /// With the key, and serde's message about it.
+    pub fn read_config<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
+        from_toml(self.config)
+    }
+}
+
+/// The program, as an analysis sees it.
+pub trait Host {
+    /// Reports the share of the work that is done, 0 to 1, and the next task. `false` asks the analysis to give up.
+    fn progress(&mut self, share: f64, task: &str) -> bool;
+
+    /// Adds signals to the recording, under the name of the group. They have equal lengths and the times of the first.
+    fn record(&mut self, group: &str, signals: &[Signal]);
+
+    /// Adds a diagram to the replay. Those of one group are shown together, the first one largest.
+    fn diagram(&mut self, group: &str, diagram: &Diagram);
+
+    /// Writes a text file into the folder of the report. The name has no folder in it.
+    fn file(&mut self, name: &str, text: &str);
+}
+
+/// A host that ignores everything, for tests.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Host for Silent {
+    fn progress(&mut self, _share: f64, _task: &str) -> bool {
+        true
+    }
+    fn record(&mut self, _group: &str, _signals: &[Signal]) {}
+    fn diagram(&mut self, _group: &str, _diagram: &Diagram) {}
+    fn file(&mut self, _name: &str, _text: &str) {}
+}
+
+/// An analysis of signals.
+///
+/// The program may call it from several threads at a time. It keeps the library of a plugin loaded until it ends:
+/// threads that an analysis starts may outlive the call.
+pub trait Analysis {
+    /// The signals that it accepts.
+    const NEEDS: &'static [Need];
+
+    /// Judges the configuration and the choice of signals, which have no samples yet. The program asks before
+    /// anything runs, and points at the key of the error in the user's file.
+    ///
+    /// # Errors
+    /// With what was expected, what was found and what to do.
+    fn check(_request: &Request) -> Result<(), ConfigError> {
+        Ok(())
+    }
+
+    /// Analyses, and gives the result as JSON.
+    ///
+    /// # Errors
+    /// With the reason; the program then counts the analysis as failed.
+    fn run(request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError>;
+
+    /// The JSON schema of the configuration, if there is one. The program uses it for suggestions and references.
+    #[must_use]
+    fn config_schema() -> Option<String> {
+        None
+    }
+}
