@@ -34,19 +34,25 @@ impl Collected {
         Collected { indices, time: Vec::new(), columns }
     }
 
-    /// Takes a row of the run.
-    pub fn row(&mut self, time: f64, row: &Row<Full>) {
+    fn column(&self, index: NumberIndex<Full>) -> &[f64] {
+        self.indices.binary_search(&index).map_or(&[], |at| &self.columns[at])
+    }
+}
+
+impl Sink<Full> for Collected {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         if self.indices.is_empty() {
-            return;
+            return Ok(());
         }
         self.time.push(time);
         for (column, &index) in self.columns.iter_mut().zip(&self.indices) {
             column.push(row[index]);
         }
+        Ok(())
     }
 
-    fn column(&self, index: NumberIndex<Full>) -> &[f64] {
-        self.indices.binary_search(&index).map_or(&[], |at| &self.columns[at])
+    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
+        Ok(())
     }
 }
 

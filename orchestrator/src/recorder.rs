@@ -2,6 +2,7 @@
 
 use cosim::check::Checks;
 use cosim::fault::Faults;
+use cosim::status::StatusSource;
 use diagnostics::Error;
 use recording::{
     CsvSink, Derived, Event, Full, Level, McapSink, Recorded, Row, RunHeader, Selection, Sink,
@@ -76,6 +77,12 @@ impl Recorder {
         Ok(())
     }
 
+    /// The changes of status since the last call; those of faults may be the cause of the others.
+    fn changes(&mut self) -> Vec<StatusChange> {
+        let sources: [&mut dyn StatusSource; 2] = [&mut self.faults, &mut self.checks];
+        sources.into_iter().flat_map(StatusSource::changes).collect()
+    }
+
     /// Adds the verdicts to the recordings and completes them.
     pub fn conclude(&mut self, report: &RunReport) -> Result<(), Error> {
         for change in self.checks.reductions(&report.checks) {
@@ -105,10 +112,11 @@ impl Sink<Full> for Recorder {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.time = time;
         self.checks.row(tick, time, row)?;
-        self.collected.row(time, row);
+        self.faults.row(tick, time, row)?;
+        self.collected.row(tick, time, row)?;
         self.recorded.pick(row, &mut self.row);
         self.files.iter_mut().try_for_each(|file| file.row(tick, time, &self.row))?;
-        for change in self.faults.changes(time).into_iter().chain(self.checks.changes()) {
+        for change in self.changes() {
             self.status(&change)?;
             if let StatusTrack::Fault(input) = &change.track {
                 let state = if change.status == Status::Active { "begins" } else { "ends" };

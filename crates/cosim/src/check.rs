@@ -11,6 +11,8 @@ use scenario::plan::{CheckPlan, Subject};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::status::StatusSource;
+
 /// What became of a check.
 #[derive(Debug, Clone, Serialize)]
 pub struct Verdict {
@@ -42,7 +44,7 @@ pub struct Verdict {
 /// All checks of a run.
 pub struct Checks {
     checks: Vec<(CheckPlan, Monitor)>,
-    /// What each check is, and what it became since that was asked for.
+    /// The status of each check, and its changes since they were asked for.
     states: Vec<Status>,
     changes: Vec<StatusChange>,
     /// The last communication point so far [s].
@@ -66,11 +68,6 @@ impl Checks {
             reached: 0.0,
             slack: 0.5 * step,
         }
-    }
-
-    /// What became of the conditions on each sample since the last call.
-    pub fn changes(&mut self) -> Vec<StatusChange> {
-        std::mem::take(&mut self.changes)
     }
 
     /// What became of the conditions on a window as a whole: their verdict holds for all of it.
@@ -129,6 +126,12 @@ impl Sink<Full> for Checks {
 
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
         Ok(())
+    }
+}
+
+impl StatusSource for Checks {
+    fn changes(&mut self) -> Vec<StatusChange> {
+        std::mem::take(&mut self.changes)
     }
 }
 

@@ -1,10 +1,16 @@
-//! Tells the recordings when faults begin and end.
+//! Watches when faults begin and end: a sink that reports their status.
 
-use recording::{Status, StatusChange, StatusTrack};
+use diagnostics::Error;
+use recording::{Full, Row, Sink, Status, StatusChange, StatusTrack};
 use scenario::plan::System;
 
+use crate::status::StatusSource;
+
 /// The inputs of a run that have faults.
-pub struct Faults(Vec<Faulty>);
+pub struct Faults {
+    inputs: Vec<Faulty>,
+    changes: Vec<StatusChange>,
+}
 
 struct Faulty {
     input: String,
@@ -25,25 +31,30 @@ impl Faults {
             windows: link.treatment.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
-        Faults(faulty.collect())
+        Faults { inputs: faulty.collect(), changes: Vec::new() }
     }
+}
 
-    /// The inputs.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|it| it.input.as_str())
-    }
-
-    /// What begins or ends at the communication point `time` [s].
-    pub fn changes(&mut self, time: f64) -> Vec<StatusChange> {
-        let mut changes = Vec::new();
-        for it in &mut self.0 {
+impl Sink<Full> for Faults {
+    fn row(&mut self, _tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
+        for it in &mut self.inputs {
             let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
             if acts != std::mem::replace(&mut it.acts, acts) {
                 let status = if acts { Status::Active } else { Status::Idle };
                 let track = StatusTrack::Fault(it.input.clone());
-                changes.push(StatusChange { time, track, status });
+                self.changes.push(StatusChange { time, track, status });
             }
         }
-        changes
+        Ok(())
+    }
+
+    fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+impl StatusSource for Faults {
+    fn changes(&mut self) -> Vec<StatusChange> {
+        std::mem::take(&mut self.changes)
     }
 }

@@ -9,3 +9,4 @@ pub mod fault;
 mod fmi;
 pub mod master;
 pub mod node;
+pub mod status;
