@@ -24,10 +24,31 @@ pub enum Requirement {
     Valgrind,
 }
 
+/// For each requirement that was looked for, why it is missing, if it is.
+static ANSWERS: [OnceLock<Option<String>>; 5] = [const { OnceLock::new() }; 5];
+
+/// Prints why something is missing; the lines of the tests have room for its name only.
+pub fn explain() {
+    for reason in ANSWERS.iter().filter_map(|answer| answer.get()?.as_ref()) {
+        eprintln!("some tests are ignored: {reason}");
+    }
+}
+
 impl Requirement {
+    /// Its absence in two words.
+    pub fn absence(self) -> &'static str {
+        match self {
+            Requirement::Compiler => "no cc",
+            Requirement::Python => "no Python",
+            Requirement::PythonLibrary => "no libpython",
+            #[cfg(feature = "rerun")]
+            Requirement::Viewer => "no viewer",
+            Requirement::Valgrind => "no valgrind",
+        }
+    }
+
     /// Why it is missing, if it is. The answer is found once.
     pub fn missing(self) -> Option<&'static str> {
-        static ANSWERS: [OnceLock<Option<String>>; 5] = [const { OnceLock::new() }; 5];
         ANSWERS[self as usize].get_or_init(|| self.search()).as_deref()
     }
 

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 
-use super::requirement::Requirement;
+use super::requirement::{self, Requirement};
 
 /// A test and what it needs.
 pub struct Test {
@@ -41,6 +41,7 @@ pub fn run(arguments: &Arguments, tests: Vec<Test>) -> ExitCode {
     remember_panics();
     let ci = std::env::var("CI").is_ok_and(|value| value == "true");
     let trials = tests.into_iter().map(|test| trial(arguments, test, ci)).collect();
+    requirement::explain();
     libtest_mimic::run(arguments, trials).exit_code()
 }
 
@@ -51,10 +52,10 @@ fn trial(arguments: &Arguments, test: Test, ci: bool) -> Trial {
     let chosen =
         !arguments.list && arguments.filter.as_ref().is_none_or(|part| name.contains(part));
     let needs = if chosen { test.needs } else { &[] };
-    let missing = needs.iter().find_map(|need| need.missing());
+    let missing = needs.iter().find(|need| need.missing().is_some());
     let trial = Trial::test(name, move || body(test.body));
     match missing {
-        Some(reason) => trial.with_kind(reason).with_ignored_flag(!ci),
+        Some(need) => trial.with_kind(need.absence()).with_ignored_flag(!ci),
         None => trial,
     }
 }
