@@ -39,6 +39,9 @@ mod conform;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
+// Schema and reference of scenarios.
+#[path = "acceptance/editors.rs"]
+mod editors;
 // What the documents show: commands, scenarios, recipes, links.
 #[path = "acceptance/documents.rs"]
 mod documents;
@@ -96,6 +99,7 @@ fn main() -> ExitCode {
     conform::register(&mut tests);
     determinism::register(&mut tests);
     documents::register(&mut tests);
+    editors::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     features::register(&mut tests);

@@ -1,11 +1,13 @@
 //! The commands of the program, a file for each; `Command` lists them.
 
 mod conform;
+mod explain;
 mod inspect;
 mod pack;
 mod progress;
 mod recover;
 mod run;
+mod schema;
 mod test;
 mod view;
 
@@ -34,6 +36,10 @@ pub enum Command {
     View(view::Arguments),
     /// Make a valid recording of one that a killed run left.
     Recover(recover::Arguments),
+    /// Print the JSON schema of scenario files, for editors.
+    Schema,
+    /// Explain a key of scenario files.
+    Explain(explain::Arguments),
 }
 
 impl Command {
@@ -47,6 +53,8 @@ impl Command {
             Command::Conform(arguments) => conform::run(arguments),
             Command::View(arguments) => view::run(arguments),
             Command::Recover(arguments) => recover::run(arguments),
+            Command::Schema => schema::run(),
+            Command::Explain(arguments) => explain::run(arguments),
         };
         result.unwrap_or_else(report_error)
     }

@@ -3,7 +3,7 @@
 use std::net::IpAddr;
 use std::path::PathBuf;
 
-use scenario::resolve::Overrides;
+use scenario::resolve::StartOverrides;
 
 use crate::package::BuildProgress;
 
@@ -29,7 +29,7 @@ pub struct RunOptions {
     /// Whether to write CSV.
     pub csv: bool,
     /// Start values and seed.
-    pub overrides: Overrides,
+    pub overrides: StartOverrides,
     /// Where the replay goes.
     pub replay: Replay,
     /// Simulated seconds per second; as fast as possible unless it is given.

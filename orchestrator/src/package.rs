@@ -8,8 +8,8 @@ mod requests;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use diagnostics::closest;
-use scenario::{Built, Product};
+use diagnostics::suggest;
+use scenario::{BuildRequest, Built};
 
 use cargo::{BuildMessage, cargo, last_line};
 use metadata::{Metadata, Package};
@@ -49,10 +49,10 @@ impl Workspace {
     /// When a package or example is unknown, does not compile, or makes no FMU.
     pub fn pack(
         &self,
-        products: &[Product],
+        products: &[BuildRequest],
         into: Option<&Path>,
         progress: OnProgress,
-    ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+    ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         self.check(products)?;
         pack(&self.build(products, progress)?, products, into)
     }
@@ -60,8 +60,8 @@ impl Workspace {
     /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
     fn make(
         &self,
-        fmus: &[Product],
-        plugins: &[Product],
+        fmus: &[BuildRequest],
+        plugins: &[BuildRequest],
         progress: OnProgress,
     ) -> Result<Built, BuildError> {
         let products = [fmus, plugins].concat();
@@ -76,7 +76,7 @@ impl Workspace {
     ///
     /// # Errors
     /// When there is no such example that makes a library.
-    pub fn example(&self, packages: &[String], example: &str) -> Result<Product, BuildError> {
+    pub fn example(&self, packages: &[String], example: &str) -> Result<BuildRequest, BuildError> {
         let all = || {
             let searched =
                 |package: &&Package| packages.is_empty() || packages.contains(&package.name);
@@ -84,7 +84,7 @@ impl Workspace {
         };
         if let Some(package) = all().find(|package| package.examples().any(|name| name == example))
         {
-            return Ok(Product {
+            return Ok(BuildRequest {
                 package: package.name.clone(),
                 example: Some(example.to_owned()),
             });
@@ -95,10 +95,10 @@ impl Workspace {
     }
 
     /// Whether the workspace can make the products.
-    fn check(&self, products: &[Product]) -> Result<(), BuildError> {
+    fn check(&self, products: &[BuildRequest]) -> Result<(), BuildError> {
         let all = self.0.packages.iter().filter(|package| package.makes_library());
         let names: Vec<_> = all.map(|package| package.name.as_str()).collect();
-        for Product { package, example } in products {
+        for BuildRequest { package, example } in products {
             if let Some(example) = example {
                 self.example(std::slice::from_ref(package), example)?;
             } else if !names.contains(&package.as_str()) {
@@ -112,9 +112,9 @@ impl Workspace {
     /// The built library of each product.
     fn build(
         &self,
-        products: &[Product],
+        products: &[BuildRequest],
         progress: OnProgress,
-    ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+    ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         // Cargo unites the features of the packages that it builds together. With this program among them
         // every dependency is as the program was built with it, and none is compiled twice. If the
         // program's own package does not compile at the moment, the others may do so without it.
@@ -129,10 +129,10 @@ impl Workspace {
 
     fn build_together(
         &self,
-        products: &[Product],
+        products: &[BuildRequest],
         own: Option<&str>,
         progress: OnProgress,
-    ) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+    ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         let packages: Vec<_> = products.iter().map(|product| product.package.as_str()).collect();
         let names: Vec<_> = products.iter().map(name).collect();
         let names = names.join(", ");
@@ -153,11 +153,11 @@ impl Workspace {
     }
 
     /// The product of an artifact and its dynamic library.
-    fn library(&self, message: &BuildMessage) -> Option<(Product, PathBuf)> {
+    fn library(&self, message: &BuildMessage) -> Option<(BuildRequest, PathBuf)> {
         let mut packages = self.0.packages.iter();
         let package = packages.find(|package| Some(&package.id) == message.package_id.as_ref())?;
         let example = message.target.as_ref().filter(|target| target.is_example());
-        let product = Product {
+        let product = BuildRequest {
             package: package.name.clone(),
             example: example.map(|target| target.name.clone()),
         };
@@ -169,16 +169,16 @@ impl Workspace {
 }
 
 /// The product in a message to the user.
-fn name(product: &Product) -> &str {
+fn name(product: &BuildRequest) -> &str {
     product.example.as_ref().unwrap_or(&product.package)
 }
 
 /// Packs the libraries of `products` into the folder `into`, or by default beside them.
 fn pack(
-    libraries: &BTreeMap<Product, PathBuf>,
-    products: &[Product],
+    libraries: &BTreeMap<BuildRequest, PathBuf>,
+    products: &[BuildRequest],
     into: Option<&Path>,
-) -> Result<BTreeMap<Product, PathBuf>, BuildError> {
+) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
     let mut archives = BTreeMap::new();
     // The program's own package may have been built beside what was asked for.
     for (product, library) in libraries.iter().filter(|(found, _)| products.contains(found)) {
@@ -191,10 +191,8 @@ fn pack(
 
 /// A suggestion for an unknown `name`.
 fn hint(name: &str, names: &[&str]) -> String {
-    match closest(name, names.iter().copied()) {
-        Some(hint) => format!("; did you mean `{hint}`?"),
-        None => format!("; there are: {}", names.join(", ")),
-    }
+    let hint = suggest::hint(name, names.iter().copied());
+    hint.map(|hint| format!("; {hint}")).unwrap_or_default()
 }
 
 /// The profile that this program was built with, so that a fast program steps fast FMUs.

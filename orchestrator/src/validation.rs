@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use diagnostics::{Error, closest};
+use diagnostics::{Error, suggest};
 use fmu_import::Causality;
 use fmu_import::description::Variable;
 use scenario::plan::{Body, NodePlan, Start, StartValue, System};
-use scenario::resolve::{Given, Overrides};
+use scenario::resolve::{StartOverride, StartOverrides};
 use scenario::words::Validation;
 use scenario::{Built, Scenario};
 
@@ -35,18 +35,16 @@ pub fn overrides(
     validation: &Validation,
     system: &System,
     report: Option<&RunReport>,
-) -> Result<Overrides, Error> {
-    let mut overrides = Overrides::default();
+) -> Result<StartOverrides, Error> {
+    let mut overrides = StartOverrides::default();
     for (node, model) in &validation.like {
         let fmus = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
         let Some(plan) = fmus().find(|plan| plan.name == *model.get_ref()) else {
-            let error = scenario.error(model, format!("no FMU is called `{}`", model.get_ref()));
-            return Err(match closest(model.get_ref(), fmus().map(|plan| plan.name.as_str())) {
-                Some(hint) => error.help(format!("did you mean `{hint}`?")),
-                None => error.help("the right side names an FMU of this run"),
-            });
+            let known = fmus().map(|plan| plan.name.as_str());
+            let unknown = suggest::unknown("FMU", model.get_ref(), known);
+            return Err(unknown.at(&scenario.source, model.span()));
         };
-        let given = parameters(plan).map(|(variable, value)| Given {
+        let given = parameters(plan).map(|(variable, value)| StartOverride {
             node: node.get_ref().clone(),
             variable,
             value,
@@ -72,11 +70,14 @@ pub fn overrides(
                 return Err(scenario.error(entry, message));
             }
         }
-        let given =
-            Given::parse(entry.get_ref(), |file| left(file).unwrap_or_else(|| beside(file)))
-                .map_err(|message| scenario.error(entry, message))?;
+        let given = StartOverride::parse(entry.get_ref(), |file| {
+            left(file).unwrap_or_else(|| beside(file))
+        })
+        .map_err(|message| scenario.error(entry, message))?;
         let place = Some((scenario.source.clone(), entry.span()));
-        overrides.starts.extend(given.into_iter().map(|it| Given { place: place.clone(), ..it }));
+        overrides
+            .starts
+            .extend(given.into_iter().map(|it| StartOverride { place: place.clone(), ..it }));
     }
     Ok(overrides)
 }

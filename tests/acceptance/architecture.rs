@@ -70,7 +70,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
     ("kalman", &[]),
     ("numerics", &[]),
     ("diagnostics", &[]),
-    ("expression", &[]),
+    ("expression", &["diagnostics"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),

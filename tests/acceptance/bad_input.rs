@@ -68,8 +68,8 @@ const MISTAKES: &[Mistake] = &[
     ("stop = 0.1", "stop = 0.1\nstpo = 2.0", "stpo", &["stpo", "did you mean `stop`?"]),
     ("[[check]]\nname", "[[check]]\nnam", "nam =", &["unknown key `nam`", "did you mean `name`?"]),
     ("[[signal]]", "[[signals]]", "[[signals]]", &["signals", "did you mean `signal`?"]),
-    ("step = 0.01", "step = \"fast\"", "fast", &["expected f64"]),
-    ("stop = 0.1\n", "", "[time]", &["missing field `stop`"]),
+    ("step = 0.01", "step = \"fast\"", "fast", &["expected a number, found a text"]),
+    ("stop = 0.1\n", "", "[time]", &["the key `stop` is missing", "Last communication point [s]"]),
     // Time.
     ("step = 0.01", "step = 0.0", "step = 0.0", &["must be positive", "0 s"]),
     ("step = 0.01", "step = -0.01", "step = -0.01", &["must be positive", "-0.01 s"]),
@@ -86,11 +86,11 @@ const MISTAKES: &[Mistake] = &[
     ("plant.fmu", "escape.fmu", "escape.fmu", &["`../escaped.txt`", "leaves the folder"]),
     ("path = \"plant.fmu\"\n", "", "\"plant\"", &["`plant` needs either `path` or `crate`"]),
     // Names.
-    ("controller.v_ref", "controller.v_reff", "v_reff", &["no input `v_reff`", "did you mean `controller.v_ref`?"]),
-    ("controller.v_ref", "controler.v_ref", "controler.", &["no node is called `controler`", "controller"]),
+    ("controller.v_ref", "controller.v_reff", "v_reff", &["unknown input `controller.v_reff`", "did you mean `controller.v_ref`?"]),
+    ("controller.v_ref", "controler.v_ref", "controler.", &["unknown node `controler`", "did you mean `controller`?"]),
     ("controller.v_ref", "plant.v_x", "to = \"plant.v_x\"", &["`plant.v_x` is no input of `plant`"]),
     ("\"controller.v_ref\"", "\"controller\"", "to = \"controller\"", &["expected `node.variable`"]),
-    ("from = \"log.delta\"", "from = \"log.dleta\"", "dleta", &["no output `dleta`", "did you mean `log.delta`?"]),
+    ("from = \"log.delta\"", "from = \"log.dleta\"", "dleta", &["unknown output `log.dleta`", "did you mean `log.delta`?"]),
     ("name = \"controller\"", "name = \"plant\"", "name = \"plant\"\npath = \"controller", &["two nodes called `plant`"]),
     ("name = \"log\"", "name = \"driver\"", "name = \"driver\"", &["two nodes called `driver`"]),
     // Connections.
@@ -99,7 +99,7 @@ const MISTAKES: &[Mistake] = &[
     ("from = \"log.delta\"\nto = \"plant.delta\"", "from = \"plant.v_x\"\nto = \"controller.psi\"", "to = \"controller.psi\"", &["`plant.v_x` to `controller.psi`", "[m/s] is no unit of [rad]"]),
     (", F_x = 0.0", "", "\"plant\"", &["nothing is connected to `F_x` of `plant`", "no start value"]),
     // Start values.
-    ("start.v_x", "start.v_xx", "start.v_xx", &["no variable `start.v_xx`", "did you mean `start.v_x`?"]),
+    ("start.v_x", "start.v_xx", "start.v_xx", &["unknown variable `start.v_xx`", "did you mean `start.v_x`?"]),
     ("F_x = 0.0", "F_x = 0.0, v_x = 3.0", "v_x = 3.0", &["`v_x` is computed by the FMU"]),
     ("start.v_x = 20.0", "start.v_x = \"fast\"", "\"fast\"", &["`start.v_x` is Real, found string \"fast\""]),
     ("mode = 0", "mode = 0.5", "mode = 0.5", &["`mode` is Integer, found float 0.5"]),
@@ -122,13 +122,13 @@ const MISTAKES: &[Mistake] = &[
     ("[[check]]", "[record]\nexcept = [\"plat.*\"]\n\n[[check]]", "plat.*", &["`plat.*`"]),
     ("[[check]]", "[[fault]]\ninput = \"plant.F_x\"\nfrom = 0.0\nvalue = 1.0\n\n[[check]]", "input =", &["nothing is connected to `plant.F_x`"]),
     // The replay.
-    ("[[check]]", "[view]\ndistance = \"plant.s\"\n\n[[check]]", "distance =", &["no signal `plant.s` is recorded"]),
+    ("[[check]]", "[view]\ndistance = \"plant.s\"\n\n[[check]]", "distance =", &["unknown recorded signal `plant.s`"]),
     ("[[check]]", "[[view.plot]]\ntitle = \"t\"\nsignals = [{ signal = \"plant.v_x - plant.v_z\" }]\n\n[[check]]", "signals =", &["plant.v_z", "did you mean `plant.v_x`?"]),
     ("[[check]]", "[[view.plot]]\ntitle = \"t\"\nsignals = [{ signal = \"mean(plant.v_x)\" }]\n\n[[check]]", "signals =", &["expected a value at each moment"]),
     ("[[check]]", "[[view.plot]]\ntitle = \"t\"\nunit = \"deg\"\nsignals = [{ signal = \"2 * plant.v_x\", unit = \"m/s\" }]\n\n[[check]]", "signals =", &["[m/s] cannot be shown in deg"]),
     ("[[check]]", "[view.track]\ncenter = [\"plant.X\", \"plant.Y\"]\n\n[[check]]", "view.track", &["the track has more or less than it needs", "half_width"]),
     ("[[check]]", "[view.track]\npath = \"log.csv\"\ncenter = [\"t\", \"stear\"]\nhalf_width = 3.0\n\n[[check]]", "center =", &["no column `stear`", "did you mean `steer`?"]),
-    ("[[check]]", "[[view.plane]]\ntitle = \"t\"\nx = { label = \"x\", range = [1.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "x = { label", &["two different ends of an axis, found 1 and 1"]),
+    ("[[check]]", "[[view.xy_plot]]\ntitle = \"t\"\nx = { label = \"x\", range = [1.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "x = { label", &["two different ends of an axis, found 1 and 1"]),
     ("[[check]]", "[[view.arrow]]\nlabel = \"t\"\nat = [0.0, 0.0, 0.0]\nscale = 0.0\n\n[[check]]", "scale =", &["expected a length in m, found 0"]),
 ];
 
@@ -193,7 +193,7 @@ const TYPE_MISTAKES: &[Mistake] = &[
     ("b.text\"\n", "b.text\"\nconvert = \"boolean_to_integer\"\n", "convert", &["there is no type to convert", "leave `convert` out"]),
     ("c.x\"\n", "c.x\"\nconvert = \"integer_to_real\"\n", "convert", &["there is no type to convert"]),
     (A_TO_B, "from = \"a.on_out\"\nto = \"b.n\"\nconvert = \"integer_to_boolean\"\n", "convert", &["Boolean to Integer is another conversion", "`convert = \"boolean_to_integer\"`"]),
-    ("b.text\"\n", "b.text\"\nconvert = \"bool_to_integer\"\n", "convert", &["unknown variant `bool_to_integer`", "did you mean `boolean_to_integer`?"]),
+    ("b.text\"\n", "b.text\"\nconvert = \"bool_to_integer\"\n", "convert", &["unknown value `bool_to_integer`", "did you mean `boolean_to_integer`?"]),
     // Texts have no numbers.
     ("b.text\"\n", "b.text\"\nnoise = { std = 0.1 }\n", "noise", &["`a.text_out` to `b.text` carries texts", "`noise`"]),
     ("b.text\"\n", "b.text\"\ngain = 2.0\n", "gain", &["carries texts", "`gain`"]),
@@ -318,7 +318,10 @@ fn an_argument_that_fits_nothing_is_refused() {
     lab.write("case.toml", GOOD);
     for (arguments, says) in [
         (&["nowhere.toml"][..], &["cannot read the scenario nowhere.toml"][..]),
-        (&["case.toml", "--set", "plnt.body.m=1"], &["no FMU is called `plnt`", "plant"]),
+        (
+            &["case.toml", "--set", "plnt.body.m=1"],
+            &["unknown FMU `plnt`", "did you mean `plant`?"],
+        ),
         (&["case.toml", "--set", "plant.bdy.m=1"], &["`bdy.m`", "did you mean `body.m`?"]),
         (&["case.toml", "--set", "plant.body.m=heavy"], &["`body.m` is Real", "heavy"]),
         (&["case.toml", "--set", "plant=1"], &["expected node.variable=value", "plant=1"]),

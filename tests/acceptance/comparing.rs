@@ -79,7 +79,7 @@ fn the_viewer_loads_two_runs_over_each_other_without_a_warning() {
          [[check]]\nname = \"turns\"\nthat = \"max(plant.r) > 0.1\"\n\
          [view.pose]\nx = \"plant.X\"\ny = \"plant.Y\"\nheading = \"plant.psi\"\nspeed = \"plant.v_x\"\n\
          [view.track]\npath = \"road/track.csv\"\ncenter = [\"x\", \"y\"]\nhalf_width = 4.0\n\
-         [[view.plane]]\ntitle = \"Forces\"\nx = { label = \"a_y [m/s2]\", range = [-9, 9] }\n\
+         [[view.xy_plot]]\ntitle = \"Forces\"\nx = { label = \"a_y [m/s2]\", range = [-9, 9] }\n\
          y = { label = \"a_x [m/s2]\", range = [-9, 9] }\n\
          points = [{ label = \"car\", x = \"plant.a_y\", y = \"plant.a_x\" }]\n\
          [[view.plot]]\ntitle = \"Yaw rate\"\nunit = \"deg/s\"\nsignals = [{ signal = \"plant.r\", role = \"plant\" }]\n",

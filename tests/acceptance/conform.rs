@@ -8,6 +8,7 @@ tests! {
     our_fmus_keep_every_rule,
     each_deviation_fails_the_rules_that_it_breaks_and_no_other: Compiler,
     a_crash_or_a_hang_fails_a_rule_and_the_others_go_on: Compiler,
+    temporary_files_that_vanish_are_not_held_against_the_fmu: Compiler,
     a_gap_in_time_that_is_accepted_is_warned_about: Compiler,
     a_library_that_cannot_be_loaded_makes_the_other_rules_not_applicable: Compiler,
     what_is_wrong_in_the_description_is_said: Compiler,
@@ -63,6 +64,7 @@ fn our_fmus_keep_every_rule() {
 #[rustfmt::skip]
 const DEVIATIONS: &[(&str, &[&str], &[&str])] = &[
     ("nothing", &[], &[]),
+    ("history is dropped when it may be", &[], &[]),
     ("another version", &["version"], &["fmi2GetVersion", "expected \"2.0\", found \"1.0\""]),
     ("any GUID is accepted", &["guid"], &["{deviate}"]),
     ("illegal calls are accepted", &["call-order", "variable-access"], &["expected fmi2Error, found success: fmi2ExitInitializationMode in Instantiated", "fmi2DoStep in Terminated"]),
@@ -125,6 +127,22 @@ fn a_crash_or_a_hang_fails_a_rule_and_the_others_go_on() {
         let passed = rules(&findings, "pass");
         assert!(["version", "guid", "log-categories"].iter().all(|rule| passed.contains(rule)));
     }
+}
+
+/// The FMU removes them itself, so that they are gone at the same moment on every run; then it ends the process.
+fn temporary_files_that_vanish_are_not_held_against_the_fmu() {
+    let lab = Lab::new();
+    lab.write("deviate.fmu", deviate(&["-DBREAKS=\"the temporary files vanish\""]));
+    let (findings, code) = conform(&lab, "deviate.fmu", "60");
+    assert_eq!((code, rules(&findings, "fail")), (Some(3), Vec::new()), "{findings:#?}");
+    let unknown = rules(&findings, "not_judged");
+    assert!(["finite", "state-restore", "memory"].iter().all(|rule| unknown.contains(rule)));
+    let passed = rules(&findings, "pass");
+    assert!(["version", "start-values"].iter().all(|rule| passed.contains(rule)), "{findings:#?}");
+    let ended = lab.trackside(&["conform", "deviate.fmu"]).expect(3);
+    let memory =
+        "ERR   memory                  could not be judged: the temporary folder was removed";
+    assert!(ended.stdout.contains(memory), "{}", ended.stdout);
 }
 
 fn a_gap_in_time_that_is_accepted_is_warned_about() {

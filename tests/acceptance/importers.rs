@@ -172,7 +172,7 @@ fn run_python(python: &Python, lab: &Lab, scenario: impl Fn(&str) -> String) -> 
 /// Two instances of it: what the first one shows goes to the second one, in all types.
 fn two_fmus_made_in_python_hand_over_values_of_all_types() {
     let python = python();
-    for (algorithm, late) in [("sequential", 0), ("jacobi", 1)] {
+    for (algorithm, late) in [("gauss_seidel", 0), ("jacobi", 1)] {
         let lab = Lab::new();
         let head = HEAD.replace("10.0", "0.2");
         let scenario = |archive: &str| {

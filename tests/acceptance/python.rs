@@ -23,6 +23,7 @@ const PACKAGES: &[&str] = &[
     "numpy",
     "pandas",
     "scipy",
+    "tombi==1.9.6",
 ];
 
 /// A virtual environment.
@@ -53,6 +54,11 @@ impl Python {
         let made = self.run("make_fmu.py", &[folder]).stdout;
         let lines: Vec<_> = made.lines().map(str::to_owned).collect();
         lines.try_into().expect("a library and two archives")
+    }
+
+    /// The linter that editors use for TOML.
+    pub fn tombi(&self) -> Command {
+        Command::new(self.0.join("bin/tombi"))
     }
 
     /// The viewer's own program; what pip puts on the path wraps it.

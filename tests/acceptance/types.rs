@@ -75,7 +75,7 @@ fn columns<const N: usize>(lab: &Lab, names: [&str; N]) -> Vec<[String; N]> {
 fn every_type_goes_through_a_chain_with_the_delay_that_was_asked_for() {
     let lab = lab();
     for (algorithm, at, late) in
-        [("sequential", "", 0), ("jacobi", "", 1), ("sequential", "at = 'start'", 1)]
+        [("gauss_seidel", "", 0), ("jacobi", "", 1), ("gauss_seidel", "at = 'start'", 1)]
     {
         run(&lab, &chain(algorithm, at)).expect(0);
         let head = ["x_out", "n_out", "on_out", "text_out", "mode_out"];
@@ -97,7 +97,7 @@ fn every_type_goes_through_a_chain_with_the_delay_that_was_asked_for() {
 fn the_mcap_holds_the_texts_of_the_csv() {
     let python = python();
     let lab = lab();
-    run(&lab, &chain("sequential", "")).expect(0);
+    run(&lab, &chain("gauss_seidel", "")).expect(0);
     python.run("compare_mcap.py", &[lab.path("out/run.mcap"), lab.path("out/run.csv")]);
 }
 
@@ -106,7 +106,7 @@ fn the_mcap_holds_the_texts_of_the_csv() {
 fn the_replay_shows_texts_where_they_change() {
     let python = python();
     let lab = lab();
-    lab.write("case.toml", chain("sequential", ""));
+    lab.write("case.toml", chain("gauss_seidel", ""));
     lab.trackside(&["run", "case.toml", "--out", "out"]).expect(0);
     let replay = lab.path("out/run.rrd");
     let output = python.rerun().args(["rrd", "verify"]).arg(&replay).output();
@@ -120,7 +120,7 @@ fn the_replay_shows_texts_where_they_change() {
 fn texts_and_items_are_checked() {
     let lab = lab();
     let check = |that: &str| {
-        let text = chain("sequential", "") + "[[check]]\nname = 'c'\nthat = \"" + that + "\"\n";
+        let text = chain("gauss_seidel", "") + "[[check]]\nname = 'c'\nthat = \"" + that + "\"\n";
         run(&lab, &text)
     };
     check("tail.text == head.text_out and tail.text_out != 'nothing'").expect(0);

@@ -118,7 +118,7 @@ fn a_validation_that_fails_or_breaks_counts() {
 
     run(&lab, &CASE.replace("finds", "errs"), &[])
         .expect(2)
-        .says(&["twin.body.mm: the FMU has no variable `body.mm`", "case.toml:20:"]);
+        .says(&["twin.body.mm: unknown variable `body.mm`", "case.toml:20:"]);
     assert_eq!(lab.report("out")["validations"][0]["verdict"], "error");
 
     run(&lab, &CASE.replace("finds", "rests"), &[])
@@ -147,13 +147,13 @@ fn mistakes_are_told_before_anything_runs() {
         ("\"pushed\"", "\"car\"", "case.toml:17:", "something else is called `car`"),
         ("\"pushed\"", "\"odd\"", "case.toml:17:", "something else is called `odd`"),
         ("plant = \"car\"", "plant = \"cat\"", "case.toml:19:", "did you mean `car`?"),
-        ("plant = \"car\"", "plnt = \"car\"", "case.toml:19:", "no FMU is called `plnt`"),
+        ("plant = \"car\"", "plnt = \"car\"", "case.toml:19:", "unknown FMU `plnt`"),
         ("like =", "likes =", "case.toml:19:", "did you mean `like`?"),
         ("\"@found.toml\"", "\"@wrong.toml\"", "case.toml:20:", "twin.body.m: `body.m` is Real, found string"),
         ("\"@found.toml\"", "\"@case.toml\"", "case.toml:20:", "expected a table"),
         ("\"@found.toml\"", "\"twin.body.m\"", "case.toml:20:", "expected node.variable=value"),
         ("\"@found.toml\"", "\"twin.body.mm=3\"", "case.toml:20:", "did you mean `body.m`?"),
-        ("\"@found.toml\"", "\"tvin.body.m=3\"", "case.toml:20:", "no FMU is called `tvin`"),
+        ("\"@found.toml\"", "\"tvin.body.m=3\"", "case.toml:20:", "unknown FMU `tvin`"),
     ];
     let mut wrong = Vec::new();
     for (old, new, line, says) in cases {

@@ -30,7 +30,7 @@ pub trait Coupling {
 #[must_use]
 pub fn of(algorithm: Algorithm) -> Box<dyn Coupling> {
     match algorithm {
-        Algorithm::Sequential => Box::new(GaussSeidel),
+        Algorithm::GaussSeidel => Box::new(GaussSeidel),
         Algorithm::Jacobi => Box::new(Jacobi),
     }
 }

@@ -5,10 +5,9 @@ use std::time::{Duration, Instant};
 use diagnostics::{Error, rounded};
 use fmu_import::CallError;
 use recording::{Columns, Full, NumberIndex, Row};
-use scenario::plan::{Clock, Link, NodePlan, System, Treatment};
+use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
-use crate::fmi;
 use crate::node::Node;
 
 /// How often a node was stepped, and how long that took.
@@ -99,7 +98,8 @@ impl<'a> Exchange<'a> {
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
         let begin = Instant::now();
         let (plan, row) = (&mut self.plans[node], &mut self.row);
-        for (Link { source, treatment }, input) in plan.links.iter_mut().zip(plan.inputs.indices())
+        for (ResolvedConnection { source, treatment }, input) in
+            plan.links.iter_mut().zip(plan.inputs.indices())
         {
             let from = if source.at == At::Start { &self.start } else { &*row };
             let time = self.clock.at(self.tick);
@@ -192,7 +192,9 @@ impl<'a> Exchange<'a> {
     /// step on.
     fn feed_initially(&mut self, node: usize) -> Result<(), Error> {
         let (plan, row) = (&self.plans[node], &mut self.row);
-        for (Link { source, treatment }, input) in plan.links.iter().zip(plan.inputs.indices()) {
+        for (ResolvedConnection { source, treatment }, input) in
+            plan.links.iter().zip(plan.inputs.indices())
+        {
             row[input] = treatment.convert(row[source.index]);
             accept(treatment, self.columns, (source.index, input), row, 0.0)?;
         }
@@ -227,14 +229,16 @@ fn check_numbers(
 ) -> Result<(), Error> {
     match plan.outputs.indices().find(|&output| row[output].is_nan()) {
         None => Ok(()),
-        Some(output) => Err(failure(plan, fmi::not_a_number(&columns[output].variable), time)),
+        Some(output) => {
+            Err(failure(plan, CallError::not_a_number(&columns[output].variable), time))
+        }
     }
 }
 
 /// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
 /// is when the source showed it [s].
 fn accept(
-    treatment: &Treatment,
+    treatment: &InputChain,
     columns: &Columns<Full>,
     (source, input): (NumberIndex<Full>, NumberIndex<Full>),
     row: &Row<Full>,

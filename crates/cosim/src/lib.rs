@@ -6,7 +6,6 @@ pub mod check;
 pub mod coupling;
 pub mod exchange;
 pub mod fault;
-mod fmi;
 pub mod master;
 pub mod node;
 pub mod status;

@@ -1,13 +1,12 @@
 //! Steps the nodes from communication point to communication point and hands every row to the sinks.
 
 use diagnostics::Error;
-use fmu_import::CallError;
+use fmu_import::{CallError, MessageLevel};
 use recording::{Event, Full, Level, Sink};
 use scenario::plan::System;
 
 use crate::coupling::Coupling;
 use crate::exchange::{Effort, Exchange, Interruption, failure};
-use crate::fmi;
 use crate::node::Node;
 
 /// How far a run came, and what it cost.
@@ -88,7 +87,7 @@ fn interrupted(
             Ok(ended)
         }
         Interruption::Call { node, error } => {
-            let time = clock.at(k + u64::from(fmi::at_end_of_step(&error)));
+            let time = clock.at(k + u64::from(error.at_end_of_step()));
             report_messages(exchange, sink, time)?;
             Err(failure(&exchange.plans[node], error, time))
         }
@@ -102,7 +101,12 @@ fn report_messages(
 ) -> Result<(), Error> {
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
         for message in node.messages() {
-            let (level, source) = (fmi::level(&message), plan.name.clone());
+            let level = match message.level() {
+                MessageLevel::Info => Level::Info,
+                MessageLevel::Warning => Level::Warning,
+                MessageLevel::Error => Level::Error,
+            };
+            let source = plan.name.clone();
             sink.event(&Event { time, level, source, message: message.text })?;
         }
     }

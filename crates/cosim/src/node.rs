@@ -99,7 +99,7 @@ impl NodeState {
 }
 
 fn state_error(what: &str) -> CallError {
-    CallError { call: "the state", what: what.to_owned(), terminated: None }
+    CallError::new("the state", what)
 }
 
 /// Makes the nodes that the master steps.

@@ -58,7 +58,7 @@ pub struct Input {
 pub struct Failure {
     /// The node's name in the scenario.
     pub node: String,
-    /// The call that failed: `fmi2DoStep`.
+    /// The call that failed, by the node's own name for it.
     pub call: String,
     /// Simulated time [s], once there is one.
     pub time: Option<f64>,
@@ -125,13 +125,22 @@ impl Error {
         Error::Output { path: path.to_owned(), what: what.to_string() }
     }
 
-    /// Adds what to do about it.
+    /// Adds a remedy.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         if let Error::Input(input) = &mut self {
             input.help = Some(help.into());
         }
         self
+    }
+
+    /// Adds a remedy, if there is one.
+    #[must_use]
+    pub fn hint(self, hint: Option<String>) -> Self {
+        match hint {
+            Some(hint) => self.help(hint),
+            None => self,
+        }
     }
 
     /// The exit code of the program: 2 for the user's matters, 3 for an FMU's or a plugin's.

@@ -3,10 +3,11 @@
 
 mod error;
 mod source;
-mod suggest;
+mod span;
+pub mod suggest;
 mod text_file;
 
 pub use error::{Error, Failure, Input, rounded};
 pub use source::Source;
-pub use suggest::closest;
+pub use span::Spanned;
 pub use text_file::TextFile;

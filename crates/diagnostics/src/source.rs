@@ -3,9 +3,8 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use toml::Spanned;
-
 use crate::error::Error;
+use crate::span::Spanned;
 use crate::text_file::{TextFile, read};
 
 /// Text files, one behind the other: a place in any of them is a range of bytes of them all.

@@ -1,10 +1,84 @@
 //! Suggests the name that was probably meant when a name is unknown.
 
+use std::fmt;
+use std::ops::Range;
+
+use crate::error::Error;
+use crate::source::Source;
+
+/// Names that a message lists; the rest is counted.
+const LISTED: usize = 16;
+
+/// The message about an unknown name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unknown {
+    /// "unknown node `plnt`"
+    pub message: String,
+    /// "did you mean `plant`?", or the known names.
+    pub help: Option<String>,
+}
+
+/// The message about a `name` that is not among the `known` ones. `kind` says what it would name: "node", "input of `plant`".
+#[must_use]
+pub fn unknown<'a>(kind: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Unknown {
+    Unknown { message: format!("unknown {kind} `{name}`"), help: hint(name, known) }
+}
+
+/// What to do about an unknown name: the most similar known name, or else the list of them. None when none is known.
+#[must_use]
+pub fn hint<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let known: Vec<_> = known.into_iter().collect();
+    let listed = || (!known.is_empty()).then(|| format!("known: {}", shortened(&known)));
+    closest_question(name, known.iter().copied()).or_else(listed)
+}
+
+/// The question whether the most similar known name was meant. None when no name is similar.
+#[must_use]
+pub fn closest_question<'a>(
+    name: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<String> {
+    closest(name, known).map(|closest| format!("did you mean `{closest}`?"))
+}
+
+/// The names with commas in between; of many only the first ones and the number of the others.
+#[must_use]
+pub fn shortened<S: AsRef<str>>(names: &[S]) -> String {
+    let listed: Vec<_> = names.iter().take(LISTED).map(AsRef::as_ref).collect();
+    match names.len() {
+        0 => "none".to_owned(),
+        count if count > LISTED => format!("{} and {} more", listed.join(", "), count - LISTED),
+        _ => listed.join(", "),
+    }
+}
+
+impl Unknown {
+    /// The error at the place of the name.
+    #[must_use]
+    pub fn at(self, source: &Source, span: Range<usize>) -> Error {
+        source.error(span, self.message, "").hint(self.help)
+    }
+
+    /// The error without a place.
+    #[must_use]
+    pub fn input(self) -> Error {
+        Error::input(self.message).hint(self.help)
+    }
+}
+
+/// Both in one line: "unknown node `plnt`; did you mean `plant`?"
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.message)?;
+        self.help.iter().try_for_each(|help| write!(f, "; {help}"))
+    }
+}
+
 /// The candidate that differs from `name` by the fewest typing errors (letter case is not one),
 /// or nothing when even that one takes more than a third of the letters, or all of them; of equals
 /// the first.
 #[must_use]
-pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = letters(name);
     let (distance, best) = candidates
         .into_iter()
@@ -59,6 +133,20 @@ mod tests {
             assert_eq!(closest(name, candidates), expected, "{name}");
         }
         assert_eq!(closest("anything", []), None);
+    }
+
+    #[test]
+    fn an_unknown_name_gets_a_suggestion_or_the_list_of_known_ones() {
+        let known = ["plant", "controller"];
+        for (name, expected) in [
+            ("plnt", "unknown node `plnt`; did you mean `plant`?"),
+            ("zz", "unknown node `zz`; known: plant, controller"),
+        ] {
+            assert_eq!(unknown("node", name, known).to_string(), expected);
+        }
+        assert_eq!(unknown("node", "zz", []).to_string(), "unknown node `zz`");
+        let many: Vec<_> = (0..20).map(|k| format!("signal{k}")).collect();
+        assert!(shortened(&many).ends_with("signal15 and 4 more"));
     }
 
     #[test]

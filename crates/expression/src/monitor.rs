@@ -1,8 +1,9 @@
-//! Evaluates a condition sample by sample and keeps its worst one.
+//! Evaluates a condition sample by sample and keeps the worst sample.
 
-use super::{Expression, Function, Junction, Node, Operator, Reducer, Relation, Text};
+use super::{Expression, Function, Junction, Node, Operator, Reduction, Relation, Text};
+use crate::reducer;
 
-/// What a condition comes to at one sample, or for the window.
+/// The judgement of a condition at one sample, or over the window.
 #[derive(Debug, Clone, Copy)]
 struct Judgement {
     passed: bool,
@@ -62,7 +63,7 @@ impl Relation {
     }
 }
 
-/// What the nodes of an expression are evaluated with.
+/// The values that an expression is evaluated with.
 struct Sample<'a> {
     time: f64,
     row: &'a [f64],
@@ -76,7 +77,9 @@ impl Sample<'_> {
             Node::Number(number) => *number,
             Node::Time => self.time,
             // A missing column is not a number, so the check fails and says so.
-            Node::Signal(column) => self.row.get(*column).copied().unwrap_or(f64::NAN),
+            Node::Signal(column) | Node::Result(column) => {
+                self.row.get(*column).copied().unwrap_or(f64::NAN)
+            }
             Node::Reduced(index) => self.reduced.get(*index).copied().unwrap_or(f64::NAN),
             Node::Negate(inner) => -self.value(inner),
             Node::Arithmetic(operator, sides) => {
@@ -91,7 +94,7 @@ impl Sample<'_> {
                     Operator::Power => a.powf(b),
                 }
             }
-            Node::Call(function, arguments) => self.call(*function, arguments),
+            Node::Call(function, arguments) => self.call(function, arguments),
             Node::Text(_) => f64::NAN,
             // Truth that is counted or averaged is exact: a tolerance on it could tighten a check.
             Node::Not(_) | Node::Compare(..) | Node::Same(..) | Node::Join(..) => {
@@ -112,33 +115,21 @@ impl Sample<'_> {
         }
     }
 
-    fn call(&self, function: Function, arguments: &[Node]) -> f64 {
-        let x = self.value(&arguments[0]);
-        // IEEE 754's minimum, maximum and hypot hide a NaN.
-        let fold = |pick: fn(f64, f64) -> f64| {
-            arguments[1..].iter().fold(x, |a, node| {
-                let b = self.value(node);
-                if a.is_nan() || b.is_nan() { f64::NAN } else { pick(a, b) }
-            })
-        };
-        match function {
-            Function::Abs => x.abs(),
-            Function::Sqrt => x.sqrt(),
-            Function::Sin => x.sin(),
-            Function::Cos => x.cos(),
-            Function::Tan => x.tan(),
-            Function::Atan => x.atan(),
-            Function::Atan2 => fold(f64::atan2),
-            Function::Exp => x.exp(),
-            Function::Ln => x.ln(),
-            Function::Min => fold(f64::min),
-            Function::Max => fold(f64::max),
-            Function::Sign if x == 0.0 => 0.0,
-            Function::Sign => x.signum(),
-            Function::Deg => x.to_degrees(),
-            Function::Rad => x.to_radians(),
-            Function::IsFinite => f64::from(u8::from(x.is_finite())),
-            Function::Hypot => fold(f64::hypot),
+    fn call(&self, function: &Function, arguments: &[Node]) -> f64 {
+        // Few arguments need no allocation.
+        let mut few = [0.0; 4];
+        match few.get_mut(..arguments.len()) {
+            Some(values) => {
+                values
+                    .iter_mut()
+                    .zip(arguments)
+                    .for_each(|(value, node)| *value = self.value(node));
+                (function.evaluate)(values)
+            }
+            None => {
+                let values: Vec<_> = arguments.iter().map(|node| self.value(node)).collect();
+                (function.evaluate)(&values)
+            }
         }
     }
 
@@ -187,75 +178,38 @@ impl Expression {
 }
 
 /// The running state of one reduction.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Accumulator {
-    count: f64,
-    value: f64,
-    /// Sum of squared distances to the mean (Welford).
-    spread: f64,
-    /// When a largest, smallest, first or last value was seen.
-    at: Option<f64>,
+    samples: u64,
+    /// Time of the first value that is not a number [s].
     not_a_number: Option<f64>,
-    kept: Vec<f64>,
+    state: Box<dyn reducer::Accumulator>,
 }
 
 impl Accumulator {
-    fn push(&mut self, reducer: Reducer, time: f64, x: f64) {
-        if x.is_nan() {
+    fn new(reduction: &Reduction) -> Self {
+        let state = (reduction.reducer.start)(reduction.parameter);
+        Accumulator { samples: 0, not_a_number: None, state }
+    }
+
+    fn push(&mut self, time: f64, value: f64) {
+        if value.is_nan() {
             self.not_a_number.get_or_insert(time);
         }
-        let first = self.count == 0.0;
-        self.count += 1.0;
-        let replaces = match reducer {
-            Reducer::Max => first || x > self.value,
-            Reducer::Min => first || x < self.value,
-            Reducer::First => first,
-            Reducer::Last => true,
-            _ => false,
-        };
-        if replaces {
-            (self.value, self.at) = (x, Some(time));
-        }
-        match reducer {
-            Reducer::Mean | Reducer::Sum => self.value += x,
-            Reducer::Rms => self.value += x * x,
-            Reducer::Count => self.value += f64::from(u8::from(x != 0.0)),
-            Reducer::Std => {
-                let distance = x - self.value;
-                self.value += distance / self.count;
-                self.spread += distance * (x - self.value);
-            }
-            Reducer::Quantile(_) => self.kept.push(x),
-            Reducer::Max | Reducer::Min | Reducer::First | Reducer::Last => {}
-        }
+        self.samples += 1;
+        self.state.push(time, value);
     }
 
-    fn result(&self, reducer: Reducer) -> f64 {
-        if self.not_a_number.is_some() || self.count == 0.0 {
-            return f64::NAN;
-        }
-        match reducer {
-            Reducer::Mean => self.value / self.count,
-            Reducer::Rms => (self.value / self.count).sqrt(),
-            Reducer::Std => (self.spread / self.count).sqrt(),
-            Reducer::Quantile(p) => quantile(&self.kept, p),
-            _ => self.value,
+    fn result(&self) -> f64 {
+        if self.not_a_number.is_some() || self.samples == 0 {
+            f64::NAN
+        } else {
+            self.state.result()
         }
     }
 }
 
-/// The p-quantile, interpolated linearly between the two samples around it (type 7 of Hyndman and
-/// Fan, Sample Quantiles in Statistical Packages, 1996).
-fn quantile(samples: &[f64], p: f64) -> f64 {
-    let mut sorted = samples.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let place = p * (sorted.len() - 1) as f64;
-    let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-    // Without the comparison two equal infinities would become NaN.
-    if below == above { below } else { below + (above - below) * place.fract() }
-}
-
-/// What a check came to.
+/// The outcome of a condition over its window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Whether the condition held, at every sample or for the window as a whole.
@@ -291,7 +245,7 @@ impl Monitor {
     /// as in `count(a < b)`, are exact.
     #[must_use]
     pub fn new(expression: Expression, tolerance: f64) -> Self {
-        let accumulators = vec![Accumulator::default(); expression.reductions.len()];
+        let accumulators = expression.reductions.iter().map(Accumulator::new).collect();
         Self { expression, tolerance, samples: 0, worst: None, accumulators }
     }
 
@@ -303,7 +257,7 @@ impl Monitor {
         if self.expression.is_reduction() {
             let reductions = self.expression.reductions.iter();
             for (reduction, accumulator) in reductions.zip(&mut self.accumulators) {
-                accumulator.push(reduction.reducer, time, sample.value(&reduction.argument));
+                accumulator.push(time, sample.value(&reduction.argument));
             }
             return None;
         }
@@ -319,7 +273,7 @@ impl Monitor {
         Some(holds)
     }
 
-    /// What the check comes to after the samples so far.
+    /// The outcome after the samples so far.
     #[must_use]
     pub fn verdict(&self) -> Outcome {
         let (at, judgement) = if self.samples == 0 {
@@ -346,15 +300,12 @@ impl Monitor {
     }
 
     fn reduce(&self) -> (Option<f64>, Judgement) {
-        let reductions = self.expression.reductions.iter().zip(&self.accumulators);
-        let reduced: Vec<f64> = reductions
-            .map(|(reduction, accumulator)| accumulator.result(reduction.reducer))
-            .collect();
+        let reduced: Vec<f64> = self.accumulators.iter().map(Accumulator::result).collect();
         let sample = Sample { time: f64::NAN, row: &[], texts: &[], reduced: &reduced };
         let judgement = sample.judge(&self.expression.root, true, self.tolerance);
         let broken = self.accumulators.iter().filter_map(|a| a.not_a_number);
         let at = match self.accumulators.as_slice() {
-            [only] if only.not_a_number.is_none() => only.at,
+            [only] if only.not_a_number.is_none() => only.state.at(),
             _ => broken.min_by(f64::total_cmp),
         };
         (at, judgement)

@@ -3,46 +3,16 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
+use diagnostics::suggest::{self, Unknown};
+
+use super::token::{Token, tokens};
 use super::{
-    Expression, Function, Junction, Node, Operand, Operator, ParseError, Reducer, Reduction,
-    Relation, Text,
+    Expression, Junction, Node, Operand, Operator, ParseError, Reducer, Reduction, Relation, Text,
 };
+use crate::{function, reducer};
 
 /// Words and symbols that one condition may have; it bounds the recursion for a hostile text.
 const LONGEST: usize = 400;
-
-/// Name, function, and fewest and most arguments.
-const FUNCTIONS: &[(&str, Function, usize, usize)] = &[
-    ("abs", Function::Abs, 1, 1),
-    ("sqrt", Function::Sqrt, 1, 1),
-    ("sin", Function::Sin, 1, 1),
-    ("cos", Function::Cos, 1, 1),
-    ("tan", Function::Tan, 1, 1),
-    ("atan", Function::Atan, 1, 1),
-    ("atan2", Function::Atan2, 2, 2),
-    ("exp", Function::Exp, 1, 1),
-    ("ln", Function::Ln, 1, 1),
-    ("min", Function::Min, 2, LONGEST),
-    ("max", Function::Max, 2, LONGEST),
-    ("sign", Function::Sign, 1, 1),
-    ("deg", Function::Deg, 1, 1),
-    ("rad", Function::Rad, 1, 1),
-    ("isfinite", Function::IsFinite, 1, 1),
-    ("hypot", Function::Hypot, 2, 2),
-];
-
-/// The reductions of one argument.
-const REDUCERS: &[(&str, Reducer)] = &[
-    ("max", Reducer::Max),
-    ("min", Reducer::Min),
-    ("mean", Reducer::Mean),
-    ("rms", Reducer::Rms),
-    ("std", Reducer::Std),
-    ("sum", Reducer::Sum),
-    ("first", Reducer::First),
-    ("last", Reducer::Last),
-    ("count", Reducer::Count),
-];
 
 impl Expression {
     /// Reads a condition; `resolve` gives the column of a signal in the rows to come.
@@ -81,147 +51,6 @@ impl Expression {
             )));
         }
         Ok(Self { root, reductions: parser.reductions })
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Token<'a> {
-    Number(f64),
-    Name(&'a str),
-    /// A signal name between backticks.
-    Quoted(&'a str),
-    /// A text between quotes.
-    Text(&'a str),
-    Symbol(&'static str),
-    End,
-}
-
-/// Every spelling of an operator and the one that the parser works with; longer ones first.
-const SYMBOLS: &[(&str, &str)] = &[
-    ("<=", "<="),
-    (">=", ">="),
-    ("==", "=="),
-    ("!=", "!="),
-    ("&&", "and"),
-    ("||", "or"),
-    ("<", "<"),
-    (">", ">"),
-    ("!", "not"),
-    ("+", "+"),
-    ("-", "-"),
-    ("*", "*"),
-    ("/", "/"),
-    ("^", "^"),
-    ("(", "("),
-    (")", ")"),
-    (",", ","),
-];
-
-fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, ParseError> {
-    let mut tokens = Vec::new();
-    let mut at = 0;
-    loop {
-        at += text[at..].len() - text[at..].trim_start().len();
-        let rest = &text[at..];
-        let Some(first) = rest.chars().next() else {
-            tokens.push((Token::End, at..at));
-            return Ok(tokens);
-        };
-        let (token, length) = if first.is_ascii_digit() || first == '.' {
-            number(rest, at)?
-        } else if first.is_alphabetic() || first == '_' {
-            let length = name_length(rest);
-            let keyword = ["and", "or", "not"].into_iter().find(|word| *word == &rest[..length]);
-            (keyword.map_or(Token::Name(&rest[..length]), Token::Symbol), length)
-        } else if first == '`' {
-            let name = quoted(rest, at, "expected a closing backtick after the signal name")?;
-            (Token::Quoted(name), name.len() + 2)
-        } else if first == '\'' || first == '"' {
-            let text = quoted(rest, at, "expected a closing quote after the text")?;
-            (Token::Text(text), text.len() + 2)
-        } else {
-            symbol(rest, first, at)?
-        };
-        tokens.push((token, at..at + length));
-        at += length;
-    }
-}
-
-/// What stands between the first letter of `rest`, a quote, and the next one like it.
-fn quoted<'a>(rest: &'a str, at: usize, missing: &str) -> Result<&'a str, ParseError> {
-    let (quote, inside) = rest.split_at(1);
-    let end = inside.find(quote).ok_or_else(|| ParseError::new(at..at + rest.len(), missing))?;
-    Ok(&inside[..end])
-}
-
-fn symbol(rest: &str, first: char, at: usize) -> Result<(Token<'_>, usize), ParseError> {
-    let found = SYMBOLS.iter().find(|(spelling, _)| rest.starts_with(spelling));
-    if let Some((spelling, symbol)) = found {
-        return Ok((Token::Symbol(symbol), spelling.len()));
-    }
-    let message = format!("expected a number, a name or an operator, found `{first}`");
-    let error = ParseError::new(at..at + first.len_utf8(), message);
-    Err(match first {
-        '=' => error.help("`==` compares for equality"),
-        '&' => error.help("write `and` or `&&`"),
-        '|' => error.help("write `or` or `||`"),
-        _ => error.help("write a signal name with other characters between backticks"),
-    })
-}
-
-fn number(rest: &str, at: usize) -> Result<(Token<'_>, usize), ParseError> {
-    let digits = |from: usize| {
-        let tail = &rest[from..];
-        from + tail.len() - tail.trim_start_matches(|c: char| c.is_ascii_digit()).len()
-    };
-    let mut length = digits(0);
-    if rest[length..].starts_with('.') {
-        length = digits(length + 1);
-    }
-    if rest[length..].starts_with(['e', 'E']) {
-        let sign = usize::from(rest[length + 1..].starts_with(['+', '-']));
-        let end = digits(length + 1 + sign);
-        if end > length + 1 + sign {
-            length = end;
-        }
-    }
-    match rest[..length].parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok((Token::Number(value), length)),
-        _ => Err(ParseError::new(
-            at..at + length,
-            format!("expected a finite number, found `{}`", &rest[..length]),
-        )),
-    }
-}
-
-/// The bytes of the FMI structured name at the beginning of `text`: identifiers joined by dots,
-/// each with optional indices `[1,2]`, and `der(...)` after a dot.
-fn name_length(text: &str) -> usize {
-    let mut at = 0;
-    loop {
-        let segment = at;
-        let tail = &text[at..];
-        at += tail.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(tail.len());
-        let derivative = segment > 0 && &text[segment..at] == "der";
-        if derivative && text[at..].starts_with('(') {
-            let mut depth = 0;
-            let closing = text[at..].find(|c| {
-                depth += i32::from(c == '(') - i32::from(c == ')');
-                depth == 0
-            });
-            return closing.map_or(at, |closing| at + closing + 1);
-        }
-        if text[at..].starts_with('[') {
-            let Some(closing) = text[at..].find(']') else {
-                return at;
-            };
-            at += closing + 1;
-        }
-        let mut tail = text[at..].chars();
-        if tail.next() != Some('.') || !tail.next().is_some_and(|c| c.is_alphabetic() || c == '_') {
-            return at;
-        }
-        at += 1;
     }
 }
 
@@ -321,6 +150,15 @@ impl<'a> Parser<'a> {
         right: Node,
     ) -> Result<Node, ParseError> {
         let error = |what| ParseError::new(start..self.tokens[self.next - 1].1.end, what);
+        let (left, right) = match (left, right) {
+            (Node::Result(column), right @ Node::Text(_)) => {
+                (Node::Text(Text::Signal(column)), right)
+            }
+            (left @ Node::Text(_), Node::Result(column)) => {
+                (left, Node::Text(Text::Signal(column)))
+            }
+            sides => sides,
+        };
         match (symbol, left, right) {
             ("==" | "!=", Node::Text(a), Node::Text(b)) => Ok(Node::Same(symbol == "==", [a, b])),
             (_, Node::Text(_), Node::Text(_)) => {
@@ -417,6 +255,7 @@ impl<'a> Parser<'a> {
             return Ok(match operand {
                 Operand::Number(column) => Node::Signal(column),
                 Operand::Text(column) => Node::Text(Text::Signal(column)),
+                Operand::Result(column) => Node::Result(column),
             });
         }
         let mut error = ParseError::new(span, format!("unknown signal `{name}`"));
@@ -444,13 +283,13 @@ impl<'a> Parser<'a> {
         }
         let whole = span.start..self.span().end;
         self.next += 1;
-        let Some(reducer) = reducer(name, &arguments, &whole)? else {
-            return function(name, arguments, whole);
+        let Some((reducer, parameter)) = reduction(name, &arguments, &whole)? else {
+            return call(name, arguments, whole);
         };
         if let Some(inner) = self.reduced.get(reduced) {
             let message = format!("`{name}` runs over the window, and so does what is inside it");
             let mut error = ParseError::new(inner.clone(), message);
-            error.help = (arguments.len() == 1 && matches!(name, "max" | "min")).then(|| {
+            error.help = (arguments.len() == 1 && function::find(name).is_some()).then(|| {
                 format!(
                     "`{name}` of one argument runs over the window; \
                          give it two or more to compare values with each other"
@@ -460,63 +299,62 @@ impl<'a> Parser<'a> {
         }
         self.bare.truncate(bare);
         self.reduced.push(whole);
-        self.reductions.push(Reduction { reducer, argument: arguments.swap_remove(0) });
+        self.reductions.push(Reduction { reducer, parameter, argument: arguments.swap_remove(0) });
         Ok(Node::Reduced(self.reductions.len() - 1))
     }
 }
 
 fn is_function(name: &str) -> bool {
-    name == "quantile"
-        || FUNCTIONS.iter().any(|(known, ..)| *known == name)
-        || REDUCERS.iter().any(|(known, _)| *known == name)
+    function::find(name).is_some() || reducer::find(name).is_some()
 }
 
 fn unknown_function(name: &str, span: Range<usize>) -> ParseError {
-    let functions = FUNCTIONS.iter().map(|(name, ..)| *name);
-    let reducers = REDUCERS.iter().map(|(name, _)| *name);
-    let mut known: Vec<_> = functions.chain(reducers).chain(["quantile"]).collect();
+    let functions = function::FUNCTIONS.iter().map(|function| function.name);
+    let reducers = reducer::REDUCERS.iter().map(|reducer| reducer.name);
+    let mut known: Vec<_> = functions.chain(reducers).collect();
     known.sort_unstable();
     known.dedup();
-    ParseError::new(span, format!("unknown function `{name}`"))
-        .help(format!("the functions are {}", known.join(", ")))
+    let closest = suggest::closest_question(name, known.iter().copied());
+    let Unknown { message, .. } = suggest::unknown("function", name, []);
+    // All of them, also when they are many: there is no other list at hand.
+    ParseError::new(span, message)
+        .help(closest.unwrap_or_else(|| format!("known: {}", known.join(", "))))
 }
 
-/// The reduction that the call is, if it is not a function per sample.
-fn reducer(
+/// The reduction that the call is, with its parameter, if it is not a function of one sample.
+fn reduction(
     name: &str,
     arguments: &[Node],
     whole: &Range<usize>,
-) -> Result<Option<Reducer>, ParseError> {
-    if name == "quantile" {
+) -> Result<Option<(&'static Reducer, f64)>, ParseError> {
+    let Some(reducer) = reducer::find(name) else { return Ok(None) };
+    if let Some(parameter) = &reducer.parameter {
         return match arguments {
-            [_, Node::Number(p)] if (0.0..=1.0).contains(p) => Ok(Some(Reducer::Quantile(*p))),
-            _ => Err(ParseError::new(
-                whole.clone(),
-                "expected `quantile(x, p)` with a number p from 0 to 1",
-            )
-            .help("`quantile(x, 0.95)` is what 95 % of the samples do not exceed")),
+            [_, Node::Number(number)] if (parameter.accepts)(*number) => {
+                Ok(Some((reducer, *number)))
+            }
+            _ => Err(ParseError::new(whole.clone(), format!("expected {}", parameter.expected))
+                .help(parameter.example)),
         };
     }
-    let known = REDUCERS.iter().find(|(known, _)| *known == name);
-    match (known, arguments.len()) {
-        (Some((_, reducer)), 1) => Ok(Some(*reducer)),
-        (Some(_), _) if matches!(name, "min" | "max") => Ok(None),
-        (Some(_), count) => Err(ParseError::new(
+    match arguments.len() {
+        1 => Ok(Some((reducer, f64::NAN))),
+        _ if function::find(name).is_some() => Ok(None),
+        count => Err(ParseError::new(
             whole.clone(),
             format!("expected one argument for `{name}`, found {count}"),
         )),
-        (None, _) => Ok(None),
     }
 }
 
-fn function(name: &str, arguments: Vec<Node>, whole: Range<usize>) -> Result<Node, ParseError> {
-    let known = FUNCTIONS.iter().find(|(known, ..)| *known == name);
+fn call(name: &str, arguments: Vec<Node>, whole: Range<usize>) -> Result<Node, ParseError> {
+    let known = function::find(name);
     match known {
-        Some((_, function, fewest, most)) if (*fewest..=*most).contains(&arguments.len()) => {
-            Ok(Node::Call(*function, arguments))
+        Some(function) if function.arity.contains(&arguments.len()) => {
+            Ok(Node::Call(function, arguments))
         }
         _ => {
-            let wanted = known.map_or(1, |(_, _, fewest, _)| *fewest);
+            let wanted = known.map_or(1, |function| *function.arity.start());
             let found = arguments.len();
             let message = format!("expected {wanted} argument(s) for `{name}`, found {found}");
             Err(ParseError::new(whole, message))

@@ -3,11 +3,24 @@
 use fmu_import::description::{Type, Variable};
 use fmu_import::{CallError, Causality, Initial, Instance, Variability};
 
-use super::bench::{Bench, STEPS, set_start};
 use super::order::{
     InitializationMode, Instantiated, State, StepComplete, Terminated, after_reset, bring,
 };
-use super::{Objection, Verdict, broken};
+use super::test_driver::{TestDriver, set_start};
+use super::{Check, Objection, Rule, Verdict, broken};
+
+pub(super) const RULES: &[Rule] = &[
+    Rule {
+        name: "variable-access",
+        sentence: "variables can be set when they may be, and then only",
+        check: Check::Runs(set),
+    },
+    Rule {
+        name: "unknown-references",
+        sentence: "references to no variable do no harm",
+        check: Check::Runs(references),
+    },
+];
 
 const STATES: [State; 4] = [Instantiated, InitializationMode, StepComplete, Terminated];
 
@@ -31,13 +44,13 @@ fn settable(variable: &Variable, state: State) -> Option<bool> {
 }
 
 /// One variable of each sort, since a library that tells two sorts apart tells all of them apart.
-fn sorts<'a>(bench: &'a Bench) -> Vec<&'a Variable> {
+fn sorts<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
     let mut sorts: Vec<&Variable> = Vec::new();
     let same = |a: &Variable, b: &Variable| {
         (a.causality, a.variability, a.initial, a.kind)
             == (b.causality, b.variability, b.initial, b.kind)
     };
-    for variable in &bench.about().variables {
+    for variable in &driver.about().variables {
         if !sorts.iter().any(|other| same(other, variable)) {
             sorts.push(variable);
         }
@@ -45,25 +58,30 @@ fn sorts<'a>(bench: &'a Bench) -> Vec<&'a Variable> {
     sorts
 }
 
-pub(super) fn set(bench: &Bench) -> Verdict {
+pub(super) fn set(driver: &TestDriver) -> Verdict {
     let (mut count, mut accepted, mut wrong) = (0, Vec::new(), Vec::new());
-    for (variable, state) in sorts(bench).into_iter().flat_map(|it| STATES.map(|state| (it, state)))
+    for (variable, state) in
+        sorts(driver).into_iter().flat_map(|it| STATES.map(|state| (it, state)))
     {
         let Some(legal) = settable(variable, state) else { continue };
-        let mut instance = bring(bench, state)?;
+        let mut instance = bring(driver, state)?;
         let what = format!(
             "`{}` ({:?} {:?}) in {state:?}",
             variable.name, variable.variability, variable.causality
         );
-        bench.note(&format!("setting {what}"));
+        driver.note(&format!("setting {what}"));
         count += 1;
         match (set_start(&mut instance, variable), legal) {
             (Ok(()), false) => accepted.push(what),
-            (Err(CallError { call, what: told, .. }), true) => {
-                wrong.push(format!("expected success, found {call} of {what} {told}"));
+            (Err(CallError { call, what: reason, .. }), true) => {
+                wrong.push(format!("expected success, found {call} of {what} {reason}"));
             }
             (Err(_), false) if instance.is_lost() => wrong.push(format!("fmi2Fatal for {what}")),
             _ => {}
+        }
+        // After fmi2Fatal nothing can be tried any more.
+        if driver.library.is_lost() {
+            break;
         }
     }
     if !accepted.is_empty() {
@@ -87,9 +105,9 @@ const CALLS: [(&str, Type, Call); 8] = [
 ];
 
 /// References that no variable of the type has: the one after the last, and the largest.
-fn unknown(bench: &Bench, kind: Type) -> impl Iterator<Item = u32> {
+fn unknown(driver: &TestDriver, kind: Type) -> impl Iterator<Item = u32> {
     let same = |other: Type| other == kind || (other, kind) == (Type::Enumeration, Type::Integer);
-    let all = bench.about().variables.iter().filter(move |variable| same(variable.kind));
+    let all = driver.about().variables.iter().filter(move |variable| same(variable.kind));
     let last = all.map(|variable| variable.reference).max();
     let next = last.map_or(Some(0), |last| last.checked_add(1));
     let largest = (last != Some(u32::MAX)).then_some(u32::MAX);
@@ -98,13 +116,13 @@ fn unknown(bench: &Bench, kind: Type) -> impl Iterator<Item = u32> {
 
 /// The standard does not say what becomes of a reference that nothing has: an FMU that accepts it is warned
 /// about; one that dies of it, or does something else afterwards, breaks the rule.
-pub(super) fn references(bench: &Bench) -> Verdict {
-    let expected = after_reset(bench, bring(bench, StepComplete)?)?;
+pub(super) fn references(driver: &TestDriver) -> Verdict {
+    let expected = after_reset(driver, bring(driver, StepComplete)?)?;
     let (mut count, mut accepted) = (0, Vec::new());
     for (name, kind, call) in CALLS {
-        for reference in unknown(bench, kind) {
-            let mut instance = bring(bench, StepComplete)?;
-            bench.note(&format!("{name} of the reference {reference}, which no variable has"));
+        for reference in unknown(driver, kind) {
+            let mut instance = bring(driver, StepComplete)?;
+            driver.note(&format!("{name} of the reference {reference}, which no variable has"));
             count += 1;
             match call(&mut instance, reference) {
                 Ok(()) => accepted.push(format!("{name} of {reference}")),
@@ -113,9 +131,9 @@ pub(super) fn references(bench: &Bench) -> Verdict {
                 }
                 Err(_) => instance.reset()?,
             }
-            bench.note(&format!("a run after {name} of the reference {reference}"));
-            let found = after_reset(bench, instance)?;
-            bench.same(&expected, &found).map_err(|objection| match objection {
+            driver.note(&format!("a run after {name} of the reference {reference}"));
+            let found = after_reset(driver, instance)?;
+            driver.same(&expected, &found).map_err(|objection| match objection {
                 Objection::Broken(what) => {
                     Objection::Broken(format!("{what}, after {name} of {reference}"))
                 }
@@ -123,7 +141,7 @@ pub(super) fn references(bench: &Bench) -> Verdict {
             })?;
         }
     }
-    nothing(bench)?;
+    nothing(driver)?;
     match accepted.as_slice() {
         [] => Ok(format!("{count} calls")),
         calls => Ok(format!("warning: accepted: {}", calls.join(", "))),
@@ -131,34 +149,13 @@ pub(super) fn references(bench: &Bench) -> Verdict {
 }
 
 /// Arrays of no elements may be null.
-fn nothing(bench: &Bench) -> Result<(), Objection> {
-    let mut instance = bring(bench, StepComplete)?;
-    bench.note("reading and setting no variables");
+fn nothing(driver: &TestDriver) -> Result<(), Objection> {
+    let mut instance = bring(driver, StepComplete)?;
+    driver.note("reading and setting no variables");
     let _ = instance.touch_nothing();
     if instance.is_lost() {
         return broken("reading and setting no variables returned fmi2Fatal");
     }
     let _ = instance.reset();
     Ok(())
-}
-
-/// A step past the stop time that was set up must be refused (FMI 2.0, section 2.1.6).
-pub(super) fn stop_time(bench: &Bench) -> Verdict {
-    let mut instance = bench.instance()?;
-    // Half a step apart, so that no rounding matters.
-    let stop = bench.time(f64::from(STEPS) + 0.5);
-    bench.note("fmi2SetupExperiment");
-    instance.setup_experiment(bench.time(0.0), stop)?;
-    instance.enter_initialization()?;
-    instance.exit_initialization()?;
-    bench.run(&mut instance, 0..STEPS, 0)?;
-    let last = bench.time(STEPS.into());
-    match bench.do_step(&mut instance, last, bench.step()) {
-        Ok(()) => broken(format!(
-            "expected fmi2Error, found success: fmi2DoStep of {} s from t = {last} s, with {stop:.6} s as the stop time",
-            bench.step()
-        )),
-        Err(_) if instance.is_lost() => broken("expected fmi2Error, found fmi2Fatal"),
-        Err(_) => Ok(String::new()),
-    }
 }

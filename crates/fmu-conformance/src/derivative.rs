@@ -3,8 +3,21 @@
 use fmu_import::description::Variable;
 use fmu_import::{CallError, Causality, Instance};
 
-use super::bench::{Bench, STEPS};
-use super::{Verdict, broken, not_applicable};
+use super::test_driver::{STEPS, TestDriver};
+use super::{Check, Rule, Verdict, broken, not_applicable};
+
+pub(super) const RULES: &[Rule] = &[
+    Rule {
+        name: "directional-derivative",
+        sentence: "derivatives of outputs are those of their values",
+        check: Check::RunsOne(directional),
+    },
+    Rule {
+        name: "time-derivative",
+        sentence: "derivatives with respect to time are taken and given",
+        check: Check::RunsOne(in_time),
+    },
+];
 
 /// How far an input is moved for a difference, as a share of its size.
 const SHARE: f64 = 1e-4;
@@ -15,17 +28,17 @@ const NOISE: f64 = 1e-11;
 
 /// An FMU may show an output that follows an input after the next step only; then there is nothing to
 /// compare with, and the derivative has to be finite.
-pub(super) fn directional(bench: &Bench) -> Verdict {
-    if !bench.about().directional_derivative {
+fn directional(driver: &TestDriver) -> Verdict {
+    if !driver.about().directional_derivative {
         return not_applicable("providesDirectionalDerivative is not set");
     }
-    let mut instance = bench.ready()?;
-    bench.run(&mut instance, 0..STEPS, 0)?;
+    let mut instance = driver.ready()?;
+    driver.run(&mut instance, 0..STEPS, 0)?;
     let (mut count, mut given, mut compared) = (0, 0, 0);
-    for input in bench.continuous(Causality::Input) {
-        for output in bench.continuous(Causality::Output) {
+    for input in driver.continuous(Causality::Input) {
+        for output in driver.continuous(Causality::Output) {
             let pair = format!("`{}` with respect to `{}`", output.name, input.name);
-            bench.note(&format!("fmi2GetDirectionalDerivative of {pair}"));
+            driver.note(&format!("fmi2GetDirectionalDerivative of {pair}"));
             count += 1;
             let Ok(found) = instance.derivative(output.reference, input.reference) else {
                 continue;
@@ -71,23 +84,23 @@ fn difference(
     Ok(((above - below) / (2.0 * moved), NOISE * above.abs().max(below.abs()) / moved))
 }
 
-pub(super) fn in_time(bench: &Bench) -> Verdict {
-    let about = bench.about();
+fn in_time(driver: &TestDriver) -> Verdict {
+    let about = driver.about();
     let mut done = Vec::new();
-    let mut instance = bench.ready()?;
+    let mut instance = driver.ready()?;
     if about.interpolated_inputs
-        && let Some(input) = bench.continuous(Causality::Input).next()
+        && let Some(input) = driver.continuous(Causality::Input).next()
     {
-        bench.set_inputs(&mut instance, 0, 0)?;
-        bench.note(&format!("fmi2SetRealInputDerivatives of `{}`", input.name));
+        driver.set_inputs(&mut instance, 0, 0)?;
+        driver.note(&format!("fmi2SetRealInputDerivatives of `{}`", input.name));
         instance.set_input_derivative(input.reference, 1, 0.0)?;
         done.push(format!("an input derivative of `{}`", input.name));
     }
-    bench.run(&mut instance, 0..STEPS, 0)?;
+    driver.run(&mut instance, 0..STEPS, 0)?;
     if about.output_derivatives > 0
-        && let Some(output) = bench.continuous(Causality::Output).next()
+        && let Some(output) = driver.continuous(Causality::Output).next()
     {
-        bench.note(&format!("fmi2GetRealOutputDerivatives of `{}`", output.name));
+        driver.note(&format!("fmi2GetRealOutputDerivatives of `{}`", output.name));
         let value = instance.output_derivative(output.reference, 1)?;
         if !value.is_finite() {
             return broken(format!("the time derivative of `{}` is {value}", output.name));

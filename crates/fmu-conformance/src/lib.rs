@@ -1,20 +1,26 @@
 //! An .fmu archive goes in; a finding for each rule of FMI 2.0 that its description, its library and its behaviour must keep comes
 //! out.
 //!
-//! Each rule that loads the library runs in a process of its own: an FMU that crashes or hangs fails that
-//! rule, and the others go on.
+//! Each rule that loads the library runs in a process of its own: an FMU that crashes or hangs fails that rule, and the others
+//! go on. When the judging itself fails, because a process does not start or temporary files vanish, that is said as such and
+//! not held against the FMU.
+//!
+//! A rule is a line in the `RULES` of its file. A file with rules of a new subject is named twice here: as a module, and in
+//! its place in the report.
 #![forbid(unsafe_code)]
 
 mod access;
 mod behaviour;
-mod bench;
 mod derivative;
+mod experiment;
 mod logging;
 mod memory;
 mod order;
 mod process;
 mod state;
 mod statics;
+mod step;
+mod test_driver;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,7 +30,7 @@ use fmu_import::{CallError, Fmu, OpenError};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use bench::Bench;
+use test_driver::TestDriver;
 
 /// How long a rule may take, unless the user says otherwise; ten thousand instances take a while.
 pub const TIME_LIMIT: Duration = Duration::from_secs(60);
@@ -38,9 +44,9 @@ pub enum JudgeError {
     /// There is no such rule.
     #[error("there is no rule `{0}`")]
     Rule(String),
-    /// The file with the trail cannot be written.
+    /// The file for the progress cannot be written.
     #[error("{}: could not write: {source}", path.display())]
-    Trail {
+    ProgressLog {
         /// The file.
         path: PathBuf,
         /// What the system says.
@@ -58,6 +64,8 @@ pub enum Outcome {
     Fail,
     /// The rule is about something that the FMU does not claim to do.
     NotApplicable,
+    /// Nobody knows: the judging failed, for a reason that has nothing to do with the FMU.
+    NotJudged,
 }
 
 /// What was found about one rule.
@@ -67,7 +75,7 @@ pub struct Finding {
     pub rule: String,
     /// How the FMU stands to it.
     pub outcome: Outcome,
-    /// What was measured, what is wrong, or why the rule is not applicable.
+    /// What was measured, what is wrong, or why the rule is not applicable or not judged.
     pub detail: String,
 }
 
@@ -112,43 +120,31 @@ enum Check {
     /// Looks at the files of the archive.
     Files(fn(&Fmu) -> Verdict),
     /// Runs instances, one after another or at the same time.
-    Runs(fn(&Bench) -> Verdict),
+    Runs(fn(&TestDriver) -> Verdict),
     /// Needs no second instance in the process.
-    RunsOne(fn(&Bench) -> Verdict),
+    RunsOne(fn(&TestDriver) -> Verdict),
+    /// Looks at the library itself.
+    Loads(fn(&Fmu) -> Verdict),
 }
 
-use Check::{Files, Runs, RunsOne};
-
-#[rustfmt::skip]
-/// All rules, in the order of the report.
-pub const RULES: &[Rule] = &[
-    Rule { name: "description", sentence: "modelDescription.xml keeps the rules", check: Files(statics::description) },
-    Rule { name: "platform", sentence: "there is a library for this platform", check: Files(statics::platform) },
-    Rule { name: "symbols", sentence: "the library has all 34 functions of co-simulation", check: Files(statics::symbols) },
-    Rule { name: "version", sentence: "the library is of FMI 2.0, with the default types", check: RunsOne(statics::version) },
-    Rule { name: "guid", sentence: "a GUID that is not the library's is refused", check: RunsOne(statics::guid) },
-    Rule { name: "call-order", sentence: "illegal calls are refused, and a reset makes good again", check: Runs(order::call_order) },
-    Rule { name: "variable-access", sentence: "variables can be set when they may be, and then only", check: Runs(access::set) },
-    Rule { name: "unknown-references", sentence: "references to no variable do no harm", check: Runs(access::references) },
-    Rule { name: "experiment", sentence: "initialization needs an experiment", check: RunsOne(order::experiment) },
-    Rule { name: "stop-time", sentence: "a step past the stop time is refused", check: RunsOne(access::stop_time) },
-    Rule { name: "start-values", sentence: "exact start values are those of the description", check: RunsOne(behaviour::start_values) },
-    Rule { name: "finite", sentence: "outputs are finite", check: RunsOne(behaviour::finite) },
-    Rule { name: "deterministic", sentence: "two runs give the same bits", check: Runs(behaviour::deterministic) },
-    Rule { name: "reset", sentence: "a reset instance runs like a fresh one", check: RunsOne(behaviour::reset) },
-    Rule { name: "instances", sentence: "instances do not disturb each other", check: Runs(behaviour::instances) },
-    Rule { name: "state-restore", sentence: "a restored state continues with the same bits", check: RunsOne(state::restore) },
-    Rule { name: "state-serialise", sentence: "a state continues with the same bits after it was bytes", check: RunsOne(state::serialise) },
-    Rule { name: "state-anywhere", sentence: "a state can be taken and restored in every state of an instance", check: Runs(state::anywhere) },
-    Rule { name: "state-after-error", sentence: "a state from before an error makes good again", check: RunsOne(state::after_error) },
-    Rule { name: "directional-derivative", sentence: "derivatives of outputs are those of their values", check: RunsOne(derivative::directional) },
-    Rule { name: "time-derivative", sentence: "derivatives with respect to time are taken and given", check: RunsOne(derivative::in_time) },
-    Rule { name: "step-size", sentence: "the communication step may change from step to step", check: Runs(behaviour::step_size) },
-    Rule { name: "step-start", sentence: "a step that leaves a gap in time is refused", check: RunsOne(behaviour::step_start) },
-    Rule { name: "logger", sentence: "messages are formatted, wanted, and of declared categories", check: Runs(logging::logger) },
-    Rule { name: "log-categories", sentence: "declared categories can be switched", check: RunsOne(logging::categories) },
-    Rule { name: "memory", sentence: "instances leave no memory behind", check: Runs(memory::no_leak) },
+/// The rules by subject, in the order of the report.
+const SUBJECTS: [&[Rule]; 10] = [
+    statics::RULES,
+    order::RULES,
+    access::RULES,
+    experiment::RULES,
+    behaviour::RULES,
+    state::RULES,
+    derivative::RULES,
+    step::RULES,
+    logging::RULES,
+    memory::RULES,
 ];
+
+/// All rules, in the order of the report.
+pub fn rules() -> impl Iterator<Item = &'static Rule> {
+    SUBJECTS.into_iter().flatten()
+}
 
 /// Judges the archive at `path` by all rules; `program` is this program, which runs the rules.
 ///
@@ -158,47 +154,46 @@ pub fn run(program: &Path, path: &Path, limit: Duration) -> Result<Vec<Finding>,
     let fmu = Fmu::open(path)?;
     // A copy of the archive's files for each rule would take longer than most rules.
     let judge = |rule: &Rule| match rule.check {
-        _ if rule.name == "symbols" => process::judge(program, path, rule, limit),
-        Files(check) => rule.finding(check(&fmu)),
-        Runs(_) | RunsOne(_) => process::judge(program, path, rule, limit),
+        Check::Files(check) => rule.finding_about(&fmu, check(&fmu)),
+        _ => process::judge(program, path, rule, limit),
     };
-    let loading = RULES.iter().take_while(|rule| matches!(rule.check, Files(_)));
-    let mut findings: Vec<_> = loading.map(judge).collect();
-    let behaviour = &RULES[findings.len()..];
+    let needs_no_instance = |rule: &&Rule| matches!(rule.check, Check::Files(_) | Check::Loads(_));
+    let mut findings: Vec<_> = rules().take_while(needs_no_instance).map(judge).collect();
+    let behaviour: Vec<_> = rules().skip(findings.len()).collect();
+    // The first rule is about the description, which does not hinder a run.
     let unloadable = findings[1..].iter().find(|finding| finding.outcome != Outcome::Pass);
     if let Some(cause) = unloadable {
         let why = format!("the library cannot be loaded, see the rule `{}`", cause.rule);
         findings.extend(behaviour.iter().map(|rule| rule.finding(not_applicable(why.clone()))));
     } else {
-        findings.par_extend(behaviour.par_iter().map(judge));
+        findings.par_extend(behaviour.into_par_iter().map(judge));
     }
     Ok(findings)
 }
 
-/// Judges by one rule in this process, with a trail of what is being done in the file `trail`.
+/// Judges by one rule in this process. The file `log`, which must be there, gets a line before each thing that is done, and the
+/// finding as the last one.
 ///
 /// # Errors
 /// When there is no such rule, or the archive or the file cannot be opened.
-pub fn run_one(path: &Path, rule: &str, trail: &Path, limit: Duration) -> Result<(), JudgeError> {
-    let Some(rule) = RULES.iter().find(|known| known.name == rule) else {
+pub fn run_one(path: &Path, rule: &str, log: &Path, limit: Duration) -> Result<(), JudgeError> {
+    let Some(rule) = rules().find(|known| known.name == rule) else {
         return Err(JudgeError::Rule(rule.to_owned()));
     };
-    let fmu = Fmu::open(path)?;
-    let trail = process::Trail::new(trail)?;
+    let log = process::ProgressLog::open(log)?;
+    let fmu = Arc::new(Fmu::open(path)?);
+    log.note("loading the library");
     let verdict = match rule.check {
-        Files(check) => check(&fmu),
-        Runs(_) if fmu.description.only_once => {
+        Check::Files(check) | Check::Loads(check) => check(&fmu),
+        Check::Runs(_) if fmu.description.only_once => {
             not_applicable("canBeInstantiatedOnlyOncePerProcess is set")
         }
-        Runs(check) | RunsOne(check) => {
-            let fmu = Arc::new(fmu);
-            match fmu.load() {
-                Ok(library) => check(&Bench::new(library, &trail, limit)),
-                Err(error) => broken(error.to_string()),
-            }
-        }
+        Check::Runs(check) | Check::RunsOne(check) => match fmu.load() {
+            Ok(library) => check(&TestDriver::new(library, &log, limit)),
+            Err(error) => broken(error.to_string()),
+        },
     };
-    trail.end(&rule.finding(verdict));
+    log.end(&rule.finding_about(&fmu, verdict));
     Ok(())
 }
 
@@ -211,6 +206,30 @@ impl Rule {
         };
         Finding { rule: self.name.to_owned(), outcome, detail }
     }
+
+    /// An FMU whose unpacked files are gone is not to blame for anything.
+    fn finding_about(&self, fmu: &Fmu, verdict: Verdict) -> Finding {
+        match verdict {
+            Err(Objection::Broken(what)) if !fmu.is_intact() => {
+                self.not_judged(format!("the unpacked files were removed meanwhile; then: {what}"))
+            }
+            verdict => self.finding(verdict),
+        }
+    }
+
+    fn not_judged(&self, why: String) -> Finding {
+        Finding { rule: self.name.to_owned(), outcome: Outcome::NotJudged, detail: why }
+    }
+}
+
+/// The exit code that tells the findings: 0, 1 when the FMU breaks a rule, 3 when a rule could not be judged.
+#[must_use]
+pub fn exit_code(findings: &[Finding]) -> u8 {
+    let any = |outcome| findings.iter().any(|finding| finding.outcome == outcome);
+    match (any(Outcome::NotJudged), any(Outcome::Fail)) {
+        (true, _) => 3,
+        (false, failed) => u8::from(failed),
+    }
 }
 
 /// The findings as lines for a terminal, with a summary at the end.
@@ -218,21 +237,28 @@ impl Rule {
 pub fn lines(findings: &[Finding]) -> String {
     let mut text = String::new();
     for finding in findings {
-        let rule = RULES.iter().find(|rule| rule.name == finding.rule);
+        let rule = rules().find(|rule| rule.name == finding.rule);
         let sentence = rule.map(|rule| rule.sentence).unwrap_or_default();
         let (word, what) = match (finding.outcome, finding.detail.as_str()) {
             (Outcome::Pass, "") => ("pass", sentence.to_owned()),
             (Outcome::Pass, detail) => ("pass", format!("{sentence}: {detail}")),
             (Outcome::Fail, detail) => ("FAIL", detail.to_owned()),
             (Outcome::NotApplicable, detail) => ("n/a", detail.to_owned()),
+            (Outcome::NotJudged, why) => ("ERR", format!("could not be judged: {why}")),
         };
         text += &format!("{word:<4}  {:<22}  {what}\n", finding.rule);
     }
     let count = |wanted| findings.iter().filter(|finding| finding.outcome == wanted).count();
-    text + &format!(
-        "{} passed, {} failed, {} not applicable\n",
+    text += &format!(
+        "{} passed, {} failed, {} not applicable",
         count(Outcome::Pass),
         count(Outcome::Fail),
         count(Outcome::NotApplicable),
-    )
+    );
+    match count(Outcome::NotJudged) {
+        0 => text + "\n",
+        unknown => {
+            text + &format!(", {unknown} could not be judged, which says nothing about the FMU\n")
+        }
+    }
 }

@@ -2,18 +2,31 @@
 
 use std::sync::Arc;
 
-use fmu_import::{Instance, Message};
+use fmu_import::{Instance, Message, MessageLevel};
 
-use super::bench::{Bench, STEPS};
-use super::{Objection, Verdict, broken, not_applicable};
+use super::test_driver::{STEPS, TestDriver};
+use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
+
+pub(super) const RULES: &[Rule] = &[
+    Rule {
+        name: "logger",
+        sentence: "messages are formatted, wanted, and of declared categories",
+        check: Check::Runs(logger),
+    },
+    Rule {
+        name: "log-categories",
+        sentence: "declared categories can be switched",
+        check: Check::RunsOne(categories),
+    },
+];
 
 /// A text that means something else, or a crash, once it is taken for a format of `printf`.
 const PERCENT: &str = "conform-%s%d%s%d%s";
 
-pub(super) fn logger(bench: &Bench) -> Verdict {
-    let mut messages = simulate(bench, true)?;
-    messages.extend(refused(bench));
-    let declared = &bench.about().log_categories;
+fn logger(driver: &TestDriver) -> Verdict {
+    let mut messages = simulate(driver, true)?;
+    messages.extend(refused(driver));
+    let declared = &driver.about().log_categories;
     for Message { category, text, .. } in &messages {
         if text.contains("conform-") && !text.contains(PERCENT) {
             return broken(format!("a text was taken for a format: {text}"));
@@ -25,44 +38,46 @@ pub(super) fn logger(bench: &Bench) -> Verdict {
             ));
         }
     }
-    if let Some(Message { text, .. }) = simulate(bench, false)?.iter().find(|m| m.status == 0) {
+    if let Some(Message { text, .. }) =
+        simulate(driver, false)?.iter().find(|m| m.level() == MessageLevel::Info)
+    {
         return broken(format!("loggingOn is false, and it logs {text:?}"));
     }
     Ok(format!("{} messages", messages.len()))
 }
 
 /// What an instance logs in a run, and about a call that it refuses.
-fn simulate(bench: &Bench, logging: bool) -> Result<Vec<Message>, Objection> {
-    bench.note("fmi2Instantiate with percent signs in the name, to be logged");
-    let mut instance = Instance::new(Arc::clone(&bench.library), PERCENT, logging)?;
-    bench.initialise(&mut instance)?;
-    bench.run(&mut instance, 0..STEPS, 0)?;
+fn simulate(driver: &TestDriver, logging: bool) -> Result<Vec<Message>, Objection> {
+    driver.note("fmi2Instantiate with percent signs in the name, to be logged");
+    let mut instance = Instance::new(Arc::clone(&driver.library), PERCENT, logging)?;
+    driver.initialise(&mut instance)?;
+    driver.run(&mut instance, 0..STEPS, 0)?;
     let mut messages = instance.messages();
     // Whether the call is refused is another rule's matter; what is said about it is this one's.
-    bench.note("fmi2ExitInitializationMode at a communication point, to be logged");
+    driver.note("fmi2ExitInitializationMode at a communication point, to be logged");
     let _ = instance.exit_initialization();
     messages.extend(instance.messages());
     Ok(messages)
 }
 
 /// What the library logs about a GUID that is not its own.
-fn refused(bench: &Bench) -> Vec<Message> {
-    bench.note("fmi2Instantiate with percent signs in the GUID, to be logged");
-    match Instance::with_guid(Arc::clone(&bench.library), "conform", PERCENT, true) {
+fn refused(driver: &TestDriver) -> Vec<Message> {
+    driver.note("fmi2Instantiate with percent signs in the GUID, to be logged");
+    match Instance::with_guid(Arc::clone(&driver.library), "conform", PERCENT, true) {
         Ok(instance) => instance.messages(),
         Err((_, messages)) => messages,
     }
 }
 
-pub(super) fn categories(bench: &Bench) -> Verdict {
-    let declared = &bench.about().log_categories;
+fn categories(driver: &TestDriver) -> Verdict {
+    let declared = &driver.about().log_categories;
     if declared.is_empty() {
         return not_applicable("no LogCategories are declared");
     }
-    let mut instance = bench.instance()?;
+    let mut instance = driver.instance()?;
     for on in [true, false] {
         for category in declared {
-            bench.note(&format!("fmi2SetDebugLogging of {category}"));
+            driver.note(&format!("fmi2SetDebugLogging of {category}"));
             instance.set_debug_logging(on, &[category]).map_err(|error| {
                 Objection::Broken(format!("fmi2SetDebugLogging of {category:?} {}", error.what))
             })?;

@@ -2,8 +2,14 @@
 
 use std::time::Instant;
 
-use super::bench::Bench;
-use super::{Objection, Verdict, broken, not_applicable};
+use super::test_driver::TestDriver;
+use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
+
+pub(super) const RULES: &[Rule] = &[Rule {
+    name: "memory",
+    sentence: "instances leave no memory behind",
+    check: Check::Runs(no_leak),
+}];
 
 /// How many instances are made and freed.
 const CYCLES: u32 = 10_000;
@@ -15,32 +21,32 @@ const BOUND: f64 = 26.0;
 /// The size of a page on the platforms that FMI 2.0 has names for [bytes].
 const PAGE: f64 = 4096.0;
 
-pub(super) fn no_leak(bench: &Bench) -> Verdict {
+fn no_leak(driver: &TestDriver) -> Verdict {
     let begin = Instant::now();
-    cycles(bench, WARM_UP)?;
+    cycles(driver, WARM_UP)?;
     // A slow FMU gets fewer cycles rather than no verdict.
-    let left = (bench.limit.as_secs_f64() * 0.8 - begin.elapsed().as_secs_f64()).max(0.0);
+    let left = (driver.limit.as_secs_f64() * 0.8 - begin.elapsed().as_secs_f64()).max(0.0);
     let each = begin.elapsed().as_secs_f64() / f64::from(WARM_UP);
     let count = (left / each).min(CYCLES.into()) as u32;
     if count < WARM_UP {
         return not_applicable(format!("an instance takes {each:.3} s, too long for this"));
     }
     let before = resident()?;
-    cycles(bench, count)?;
+    cycles(driver, count)?;
     let growth = (resident()? - before) / f64::from(count);
-    let told = format!("{growth:.1} bytes per instance over {count} instances");
-    if growth > BOUND { broken(told) } else { Ok(told) }
+    let measured = format!("{growth:.1} bytes per instance over {count} instances");
+    if growth > BOUND { broken(measured) } else { Ok(measured) }
 }
 
 /// Each instance lives through a whole, short simulation.
-fn cycles(bench: &Bench, count: u32) -> Result<(), Objection> {
-    bench.note(&format!("{count} short simulations"));
+fn cycles(driver: &TestDriver, count: u32) -> Result<(), Objection> {
+    driver.note(&format!("{count} short simulations"));
     for _ in 0..count {
-        let mut instance = bench.quiet_instance()?;
-        instance.setup_experiment(bench.time(0.0), bench.time(1000.0))?;
+        let mut instance = driver.quiet_instance()?;
+        instance.setup_experiment(driver.time(0.0), driver.time(1000.0))?;
         instance.enter_initialization()?;
         instance.exit_initialization()?;
-        instance.do_step(bench.time(0.0), bench.step())?;
+        instance.do_step(driver.time(0.0), driver.step())?.into_result()?;
         instance.terminate()?;
     }
     Ok(())

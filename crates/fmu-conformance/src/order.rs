@@ -4,8 +4,14 @@ use std::collections::BTreeMap;
 
 use fmu_import::{CallError, Causality, Instance};
 
-use super::bench::{Bench, Row, STEPS, read, set_start};
-use super::{Objection, Verdict, broken};
+use super::test_driver::{Row, STEPS, TestDriver, read, set_start};
+use super::{Check, Objection, Rule, Verdict, broken};
+
+pub(super) const RULES: &[Rule] = &[Rule {
+    name: "call-order",
+    sentence: "illegal calls are refused, and a reset makes good again",
+    check: Check::Runs(call_order),
+}];
 
 /// A state of table 4.2.4 of FMI 2.0 that every master can bring every FMU to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +24,7 @@ pub(super) enum State {
 
 pub(super) use State::{InitializationMode, Instantiated, StepComplete, Terminated};
 
-type Call = fn(&Bench, &mut Instance) -> Result<(), CallError>;
+type Call = fn(&TestDriver, &mut Instance) -> Result<(), CallError>;
 
 #[rustfmt::skip]
 /// The calls, and the states in which each of them is illegal by table 4.2.4.
@@ -39,65 +45,69 @@ const ILLEGAL: &[(&str, Call, &[State])] = &[
     ("fmi2GetBooleanStatus", |_, instance| instance.ended().map(drop), &[Instantiated, InitializationMode]),
 ];
 
-fn setup(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
-    instance.setup_experiment(bench.time(0.0), bench.time(1000.0))
+fn setup(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
+    instance.setup_experiment(driver.time(0.0), driver.time(1000.0))
 }
 
 /// A step that would be right if the state were.
-fn step(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
-    instance.do_step(bench.time(0.0), bench.step())
+fn step(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
+    instance.do_step(driver.time(0.0), driver.step())?.into_result()
 }
 
 /// Whether there is a variable for the call that reads one: the first output, or else any.
-fn get(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
-    let variable = bench.with(Causality::Output).next().or(bench.about().variables.first());
+fn get(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
+    let variable = driver.with(Causality::Output).next().or(driver.about().variables.first());
     variable.map_or_else(none, |variable| read(instance, variable).map(drop))
 }
 
 /// Sets an input, or else a parameter, to its start value.
-fn set(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
-    let mut settable = bench.with(Causality::Input).chain(bench.with(Causality::Parameter));
+fn set(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
+    let mut settable = driver.with(Causality::Input).chain(driver.with(Causality::Parameter));
     let variable = settable.find(|variable| variable.start.is_some());
     variable.map_or_else(none, |variable| set_start(instance, variable))
 }
 
 /// What an FMU does not claim to do may end in any way, so it is not tried.
-fn derivative(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
+fn derivative(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
     let [inputs, outputs] =
-        [Causality::Input, Causality::Output].map(|it| bench.continuous(it).next());
-    match inputs.zip(outputs).filter(|_| bench.about().directional_derivative) {
+        [Causality::Input, Causality::Output].map(|it| driver.continuous(it).next());
+    match inputs.zip(outputs).filter(|_| driver.about().directional_derivative) {
         Some((input, output)) => instance.derivative(output.reference, input.reference).map(drop),
         None => none(),
     }
 }
 
-fn slope(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
-    let input = bench.continuous(Causality::Input).next();
-    let input = input.filter(|_| bench.about().interpolated_inputs);
+fn slope(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
+    let input = driver.continuous(Causality::Input).next();
+    let input = input.filter(|_| driver.about().interpolated_inputs);
     input.map_or_else(none, |input| instance.set_input_derivative(input.reference, 1, 0.0))
 }
 
-fn output_slope(bench: &Bench, instance: &mut Instance) -> Result<(), CallError> {
-    let output = bench.continuous(Causality::Output).next();
-    let output = output.filter(|_| bench.about().output_derivatives > 0);
+fn output_slope(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
+    let output = driver.continuous(Causality::Output).next();
+    let output = output.filter(|_| driver.about().output_derivatives > 0);
     output.map_or_else(none, |output| instance.output_derivative(output.reference, 1).map(drop))
 }
 
 /// Nothing can be called, so nothing illegal can be accepted.
 fn none() -> Result<(), CallError> {
-    Err(CallError { call: "none", what: String::new(), terminated: None })
+    Err(CallError::new("none", ""))
 }
 
-pub(super) fn call_order(bench: &Bench) -> Verdict {
+pub(super) fn call_order(driver: &TestDriver) -> Verdict {
     let mut count = 0;
     // By what went wrong, the calls with which it did: an FMU that looks at nothing fails with most.
     let mut wrong: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-    for state in [Instantiated, InitializationMode, StepComplete, Terminated] {
-        let expected = after_reset(bench, bring(bench, state)?)?;
+    'all: for state in [Instantiated, InitializationMode, StepComplete, Terminated] {
+        let expected = after_reset(driver, bring(driver, state)?)?;
         for (name, call, _) in ILLEGAL.iter().filter(|(.., states)| states.contains(&state)) {
             count += 1;
-            if let Some((what, detail)) = attempt(bench, state, (name, *call), &expected)? {
+            if let Some((what, detail)) = attempt(driver, state, (name, *call), &expected)? {
                 wrong.entry(what).or_default().push(format!("{name} in {state:?}{detail}"));
+            }
+            // After fmi2Fatal nothing can be tried any more.
+            if driver.library.is_lost() {
+                break 'all;
             }
         }
     }
@@ -111,21 +121,21 @@ pub(super) fn call_order(bench: &Bench) -> Verdict {
 
 /// Makes the illegal call in the state, and says what is wrong with what came of it.
 fn attempt(
-    bench: &Bench,
+    driver: &TestDriver,
     state: State,
     (name, call): (&str, Call),
     expected: &[Row],
 ) -> Result<Option<(&'static str, String)>, CallError> {
-    let mut instance = bring(bench, state)?;
-    bench.note(&format!("{name} in {state:?}"));
-    if call(bench, &mut instance).is_ok() {
+    let mut instance = bring(driver, state)?;
+    driver.note(&format!("{name} in {state:?}"));
+    if call(driver, &mut instance).is_ok() {
         return Ok(Some(("expected fmi2Error, found success", String::new())));
     }
     if instance.is_lost() {
         return Ok(Some(("expected fmi2Error, found fmi2Fatal", String::new())));
     }
-    bench.note(&format!("a reset and a run after {name} in {state:?}"));
-    let same = after_reset(bench, instance).and_then(|found| bench.same(expected, &found));
+    driver.note(&format!("a reset and a run after {name} in {state:?}"));
+    let same = after_reset(driver, instance).and_then(|found| driver.same(expected, &found));
     Ok(match same {
         Err(Objection::Broken(what)) => Some(("a reset does not make good", format!(" ({what})"))),
         _ => None,
@@ -133,12 +143,12 @@ fn attempt(
 }
 
 /// A fresh instance in the state.
-pub(super) fn bring(bench: &Bench, state: State) -> Result<Instance, CallError> {
-    let mut instance = bench.instance()?;
+pub(super) fn bring(driver: &TestDriver, state: State) -> Result<Instance, CallError> {
+    let mut instance = driver.instance()?;
     match state {
         Instantiated => {}
-        InitializationMode => bench.enter(&mut instance)?,
-        StepComplete | Terminated => bench.initialise(&mut instance)?,
+        InitializationMode => driver.enter(&mut instance)?,
+        StepComplete | Terminated => driver.initialise(&mut instance)?,
     }
     if let Terminated = state {
         instance.terminate()?;
@@ -148,19 +158,11 @@ pub(super) fn bring(bench: &Bench, state: State) -> Result<Instance, CallError> 
 
 /// The run of an instance that is reset first: an illegal call may leave it in the state of error, which
 /// only a reset ends.
-pub(super) fn after_reset(bench: &Bench, mut instance: Instance) -> Result<Vec<Row>, Objection> {
+pub(super) fn after_reset(
+    driver: &TestDriver,
+    mut instance: Instance,
+) -> Result<Vec<Row>, Objection> {
     instance.reset()?;
-    bench.initialise(&mut instance)?;
-    Ok(bench.run(&mut instance, 0..STEPS / 4, 0)?)
-}
-
-/// FMI 2.0 asks masters to set up the experiment first, and FMUs for nothing.
-pub(super) fn experiment(bench: &Bench) -> Verdict {
-    let mut instance = bench.instance()?;
-    bench.note("fmi2EnterInitializationMode without fmi2SetupExperiment");
-    match instance.enter_initialization() {
-        Ok(()) => Ok("warning: fmi2EnterInitializationMode was accepted without one".to_owned()),
-        Err(_) if instance.is_lost() => broken("expected fmi2Error, found fmi2Fatal"),
-        Err(_) => Ok(String::new()),
-    }
+    driver.initialise(&mut instance)?;
+    Ok(driver.run(&mut instance, 0..STEPS / 4, 0)?)
 }

@@ -1,35 +1,36 @@
-//! Runs a rule in a process of its own, and tells how the process ended when the rule did not.
+//! Runs a rule in a process of its own, and says how the process ended when it left no finding.
 
 use std::cell::RefCell;
 use std::fs::File;
-use std::io::Write as _;
+use std::io::{Read as _, Seek as _, Write as _};
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::{Finding, JudgeError, Rule, broken};
+use super::{Finding, JudgeError, Outcome, Rule, broken};
 
 /// How often a process is asked whether it has ended.
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// The file in which a process notes what it is about to do, and at last what it found. What it prints
-/// is no way to tell: an FMU may print as well.
-pub(super) struct Trail(RefCell<File>);
+/// The file in which a process notes what it is about to do, and at last what it found. Standard output would not do: an FMU
+/// may print as well.
+pub(super) struct ProgressLog(RefCell<File>);
 
-impl Trail {
-    pub(super) fn new(path: &Path) -> Result<Self, JudgeError> {
-        let file = File::create(path)
-            .map_err(|source| JudgeError::Trail { path: path.to_owned(), source })?;
-        Ok(Trail(RefCell::new(file)))
+impl ProgressLog {
+    /// Opens the file that the judging process has made: one that is gone is not made again.
+    pub(super) fn open(path: &Path) -> Result<Self, JudgeError> {
+        let file = File::options().append(true).open(path);
+        let error = |source| JudgeError::ProgressLog { path: path.to_owned(), source };
+        file.map(|file| ProgressLog(RefCell::new(file))).map_err(error)
     }
 
-    /// Notes what comes next. Without the note a crash would still be told, only not where.
+    /// Notes what comes next. Without the note a crash would still be reported, only not where.
     pub(super) fn note(&self, what: &str) {
         let _ = writeln!(self.0.borrow_mut(), "{what}");
     }
 
-    /// Ends the trail with what was found.
+    /// Ends the log with what was found.
     pub(super) fn end(&self, finding: &Finding) {
         self.note(&serde_json::to_string(finding).unwrap_or_default());
     }
@@ -37,48 +38,81 @@ impl Trail {
 
 /// Judges the archive by one rule.
 pub(super) fn judge(program: &Path, path: &Path, rule: &Rule, limit: Duration) -> Finding {
-    let told = judge_or_tell(program, path, rule, limit);
-    told.unwrap_or_else(|what| rule.finding(broken(what)))
+    let ended = run(program, path, rule, limit);
+    ended.map_or_else(|why| rule.not_judged(why), |ended| ended.finding(rule, limit))
 }
 
-fn judge_or_tell(
-    program: &Path,
-    path: &Path,
-    rule: &Rule,
-    limit: Duration,
-) -> Result<Finding, String> {
-    let cannot = |error: std::io::Error| format!("cannot run the rule: {error}");
+/// How a process ended that ran a rule.
+struct Ended {
+    /// Nothing when it had to be killed.
+    status: Option<ExitStatus>,
+    /// The progress log, read through a handle that was opened before: the file may be gone.
+    log: String,
+    /// The last line that was printed.
+    printed: Option<String>,
+    /// Whether the temporary files were still there afterwards.
+    intact: bool,
+}
+
+/// Runs the rule, or says why it could not run.
+fn run(program: &Path, path: &Path, rule: &Rule, limit: Duration) -> Result<Ended, String> {
+    let cannot = |error: std::io::Error| format!("the rule could not be run: {error}");
     let folder = tempfile::TempDir::with_prefix("trackside-conform-").map_err(cannot)?;
-    let (trail, printed) = (folder.path().join("trail"), folder.path().join("printed"));
+    let path_of_log = folder.path().join("progress");
+    let create = |path: &Path| File::options().read(true).append(true).create(true).open(path);
+    let mut log = create(&path_of_log).map_err(cannot)?;
+    let mut output = create(&folder.path().join("printed")).map_err(cannot)?;
     let mut command = Command::new(program);
-    command.arg("conform").arg(path).args(["--rule", rule.name]).arg("--trail").arg(&trail);
-    command.args(["--limit", &limit.as_secs_f64().to_string()]);
-    let output = File::create(&printed).map_err(cannot)?;
-    let errors = output.try_clone().map_err(cannot)?;
+    command.arg("conform").arg(path).args(["--rule", rule.name]);
+    command.arg("--progress-log").arg(&path_of_log);
+    command.args(["--limit", &limit.as_secs_f64().to_string()]).stdin(Stdio::null());
+    command.stdout(output.try_clone().map_err(cannot)?);
+    command.stderr(output.try_clone().map_err(cannot)?);
     // What a process that crashes leaves unpacked goes away with this folder.
-    let command = command.stdin(Stdio::null()).stdout(output).stderr(errors);
     let mut child = command.env("TMPDIR", folder.path()).spawn().map_err(cannot)?;
     let status = wait(&mut child, limit).map_err(cannot)?;
-    let notes = std::fs::read_to_string(&trail).unwrap_or_default();
-    let last = notes.lines().last().unwrap_or_default();
-    if let Ok(finding) = serde_json::from_str(last) {
-        return Ok(finding);
-    }
-    let during = if last.is_empty() { String::new() } else { format!(" during {last}") };
-    let Some(status) = status else {
-        return Err(format!("did not end within {} s{during}", limit.as_secs_f64()));
-    };
-    let printed = std::fs::read(&printed).unwrap_or_default();
-    let printed = String::from_utf8_lossy(&printed);
-    let said = printed.lines().rfind(|line| !line.trim().is_empty());
-    let said = said.map(|line| format!("; it printed: {line}")).unwrap_or_default();
-    Err(format!("{}{during}{said}", ending(status)))
+    let [log, printed] = [&mut log, &mut output].map(read);
+    let printed = printed.lines().rfind(|line| !line.trim().is_empty()).map(str::to_owned);
+    Ok(Ended { status, log, printed, intact: path_of_log.exists() })
 }
 
-fn ending(status: ExitStatus) -> String {
-    match (status.signal(), status.code()) {
-        (Some(signal), _) => format!("ended by signal {signal}"),
-        (None, code) => format!("ended with exit code {}", code.unwrap_or(-1)),
+fn read(file: &mut File) -> String {
+    let mut bytes = Vec::new();
+    let _ = file.rewind().and_then(|()| file.read_to_end(&mut bytes));
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+impl Ended {
+    /// What the process found, or else what its end says about the FMU: nothing unless it came to the FMU, and its files
+    /// were there all the time.
+    fn finding(&self, rule: &Rule, limit: Duration) -> Finding {
+        let last = self.log.lines().last();
+        let found = last.and_then(|last| serde_json::from_str::<Finding>(last).ok());
+        let finding = found.unwrap_or_else(|| match last {
+            Some(last) => rule.finding(broken(self.ending(&format!(" during {last}"), limit))),
+            None => {
+                rule.not_judged(format!("the process {}", self.ending(" before it began", limit)))
+            }
+        });
+        match finding.outcome {
+            Outcome::Fail if !self.intact => rule.not_judged(format!(
+                "the temporary folder was removed meanwhile; then: {}",
+                finding.detail
+            )),
+            _ => finding,
+        }
+    }
+
+    fn ending(&self, when: &str, limit: Duration) -> String {
+        let Some(status) = self.status else {
+            return format!("did not end within {} s{when}", limit.as_secs_f64());
+        };
+        let ending = match (status.signal(), status.code()) {
+            (Some(signal), _) => format!("ended by signal {signal}"),
+            (None, code) => format!("ended with exit code {}", code.unwrap_or(-1)),
+        };
+        let printed = self.printed.as_ref().map(|line| format!("; it printed: {line}"));
+        format!("{ending}{when}{}", printed.unwrap_or_default())
     }
 }
 
@@ -95,5 +129,78 @@ fn wait(child: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus
             return Ok(None);
         }
         std::thread::sleep(PERIOD);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    use super::*;
+
+    /// What is found when a shell script stands for the program that runs the rule; `$6` is the progress log.
+    fn judged(script: &str) -> Finding {
+        let folder = tempfile::tempdir().expect("a folder");
+        let program = folder.path().join("program");
+        std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("a script");
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("a file");
+        let rule = crate::rules().last().expect("a rule");
+        judge(&program, Path::new("x.fmu"), rule, Duration::from_secs(600))
+    }
+
+    #[test]
+    fn an_end_in_the_middle_of_a_rule_is_the_fmus_failure() {
+        for (script, what) in [
+            ("echo reading >> $6; exit 0", "ended with exit code 0 during reading"),
+            ("echo reading >> $6; echo oh; exit 7", "exit code 7 during reading; it printed: oh"),
+            ("echo reading >> $6; kill -9 $$", "ended by signal 9 during reading"),
+        ] {
+            let finding = judged(script);
+            assert_eq!(finding.outcome, Outcome::Fail, "{finding:?}");
+            assert!(finding.detail.contains(what), "{finding:?}");
+        }
+    }
+
+    #[test]
+    fn what_goes_wrong_with_the_judging_is_not_held_against_the_fmu() {
+        for (script, what) in [
+            ("exit 0", "the process ended with exit code 0 before it began"),
+            ("echo no such archive; exit 2", "exit code 2 before it began; it printed: no such"),
+            ("echo reading >> $6; rm -r \"$TMPDIR\"; exit 0", "the temporary folder was removed"),
+            ("rm -r \"$TMPDIR\"; exit 2", "ended with exit code 2 before it began"),
+        ] {
+            let finding = judged(script);
+            assert_eq!(finding.outcome, Outcome::NotJudged, "{finding:?}");
+            assert!(finding.detail.contains(what), "{finding:?}");
+        }
+        let rule = crate::rules().next().expect("a rule");
+        let absent = Path::new("/nonexistent/program");
+        let finding = judge(absent, Path::new("x.fmu"), rule, Duration::from_secs(600));
+        assert_eq!(finding.outcome, Outcome::NotJudged);
+        assert!(finding.detail.contains("could not be run"), "{finding:?}");
+    }
+
+    #[test]
+    fn a_finding_counts_though_the_folder_is_gone() {
+        let pass = r#"{"rule":"memory","outcome":"pass","detail":""}"#;
+        let finding = judged(&format!("exec 9>>$6; rm -r \"$TMPDIR\"; echo '{pass}' >&9"));
+        assert_eq!(finding.outcome, Outcome::Pass, "{finding:?}");
+    }
+
+    #[test]
+    fn a_rule_that_could_not_be_judged_has_an_exit_code_of_its_own() {
+        let rule = crate::rules().next().expect("a rule");
+        let failed = rule.finding(broken("it is wrong"));
+        let unknown = rule.not_judged("nobody knows".to_owned());
+        assert_eq!(crate::exit_code(std::slice::from_ref(&failed)), 1);
+        assert_eq!(crate::exit_code(&[failed, unknown.clone()]), 3);
+        let text = crate::lines(&[unknown]);
+        assert!(
+            text.starts_with("ERR   description ") && text.contains("could not be judged: nobody")
+        );
+        assert!(
+            text.ends_with("1 could not be judged, which says nothing about the FMU\n"),
+            "{text}"
+        );
     }
 }

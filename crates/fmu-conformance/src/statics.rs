@@ -4,24 +4,52 @@ use std::sync::Arc;
 
 use fmu_import::{Fmu, Instance};
 
-use super::bench::Bench;
-use super::{Verdict, broken};
+use super::test_driver::TestDriver;
+use super::{Check, Rule, Verdict, broken};
 
-pub(super) fn description(fmu: &Fmu) -> Verdict {
+pub(super) const RULES: &[Rule] = &[
+    Rule {
+        name: "description",
+        sentence: "modelDescription.xml keeps the rules",
+        check: Check::Files(description),
+    },
+    Rule {
+        name: "platform",
+        sentence: "there is a library for this platform",
+        check: Check::Files(platform),
+    },
+    Rule {
+        name: "symbols",
+        sentence: "the library has all 34 functions of co-simulation",
+        check: Check::Loads(symbols),
+    },
+    Rule {
+        name: "version",
+        sentence: "the library is of FMI 2.0, with the default types",
+        check: Check::RunsOne(version),
+    },
+    Rule {
+        name: "guid",
+        sentence: "a GUID that is not the library's is refused",
+        check: Check::RunsOne(guid),
+    },
+];
+
+fn description(fmu: &Fmu) -> Verdict {
     match fmu.description.problems.as_slice() {
         [] => Ok(String::new()),
         problems => broken(problems.join("; ")),
     }
 }
 
-pub(super) fn platform(fmu: &Fmu) -> Verdict {
+fn platform(fmu: &Fmu) -> Verdict {
     match fmu.library() {
         Ok(_) => Ok(String::new()),
         Err(error) => broken(error.to_string()),
     }
 }
 
-pub(super) fn symbols(fmu: &Fmu) -> Verdict {
+fn symbols(fmu: &Fmu) -> Verdict {
     match fmu.missing_symbols() {
         Ok(missing) if missing.is_empty() => Ok(String::new()),
         Ok(missing) => broken(format!("the library lacks {}", missing.join(", "))),
@@ -29,8 +57,8 @@ pub(super) fn symbols(fmu: &Fmu) -> Verdict {
     }
 }
 
-pub(super) fn version(bench: &Bench) -> Verdict {
-    let found = [bench.library.version(), bench.library.types_platform()];
+fn version(driver: &TestDriver) -> Verdict {
+    let found = [driver.library.version(), driver.library.types_platform()];
     let names = ["fmi2GetVersion", "fmi2GetTypesPlatform"];
     for ((name, expected), found) in names.into_iter().zip(["2.0", "default"]).zip(found) {
         if found != expected {
@@ -40,13 +68,13 @@ pub(super) fn version(bench: &Bench) -> Verdict {
     Ok(String::new())
 }
 
-pub(super) fn guid(bench: &Bench) -> Verdict {
+fn guid(driver: &TestDriver) -> Verdict {
     let wrong = "{00000000-0000-0000-0000-000000000000}";
-    bench.note("fmi2Instantiate with another GUID");
-    match Instance::with_guid(Arc::clone(&bench.library), "conform", wrong, false) {
+    driver.note("fmi2Instantiate with another GUID");
+    match Instance::with_guid(Arc::clone(&driver.library), "conform", wrong, false) {
         Ok(_) => broken(format!(
             "expected no instance for the GUID {wrong}, found one; the library's is {}",
-            bench.about().guid
+            driver.about().guid
         )),
         Err(_) => Ok(String::new()),
     }

@@ -147,3 +147,25 @@ pub fn pack(library: &Path, into: &Path) -> Result<PathBuf, PackError> {
     std::fs::rename(&partial, &path).map_err(file(&path))?;
     Ok(path)
 }
+
+#[cfg(test)]
+#[allow(unsafe_code, reason = "a library hands over what it wants")]
+mod tests {
+    use std::ptr;
+
+    use super::*;
+
+    #[test]
+    fn texts_of_a_library_may_be_null_empty_or_broken() {
+        let mut found = Description::default();
+        let context = (&raw mut found).cast();
+        unsafe {
+            take(context, 0, ptr::null(), 0);
+            take(context, 1, ptr::null(), 5);
+            take(ptr::null_mut(), 1, b"x".as_ptr(), 1);
+            take(context, 2, b"a\xff".as_ptr(), 2);
+        }
+        assert_eq!((found.name.as_str(), found.xml.as_str()), ("", ""));
+        assert_eq!(found.problems, "a\u{fffd}");
+    }
+}

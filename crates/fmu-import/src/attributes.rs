@@ -1,7 +1,5 @@
 //! Says who determines a variable, when it may change, and how its first value comes about, in the words of all versions of FMI.
 
-use fmi_rs::model_description::fmi2;
-
 /// Who determines a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Causality {
@@ -19,19 +17,6 @@ pub enum Causality {
     Independent,
 }
 
-impl From<fmi2::Causality> for Causality {
-    fn from(found: fmi2::Causality) -> Self {
-        match found {
-            fmi2::Causality::Parameter => Causality::Parameter,
-            fmi2::Causality::CalculatedParameter => Causality::CalculatedParameter,
-            fmi2::Causality::Input => Causality::Input,
-            fmi2::Causality::Output => Causality::Output,
-            fmi2::Causality::Local => Causality::Local,
-            fmi2::Causality::Independent => Causality::Independent,
-        }
-    }
-}
-
 /// When a variable may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Variability {
@@ -47,18 +32,6 @@ pub enum Variability {
     Continuous,
 }
 
-impl From<fmi2::Variability> for Variability {
-    fn from(found: fmi2::Variability) -> Self {
-        match found {
-            fmi2::Variability::Constant => Variability::Constant,
-            fmi2::Variability::Fixed => Variability::Fixed,
-            fmi2::Variability::Tunable => Variability::Tunable,
-            fmi2::Variability::Discrete => Variability::Discrete,
-            fmi2::Variability::Continuous => Variability::Continuous,
-        }
-    }
-}
-
 /// How the first value of a variable comes about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Initial {
@@ -68,14 +41,4 @@ pub enum Initial {
     Approx,
     /// It is computed.
     Calculated,
-}
-
-impl From<fmi2::Initial> for Initial {
-    fn from(found: fmi2::Initial) -> Self {
-        match found {
-            fmi2::Initial::Exact => Initial::Exact,
-            fmi2::Initial::Approx => Initial::Approx,
-            fmi2::Initial::Calculated => Initial::Calculated,
-        }
-    }
 }

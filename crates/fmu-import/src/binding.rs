@@ -1,20 +1,21 @@
-//! Calls an FMU's library: the one place of this program where foreign code runs.
+//! Calls an FMU's library: the one place of this crate where foreign code runs.
 //!
-//! Statuses come in as plain integers, since a foreign library may return anything; the callbacks live
-//! as long as the instance, since a library may keep the pointer to them; and an instance has one owner.
+//! What an FMU hands over is not trusted where that can be avoided: statuses and booleans come in as plain integers, texts
+//! are copied at once, and the environment of a log message is looked up, never dereferenced.
 #![expect(unsafe_code, reason = "calling a C library")]
 
 mod activity;
 mod derivative;
 mod instance;
 mod library;
+mod mailbox;
 mod state;
+mod status;
 mod values;
 
-use std::ffi::{CStr, c_char, c_int, c_void};
-use std::sync::{Mutex, PoisonError};
+use std::ffi::{CString, c_char, c_int, c_void};
 
-use crate::Message;
+use crate::CallError;
 pub use activity::watch;
 pub use instance::Instance;
 pub use library::Library;
@@ -36,9 +37,11 @@ type Instantiate = unsafe extern "C" fn(
 ) -> Component;
 
 const OK: Status = 0;
-/// `fmi2LastSuccessfulTime` and `fmi2Terminated` of `fmi2StatusKind`.
-const LAST_SUCCESSFUL_TIME: c_int = 2;
-const TERMINATED: c_int = 3;
+const WARNING: Status = 1;
+const DISCARD: Status = 2;
+const ERROR: Status = 3;
+const FATAL: Status = 4;
+const PENDING: Status = 5;
 
 #[repr(C)]
 struct CallbackFunctions {
@@ -64,26 +67,9 @@ unsafe extern "C" {
     fn free(pointer: *mut c_void);
 }
 
-/// Where an instance's messages wait; an FMU may log from a thread of its own.
-type Mailbox = Mutex<Vec<Message>>;
-
-/// # Safety
-/// Called by `logger.c` with the environment of an instance and C strings.
-#[unsafe(no_mangle)]
-unsafe extern "C" fn trackside_take_log(
-    environment: *mut c_void,
-    status: c_int,
-    category: *const c_char,
-    text: *const c_char,
-) {
-    let string = |pointer: *const c_char| match pointer.is_null() {
-        true => String::new(),
-        // SAFETY: the FMU and `logger.c` hand over C strings.
-        false => unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned(),
-    };
-    // SAFETY: the environment is the mailbox of a living instance.
-    if let Some(mailbox) = unsafe { environment.cast::<Mailbox>().as_ref() } {
-        let message = Message { status, category: string(category), text: string(text) };
-        mailbox.lock().unwrap_or_else(PoisonError::into_inner).push(message);
-    }
+/// The text for C, which ends at the first NUL: a text with one in it would arrive cut.
+fn c_text(call: &'static str, text: &str) -> Result<CString, CallError> {
+    CString::new(text).map_err(|_| {
+        CallError::new(call, format!("is not called: the text {text:?} contains the character NUL"))
+    })
 }

@@ -1,23 +1,105 @@
-//! Says what a call to an FMU did instead of succeeding, and what the FMU logged.
+//! Says what a call to an FMU did instead of succeeding, how a step ended, and what the FMU logged.
 
-/// What a call to a node did instead of succeeding.
-#[derive(Debug, Clone, PartialEq)]
+/// What a call to an FMU did instead of succeeding.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{call} {what}")]
 pub struct CallError {
-    /// The function: `fmi2DoStep`.
+    /// The function, by its name in the FMU's version of FMI.
     pub call: &'static str,
-    /// What it returned, and what the node says about it.
+    /// What it returned, and what the FMU says about it.
     pub what: String,
-    /// The node ended the simulation on purpose, having come to this time [s].
+    /// The FMU ended the simulation on purpose, having come to this time [s].
     pub terminated: Option<f64>,
 }
 
-/// A message that a node logged.
+impl CallError {
+    /// The error `what` of the function `call`.
+    #[must_use]
+    pub fn new(call: &'static str, what: impl Into<String>) -> Self {
+        CallError { call, what: what.into(), terminated: None }
+    }
+
+    /// The error of an output that is NaN.
+    #[must_use]
+    pub fn not_a_number(output: &str) -> Self {
+        CallError::new("fmi2GetReal", format!("the output `{output}` is NaN"))
+    }
+
+    /// Whether the call reads values, and so belongs to the end of a step; all others belong to its start.
+    #[must_use]
+    pub fn at_end_of_step(&self) -> bool {
+        self.call.starts_with("fmi2Get")
+    }
+}
+
+/// How a step ended that did not fail.
+#[derive(Debug, Clone, PartialEq)]
+#[must_use = "a step may end early"]
+pub enum StepStatus {
+    /// At its end.
+    Done,
+    /// Early: the FMU cannot do a step of this length.
+    Discarded {
+        /// The time that the FMU came to [s].
+        reached: f64,
+        /// What the FMU says about it.
+        what: String,
+    },
+    /// Early: the FMU wants the simulation to end.
+    Terminated {
+        /// The time that the FMU came to [s].
+        reached: f64,
+        /// What the FMU says about it.
+        what: String,
+    },
+}
+
+impl StepStatus {
+    /// Makes an early end an error, for those who cannot repeat the step with another length.
+    ///
+    /// # Errors
+    /// When the step ended early.
+    pub fn into_result(self) -> Result<(), CallError> {
+        let error = |what, terminated| Err(CallError { call: "fmi2DoStep", what, terminated });
+        match self {
+            StepStatus::Done => Ok(()),
+            StepStatus::Discarded { what, .. } => error(what, None),
+            StepStatus::Terminated { reached, what } => error(what, Some(reached)),
+        }
+    }
+}
+
+/// How grave a message is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MessageLevel {
+    /// All is well.
+    Info,
+    /// Something is odd, and the call succeeded.
+    Warning,
+    /// The call failed.
+    Error,
+}
+
+/// A message that an FMU logged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Message {
-    /// The FMI status that it came with.
-    pub status: i32,
+    level: MessageLevel,
     /// The category that it came with.
     pub category: String,
     /// What it says.
     pub text: String,
+}
+
+impl Message {
+    /// A message.
+    #[must_use]
+    pub fn new(level: MessageLevel, category: &str, text: &str) -> Self {
+        Message { level, category: category.to_owned(), text: text.to_owned() }
+    }
+
+    /// How grave it is.
+    #[must_use]
+    pub fn level(&self) -> MessageLevel {
+        self.level
+    }
 }

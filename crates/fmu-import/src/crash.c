@@ -1,16 +1,18 @@
 /* Says which call of which FMU the process dies in: by a signal, or because the FMU calls exit. */
+#include <errno.h>
+#include <float.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-/* The layout is that of `Activity` in binding/activity.rs. */
+/* The layout is that of `Note` in binding/activity.rs. */
 typedef struct {
     const char *node;
     const char *call;
     double time;
-} Activity;
+} Note;
 
 /* The exit code of a run whose FMU failed. */
 enum { FMU_FAILED = 3 };
@@ -19,9 +21,14 @@ static const int SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 enum { COUNT = sizeof SIGNALS / sizeof SIGNALS[0] };
 static struct sigaction before[COUNT];
 
-static __thread const Activity *current;
+static __thread const Note *current;
 
-void trackside_enter(const Activity *activity) { current = activity; }
+/* Returns the note of the call around this one, if there is one: an FMU may host another. */
+const Note *trackside_enter(const Note *note) {
+    const Note *outer = current;
+    current = note;
+    return outer;
+}
 
 /* A handler may not call printf, nor anything else that allocates or locks. */
 static void put(const char *text) {
@@ -29,33 +36,49 @@ static void put(const char *text) {
     (void)written;
 }
 
-/* Writes a time [s] to the microsecond, without the zeros at its end. */
-static void put_time(double time) {
+/* Writes a number below 1e12 with six digits after the point, without the zeros at its end. */
+static void put_number(double number) {
     char digits[32], *at = digits + sizeof digits - 1;
-    long long rest = (long long)(time * 1e6 + (time < 0 ? -0.5 : 0.5));
-    int negative = rest < 0, shown = 0;
-    if (negative) rest = -rest;
+    long long rest = (long long)(number * 1e6 + 0.5);
+    int shown = 0;
     *at = '\0';
-    for (int place = 0; place < 6; place++, rest /= 10) {
+    for (int digit = 0; digit < 6; digit++, rest /= 10) {
         shown |= rest % 10 != 0;
         if (shown) *--at = (char)('0' + rest % 10);
     }
     if (shown) *--at = '.';
     do *--at = (char)('0' + rest % 10);
     while (rest /= 10);
-    if (negative) *--at = '-';
     put(at);
 }
 
-static void tell(const Activity *activity, const char *what) {
+/* Writes a time [s] to the microsecond; from 1e12 s on, where microseconds would overflow, with an exponent. */
+static void put_time(double time) {
+    int exponent = 0;
+    if (time < 0) put("-");
+    if (time < 0) time = -time;
+    if (time > DBL_MAX) {
+        put("inf");
+        return;
+    }
+    if (time >= 1e12)
+        for (; time >= 10; time /= 10) exponent++;
+    put_number(time);
+    if (exponent == 0) return;
+    put("e");
+    put_number(exponent);
+}
+
+static void report(const char *what) {
+    if (!current) return;
     put("\nnode `");
-    put(activity->node);
+    put(current->node);
     put("`: ");
-    put(activity->call);
+    put(current->call);
     /* Before the experiment is set up there is no time, which is NaN. */
-    if (activity->time == activity->time) {
+    if (current->time == current->time) {
         put(" at t = ");
-        put_time(activity->time);
+        put_time(current->time);
         put(" s");
     }
     put(" ended this program: the FMU ");
@@ -73,22 +96,67 @@ static const char *meaning(int signal) {
     }
 }
 
-/* Afterwards the signal takes its usual course: it comes again, or it is sent again. */
+static int is_handler(const struct sigaction *action) {
+    return action->sa_flags & SA_SIGINFO || (action->sa_handler != SIG_DFL && action->sa_handler != SIG_IGN);
+}
+
+/* Runs the handler from before ours as the system would. A runtime recovers from faults that are part of its normal
+   work: then this returns, or jumps away, and the process goes on. */
+static void run_earlier(struct sigaction *earlier, int signal, siginfo_t *info, void *context) {
+    sigset_t mask = earlier->sa_mask, saved;
+    struct sigaction action = *earlier;
+    if (!(action.sa_flags & SA_NODEFER)) sigaddset(&mask, signal);
+    if (action.sa_flags & SA_RESETHAND) {
+        earlier->sa_flags = 0;
+        earlier->sa_handler = SIG_DFL;
+    }
+    sigprocmask(SIG_BLOCK, &mask, &saved);
+    if (action.sa_flags & SA_NODEFER) {
+        sigset_t own;
+        sigemptyset(&own);
+        sigaddset(&own, signal);
+        sigprocmask(SIG_UNBLOCK, &own, NULL);
+    }
+    if (action.sa_flags & SA_SIGINFO)
+        action.sa_sigaction(signal, info, context);
+    else
+        action.sa_handler(signal);
+    sigprocmask(SIG_SETMASK, &saved, NULL);
+}
+
+/* A handler that gives up leaves the signal to the system: it sets the default and returns. */
+static int gave_up(int signal) {
+    struct sigaction now;
+    return signal == SIGABRT || (sigaction(signal, NULL, &now) == 0 && !is_handler(&now));
+}
+
 static void handle(int signal, siginfo_t *info, void *context) {
-    (void)context;
-    if (current) tell(current, meaning(signal));
-    for (int i = 0; i < COUNT; i++)
-        if (SIGNALS[i] == signal) sigaction(signal, &before[i], NULL);
-    if (info->si_code <= 0) raise(signal);
+    int i = 0, error = errno, sent = info->si_code <= 0;
+    while (i < COUNT - 1 && SIGNALS[i] != signal) i++;
+    struct sigaction *earlier = &before[i];
+    if (sent && !is_handler(earlier) && earlier->sa_handler == SIG_IGN) return;
+    if (is_handler(earlier)) {
+        run_earlier(earlier, signal, info, context);
+        errno = error;
+        if (!gave_up(signal)) return;
+    }
+    report(meaning(signal));
+    /* The signal takes its usual course: a fault comes again, and what was sent is sent again. */
+    struct sigaction usual;
+    memset(&usual, 0, sizeof usual);
+    usual.sa_handler = SIG_DFL;
+    sigaction(signal, &usual, NULL);
+    if (sent) raise(signal);
 }
 
 /* An exit code of the FMU's would pass for the verdict of the run. */
 static void at_exit(void) {
     if (!current) return;
-    tell(current, "called exit");
+    report("called exit");
     _exit(FMU_FAILED);
 }
 
+/* Called before the first library is loaded, so that the handlers of an FMU's runtime come before these. */
 void trackside_watch_crashes(void) {
     struct sigaction action;
     memset(&action, 0, sizeof action);

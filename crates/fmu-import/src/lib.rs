@@ -1,32 +1,88 @@
-//! An .fmu archive goes in: it is unpacked, and its description is read and checked. Instances that can be called come out.
+//! An .fmu archive of FMI 2.0 co-simulation goes in: it is unpacked, and its description is read and checked. Instances that
+//! can be called come out.
+//!
+//! The archive and its description may be hostile: nothing is written outside of a temporary folder, and sizes are bounded.
+//! Its library is code that runs in this process. A crash ends the process, with a line on standard error that names instance
+//! and call; [`watch`] reports calls that do not return. In safe code an instance cannot be called after it was freed or after
+//! `fmi2Fatal`, nor get a state of another instance.
+//!
+//! # Example
+//! ```
+//! # mod support { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/pack.in")); }
+//! use std::path::Path;
+//! use std::sync::Arc;
+//!
+//! use fmu_import::{Causality, Fmu, Instance, StepStatus};
+//!
+//! /// Steps the FMU to `stop` [s] and prints its first output.
+//! fn simulate(archive: &Path, stop: f64) -> Result<f64, Box<dyn std::error::Error>> {
+//!     let fmu = Arc::new(Fmu::open(archive)?);
+//!     let about = &fmu.description;
+//!     let output = about.with(Causality::Output).next().ok_or("the FMU has no output")?;
+//!     let output = &about.variables[output];
+//!     let step = about.default_step.unwrap_or(0.01);
+//!
+//!     let mut instance = Instance::new(fmu.load()?, "decay", false)?;
+//!     instance.setup_experiment(0.0, stop)?;
+//!     instance.enter_initialization()?;
+//!     instance.exit_initialization()?;
+//!     let mut value = [0.0];
+//!     for k in 0..(stop / step).round() as u64 {
+//!         match instance.do_step(k as f64 * step, step)? {
+//!             StepStatus::Done => {}
+//!             StepStatus::Discarded { what, .. } | StepStatus::Terminated { what, .. } => {
+//!                 return Err(what.into());
+//!             }
+//!         }
+//!         instance.get_real(&[output.reference], &mut value)?;
+//!         println!("{:.1} s: {} = {:.3}", (k + 1) as f64 * step, output.name, value[0]);
+//!     }
+//!     instance.terminate()?;
+//!     Ok(value[0])
+//! }
+//!
+//! # let folder = support::pack("");
+//! # let archive = folder.path().join("probe.fmu");
+//! let reached = simulate(&archive, 1.0)?;
+//! assert!((reached - (-1.0_f64).exp()).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # States
+//! An instance whose FMU [can](Instance::can_save) do so saves its state as an [`FmuState`]. Restoring it goes back, dropping
+//! it forgets it. The FMU learns at each step whether it must be able to go back, see [`Instance::keep_history`].
+//!
+//! # Checking the unsafe code
+//! `cargo test -p fmu-import` runs the calls of an instance under valgrind where that is installed. Miri cannot run foreign
+//! code, but the rest: `cargo +nightly miri test -p fmu-import --lib mailbox`.
 
+mod archive;
 mod attributes;
 mod binding;
 mod call;
 mod definitions;
 pub mod description;
+mod error;
+mod fmi2;
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use sha2::{Digest as _, Sha256};
 use tempfile::TempDir;
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{FmuState, Instance, Library, watch};
-pub use call::{CallError, Message};
-use description::Description;
-
-/// An archive may unpack to this many bytes, which is far more than any real one needs.
-const LARGEST: u64 = 4 << 30;
+pub use call::{CallError, Message, MessageLevel, StepStatus};
+pub use description::{Description, Item, Type, Variable};
+pub use error::OpenError;
 
 /// A description may be this long; the longest real ones have some hundred thousand variables.
 const LONGEST: u64 = 64 << 20;
 
 /// The folders of this platform's library, by FMI 2.0's names.
-const PLATFORM: &str = if cfg!(all(target_os = "linux", target_pointer_width = "64")) {
+pub(crate) const PLATFORM: &str = if cfg!(all(target_os = "linux", target_pointer_width = "64")) {
     "linux64"
 } else if cfg!(target_os = "linux") {
     "linux32"
@@ -37,85 +93,6 @@ const PLATFORM: &str = if cfg!(all(target_os = "linux", target_pointer_width = "
 } else {
     "darwin64"
 };
-
-/// Why an archive is no FMU that can run here.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// The file is not there or cannot be read.
-    #[error("cannot read {path}: {source}")]
-    Read {
-        /// The archive.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The file is no archive, or a broken one.
-    #[error("{path} is not an .fmu archive: {source}")]
-    Zip {
-        /// The archive.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: zip::result::ZipError,
-    },
-    /// An entry of the archive would leave the folder that it is unpacked to.
-    #[error("{path} contains the entry `{entry}`, which leaves the folder that it is unpacked to")]
-    Escapes {
-        /// The archive.
-        path: PathBuf,
-        /// The entry.
-        entry: String,
-    },
-    /// Two entries of the archive have the same name, so what is in it depends on who reads it.
-    #[error("{path} has {listed} entries, but only {different} different names")]
-    Ambiguous {
-        /// The archive.
-        path: PathBuf,
-        /// How many entries it lists.
-        listed: usize,
-        /// How many names there are.
-        different: usize,
-    },
-    /// The archive is too large.
-    #[error("{path} unpacks to more than {LARGEST} bytes")]
-    TooLarge {
-        /// The archive.
-        path: PathBuf,
-    },
-    /// The description is missing, broken or against the rules.
-    #[error("{path}: modelDescription.xml: {what}")]
-    Description {
-        /// The archive.
-        path: PathBuf,
-        /// What is wrong with it.
-        what: String,
-    },
-    /// There is no library for this machine.
-    #[error("{path} has no library for {PLATFORM}: expected {expected}, found {found}")]
-    Platform {
-        /// The archive.
-        path: PathBuf,
-        /// The entry that is needed.
-        expected: String,
-        /// The platforms that there are.
-        found: String,
-    },
-    /// The library does not load.
-    #[error("{path}: the library does not load: {what}")]
-    Library {
-        /// The archive.
-        path: PathBuf,
-        /// What the loader says.
-        what: String,
-    },
-    /// The library lacks a function.
-    #[error("{path}: the library lacks the function `{symbol}`")]
-    Symbol {
-        /// The archive.
-        path: PathBuf,
-        /// The function.
-        symbol: &'static str,
-    },
-}
 
 /// An opened FMU, from which instances are made.
 #[derive(Debug)]
@@ -128,6 +105,8 @@ pub struct Fmu {
     pub description: Description,
     /// The unpacked archive, which lives as long as any instance.
     folder: TempDir,
+    /// Set by `fmi2Fatal`, which ends the life of all instances.
+    lost: AtomicBool,
 }
 
 /// SHA-256 in hexadecimal digits.
@@ -145,7 +124,7 @@ impl Fmu {
         let read = |source| OpenError::Read { path: path.to_owned(), source };
         let bytes = std::fs::read(path).map_err(read)?;
         let folder = TempDir::with_prefix("trackside-").map_err(read)?;
-        unpack(path, &bytes, folder.path())?;
+        archive::unpack(path, &bytes, folder.path())?;
         let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
         let xml = folder.path().join("modelDescription.xml");
         let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();
@@ -153,8 +132,14 @@ impl Fmu {
             return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
         }
         let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
-        let description = Description::parse(&xml).map_err(wrong)?;
-        Ok(Fmu { path: path.to_owned(), sha256: sha256(&bytes), description, folder })
+        let description = fmi2::parse(&xml).map_err(wrong)?;
+        Ok(Fmu {
+            path: path.to_owned(),
+            sha256: sha256(&bytes),
+            description,
+            folder,
+            lost: AtomicBool::new(false),
+        })
     }
 
     /// Loads the library.
@@ -207,54 +192,26 @@ impl Fmu {
         Err(OpenError::Platform { path: self.path.clone(), expected: entry, found })
     }
 
+    /// Whether the unpacked files are still there: somebody may clean up temporary folders.
+    #[must_use]
+    pub fn is_intact(&self) -> bool {
+        self.folder.path().join("modelDescription.xml").is_file()
+    }
+
     /// The URI of the unpacked `resources` folder, as FMI 2.0 wants it.
     fn resources(&self) -> String {
-        format!("file://{}", self.folder.path().join("resources").display())
+        uri(&self.folder.path().join("resources"))
     }
 }
 
-fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenError> {
-    let broken = |source| OpenError::Zip { path: path.to_owned(), source };
-    let failed = |source| OpenError::Read { path: path.to_owned(), source };
-    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).map_err(broken)?;
-    let different = archive.len();
-    if let Some(listed) = listed_entries(bytes).filter(|listed| *listed != different) {
-        return Err(OpenError::Ambiguous { path: path.to_owned(), listed, different });
-    }
-    let mut left = LARGEST;
-    for index in 0..archive.len() {
-        let mut entry = archive.by_index(index).map_err(broken)?;
-        let Some(inside) = entry.enclosed_name().filter(|_| !entry.is_symlink()) else {
-            let entry = String::from_utf8_lossy(entry.name_raw()).into_owned();
-            return Err(OpenError::Escapes { path: path.to_owned(), entry });
-        };
-        let target = into.join(inside);
-        if entry.is_dir() {
-            std::fs::create_dir_all(&target).map_err(failed)?;
-            continue;
-        }
-        if let Some(parent) = target.parent() {
-            std::fs::create_dir_all(parent).map_err(failed)?;
-        }
-        let mut file = File::create(&target).map_err(failed)?;
-        // What the entry claims about its size is not believed: one byte over the limit is enough.
-        let written =
-            std::io::copy(&mut entry.by_ref().take(left + 1), &mut file).map_err(failed)?;
-        left = left
-            .checked_sub(written)
-            .ok_or_else(|| OpenError::TooLarge { path: path.to_owned() })?;
-    }
-    Ok(())
-}
-
-/// How many entries the archive says it has. The zip library keeps the last one of each name and does
-/// not tell. Nothing is known of archives with more entries than the field can hold.
-fn listed_entries(bytes: &[u8]) -> Option<usize> {
-    const END: &[u8] = b"PK\x05\x06";
-    let end = bytes.windows(END.len()).rposition(|window| window == END)?;
-    let count = bytes.get(end + 10..end + 12)?;
-    let count = u16::from_le_bytes([count[0], count[1]]);
-    (count != u16::MAX).then_some(count.into())
+/// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.
+fn uri(path: &Path) -> String {
+    let escaped = path.as_os_str().as_encoded_bytes().iter().map(|&byte| match byte {
+        b'/' | b'-' | b'.' | b'_' | b'~' => char::from(byte).to_string(),
+        _ if byte.is_ascii_alphanumeric() => char::from(byte).to_string(),
+        _ => format!("%{byte:02X}"),
+    });
+    format!("file://{}", escaped.collect::<String>())
 }
 
 #[cfg(test)]

@@ -37,13 +37,13 @@ fn declared_types_and_units_are_read_all_of_them() {
         .replace("<ModelVariables>", types)
         .replace("<Real unit=\"m/s\" start=\"1\"/>", "<Real declaredType=\"Speed\"/>")
         .replace("<Integer start=\"3\"/>", "<Enumeration declaredType=\"Mode\" start=\"2\"/>");
-    let variables = Description::parse(&xml).expect("a description").variables;
+    let variables = fmi2::parse(&xml).expect("a description").variables;
     let speed = variables[0].dimension.expect("a unit of the file");
     let second = Unit::parse("m/s").expect("a unit");
     assert_eq!(Unit::conversion(&speed, &second), Some((0.25, 0.0)));
     assert_eq!((variables[0].unit.as_deref(), variables[0].min), (Some("kph"), Some(-2.0)));
     assert_eq!(description::list(&variables[2].items), "a = -1, b = 2");
-    let broken = Description::parse(&xml.replace("value='2'", "value='two'"));
+    let broken = fmi2::parse(&xml.replace("value='2'", "value='two'"));
     assert!(broken.is_err_and(|error| error.contains("value=\"two\" of <Item>")));
 }
 
@@ -132,15 +132,18 @@ fn references_at_the_limit_and_thousands_of_aliases_are_read() {
         )
     };
     let aliases: String = (0..20_000).map(alias).collect();
-    let found =
-        Description::parse(&XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")));
+    let found = fmi2::parse(&XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")));
     let found = found.expect("a legal description");
     assert_eq!((found.variables.len(), found.problems), (20_003, Vec::new()));
     assert_eq!(found.variables.last().map(|variable| variable.reference), Some(u32::MAX));
 
-    let twice =
-        Description::parse(&XML.replace("name=\"y\"", "name=\"u\"")).expect("a description");
+    let twice = fmi2::parse(&XML.replace("name=\"y\"", "name=\"u\"")).expect("a description");
     assert!(twice.problems.iter().any(|problem| problem.contains('u')), "{:?}", twice.problems);
+}
+
+#[test]
+fn a_path_is_a_uri_whatever_is_in_it() {
+    assert_eq!(uri(Path::new("/tmp/a b%\u{e9}/x-1_y.z~")), "file:///tmp/a%20b%25%C3%A9/x-1_y.z~");
 }
 
 /// Opens so many descriptions and archives with random damage; none may panic or hang.
@@ -164,7 +167,7 @@ fn damage(cases: usize) {
         if whole {
             let _ = open(&bytes);
         } else {
-            let _ = Description::parse(&String::from_utf8_lossy(&bytes));
+            let _ = fmi2::parse(&String::from_utf8_lossy(&bytes));
         }
     }
 }

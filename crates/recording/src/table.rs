@@ -6,15 +6,16 @@ mod mcap;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use diagnostics::closest;
-use serde::Deserialize;
+use diagnostics::suggest::{closest_question, shortened};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 pub use self::csv::{CsvError, columns};
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
 
-/// How a value between two recorded ones comes about.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+/// Values between two recorded ones.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
     /// On the straight line between its neighbours.
@@ -38,7 +39,7 @@ pub enum TableError {
     /// The file does not have a column that the scenario asks for.
     #[error(
         "no column `{column}` in {}: it has {}{}", path.display(), shortened(present),
-        suggestion.as_ref().map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+        hint.as_ref().map(|hint| format!("; {hint}")).unwrap_or_default()
     )]
     MissingColumn {
         /// The file.
@@ -47,8 +48,8 @@ pub enum TableError {
         column: String,
         /// The columns that are there.
         present: Vec<String>,
-        /// The closest of them.
-        suggestion: Option<String>,
+        /// The question whether the closest of them was meant.
+        hint: Option<String>,
     },
     /// The scenario does not say which column of a CSV file is the time.
     #[error(
@@ -69,23 +70,11 @@ pub enum TableError {
     Recording(#[from] RecordingError),
 }
 
-/// Names that are listed in a message before the rest is only counted.
-const LISTED: usize = 16;
-
-fn shortened(names: &[String]) -> String {
-    let list = names[..names.len().min(LISTED)].join(", ");
-    match names.len() {
-        0 => "none".to_owned(),
-        count if count > LISTED => format!("{list} and {} more", count - LISTED),
-        _ => list,
-    }
-}
-
 impl TableError {
     fn missing(path: &Path, column: &str, present: Vec<String>) -> Self {
-        let suggestion = closest(column, present.iter().map(String::as_str)).map(str::to_owned);
+        let hint = closest_question(column, present.iter().map(String::as_str));
         let (path, column) = (path.to_owned(), column.to_owned());
-        TableError::MissingColumn { path, column, present, suggestion }
+        TableError::MissingColumn { path, column, present, hint }
     }
 
     /// The word of the scenario that does not fit the file: a column, or what is the time.

@@ -1,6 +1,8 @@
 //! Says how a replay is laid out, by column and not by name: what the viewer needs to know of `[view]`.
 
 use expression::Expression;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::row::{NumberIndex, Recorded, Row};
 
@@ -234,20 +236,20 @@ pub struct Series {
     pub bound: bool,
 }
 
-/// What a curve stands for; one role has one colour in every view.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+/// Meaning of a curve; one role has one colour in every view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
-    /// Nothing in particular: a colour by position.
+    /// No meaning: a colour by position.
     #[default]
     Other,
     /// A set point.
     Reference,
     /// The truth.
     Plant,
-    /// What a sensor says.
+    /// A measured value.
     Measurement,
-    /// What an estimator says.
+    /// An estimated value.
     Estimate,
     /// A disturbance, a limit or a fault.
     Limit,

@@ -1,13 +1,17 @@
-//! A scenario file goes in; its words, each with its place in the file, and the checked plan that they ask for come out.
+//! A scenario file goes in; its words, each with its place in the file, and the checked plan of the run come out. The reference
+//! of all keys is made from the same types that read the file.
 #![forbid(unsafe_code)]
 
-pub mod effects;
+mod build_request;
+pub mod effect;
+pub mod fault;
 mod pattern;
 pub mod plan;
-mod product;
+pub mod reference;
 pub mod resolve;
+pub mod schema;
 pub mod signal;
 pub mod words;
 
-pub use product::{Built, Product};
+pub use build_request::{BuildRequest, Built};
 pub use words::Scenario;

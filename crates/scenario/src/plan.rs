@@ -4,7 +4,7 @@ mod accepts;
 mod analysis;
 mod check;
 mod coupling;
-mod treatment;
+mod input_chain;
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use check::{CheckPlan, ResultName, Subject};
 pub use coupling::CouplingRules;
-pub use treatment::{FaultKind, FaultPlan, Treatment};
+pub use input_chain::{FaultPlan, InputChain};
 
 /// The files of a run, whose names nothing else in its folder can have.
 pub const FILES: [&str; 5] = ["report.json", "run.mcap", "run.rrd", "run.csv", "run.csv.partial"];
@@ -63,7 +63,7 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// How many numbers there are.
+    /// Number of numbers.
     #[must_use]
     pub fn len(&self) -> usize {
         self.real.len() + self.integer.len() + self.boolean.len()
@@ -98,7 +98,7 @@ pub enum StartValue {
     String(String),
 }
 
-/// What a node is.
+/// The kind of a node with its contents.
 #[derive(Debug)]
 pub enum Body {
     /// An FMU with its start values and its recorded and connected variables.
@@ -125,30 +125,30 @@ pub enum Body {
 pub struct NodePlan {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub body: Body,
     /// Its outputs that are numbers.
     pub outputs: NumberRange<Full>,
     /// Its connected inputs that are numbers.
     pub inputs: NumberRange<Full>,
-    /// What each of these inputs gets.
-    pub links: Vec<Link>,
+    /// The connection of each of these inputs.
+    pub links: Vec<ResolvedConnection>,
     /// The same for texts.
     pub texts: TextPlan,
 }
 
-/// Where a node's texts are in the row.
+/// Indices of a node's texts in the row.
 #[derive(Debug, Default)]
 pub struct TextPlan {
     /// Its outputs.
     pub outputs: TextRange<Full>,
     /// Its connected inputs.
     pub inputs: TextRange<Full>,
-    /// What each of the connected inputs gets.
+    /// The source of each connected input.
     pub links: Vec<Source<TextIndex<Full>>>,
 }
 
-/// Where the value of an input comes from.
+/// Source of the value of an input.
 #[derive(Debug, Clone, Copy)]
 pub struct Source<I> {
     /// The index of the output.
@@ -157,13 +157,13 @@ pub struct Source<I> {
     pub at: At,
 }
 
-/// What an input gets: the number that an output shows, converted and disturbed.
+/// A connection of numbers: source, unit conversion, effects and faults.
 #[derive(Debug, Clone)]
-pub struct Link {
-    /// Where the number comes from.
+pub struct ResolvedConnection {
+    /// Source of the number.
     pub source: Source<NumberIndex<Full>>,
-    /// What happens to it on its way.
-    pub treatment: Treatment,
+    /// Its way to the input.
+    pub treatment: InputChain,
 }
 
 /// A scenario without names: what the master works with.
@@ -179,14 +179,14 @@ pub struct System {
     pub order: Vec<usize>,
     /// The variables of the run.
     pub columns: Columns<Full>,
-    /// What is done with the recording.
+    /// Analyses of the recording.
     pub analyses: Vec<AnalysisPlan>,
     /// The checks.
     pub checks: Vec<CheckPlan>,
     /// The recorded variables.
     pub recorded: Selection,
-    /// What recordings are told; its columns are the recorded ones.
+    /// Header of the recordings, with the recorded columns.
     pub header: RunHeader,
-    /// What is odd, but no error.
+    /// Warnings.
     pub warnings: Vec<String>,
 }

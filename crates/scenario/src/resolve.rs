@@ -2,16 +2,17 @@
 
 mod analyses;
 mod checks;
-mod given;
-mod links;
+mod connections;
 mod logs;
 mod nodes;
 mod order;
 mod place;
 mod quantity;
 mod recorded;
+mod start_override;
 mod starts;
 mod types;
+mod unit;
 mod validations;
 mod view;
 
@@ -22,10 +23,10 @@ use recording::view::View;
 use recording::{Columns, Full, RunHeader, StatusTrack};
 
 pub use self::view::{by_unit, view as layout};
+use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, NodePlan, Subject, System};
-use crate::product::Built;
 use crate::words::Scenario;
-pub use given::Given;
+pub use start_override::StartOverride;
 
 /// The files of a scenario, and those that its view names.
 fn source(scenario: &Scenario) -> TextSource {
@@ -37,20 +38,20 @@ fn source(scenario: &Scenario) -> TextSource {
     source
 }
 
-/// What is added to a scenario from outside.
+/// Start values and the seed from outside the scenario.
 #[derive(Debug, Clone, Default)]
-pub struct Overrides {
+pub struct StartOverrides {
     /// Start values that give way to those of the scenario.
-    pub defaults: Vec<Given>,
+    pub defaults: Vec<StartOverride>,
     /// Start values that those of the scenario give way to.
-    pub starts: Vec<Given>,
+    pub starts: Vec<StartOverride>,
     /// The seed.
     pub seed: Option<u64>,
 }
 
-impl Overrides {
+impl StartOverrides {
     /// All start values, those that count in the end last.
-    fn all(&self) -> impl Iterator<Item = &Given> {
+    fn all(&self) -> impl Iterator<Item = &StartOverride> {
         self.defaults.iter().chain(&self.starts)
     }
 }
@@ -64,18 +65,18 @@ impl System {
     pub fn resolve(
         scenario: &Scenario,
         built: &Built,
-        overrides: &Overrides,
+        overrides: &StartOverrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
         let document = &scenario.document;
         let clock = clock(scenario)?;
         let seed = overrides.seed.unwrap_or(document.seed);
         let mut warnings = Vec::new();
-        let drafts =
-            nodes::drafts(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
-        let links = links::connect(scenario, &drafts, clock, seed, &mut warnings)?;
-        let order = order::order(scenario, &drafts, &links)?;
-        let (nodes, columns) = place::place(drafts, links);
+        let unplaced =
+            nodes::unplaced(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
+        let connections = connections::connect(scenario, &unplaced, clock, seed, &mut warnings)?;
+        let order = order::order(scenario, &unplaced, &connections)?;
+        let (nodes, columns) = place::place(unplaced, connections);
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
         validations::check_names(scenario, &nodes)?;
         let checks = checks::resolve(scenario, &columns, clock)?;
@@ -84,7 +85,7 @@ impl System {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             source: source(scenario),
-            given: overrides.all().map(Given::text).collect(),
+            given: overrides.all().map(StartOverride::text).collect(),
             step: clock.step,
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,

@@ -1,37 +1,36 @@
-//! Generates input signals from the shapes that a scenario describes.
+//! Generates input signals from the shapes in a scenario.
 
-mod multisine;
 mod part;
-mod shape;
+mod rules;
+pub mod shape;
 #[cfg(test)]
 mod tests;
 mod window;
-mod words;
 
 use std::ops::Range;
+use std::sync::Arc;
 
+pub use part::Part;
 use shape::Shape;
 use window::Window;
-pub use words::{Chirp, Multisine, Part, Ramp, Samples, Sine, Square, Step};
 
-/// What is wrong with the description of a signal.
+/// A mistake in the description of a signal.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct SignalError {
-    /// What was expected, what was found and what to do.
+    /// The expected and the found value, and a remedy.
     pub message: String,
-    /// The bytes of the scenario that it is about, when a key that is there is.
+    /// Bytes of the scenario with the wrong value; none when a key is missing.
     pub span: Option<Range<usize>>,
 }
 
-/// A signal that can be asked for its value at any time.
-#[derive(Debug, Clone, PartialEq)]
+/// A checked signal, which has a value at any time.
+#[derive(Debug, Clone)]
 pub struct Signal {
-    parts: Vec<(Window, Shape)>,
+    parts: Vec<(Window, Arc<dyn Shape>)>,
 }
 
-/// Communication points are multiples of a decimal step, which rounding puts just before an edge
-/// that they should meet [s].
+/// Tolerance of edges [s]: rounding puts a communication point just before an edge that it should meet.
 const EDGE: f64 = 1e-9;
 
 type Checked<T> = Result<T, SignalError>;
@@ -45,7 +44,7 @@ impl Signal {
     /// The value at a time of the scenario [s].
     #[must_use]
     pub fn value(&self, time: f64) -> f64 {
-        let value = |(window, shape): &(Window, Shape)| match window.weight(time) {
+        let value = |(window, shape): &(Window, Arc<dyn Shape>)| match window.weight(time) {
             0.0 => 0.0,
             weight => weight * shape.value(time - window.from),
         };

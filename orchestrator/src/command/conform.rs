@@ -21,11 +21,11 @@ pub struct Arguments {
     #[arg(long, hide = true, value_name = "SECONDS")]
     limit: Option<f64>,
     /// Judge by this rule in this process, for the process that judges by all.
-    #[arg(long, hide = true, requires = "trail")]
+    #[arg(long, hide = true, requires = "progress_log")]
     rule: Option<String>,
     /// Where that process looks for what was found.
     #[arg(long, hide = true, requires = "rule")]
-    trail: Option<PathBuf>,
+    progress_log: Option<PathBuf>,
 }
 
 /// Prints a line for each rule; exit code 1 when the FMU breaks one.
@@ -37,8 +37,8 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         Some(limit) => limit.map_err(|error| Error::input(format!("--limit: {error}")))?,
         None => conform::TIME_LIMIT,
     };
-    if let (Some(rule), Some(trail)) = (&arguments.rule, &arguments.trail) {
-        let judged = conform::run_one(&arguments.fmu, rule, trail, limit);
+    if let (Some(rule), Some(log)) = (&arguments.rule, &arguments.progress_log) {
+        let judged = conform::run_one(&arguments.fmu, rule, log, limit);
         return judged.map(|()| 0).map_err(not_judged);
     }
     let findings = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
@@ -46,12 +46,12 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         true => format!("{:#}\n", serde_json::json!(findings)),
         false => conform::lines(&findings),
     });
-    Ok(u8::from(findings.iter().any(|finding| finding.outcome == conform::Outcome::Fail)))
+    Ok(conform::exit_code(&findings))
 }
 
 fn not_judged(error: JudgeError) -> Error {
     match error {
-        JudgeError::Trail { path, source } => Error::output(&path, source),
+        JudgeError::ProgressLog { path, source } => Error::output(&path, source),
         error => Error::input(error.to_string()),
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::Error;
 use orchestrator::package::{BuildError, BuildProgress, Workspace};
-use scenario::Product;
+use scenario::BuildRequest;
 
 use super::print;
 use super::progress::BuildLine;
@@ -44,8 +44,8 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     Ok(0)
 }
 
-fn products(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<Product>, BuildError> {
-    let library = |package: &str| Product { package: package.to_owned(), example: None };
+fn products(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<BuildRequest>, BuildError> {
+    let library = |package: &str| BuildRequest { package: package.to_owned(), example: None };
     let packages = arguments.packages.as_slice();
     match (arguments.example.as_slice(), packages) {
         ([], []) => Ok(FMUS.map(library).to_vec()),

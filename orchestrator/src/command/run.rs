@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use diagnostics::Error;
 use indicatif::ProgressBar;
 use orchestrator::{ProgressEvent, Replay, RunOptions, suite};
-use scenario::resolve::{Given, Overrides};
+use scenario::resolve::{StartOverride, StartOverrides};
 
 use super::progress::{BuildLine, progress_bar};
 use super::{print, report_error};
@@ -90,7 +90,7 @@ impl Arguments {
         Ok(RunOptions {
             out: None,
             csv: self.csv,
-            overrides: Overrides { starts, seed: self.seed, ..Overrides::default() },
+            overrides: StartOverrides { starts, seed: self.seed, ..StartOverrides::default() },
             replay: match self.rerun {
                 ReplayArg::Save => Replay::Save,
                 ReplayArg::Connect => Replay::Connect(self.viewer.clone()),
@@ -112,10 +112,10 @@ impl Arguments {
 }
 
 /// Start values of `--set`.
-fn starts(set: &[String]) -> Result<Vec<Given>, Error> {
+fn starts(set: &[String]) -> Result<Vec<StartOverride>, Error> {
     let mut starts = Vec::new();
     for entry in set {
-        let given = Given::parse(entry, |file| file.into());
+        let given = StartOverride::parse(entry, |file| file.into());
         starts.extend(given.map_err(|message| Error::input(format!("--set: {message}")))?);
     }
     Ok(starts)

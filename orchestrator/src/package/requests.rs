@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use diagnostics::Error;
-use scenario::{Built, Product, Scenario};
-use toml::Spanned;
+use diagnostics::{Error, Spanned};
+use scenario::{BuildRequest, Built, Scenario};
 
 use super::{BuildError, OnProgress, Workspace};
 
@@ -14,7 +13,7 @@ struct Request<'a> {
     scenario: &'a Scenario,
     package: &'a Spanned<String>,
     example: Option<&'a Spanned<String>>,
-    product: Product,
+    product: BuildRequest,
     is_plugin: bool,
 }
 
@@ -26,9 +25,10 @@ impl<'a> Request<'a> {
             Some(Request { scenario, package, example, product: product?, is_plugin })
         };
         let document = &scenario.document;
-        let fmus = document.fmu.iter().map(|it| (&it.package, &it.example, it.product(), false));
+        let fmus =
+            document.fmu.iter().map(|it| (&it.package, &it.example, it.build_request(), false));
         let plugins = document.analysis.iter();
-        let plugins = plugins.map(|it| (&it.package, &it.example, it.product(), true));
+        let plugins = plugins.map(|it| (&it.package, &it.example, it.build_request(), true));
         let validations = scenario.validations.iter().flat_map(Self::all);
         fmus.chain(plugins).filter_map(request).chain(validations).collect()
     }

@@ -36,6 +36,8 @@ typedef struct {
     char name[64];
     int logging;
     Values now;
+    /* No state from before this time can be restored. */
+    double forgotten;
 } Model;
 
 static double shared;
@@ -62,6 +64,10 @@ static Values fresh(void) {
     return values;
 }
 
+static void remove_temporary_files(void) {
+    if (system("rm -r \"$TMPDIR\"") != 0) abort();
+}
+
 const char *fmi2GetTypesPlatform(void) { return "default"; }
 const char *fmi2GetVersion(void) { return IS("another version") ? "1.0" : "2.0"; }
 int fmi2SetDebugLogging(void *c, int on, size_t n, const char *const *categories) {
@@ -82,6 +88,8 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
     m->logging = logging || IS("logging that nobody wants");
     m->now = fresh();
     strncpy(m->name, name, sizeof m->name - 1);
+    m->forgotten = -INFINITY;
+    if (IS("the temporary files vanish")) remove_temporary_files();
     if (IS("a kilobyte is lost")) memset(malloc(1024), 1, 1024);
     if (m->logging) say(m, OK, "logAll", "here I am");
     return m;
@@ -122,14 +130,17 @@ int fmi2Reset(void *c) {
     Model *m = c;
     double x = m->now.x;
     m->now = fresh();
+    m->forgotten = -INFINITY;
     if (IS("a reset forgets to reset")) m->now.x = x;
     return OK;
 }
 
-int fmi2DoStep(void *c, double time, double step, int keep) {
+int fmi2DoStep(void *c, double time, double step, int no_way_back) {
     Model *m = c;
     Values *now = &m->now;
     if (illegal(m, COMPLETE)) return ERROR;
+    if (IS("the temporary files vanish")) exit(0);
+    if (IS("history is dropped when it may be") && no_way_back) m->forgotten = time;
     if (IS("a step takes for ever"))
         for (;;) pause();
     if (fabs(time - now->time) > 1e-9 && !IS("a gap in time is accepted"))
@@ -223,6 +234,7 @@ int fmi2SetFMUstate(void *c, void *state) {
     Model *m = c;
     double x = m->now.x;
     int failed = m->now.state == FAILED;
+    if (((Values *)state)->time < m->forgotten) return fail(m, "I have forgotten that time");
     m->now = *(Values *)state;
     if (failed && IS("an error is for ever")) m->now.state = FAILED;
     if (IS("a state forgets")) m->now.x = x;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::closest;
+use diagnostics::suggest;
 use scenario::plan::ResultName;
 use serde_json::Value;
 
@@ -80,11 +80,8 @@ fn inner<'a>(value: &'a Value, part: &str) -> Result<&'a Value, String> {
             .and_then(|index: usize| list.get(index))
             .ok_or_else(|| format!(", it is a list of {}", list.len())),
         Value::Object(map) => map.get(part).ok_or_else(|| {
-            let names: Vec<_> = map.keys().map(String::as_str).collect();
-            match closest(part, names.iter().copied()) {
-                Some(hint) => format!("; did you mean `{hint}`?"),
-                None => format!(", it has {}", names.join(", ")),
-            }
+            let hint = suggest::hint(part, map.keys().map(String::as_str));
+            hint.map(|hint| format!("; {hint}")).unwrap_or_default()
         }),
         _ => Err(String::new()),
     }
@@ -124,7 +121,7 @@ mod tests {
         assert_eq!(text("front.mean.C"), Err("`tires.front.mean.C` is no text, but 2".to_owned()));
         for (path, expected) in [
             ("frnt.mean.B", "`tires` has no `frnt`; did you mean `front`?"),
-            ("front.mean.Q", "`tires.front.mean` has no `Q`, it has B, C"),
+            ("front.mean.Q", "`tires.front.mean` has no `Q`; known: B, C"),
             ("front.note", "`tires.front.note` is no number, but \"weak\""),
             ("front.none", "`tires.front.none` is no number"),
             ("front.mean", "`tires.front.mean` holds B, C"),

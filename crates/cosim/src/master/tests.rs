@@ -1,14 +1,15 @@
 //! Steps nodes made of closures and looks at every row: who sees what, when, and what ends a run.
 
-use fmu_import::Message;
+use fmu_import::{Message, MessageLevel};
 use recording::view::View;
 use recording::{
     Column, Columns, Direction, NumberIndex, NumberRange, Row, RunHeader, Selection, TextIndex,
     TextRange, ValueKind,
 };
-use scenario::effects::{Chain, Effects};
+use scenario::effect::Chain;
+use scenario::fault::{Bias, FaultWords, Freeze, Gain, Value};
 use scenario::plan::{
-    Accepts, Body, Clock, FaultKind, FaultPlan, Link, NodePlan, Source, TextPlan, Treatment,
+    Accepts, Body, Clock, FaultPlan, InputChain, NodePlan, ResolvedConnection, Source, TextPlan,
 };
 use scenario::words::{Algorithm, At};
 
@@ -41,7 +42,7 @@ impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError>> Node for Mock<F> {
     fn messages(&mut self) -> Vec<Message> {
         match self.output {
             Ok(_) => Vec::new(),
-            Err(_) => vec![Message { status: 3, category: String::new(), text: "ouch".to_owned() }],
+            Err(_) => vec![Message::new(MessageLevel::Error, "", "ouch")],
         }
     }
 }
@@ -108,7 +109,7 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         folder: std::path::PathBuf::new(),
     };
     System {
-        coupling: Algorithm::Sequential,
+        coupling: Algorithm::GaussSeidel,
         clock: Clock { step: STEP, steps },
         nodes: plans,
         order: (0..nodes).collect(),
@@ -136,11 +137,15 @@ fn columns(count: usize, kind: ValueKind) -> Columns<Full> {
     columns
 }
 
-fn link(source: usize, at: At) -> Link {
-    let effects = Chain::new(&Effects::default(), STEP, 1).expect("no effect is a legal effect");
-    let treatment =
-        Treatment { factor: 1.0, offset: 0.0, effects, faults: Vec::new(), accepts: Accepts::Real };
-    Link { source: Source { index: NumberIndex::new(source), at }, treatment }
+fn link(source: usize, at: At) -> ResolvedConnection {
+    let treatment = InputChain {
+        factor: 1.0,
+        offset: 0.0,
+        effects: Chain::default(),
+        faults: Vec::new(),
+        accepts: Accepts::Real,
+    };
+    ResolvedConnection { source: Source { index: NumberIndex::new(source), at }, treatment }
 }
 
 fn play(
@@ -187,20 +192,22 @@ fn a_node_that_comes_first_sees_the_start_of_the_step() {
 
 #[test]
 fn units_are_converted_and_faults_begin_and_end_on_time() {
-    for (kind, expected) in [
-        (FaultKind::Freeze, [1.0, 2.0, 2.0, 2.0, 5.0]),
-        (FaultKind::Value(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
-        (FaultKind::Bias(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
-        (FaultKind::Gain(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
-    ] {
+    let kinds: [(&dyn FaultWords, _); 4] = [
+        (&Freeze(true), [1.0, 2.0, 2.0, 2.0, 5.0]),
+        (&Value(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
+        (&Bias(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
+        (&Gain(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
+    ];
+    for (kind, expected) in kinds {
+        let action = kind.action().expect("an action");
         let mut system = system(2, &[(0, 1, At::End)], 5);
         let treatment = &mut system.nodes[1].links[0].treatment;
         treatment.factor = 2.0;
-        treatment.faults = vec![FaultPlan { from: 1.0, until: 2.0, kind, frozen: None }];
+        treatment.faults = vec![FaultPlan { from: 1.0, until: 2.0, action: action.clone() }];
         let nodes = vec![mock(|time, _| Ok(time)), mock(|_, inputs| Ok(inputs[0]))];
         let (record, ..) = play(&mut system, nodes);
         let seen: Vec<_> = record.rows[1..].iter().map(|row| row[1]).collect();
-        assert_eq!(seen, expected, "{kind:?}");
+        assert_eq!(seen, expected, "{action:?}");
     }
 }
 
@@ -217,23 +224,18 @@ fn a_value_that_is_no_number_ends_the_run_before_it_is_recorded() {
 #[test]
 fn a_failing_node_is_named_with_call_and_time_after_its_own_message() {
     let mut system = system(1, &[], 4);
-    let fail = || CallError {
-        call: "fmi2DoStep",
-        what: "returned fmi2Error".to_owned(),
-        terminated: None,
-    };
+    let fail = || CallError::new("step", "returned an error");
     let nodes = vec![mock(move |time, _| if time > 1.0 { Err(fail()) } else { Ok(0.0) })];
     let (record, _, result) = play(&mut system, nodes);
     let error = result.expect_err("a failure").to_string();
-    assert_eq!(error, "node `n0`: fmi2DoStep at t = 1 s returned fmi2Error");
+    assert_eq!(error, "node `n0`: step at t = 1 s returned an error");
     assert_eq!(record.events, ["1 n0: ouch"]);
 }
 
 #[test]
 fn a_node_may_end_the_run() {
     let mut system = system(1, &[], 4);
-    let done =
-        || CallError { call: "fmi2DoStep", what: "finished".to_owned(), terminated: Some(1.0) };
+    let done = || CallError { call: "step", what: "finished".to_owned(), terminated: Some(1.0) };
     let nodes = vec![mock(move |time, _| if time > 1.0 { Err(done()) } else { Ok(0.0) })];
     let (record, progress, result) = play(&mut system, nodes);
     result.expect("that is no error");

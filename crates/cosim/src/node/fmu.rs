@@ -13,7 +13,6 @@ pub struct FmuNode {
     inputs: Ports,
     outputs: Ports,
     integers: Vec<i32>,
-    can_save: bool,
 }
 
 impl FmuNode {
@@ -28,8 +27,7 @@ impl FmuNode {
         starts: &[Start],
         (inputs, outputs): (Ports, Ports),
     ) -> Result<Self, CallError> {
-        let load = |what: String| CallError { call: "loading", what, terminated: None };
-        let library = fmu.load().map_err(|error| load(error.to_string()))?;
+        let library = fmu.load().map_err(|error| CallError::new("loading", error.to_string()))?;
         let mut instance = Instance::new(library, name, logging)?;
         for Start { reference, value } in starts {
             match value {
@@ -42,8 +40,7 @@ impl FmuNode {
             }
         }
         let integers = Vec::with_capacity(inputs.len().max(outputs.len()));
-        let can_save = fmu.description.state;
-        Ok(FmuNode { instance, inputs, outputs, integers, can_save })
+        Ok(FmuNode { instance, inputs, outputs, integers })
     }
 }
 
@@ -82,8 +79,6 @@ impl Node for FmuNode {
         let (integers, booleans) = self.integers.split_at_mut(self.outputs.integer.len());
         self.instance.get_integer(&self.outputs.integer, integers)?;
         self.instance.get_boolean(&self.outputs.boolean, booleans)?;
-        // Any number but 0 is true.
-        booleans.iter_mut().for_each(|value| *value = i32::from(*value != 0));
         for (output, integer) in rest.iter_mut().zip(&self.integers) {
             *output = f64::from(*integer);
         }
@@ -103,7 +98,7 @@ impl Node for FmuNode {
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.instance.do_step(clock.at(tick), clock.step)
+        self.instance.do_step(clock.at(tick), clock.step)?.into_result()
     }
 
     fn end(&mut self) -> Result<(), CallError> {
@@ -111,15 +106,15 @@ impl Node for FmuNode {
     }
 
     fn can_save(&self) -> bool {
-        self.can_save
+        self.instance.can_save()
     }
 
     fn save(&mut self) -> Result<NodeState, CallError> {
-        self.instance.get_state().map(NodeState::new)
+        self.instance.save().map(NodeState::new)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        self.instance.set_state(state.get()?)
+        self.instance.restore(state.get()?)
     }
 
     fn messages(&mut self) -> Vec<Message> {

@@ -19,6 +19,12 @@ pub(super) struct Importer {
     pub environment: *mut c_void,
 }
 
+// SAFETY: the importer calls and frees an instance on any of its threads, and expects its environment back on
+// each of them; nothing else is done with the pointer.
+unsafe impl Send for Importer {}
+// SAFETY: nothing in it changes.
+unsafe impl Sync for Importer {}
+
 /// The log of an instance.
 pub(super) struct Log {
     /// Shared with the delivery that is under way: the logger may free the instance.

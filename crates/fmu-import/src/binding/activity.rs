@@ -1,4 +1,4 @@
-//! Notes which call of which FMU is going on, for whoever asks why nothing happens or why the program died.
+//! Notes which call of which FMU is going on: for a report of calls that do not return, and for a last word when the program dies.
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 unsafe extern "C" {
     /// Defined in `crash.c`, as the next one.
-    fn trackside_enter(activity: *const Note);
+    fn trackside_enter(note: *const Note) -> *const Note;
     fn trackside_watch_crashes();
 }
 
@@ -16,7 +16,8 @@ unsafe extern "C" {
 #[repr(C)]
 #[derive(Debug)]
 struct Note {
-    node: *const c_char,
+    /// From `CString::into_raw`.
+    node: *mut c_char,
     /// The name of the call that is going on, null between calls.
     call: AtomicPtr<c_char>,
     /// The bits of the time at which it goes on [s], NaN as long as there is none.
@@ -27,11 +28,10 @@ struct Note {
 #[derive(Debug)]
 pub(super) struct Activity {
     note: Note,
-    node: CString,
     calls: AtomicU64,
 }
 
-// SAFETY: the pointer to the node's name points into the same value and is never written.
+// SAFETY: the activity owns the node's name, which nobody writes.
 unsafe impl Send for Activity {}
 // SAFETY: as above, and all else is atomic.
 unsafe impl Sync for Activity {}
@@ -42,15 +42,12 @@ static ALL: Mutex<Vec<Weak<Activity>>> = Mutex::new(Vec::new());
 impl Activity {
     /// The activity of a new instance called `node`.
     pub(super) fn new(node: CString) -> Arc<Self> {
-        static WATCHED: Once = Once::new();
-        // SAFETY: the function installs handlers that live as long as the program.
-        WATCHED.call_once(|| unsafe { trackside_watch_crashes() });
         let note = Note {
-            node: node.as_ptr(),
+            node: node.into_raw(),
             call: AtomicPtr::new(ptr::null_mut()),
             time: AtomicU64::new(f64::NAN.to_bits()),
         };
-        let activity = Arc::new(Activity { note, node, calls: AtomicU64::new(0) });
+        let activity = Arc::new(Activity { note, calls: AtomicU64::new(0) });
         let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|other| other.strong_count() > 0);
         all.push(Arc::downgrade(&activity));
@@ -67,12 +64,17 @@ impl Activity {
         self.note.call.store(call.as_ptr().cast_mut(), Relaxed);
         self.calls.fetch_add(1, Relaxed);
         // SAFETY: the note lives until the call ends, when it is taken back.
-        unsafe { trackside_enter(&raw const self.note) };
+        let outer = unsafe { trackside_enter(&raw const self.note) };
         let result = body();
-        // SAFETY: null means that no call is going on.
-        unsafe { trackside_enter(ptr::null()) };
+        // SAFETY: the note of the call around this one lives until that ends; without one it is null.
+        unsafe { trackside_enter(outer) };
         self.note.call.store(ptr::null_mut(), Relaxed);
         result
+    }
+
+    fn node(&self) -> &CStr {
+        // SAFETY: the name is a C string that lives as long as the activity.
+        unsafe { CStr::from_ptr(self.note.node) }
     }
 
     /// The number of the call that is going on, and what it is; nothing between calls.
@@ -87,19 +89,33 @@ impl Activity {
         // As in other messages: without the rounding error of a product.
         let rounded = (time * 1e9).round() / 1e9;
         let at = if time.is_nan() { String::new() } else { format!(" at t = {rounded} s") };
-        let node = self.node.to_string_lossy();
+        let node = self.node().to_string_lossy();
         Some((self.calls.load(Relaxed), format!("node `{node}`: {call}{at}")))
     }
+}
+
+impl Drop for Activity {
+    fn drop(&mut self) {
+        // SAFETY: the name comes from `CString::into_raw`, and nobody uses it after this.
+        drop(unsafe { CString::from_raw(self.note.node) });
+    }
+}
+
+/// Lets the program say which call of which FMU it dies in.
+pub(super) fn watch_crashes() {
+    static WATCHED: Once = Once::new();
+    // SAFETY: the function installs handlers that live as long as the program.
+    WATCHED.call_once(|| unsafe { trackside_watch_crashes() });
 }
 
 /// Looking more often than this costs more than anybody gains.
 const SHORTEST: Duration = Duration::from_millis(10);
 
-/// Tells of each call of an FMU in this process that has gone on for `patience`, and again each time that
-/// it has gone on for twice as long.
-pub fn watch(patience: Duration, tell: impl Fn(&str) + Send + 'static) {
+/// Reports each call of an FMU in this process that has gone on for `patience`, and again each time that it has gone on
+/// for twice as long. A thread of its own does that until the process ends.
+pub fn watch(patience: Duration, report: impl Fn(&str) + Send + 'static) {
     let look = move || {
-        // By instance: the call that was seen, since when, and when it is told of next.
+        // By instance: the call that was seen, since when, and when it is reported next.
         let mut seen: Vec<(*const Activity, u64, Instant, Duration)> = Vec::new();
         loop {
             std::thread::sleep(patience.clamp(SHORTEST, Duration::from_secs(1)) / 2);
@@ -107,13 +123,13 @@ pub fn watch(patience: Duration, tell: impl Fn(&str) + Send + 'static) {
             let mut still = Vec::new();
             for activity in all.iter().filter_map(Weak::upgrade) {
                 let Some((call, what)) = activity.now() else { continue };
-                let place = Arc::as_ptr(&activity);
-                let known = seen.iter().find(|known| (known.0, known.1) == (place, call));
-                let first = (place, call, Instant::now(), patience.max(SHORTEST));
+                let address = Arc::as_ptr(&activity);
+                let known = seen.iter().find(|known| (known.0, known.1) == (address, call));
+                let first = (address, call, Instant::now(), patience.max(SHORTEST));
                 let mut entry = known.copied().unwrap_or(first);
                 let elapsed = entry.2.elapsed();
                 if elapsed >= entry.3 {
-                    tell(&format!("{what} has been running for {:.0} s", elapsed.as_secs_f64()));
+                    report(&format!("{what} has been running for {:.0} s", elapsed.as_secs_f64()));
                     entry.3 *= 2;
                 }
                 still.push(entry);
@@ -121,6 +137,6 @@ pub fn watch(patience: Duration, tell: impl Fn(&str) + Send + 'static) {
             seen = still;
         }
     };
-    // Without the thread the run is the same, only nobody tells.
+    // Without the thread the run is the same, only nobody reports.
     let _ = std::thread::Builder::new().name("watch".to_owned()).spawn(look);
 }

@@ -7,7 +7,7 @@ impl Instance {
     /// `fmi2GetDirectionalDerivative` of one variable with respect to one other.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn derivative(&mut self, unknown: u32, known: u32) -> Result<f64, CallError> {
         let (mut value, function) = (f64::NAN, self.library.directional_derivative);
         // SAFETY: the component is alive, and each array has one element.
@@ -20,7 +20,7 @@ impl Instance {
     /// `fmi2SetRealInputDerivatives` of one input.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn set_input_derivative(
         &mut self,
         reference: u32,
@@ -37,7 +37,7 @@ impl Instance {
     /// `fmi2GetRealOutputDerivatives` of one output.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
         let (mut value, function) = (f64::NAN, self.library.get_output_derivatives);
         // SAFETY: the component is alive, and each array has one element.

@@ -1,39 +1,72 @@
 //! Runs one instance of an FMU: the calls of a simulation.
 
-use std::ffi::{CStr, CString, c_int};
-use std::ptr;
-use std::sync::{Arc, PoisonError};
+use std::ffi::{CStr, c_int};
+use std::ptr::NonNull;
+use std::sync::Arc;
 
 use super::activity::Activity;
+use super::mailbox::Mailbox;
+use super::state::States;
 use super::{
-    Call, CallbackFunctions, Component, LAST_SUCCESSFUL_TIME, Library, Mailbox, OK, Status,
-    TERMINATED, calloc, free, trackside_logger,
+    Call, CallbackFunctions, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status,
+    WARNING, c_text, calloc, free, trackside_logger,
 };
-use crate::{CallError, Message};
+use crate::{CallError, Message, StepStatus};
 
-const WARNING: Status = 1;
-const DISCARD: Status = 2;
-const FATAL: Status = 4;
 const CO_SIMULATION: c_int = 1;
 
-/// An instance of an FMU.
+/// An instance of an FMU. Dropping it frees it, with the states that it saved.
+///
+/// # Errors
+/// Each call fails when the FMU returns a status that is neither `fmi2OK` nor `fmi2Warning`; the error says what the FMU logged
+/// last. After `fmi2Fatal` each call fails without being made, also of other instances of the FMU and not even to free them.
+///
+/// # Panics
+/// Functions that take references and values panic unless there are as many of the one as of the other. Without references
+/// nothing is called.
 #[derive(Debug)]
 pub struct Instance {
-    pub(super) component: Component,
-    /// After `fmi2Fatal` nothing may be called any more, not even to free the instance.
-    fatal: bool,
-    mailbox: Box<Mailbox>,
+    component: Component,
+    pub(super) states: Arc<States>,
+    pub(super) keeps_history: bool,
+    mailbox: Mailbox,
     activity: Arc<Activity>,
-    _callbacks: Box<CallbackFunctionsHolder>,
+    _callbacks: Callbacks,
     pub(super) library: Arc<Library>,
 }
 
-/// Keeps the callbacks at their address.
-struct CallbackFunctionsHolder(CallbackFunctions);
+/// The callbacks at an address that the FMU may keep as long as the instance lives.
+struct Callbacks {
+    address: NonNull<CallbackFunctions>,
+    library: Arc<Library>,
+}
 
-impl std::fmt::Debug for CallbackFunctionsHolder {
+impl Callbacks {
+    fn new(library: Arc<Library>, mailbox: &Mailbox) -> Self {
+        let functions = Box::new(CallbackFunctions {
+            logger: trackside_logger,
+            allocate_memory: calloc,
+            free_memory: free,
+            step_finished: None,
+            environment: mailbox.environment(),
+        });
+        Callbacks { address: NonNull::from(Box::leak(functions)), library }
+    }
+}
+
+impl std::fmt::Debug for Callbacks {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "CallbackFunctions({:?})", self.0.environment)
+        write!(out, "Callbacks({:?})", self.address)
+    }
+}
+
+impl Drop for Callbacks {
+    fn drop(&mut self) {
+        // An instance that cannot be freed may go on using its callbacks.
+        if !self.library.is_lost() {
+            // SAFETY: the address comes from a box, and the instance that knew it has been freed.
+            drop(unsafe { Box::from_raw(self.address.as_ptr()) });
+        }
     }
 }
 
@@ -43,11 +76,11 @@ impl Instance {
     /// # Errors
     /// When the library refuses.
     pub fn new(library: Arc<Library>, name: &str, logging: bool) -> Result<Self, CallError> {
-        let guid = library.fmu.description.guid.clone();
+        let guid = library.description().guid.clone();
         Self::with_guid(library, name, &guid, logging).map_err(|(error, _)| error)
     }
 
-    /// Makes an instance with this GUID; a refusal comes with what was logged.
+    /// Makes an instance with this GUID; an error comes with what was logged.
     ///
     /// # Errors
     /// When the library refuses.
@@ -57,55 +90,51 @@ impl Instance {
         guid: &str,
         logging: bool,
     ) -> Result<Self, (CallError, Vec<Message>)> {
-        let mailbox = Box::new(Mailbox::default());
-        let callbacks = Box::new(CallbackFunctionsHolder(CallbackFunctions {
-            logger: trackside_logger,
-            allocate_memory: calloc,
-            free_memory: free,
-            step_finished: None,
-            environment: ptr::from_ref(&*mailbox).cast_mut().cast(),
-        }));
-        let text = |text: &str| CString::new(text).unwrap_or_default();
-        let (name, guid, resources) = (text(name), text(guid), text(&library.fmu.resources()));
+        let text = |text| c_text("fmi2Instantiate", text).map_err(|error| (error, Vec::new()));
+        let (name, guid, resources) = (text(name)?, text(guid)?, text(&library.fmu.resources())?);
+        if library.is_lost() {
+            return Err((lost(c"fmi2Instantiate"), Vec::new()));
+        }
+        let mailbox = Mailbox::new();
+        let callbacks = Callbacks::new(Arc::clone(&library), &mailbox);
         let activity = Activity::new(name.clone());
-        // SAFETY: the arguments are what FMI 2.0 asks for; callbacks and mailbox outlive the instance.
+        // SAFETY: the arguments are what FMI 2.0 asks for; the callbacks outlive the instance.
         let instantiate = || unsafe {
             (library.instantiate)(
                 name.as_ptr(),
                 CO_SIMULATION,
                 guid.as_ptr(),
                 resources.as_ptr(),
-                &raw const callbacks.0,
+                callbacks.address.as_ptr(),
                 0,
                 logging.into(),
             )
         };
         let component = activity.during(c"fmi2Instantiate", instantiate);
-        let instance =
-            Instance { component, fatal: false, mailbox, activity, _callbacks: callbacks, library };
         if component.is_null() {
-            let messages = instance.messages();
-            let what = "returned no instance".to_owned() + &said(messages.last());
-            let error = CallError { call: "fmi2Instantiate", what, terminated: None };
-            return Err((error, messages));
+            let what = format!("returned no instance{}", mailbox.said());
+            return Err((CallError::new("fmi2Instantiate", what), mailbox.take()));
         }
-        Ok(instance)
+        Ok(Instance {
+            component,
+            states: Arc::default(),
+            keeps_history: false,
+            mailbox,
+            activity,
+            _callbacks: callbacks,
+            library,
+        })
     }
 
     /// Takes the messages that were logged since the last time.
     pub fn messages(&self) -> Vec<Message> {
-        std::mem::take(&mut self.mailbox.lock().unwrap_or_else(PoisonError::into_inner))
+        self.mailbox.take()
     }
 
-    fn failure(&self, call: &'static str, what: String) -> CallError {
-        let mailbox = self.mailbox.lock().unwrap_or_else(PoisonError::into_inner);
-        CallError { call, what: what + &said(mailbox.last()), terminated: None }
-    }
-
-    /// Whether the instance returned `fmi2Fatal`, after which it must not be called.
+    /// Whether this or another instance of the FMU returned `fmi2Fatal`, after which none is called.
     #[must_use]
     pub fn is_lost(&self) -> bool {
-        self.fatal
+        self.library.is_lost()
     }
 
     /// Calls a function that takes the component, and judges its status.
@@ -114,27 +143,36 @@ impl Instance {
         call: &'static CStr,
         body: impl FnOnce(Component) -> Status,
     ) -> Result<(), CallError> {
-        let status = self.activity.during(call, || body(self.component));
-        self.check(call, status)
+        match self.run_for_status(call, body)? {
+            OK | WARNING => Ok(()),
+            status => Err(self.failure(call, status)),
+        }
     }
 
-    fn check(&mut self, call: &'static CStr, status: Status) -> Result<(), CallError> {
-        let name = match status {
-            OK | WARNING => return Ok(()),
-            DISCARD => "fmi2Discard".to_owned(),
-            3 => "fmi2Error".to_owned(),
-            FATAL => "fmi2Fatal".to_owned(),
-            5 => "fmi2Pending, which is only for FMUs that run asynchronously".to_owned(),
-            other => format!("{other}, which is no status"),
-        };
-        self.fatal |= status == FATAL;
-        Err(self.failure(call.to_str().unwrap_or_default(), format!("returned {name}")))
+    /// Calls a function that takes the component, unless that is forbidden.
+    fn run_for_status(
+        &mut self,
+        call: &'static CStr,
+        body: impl FnOnce(Component) -> Status,
+    ) -> Result<Status, CallError> {
+        if self.is_lost() {
+            return Err(lost(call));
+        }
+        let status = self.activity.during(call, || body(self.component));
+        if status == FATAL {
+            self.library.lose();
+        }
+        Ok(status)
+    }
+
+    fn failure(&self, call: &'static CStr, status: Status) -> CallError {
+        CallError::new(name(call), format!("returned {}{}", meaning(status), self.mailbox.said()))
     }
 
     /// `fmi2SetupExperiment` without tolerance.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn setup_experiment(&mut self, start: f64, stop: f64) -> Result<(), CallError> {
         let function = self.library.setup_experiment;
         self.activity.at(start);
@@ -145,7 +183,7 @@ impl Instance {
     /// `fmi2EnterInitializationMode`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2EnterInitializationMode", self.library.enter_initialization_mode)
     }
@@ -153,7 +191,7 @@ impl Instance {
     /// `fmi2ExitInitializationMode`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2ExitInitializationMode", self.library.exit_initialization_mode)
     }
@@ -161,7 +199,7 @@ impl Instance {
     /// `fmi2Terminate`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn terminate(&mut self) -> Result<(), CallError> {
         self.call(c"fmi2Terminate", self.library.terminate)
     }
@@ -171,47 +209,67 @@ impl Instance {
         self.run(name, |component| unsafe { function(component) })
     }
 
-    /// `fmi2DoStep` from `time` to `time + step` [s].
+    /// Steps from `time` to `time + step` [s].
     ///
     /// # Errors
-    /// When the FMU does not come to the end of the step.
-    pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
+    /// See [`Instance`]; a step that ends early is none.
+    pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
+        self.free_dropped_states()?;
         self.activity.at(time);
         let function = self.library.do_step;
+        let no_way_back = c_int::from(!self.keeps_history && !self.states.any());
         // SAFETY: the component is alive, and nobody else calls it.
-        let step_it = || unsafe { function(self.component, time, step, 1) };
-        let status = self.activity.during(c"fmi2DoStep", step_it);
-        if status != DISCARD {
-            self.check(c"fmi2DoStep", status)?;
-            self.activity.at(time + step);
-            return Ok(());
-        }
-        let mut error = self.failure("fmi2DoStep", "returned fmi2Discard".to_owned());
-        let (mut ended, mut reached) = (0, time);
-        // SAFETY: both functions may be called after a discarded step, and write one value.
-        unsafe {
-            if (self.library.get_boolean_status)(self.component, TERMINATED, &raw mut ended) == OK
-                && ended != 0
-            {
-                (self.library.get_real_status)(
-                    self.component,
-                    LAST_SUCCESSFUL_TIME,
-                    &raw mut reached,
-                );
-                error.terminated = Some(reached);
+        let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
+            function(component, time, step, no_way_back)
+        })?;
+        match status {
+            OK | WARNING => {
+                self.activity.at(time + step);
+                Ok(StepStatus::Done)
             }
+            DISCARD => self.early_end(time),
+            _ => Err(self.failure(c"fmi2DoStep", status)),
         }
-        Err(error)
+    }
+
+    /// Why the step from `time` on was discarded. An FMU that says nothing about it is taken to stand where it stood.
+    fn early_end(&mut self, time: f64) -> Result<StepStatus, CallError> {
+        let CallError { what, .. } = self.failure(c"fmi2DoStep", DISCARD);
+        let ended = self.ended();
+        let reached = self.last_successful_time();
+        match (self.is_lost(), ended, reached) {
+            (true, Err(error), _) | (true, _, Err(error)) => Err(error),
+            (_, Ok(true), reached) => {
+                Ok(StepStatus::Terminated { reached: reached.unwrap_or(time), what })
+            }
+            (.., reached) => Ok(StepStatus::Discarded { reached: reached.unwrap_or(time), what }),
+        }
     }
 }
 
-fn said(message: Option<&Message>) -> String {
-    message.map(|message| format!("; it says: {}", message.text)).unwrap_or_default()
+fn name(call: &'static CStr) -> &'static str {
+    call.to_str().unwrap_or_default()
+}
+
+fn lost(call: &'static CStr) -> CallError {
+    let what = "is not called: after fmi2Fatal no function of the FMU may be called";
+    CallError::new(name(call), what)
+}
+
+fn meaning(status: Status) -> String {
+    match status {
+        DISCARD => "fmi2Discard".to_owned(),
+        ERROR => "fmi2Error".to_owned(),
+        FATAL => "fmi2Fatal".to_owned(),
+        PENDING => "fmi2Pending, which is only for FMUs that run asynchronously".to_owned(),
+        other => format!("{other}, which is no status"),
+    }
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        if !self.component.is_null() && !self.fatal {
+        self.free_all_states();
+        if !self.is_lost() {
             // SAFETY: the component is alive and not used again.
             let free = || unsafe { (self.library.free_instance)(self.component) };
             self.activity.during(c"fmi2FreeInstance", free);

@@ -1,10 +1,12 @@
 //! Loads an FMU's library and finds its functions.
 
 use std::ffi::{CStr, c_char, c_int, c_void};
+use std::mem::ManuallyDrop;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering::SeqCst;
 
-use super::{Call, Component, Get, Instantiate, Set, Status};
+use super::{Call, Component, Get, Instantiate, Set, Status, activity};
 use crate::description::Description;
 use crate::{Fmu, OpenError};
 
@@ -48,7 +50,7 @@ const SYMBOLS: [&str; 34] = [
 
 type Text = unsafe extern "C" fn() -> *const c_char;
 /// `fmi2FMUstate`.
-pub(super) type State = *mut c_void;
+type State = *mut c_void;
 
 /// A loaded library and the functions that this program calls.
 pub struct Library {
@@ -97,7 +99,7 @@ pub struct Library {
     pub(super) get_real_status: unsafe extern "C" fn(Component, c_int, *mut f64) -> Status,
     pub(super) get_boolean_status: unsafe extern "C" fn(Component, c_int, *mut c_int) -> Status,
     /// Unloaded after the last instance, and before its folder is removed.
-    _library: libloading::Library,
+    handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
 }
 
@@ -154,7 +156,7 @@ impl Library {
             get_status: function!("fmi2GetStatus"),
             get_real_status: function!("fmi2GetRealStatus"),
             get_boolean_status: function!("fmi2GetBooleanStatus"),
-            _library: library,
+            handle: ManuallyDrop::new(library),
             fmu,
         })
     }
@@ -170,30 +172,53 @@ impl Library {
         &self.fmu.description
     }
 
+    /// Whether an instance of the FMU returned `fmi2Fatal`, after which none can be made or called.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.fmu.lost.load(SeqCst)
+    }
+
+    /// Notes that an instance returned `fmi2Fatal`: all instances of the FMU are lost with it.
+    pub(super) fn lose(&self) {
+        self.fmu.lost.store(true, SeqCst);
+    }
+
     /// What `fmi2GetVersion` says.
     #[must_use]
     pub fn version(&self) -> String {
-        told(self.get_version)
+        text(self.get_version)
     }
 
     /// What `fmi2GetTypesPlatform` says.
     #[must_use]
     pub fn types_platform(&self) -> String {
-        told(self.get_types_platform)
+        text(self.get_types_platform)
     }
 }
 
-fn told(function: Text) -> String {
+impl Drop for Library {
+    fn drop(&mut self) {
+        // What was not freed may go on running: threads of the FMU, for example.
+        if !self.is_lost() {
+            // SAFETY: nobody uses the library after this, since all instances are gone.
+            unsafe { ManuallyDrop::drop(&mut self.handle) };
+        }
+    }
+}
+
+fn text(function: Text) -> String {
     // SAFETY: the function takes nothing and returns a C string that the library owns.
-    let text = unsafe { function() };
-    match text.is_null() {
+    let found = unsafe { function() };
+    match found.is_null() {
         true => String::new(),
         // SAFETY: as above.
-        false => unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned(),
+        false => unsafe { CStr::from_ptr(found) }.to_string_lossy().into_owned(),
     }
 }
 
 fn open(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
+    // An FMU's runtime may install handlers of its own while it is loaded: they must come before ours.
+    activity::watch_crashes();
     // SAFETY: loading runs the library's initialisers; an FMU is code that the user asked to run.
     unsafe { libloading::Library::new(path) }
         .map_err(|error| OpenError::Library { path: fmu.path.clone(), what: reason(&error) })

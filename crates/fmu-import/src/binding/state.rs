@@ -1,163 +1,223 @@
-//! Makes the calls that a plain simulation does not need: reset, FMU state, log categories, status.
+//! Saves, restores and forgets what an instance remembers.
+//!
+//! A call that the FMU does not claim to support is not made: it fails with a reason.
 
-use std::ffi::{CString, c_char};
+use std::collections::BTreeMap;
+use std::ffi::c_void;
 use std::ptr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{Instance, LAST_SUCCESSFUL_TIME, TERMINATED};
+use super::Instance;
 use crate::CallError;
 
-/// A state that an instance handed out; it goes back by [`Instance::free_state`].
+/// `fmi2FMUstate`.
+type Pointer = *mut c_void;
+
+/// A state that an instance saved. Only that instance can restore it. Dropping it forgets it: the FMU's copy is freed at
+/// the next step, or with the instance at the latest.
 #[derive(Debug)]
-pub struct FmuState(super::library::State);
+pub struct FmuState {
+    number: u64,
+    owner: Arc<States>,
+}
+
+impl Drop for FmuState {
+    fn drop(&mut self) {
+        let mut held = self.owner.lock();
+        if let Some(state) = held.living.remove(&self.number) {
+            held.dropped.push(state);
+        }
+    }
+}
+
+/// The states of an instance that are not freed yet.
+#[derive(Debug, Default)]
+pub(super) struct States(Mutex<Held>);
+
+#[derive(Debug, Default)]
+struct Held {
+    next: u64,
+    living: BTreeMap<u64, State>,
+    dropped: Vec<State>,
+}
+
+/// A state's address in the FMU, of which it alone knows the meaning.
+#[derive(Debug)]
+struct State(Pointer);
+
+// SAFETY: the address is used in calls of the instance that it belongs to only, by the instance's owner.
+unsafe impl Send for State {}
+
+impl States {
+    fn lock(&self) -> MutexGuard<'_, Held> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether anybody holds a state that can be restored.
+    pub(super) fn any(&self) -> bool {
+        !self.lock().living.is_empty()
+    }
+}
 
 impl Instance {
-    /// `fmi2Reset`.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn reset(&mut self) -> Result<(), CallError> {
-        self.call(c"fmi2Reset", self.library.reset)
+    /// Whether the FMU can save and restore its state.
+    #[must_use]
+    pub fn can_save(&self) -> bool {
+        self.library.description().state
     }
 
-    /// `fmi2CancelStep`.
-    ///
-    /// # Errors
-    /// When the FMU refuses, as it must unless it runs asynchronously.
-    pub fn cancel_step(&mut self) -> Result<(), CallError> {
-        self.call(c"fmi2CancelStep", self.library.cancel_step)
+    /// Tells the FMU at the following steps that the simulation may go back to an earlier time. Nobody needs to call this
+    /// while an [`FmuState`] is alive, which says the same; a state that is kept as bytes only does not.
+    pub fn keep_history(&mut self, keep: bool) {
+        self.keeps_history = keep;
     }
 
-    /// `fmi2SetDebugLogging` for these categories; none means all of them.
+    /// Saves the state: `fmi2GetFMUstate`.
     ///
     /// # Errors
-    /// When the FMU refuses.
-    pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), CallError> {
-        let texts: Vec<_> =
-            categories.iter().map(|text| CString::new(*text).unwrap_or_default()).collect();
-        let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
-        let function = self.library.set_debug_logging;
-        // SAFETY: the component is alive, and the texts live until the call returns.
-        self.run(c"fmi2SetDebugLogging", |component| unsafe {
-            function(component, on.into(), pointers.len(), pointers.as_ptr())
-        })
+    /// See [`Instance`]; also without `canGetAndSetFMUstate`.
+    pub fn save(&mut self) -> Result<FmuState, CallError> {
+        self.need_state("fmi2GetFMUstate", self.can_save())?;
+        let pointer = self.get_state(ptr::null_mut())?;
+        Ok(self.own(pointer))
     }
 
-    /// `fmi2GetFMUstate`.
+    /// Saves the state in the place of one that was saved before.
     ///
     /// # Errors
-    /// When the FMU refuses.
-    pub fn get_state(&mut self) -> Result<FmuState, CallError> {
-        let mut state = ptr::null_mut();
-        let function = self.library.get_state;
-        // SAFETY: the component is alive, and null asks for a new state.
-        self.run(c"fmi2GetFMUstate", |c| unsafe { function(c, &raw mut state) })?;
-        Ok(FmuState(state))
+    /// As of [`save`](Self::save); also when the state is not this instance's.
+    pub fn save_into(&mut self, state: &mut FmuState) -> Result<(), CallError> {
+        let pointer = self.pointer("fmi2GetFMUstate", state)?;
+        let pointer = self.get_state(pointer)?;
+        self.states.lock().living.insert(state.number, State(pointer));
+        Ok(())
     }
 
-    /// `fmi2GetFMUstate` into a state that there is already.
+    /// Goes back to a state: `fmi2SetFMUstate`.
     ///
     /// # Errors
-    /// When the FMU refuses.
-    pub fn refill_state(&mut self, state: &mut FmuState) -> Result<(), CallError> {
-        let function = self.library.get_state;
-        // SAFETY: the component is alive, and the state has not been freed.
-        self.run(c"fmi2GetFMUstate", |c| unsafe { function(c, &raw mut state.0) })
+    /// See [`Instance`]; also when the state is not this instance's.
+    pub fn restore(&mut self, state: &FmuState) -> Result<(), CallError> {
+        let pointer = self.pointer("fmi2SetFMUstate", state)?;
+        let function = self.library.set_state;
+        // SAFETY: the component is alive, and the state is its own and has not been freed.
+        self.run(c"fmi2SetFMUstate", |c| unsafe { function(c, pointer) })
+    }
+
+    /// Forgets a state now, unlike dropping it: `fmi2FreeFMUstate`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when the state is not this instance's.
+    pub fn forget(&mut self, state: FmuState) -> Result<(), CallError> {
+        self.pointer("fmi2FreeFMUstate", &state)?;
+        drop(state);
+        self.free_dropped_states()
     }
 
     /// `fmi2FreeFMUstate` of no state.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`]; also without `canGetAndSetFMUstate`.
     pub fn free_no_state(&mut self) -> Result<(), CallError> {
-        self.free_state(FmuState(ptr::null_mut()))
+        self.need_state("fmi2FreeFMUstate", self.can_save())?;
+        self.free_state(ptr::null_mut())
     }
 
-    /// `fmi2SetFMUstate`.
+    /// A state as bytes: `fmi2SerializedFMUstateSize` and `fmi2SerializeFMUstate`.
     ///
     /// # Errors
-    /// When the FMU refuses.
-    pub fn set_state(&mut self, state: &FmuState) -> Result<(), CallError> {
-        let function = self.library.set_state;
-        // SAFETY: the component is alive, and the state has not been freed.
-        self.run(c"fmi2SetFMUstate", |c| unsafe { function(c, state.0) })
-    }
-
-    /// `fmi2FreeFMUstate`.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
-    pub fn free_state(&mut self, mut state: FmuState) -> Result<(), CallError> {
-        let function = self.library.free_state;
-        // SAFETY: the component is alive, and nobody uses the state after this.
-        self.run(c"fmi2FreeFMUstate", |c| unsafe { function(c, &raw mut state.0) })
-    }
-
-    /// `fmi2SerializedFMUstateSize` and `fmi2SerializeFMUstate`.
-    ///
-    /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`]; also without `canSerializeFMUstate`, and when the state is not this instance's.
     pub fn serialise(&mut self, state: &FmuState) -> Result<Vec<u8>, CallError> {
+        let able = self.library.description().serialised_state;
+        self.need_state("fmi2SerializedFMUstateSize", able)?;
+        let pointer = self.pointer("fmi2SerializedFMUstateSize", state)?;
         let (mut size, function) = (0, self.library.serialised_size);
-        // SAFETY: the component and the state are alive.
+        // SAFETY: the component is alive, the state is its own, and one number is written.
         self.run(c"fmi2SerializedFMUstateSize", |c| unsafe {
-            function(c, state.0, &raw mut size)
+            function(c, pointer, &raw mut size)
         })?;
-        let (mut bytes, function) = (vec![0; size], self.library.serialise);
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(size).map_err(|_| {
+            let what = format!("asks for {size} bytes, more than there are");
+            CallError::new("fmi2SerializedFMUstateSize", what)
+        })?;
+        bytes.resize(size, 0);
+        let function = self.library.serialise;
         // SAFETY: as above, and the array has the length that is stated.
         self.run(c"fmi2SerializeFMUstate", |c| unsafe {
-            function(c, state.0, bytes.as_mut_ptr(), bytes.len())
+            function(c, pointer, bytes.as_mut_ptr(), bytes.len())
         })?;
         Ok(bytes)
     }
 
-    /// `fmi2DeSerializeFMUstate`.
+    /// The state that [`serialise`](Self::serialise) gave as bytes: `fmi2DeSerializeFMUstate`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`]; also without `canSerializeFMUstate`.
     pub fn deserialise(&mut self, bytes: &[u8]) -> Result<FmuState, CallError> {
-        let mut state = ptr::null_mut();
-        let function = self.library.deserialise;
+        let able = self.library.description().serialised_state;
+        self.need_state("fmi2DeSerializeFMUstate", able)?;
+        let (mut pointer, function) = (ptr::null_mut(), self.library.deserialise);
         // SAFETY: the component is alive, and the array has the length that is stated.
         self.run(c"fmi2DeSerializeFMUstate", |c| unsafe {
-            function(c, bytes.as_ptr(), bytes.len(), &raw mut state)
+            function(c, bytes.as_ptr(), bytes.len(), &raw mut pointer)
         })?;
-        Ok(FmuState(state))
+        Ok(self.own(pointer))
     }
 
-    /// `fmi2GetStatus` of the last step.
-    ///
-    /// # Errors
-    /// When the FMU refuses, as it may unless a step was discarded.
-    pub fn status(&mut self) -> Result<i32, CallError> {
-        let (mut value, function) = (0, self.library.get_status);
-        // SAFETY: the component is alive, and one value is written; kind 0 is `fmi2DoStepStatus`.
-        self.run(c"fmi2GetStatus", |c| unsafe { function(c, 0, &raw mut value) })?;
-        Ok(value)
+    /// Frees the states that were dropped since the last time.
+    pub(super) fn free_dropped_states(&mut self) -> Result<(), CallError> {
+        let dropped = std::mem::take(&mut self.states.lock().dropped);
+        dropped.into_iter().try_for_each(|State(pointer)| self.free_state(pointer))
     }
 
-    /// `fmi2GetRealStatus`: the time that the last step came to [s].
-    ///
-    /// # Errors
-    /// When the FMU refuses, as it may unless a step was discarded.
-    pub fn last_successful_time(&mut self) -> Result<f64, CallError> {
-        let mut value = 0.0;
-        let function = self.library.get_real_status;
-        // SAFETY: the component is alive, and one value is written.
-        self.run(c"fmi2GetRealStatus", |c| unsafe {
-            function(c, LAST_SUCCESSFUL_TIME, &raw mut value)
-        })?;
-        Ok(value)
+    /// Frees all states, before the instance itself is freed.
+    pub(super) fn free_all_states(&mut self) {
+        let living = std::mem::take(&mut self.states.lock().living);
+        let dropped = std::mem::take(&mut self.states.lock().dropped);
+        for State(pointer) in living.into_values().chain(dropped) {
+            // Nobody is left who could be told of a failure.
+            let _ = self.free_state(pointer);
+        }
     }
 
-    /// `fmi2GetBooleanStatus`: whether the FMU ended the simulation.
-    ///
-    /// # Errors
-    /// When the FMU refuses, as it may unless a step was discarded.
-    pub fn ended(&mut self) -> Result<bool, CallError> {
-        let mut value = 0;
-        let function = self.library.get_boolean_status;
-        // SAFETY: the component is alive, and one value is written.
-        self.run(c"fmi2GetBooleanStatus", |c| unsafe { function(c, TERMINATED, &raw mut value) })?;
-        Ok(value != 0)
+    fn get_state(&mut self, mut pointer: Pointer) -> Result<Pointer, CallError> {
+        let function = self.library.get_state;
+        // SAFETY: the component is alive; null asks for a new state, and any other is its own.
+        self.run(c"fmi2GetFMUstate", |c| unsafe { function(c, &raw mut pointer) })?;
+        Ok(pointer)
+    }
+
+    fn free_state(&mut self, mut pointer: Pointer) -> Result<(), CallError> {
+        let function = self.library.free_state;
+        // SAFETY: the component is alive, the state is its own, and nobody uses it after this.
+        self.run(c"fmi2FreeFMUstate", |c| unsafe { function(c, &raw mut pointer) })
+    }
+
+    fn own(&mut self, pointer: Pointer) -> FmuState {
+        let mut held = self.states.lock();
+        let number = held.next;
+        held.next += 1;
+        held.living.insert(number, State(pointer));
+        FmuState { number, owner: Arc::clone(&self.states) }
+    }
+
+    /// The address of a state of this instance.
+    fn pointer(&self, call: &'static str, state: &FmuState) -> Result<Pointer, CallError> {
+        let foreign =
+            || CallError::new(call, "is not called: the state belongs to another instance");
+        if !Arc::ptr_eq(&state.owner, &self.states) {
+            return Err(foreign());
+        }
+        self.states.lock().living.get(&state.number).map(|state| state.0).ok_or_else(foreign)
+    }
+
+    fn need_state(&self, call: &'static str, able: bool) -> Result<(), CallError> {
+        match able {
+            true => Ok(()),
+            false => {
+                Err(CallError::new(call, "is not called: the FMU does not claim to support it"))
+            }
+        }
     }
 }

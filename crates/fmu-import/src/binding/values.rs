@@ -1,9 +1,9 @@
 //! Reads and writes the variables of an instance, by their value references.
 
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CStr, c_char};
 use std::ptr;
 
-use super::{Get, Instance, Set};
+use super::{Get, Instance, Set, c_text};
 use crate::CallError;
 
 impl Instance {
@@ -44,7 +44,7 @@ impl Instance {
     /// `fmi2GetReal`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
         self.get(c"fmi2GetReal", self.library.get_real, references, values)
     }
@@ -52,29 +52,31 @@ impl Instance {
     /// `fmi2GetInteger`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
         self.get(c"fmi2GetInteger", self.library.get_integer, references, values)
     }
 
-    /// `fmi2GetBoolean`; any number but 0 is true.
+    /// `fmi2GetBoolean`, as 0 and 1: any number but 0 counts as 1.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
-        self.get(c"fmi2GetBoolean", self.library.get_boolean, references, values)
+        self.get(c"fmi2GetBoolean", self.library.get_boolean, references, values)?;
+        values.iter_mut().for_each(|value| *value = i32::from(*value != 0));
+        Ok(())
     }
 
-    /// `fmi2GetString` for one variable.
+    /// `fmi2GetString` for one variable; null counts as an empty text.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn get_string(&mut self, reference: u32) -> Result<String, CallError> {
         let mut text: [*const c_char; 1] = [ptr::null()];
         self.get(c"fmi2GetString", self.library.get_string, &[reference], &mut text)?;
         match text[0].is_null() {
             true => Ok(String::new()),
-            // SAFETY: the FMU keeps the C string until it is called again.
+            // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
             false => Ok(unsafe { CStr::from_ptr(text[0]) }.to_string_lossy().into_owned()),
         }
     }
@@ -82,7 +84,7 @@ impl Instance {
     /// `fmi2SetReal`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         self.set(c"fmi2SetReal", self.library.set_real, references, values)
     }
@@ -90,7 +92,7 @@ impl Instance {
     /// `fmi2SetInteger`.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         self.set(c"fmi2SetInteger", self.library.set_integer, references, values)
     }
@@ -98,7 +100,7 @@ impl Instance {
     /// `fmi2SetBoolean`, with 0 and 1.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         self.set(c"fmi2SetBoolean", self.library.set_boolean, references, values)
     }
@@ -106,16 +108,16 @@ impl Instance {
     /// `fmi2SetString` for one variable.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`]; also when the text contains NUL.
     pub fn set_string(&mut self, reference: u32, value: &str) -> Result<(), CallError> {
-        let value = CString::new(value).unwrap_or_default();
+        let value = c_text("fmi2SetString", value)?;
         self.set(c"fmi2SetString", self.library.set_string, &[reference], &[value.as_ptr()])
     }
 
     /// `fmi2GetReal` and `fmi2SetReal` of no variables, with null for the arrays.
     ///
     /// # Errors
-    /// When the FMU refuses.
+    /// See [`Instance`].
     pub fn touch_nothing(&mut self) -> Result<(), CallError> {
         let (get, set) = (self.library.get_real, self.library.set_real);
         // SAFETY: the component is alive, and arrays of no elements are not looked at.

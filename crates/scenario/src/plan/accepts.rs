@@ -1,4 +1,4 @@
-//! Says which numbers an input can take.
+//! The numbers that an input accepts.
 
 use fmu_import::description::{Item, list};
 
@@ -30,7 +30,7 @@ impl Accepts {
         }
     }
 
-    /// What the type takes, for a message.
+    /// The accepted numbers, for a message.
     #[must_use]
     pub fn expected(&self) -> String {
         match self {

@@ -7,11 +7,11 @@ use recording::{Full, NumberIndex};
 /// An analysis, ready to run.
 #[derive(Debug)]
 pub struct AnalysisPlan {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// Who does it.
+    /// Its plugin.
     pub plugin: Plugin,
-    /// What it is to do, TOML.
+    /// Its configuration in TOML.
     pub config: String,
     /// The signals that it gets.
     pub wired: Vec<Wired>,
@@ -26,7 +26,7 @@ pub struct Wired {
     pub name: String,
     /// The unit that it is handed over in.
     pub unit: String,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
     /// Unit conversion: what the values are multiplied by.
     pub factor: f64,
@@ -34,7 +34,7 @@ pub struct Wired {
     pub offset: f64,
 }
 
-/// Where a signal of an analysis comes from.
+/// The origin of a signal of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
     /// A number in the rows of the run.

@@ -2,7 +2,7 @@
 
 use expression::Expression;
 
-/// What a check is about.
+/// The subject of a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Subject {
     /// Signals, at each sample; the expression's columns are those of the row.
@@ -16,7 +16,7 @@ pub enum Subject {
 pub struct ResultName {
     /// The analysis or validation.
     pub of: String,
-    /// Where it stands in the result, which of a validation is its report.
+    /// Path in the result. The result of a validation is its report.
     pub path: String,
     /// Whether it is compared with a text.
     pub is_text: bool,
@@ -25,13 +25,13 @@ pub struct ResultName {
 /// A check, by columns.
 #[derive(Debug)]
 pub struct CheckPlan {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// As it was written.
     pub that: String,
-    /// What must hold.
+    /// The condition.
     pub expression: Expression,
-    /// What it is about.
+    /// Its subject.
     pub subject: Subject,
     /// First and last moment [s].
     pub during: [f64; 2],

@@ -18,8 +18,8 @@ impl Algorithm {
     #[must_use]
     pub fn rules(self) -> CouplingRules {
         match self {
-            Algorithm::Sequential => {
-                CouplingRules { name: "sequential", default_at: At::End, allows_end: true }
+            Algorithm::GaussSeidel => {
+                CouplingRules { name: "Gauss-Seidel", default_at: At::End, allows_end: true }
             }
             Algorithm::Jacobi => {
                 CouplingRules { name: "Jacobi", default_at: At::Start, allows_end: false }

@@ -4,20 +4,19 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use diagnostics::{Error, closest};
+use diagnostics::{Error, Spanned, suggest};
 use plugin::{Plugin, Request, Signal, Wanted};
 use recording::{Columns as RunColumns, Full};
-use toml::Spanned;
 use units::Unit;
 
 use super::logs::{self, Wanted as Columns};
+use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
-use crate::product::Product;
-use crate::words::{Analysis, Log, Scenario};
+use crate::words::{Analysis, AnalysisTable, Scenario};
 
 pub(super) fn resolve(
     scenario: &Scenario,
-    plugins: &BTreeMap<Product, PathBuf>,
+    plugins: &BTreeMap<BuildRequest, PathBuf>,
     columns: &RunColumns<Full>,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<AnalysisPlan>, Error> {
@@ -36,12 +35,12 @@ pub(super) fn resolve(
 fn plan(
     scenario: &Scenario,
     analysis: &Analysis,
-    plugins: &BTreeMap<Product, PathBuf>,
+    plugins: &BTreeMap<BuildRequest, PathBuf>,
     columns: &RunColumns<Full>,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let plugin = load(scenario, analysis, plugins)?;
-    let read = |Log { path, time, origin, columns }: &Log| {
+    let read = |AnalysisTable { path, time, origin, columns }: &AnalysisTable| {
         let wanted = Columns { path, time: time.as_ref(), origin: *origin, columns };
         logs::read(scenario, &wanted, warnings)
     };
@@ -55,12 +54,8 @@ fn plan(
         let full = signal.get_ref();
         let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == *full) else {
             let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
-            let hint = closest(full, names.iter().map(String::as_str));
-            let error = scenario.error(signal, format!("the run has no signal `{full}`"));
-            return Err(match hint {
-                Some(hint) => error.help(format!("did you mean `{hint}`?")),
-                None => error.help("a signal is written `node.variable`"),
-            });
+            let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
+            return Err(unknown.at(&scenario.source, signal.span()));
         };
         let unit = column.unit.as_deref();
         let written = (signal.span(), full.as_str());
@@ -93,9 +88,9 @@ fn plan(
 fn load(
     scenario: &Scenario,
     analysis: &Analysis,
-    plugins: &BTreeMap<Product, PathBuf>,
+    plugins: &BTreeMap<BuildRequest, PathBuf>,
 ) -> Result<Plugin, Error> {
-    let (word, path) = match (&analysis.path, &analysis.package, analysis.product()) {
+    let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
         (Some(path), None, _) if analysis.example.is_none() => {
             (path, scenario.source.resolve(path))
         }
@@ -119,7 +114,7 @@ fn load(
     Plugin::load(&path).map_err(|error| scenario.error(word, error.to_string()))
 }
 
-/// What the plugin says of the signal that it is to get under this name.
+/// The signal that the plugin expects under this name.
 fn wanted<'a>(
     scenario: &Scenario,
     plugin: &'a Plugin,
@@ -129,12 +124,9 @@ fn wanted<'a>(
     if let Some(wanted) = known.iter().find(|wanted| wanted.name == *name.get_ref()) {
         return Ok(wanted);
     }
-    let names: Vec<_> = known.iter().map(|wanted| wanted.name.as_str()).collect();
-    let error = scenario.error(name, format!("the plugin knows no signal `{}`", name.get_ref()));
-    Err(match closest(name.get_ref(), names.iter().copied()) {
-        Some(hint) => error.help(format!("did you mean `{hint}`?")),
-        None => error.help(format!("it can be given: {}", names.join(", "))),
-    })
+    let names = known.iter().map(|wanted| wanted.name.as_str());
+    let unknown = suggest::unknown("signal of the plugin", name.get_ref(), names);
+    Err(unknown.at(&scenario.source, name.span()))
 }
 
 /// Converts to the unit that the plugin wants.

@@ -1,7 +1,7 @@
 //! Turns `[[check]]` into expressions over columns.
 
-use diagnostics::{Error, closest};
-use expression::{Expression, Operand};
+use diagnostics::{Error, Spanned, suggest};
+use expression::{Expression, Operand, ParseError};
 use recording::{Column, ColumnIndex, Columns, Full};
 
 use crate::plan::{CheckPlan, Clock, ResultName, Subject};
@@ -26,11 +26,9 @@ fn plan(
     let that = check.that.get_ref();
     let (mut signals, mut results) = (0, Vec::new());
     let parsed = Expression::parse(that, &mut |name| {
-        if let Some(result) = result_name(scenario, that, name) {
-            let place = results.len();
-            let is_text = result.is_text;
+        if let Some(result) = result_name(scenario, name) {
             results.push(result);
-            return Some(if is_text { Operand::Text(place) } else { Operand::Number(place) });
+            return Some(Operand::Result(results.len() - 1));
         }
         signals += 1;
         Some(match columns.find(name)? {
@@ -38,21 +36,7 @@ fn plan(
             ColumnIndex::Text(index) => Operand::Text(index.position()),
         })
     });
-    let expression = parsed.map_err(|error| {
-        let span = inside(scenario, &check.that, error.span.clone());
-        let unknown = error.unknown.as_deref();
-        let hint = unknown.and_then(|name| closest(name, names.iter().map(String::as_str)));
-        let help = hint.map(|hint| format!("did you mean `{hint}`?")).or(error.help);
-        let error = scenario.source.error(
-            span,
-            format!("check `{}`: {}", check.name, error.message),
-            "here",
-        );
-        match help {
-            Some(help) => error.help(help),
-            None => error,
-        }
-    })?;
+    let expression = parsed.map_err(|error| malformed(scenario, check, &names, error))?;
     if !expression.is_condition() {
         let message = format!("check `{}`: expected a comparison, found a value", check.name);
         return Err(scenario
@@ -66,10 +50,16 @@ fn plan(
         );
         return Err(scenario.error(&check.that, message));
     }
+    for place in expression.texts() {
+        results
+            .get_mut(place)
+            .into_iter()
+            .for_each(|result: &mut ResultName| result.is_text = true);
+    }
     let subject = if results.is_empty() { Subject::Run } else { Subject::Results(results) };
     if subject != Subject::Run && (signals > 0 || check.during.is_some()) {
         let message = format!("check `{}`: results of analyses have no time", check.name);
-        let place = check.during.as_ref().map_or(check.that.span(), toml::Spanned::span);
+        let place = check.during.as_ref().map_or(check.that.span(), Spanned::span);
         return Err(scenario
             .source
             .error(place, message, "")
@@ -86,25 +76,26 @@ fn plan(
     })
 }
 
-/// Whether a result is a text, which it is where it is compared with one.
-fn compared_with_text(that: &str, name: &str) -> bool {
-    let quoted = |rest: &str| rest.starts_with(['\'', '"']);
-    that.match_indices(name).any(|(at, _)| {
-        let after = that[at + name.len()..].trim_start();
-        let compared = after.strip_prefix("==").or_else(|| after.strip_prefix("!="));
-        compared.is_some_and(|rest| quoted(rest.trim_start()))
-    })
+/// A mistake in the text of a check, at its place.
+fn malformed(scenario: &Scenario, check: &Check, names: &[String], error: ParseError) -> Error {
+    let span = inside(scenario, &check.that, error.span);
+    let unknown = error.unknown.as_deref();
+    let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
+    let closest =
+        unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
+    let message = format!("check `{}`: {}", check.name, error.message);
+    scenario.source.error(span, message, "here").hint(closest.or(error.help).or(hint))
 }
 
-/// What a name means that begins with an analysis or a validation.
-fn result_name(scenario: &Scenario, that: &str, name: &str) -> Option<ResultName> {
+/// The result that a name means when it begins with an analysis or a validation.
+fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
     let document = &scenario.document;
     let analyses = document.analysis.iter().map(|analysis| &analysis.name);
     let validations = document.validation.iter().map(|validation| &validation.name);
     analyses.chain(validations).find_map(|of| {
         let path = name.strip_prefix(of.get_ref())?.strip_prefix('.')?;
         let (of, path) = (of.get_ref().clone(), path.to_owned());
-        Some(ResultName { of, path, is_text: compared_with_text(that, name) })
+        Some(ResultName { of, path, is_text: false })
     })
 }
 
@@ -127,7 +118,7 @@ fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], 
 /// escapes are pointed at as a whole.
 pub(super) fn inside(
     scenario: &Scenario,
-    word: &toml::Spanned<String>,
+    word: &Spanned<String>,
     part: std::ops::Range<usize>,
 ) -> std::ops::Range<usize> {
     let whole = word.span();

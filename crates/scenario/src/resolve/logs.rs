@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::Error;
+use diagnostics::{Error, Spanned};
 use recording::table::{Table, TableError};
-use toml::Spanned;
 use units::Unit;
 
 use crate::words::{Column, Scenario};
@@ -59,7 +58,7 @@ fn wrong_word<'a>(wanted: &Wanted<'a>, error: &TableError) -> &'a Spanned<String
 fn unit(scenario: &Scenario, column: &Column, told: Option<&str>) -> Result<Option<String>, Error> {
     let Some(word) = &column.unit else { return Ok(told.map(str::to_owned)) };
     let (written, name) = (word.get_ref(), column.column.get_ref());
-    let known = Unit::parse(written).map_err(|error| scenario.error(word, error.to_string()))?;
+    let known = super::unit::unit(scenario, word)?;
     match told.map(|told| (told, Unit::parse(told))) {
         Some((told, Ok(unit))) if unit != known => {
             let message =

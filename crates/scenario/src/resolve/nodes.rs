@@ -5,19 +5,19 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use diagnostics::Error;
+use diagnostics::suggest::{self, Unknown};
+use diagnostics::{Error, Spanned};
 use fmu_import::description::{Item, Type, Variable};
 use fmu_import::{Causality, Fmu};
 use recording::ValueKind;
-use toml::Spanned;
 use units::Unit;
 
-use super::Overrides;
+use super::StartOverrides;
 use super::logs::{self, Log, Wanted};
 use super::starts::starts;
 use super::types::recorded_kind;
+use crate::build_request::BuildRequest;
 use crate::plan::{Body, Clock, Ports};
-use crate::product::Product;
 use crate::words::{self, Scenario};
 
 /// A variable that can be connected or recorded.
@@ -27,7 +27,7 @@ pub(super) struct Port {
     pub kind: Type,
     /// Signals and tables deliver numbers that are of no type of FMI.
     pub typed: bool,
-    /// What an enumeration may be.
+    /// Items of an enumeration.
     pub items: Vec<Item>,
     pub unit: Option<String>,
     pub dimension: Option<Unit>,
@@ -39,47 +39,51 @@ pub(super) struct Port {
 
 /// A node before its inputs are connected.
 #[derive(Debug)]
-pub(super) struct Draft {
+pub(super) struct UnplacedNode {
     pub name: String,
     pub body: Body,
     pub outputs: Vec<Port>,
     pub inputs: Vec<Port>,
     /// Inputs that have a start value in the scenario.
     pub started: Vec<String>,
-    /// Where the node's name stands in the file.
+    /// Place of the node's name in the file.
     pub place: Range<usize>,
 }
 
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs.
-pub(super) fn drafts(
+pub(super) fn unplaced(
     scenario: &Scenario,
-    archives: &BTreeMap<Product, PathBuf>,
-    overrides: &Overrides,
+    archives: &BTreeMap<BuildRequest, PathBuf>,
+    overrides: &StartOverrides,
     (clock, seed): (Clock, u64),
     warnings: &mut Vec<String>,
-) -> Result<Vec<Draft>, Error> {
-    let mut drafts = signals(scenario, clock, seed)?;
+) -> Result<Vec<UnplacedNode>, Error> {
+    let mut unplaced = signals(scenario, clock, seed)?;
     for table in &scenario.document.table {
-        drafts.push(self::table(scenario, table, warnings)?);
+        unplaced.push(self::table(scenario, table, warnings)?);
     }
     for fmu in &scenario.document.fmu {
-        drafts.push(self::fmu(scenario, fmu, archives, overrides)?);
+        unplaced.push(self::fmu(scenario, fmu, archives, overrides)?);
     }
-    for (i, draft) in drafts.iter().enumerate() {
-        if drafts[..i].iter().any(|other| other.name == draft.name) {
-            let message = format!("there are two nodes called `{}`", draft.name);
-            return Err(scenario.source.error(draft.place.clone(), message, "the second one"));
+    for (i, unplaced_node) in unplaced.iter().enumerate() {
+        if unplaced[..i].iter().any(|other| other.name == unplaced_node.name) {
+            let message = format!("there are two nodes called `{}`", unplaced_node.name);
+            return Err(scenario.source.error(
+                unplaced_node.place.clone(),
+                message,
+                "the second one",
+            ));
         }
-        only_once(scenario, draft, &drafts[..i])?;
+        only_once(scenario, unplaced_node, &unplaced[..i])?;
     }
     for given in overrides.defaults.iter().chain(&overrides.starts) {
         let names = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
         if !names.clone().any(|name| name == given.node) {
-            let error = given.error(&format!("no FMU is called `{}`", given.node));
-            return Err(error.help(format!("there are: {}", names.collect::<Vec<_>>().join(", "))));
+            let Unknown { message, help } = suggest::unknown("FMU", &given.node, names);
+            return Err(given.error(&message).hint(help));
         }
     }
-    if drafts.is_empty() && scenario.document.analysis.is_empty() {
+    if unplaced.is_empty() && scenario.document.analysis.is_empty() {
         let path = scenario.source.path().display();
         let error =
             Error::input(format!("{path}: the scenario has no node, so there is nothing to run"));
@@ -87,21 +91,25 @@ pub(super) fn drafts(
             "add an `[[fmu]]`, a `[[signal]]`, a `[[table]]`, or an `[[analysis]]` of a log",
         ));
     }
-    Ok(drafts)
+    Ok(unplaced)
 }
 
 /// Refuses a second node of an FMU that can be instantiated only once per process.
-fn only_once(scenario: &Scenario, draft: &Draft, before: &[Draft]) -> Result<(), Error> {
-    let Body::Fmu { fmu, .. } = &draft.body else { return Ok(()) };
-    let same = |other: &&Draft| matches!(&other.body, Body::Fmu { fmu: other, .. } if other.sha256 == fmu.sha256);
+fn only_once(
+    scenario: &Scenario,
+    unplaced_node: &UnplacedNode,
+    before: &[UnplacedNode],
+) -> Result<(), Error> {
+    let Body::Fmu { fmu, .. } = &unplaced_node.body else { return Ok(()) };
+    let same = |other: &&UnplacedNode| matches!(&other.body, Body::Fmu { fmu: other, .. } if other.sha256 == fmu.sha256);
     let Some(first) = before.iter().find(same).filter(|_| fmu.description.only_once) else {
         return Ok(());
     };
     let message = format!(
         "`{}` and `{}` are the same FMU, of which a process can hold one instance only",
-        first.name, draft.name
+        first.name, unplaced_node.name
     );
-    let error = scenario.source.error(draft.place.clone(), message, "the second one");
+    let error = scenario.source.error(unplaced_node.place.clone(), message, "the second one");
     Err(error.help(
         "its description sets canBeInstantiatedOnlyOncePerProcess: leave one of the nodes out",
     ))
@@ -109,13 +117,11 @@ fn only_once(scenario: &Scenario, draft: &Draft, before: &[Draft]) -> Result<(),
 
 fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option<Unit>, Error> {
     let Some(written) = written else { return Ok(None) };
-    Unit::parse(written.get_ref())
-        .map(Some)
-        .map_err(|error| scenario.error(written, error.to_string()))
+    super::unit::unit(scenario, written).map(Some)
 }
 
-fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, Error> {
-    let mut drafts: Vec<Draft> = Vec::new();
+fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedNode>, Error> {
+    let mut unplaced: Vec<UnplacedNode> = Vec::new();
     for part in &scenario.document.signal {
         let Some(name) = &part.get_ref().name else {
             return Err(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
@@ -142,8 +148,8 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
             follows: Some(Vec::new()),
         };
         let place = name.span();
-        match drafts.iter_mut().find(|draft| draft.name == node) {
-            Some(Draft { outputs, body: Body::Signals(signals), .. }) => {
+        match unplaced.iter_mut().find(|unplaced_node| unplaced_node.name == node) {
+            Some(UnplacedNode { outputs, body: Body::Signals(signals), .. }) => {
                 if outputs.iter().any(|other| other.name == variable) {
                     let message = format!("there are two signals called `{}`", name.get_ref());
                     return Err(scenario.error(name, message));
@@ -151,7 +157,7 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
                 outputs.push(port);
                 signals.push(signal);
             }
-            _ => drafts.push(Draft {
+            _ => unplaced.push(UnplacedNode {
                 name: node.to_owned(),
                 body: Body::Signals(vec![signal]),
                 outputs: vec![port],
@@ -161,14 +167,14 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<Draft>, E
             }),
         }
     }
-    Ok(drafts)
+    Ok(unplaced)
 }
 
 fn table(
     scenario: &Scenario,
     table: &words::Table,
     warnings: &mut Vec<String>,
-) -> Result<Draft, Error> {
+) -> Result<UnplacedNode, Error> {
     let words::Table { path, time, origin, columns, .. } = table;
     let wanted = Wanted { path, time: time.as_ref(), origin: *origin, columns };
     let Log { table: mut read, units } = logs::read(scenario, &wanted, warnings)?;
@@ -192,7 +198,7 @@ fn table(
             follows: Some(Vec::new()),
         });
     }
-    Ok(Draft {
+    Ok(UnplacedNode {
         name: table.name.get_ref().clone(),
         body: Body::Table(read),
         outputs,
@@ -205,10 +211,10 @@ fn table(
 fn fmu(
     scenario: &Scenario,
     node: &words::Fmu,
-    archives: &BTreeMap<Product, PathBuf>,
-    overrides: &Overrides,
-) -> Result<Draft, Error> {
-    let (word, path) = match (&node.path, &node.package, node.product()) {
+    archives: &BTreeMap<BuildRequest, PathBuf>,
+    overrides: &StartOverrides,
+) -> Result<UnplacedNode, Error> {
+    let (word, path) = match (&node.path, &node.package, node.build_request()) {
         (Some(path), None, _) if node.example.is_none() => (path, scenario.source.resolve(path)),
         (None, Some(package), Some(product)) => match archives.get(&product) {
             Some(path) => (package, path.clone()),
@@ -239,7 +245,7 @@ fn fmu(
     let (starts, started) = starts(scenario, node, variables, overrides)?;
     let references = references(&outputs);
     let fmu = Arc::new(fmu);
-    Ok(Draft {
+    Ok(UnplacedNode {
         name: node.name.get_ref().clone(),
         body: Body::Fmu {
             fmu,

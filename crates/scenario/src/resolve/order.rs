@@ -2,8 +2,8 @@
 
 use diagnostics::Error;
 
-use super::links::Links;
-use super::nodes::Draft;
+use super::connections::Connections;
+use super::nodes::UnplacedNode;
 use crate::words::{At, Scenario};
 
 /// A wish that one node steps before another.
@@ -22,11 +22,11 @@ struct Edge {
 /// fresh value goes first, then the one that comes first in the file.
 pub(super) fn order(
     scenario: &Scenario,
-    drafts: &[Draft],
-    links: &Links,
+    unplaced: &[UnplacedNode],
+    links: &Connections,
 ) -> Result<Vec<usize>, Error> {
-    let edges = edges(drafts, links);
-    sort(drafts.len(), &edges).map_err(|cycle| {
+    let edges = edges(unplaced, links);
+    sort(unplaced.len(), &edges).map_err(|cycle| {
         let labels: Vec<_> = cycle.iter().map(|&edge| edges[edge].label.as_str()).collect();
         let inputs: Vec<_> = labels.iter().filter_map(|label| label.split(" -> ").nth(1)).collect();
         let in_loop = |to: &str| inputs.contains(&to);
@@ -39,13 +39,17 @@ pub(super) fn order(
     })
 }
 
-fn edges(drafts: &[Draft], links: &Links) -> Vec<Edge> {
+fn edges(unplaced: &[UnplacedNode], links: &Connections) -> Vec<Edge> {
     let mut edges = Vec::new();
-    for (to, (draft, links)) in drafts.iter().zip(links).enumerate() {
-        for (input, wire) in draft.inputs.iter().zip(links) {
-            let Some(wire) = wire.as_ref().filter(|wire| wire.at == At::End) else { continue };
-            let (from, output) = wire.from;
-            let output = &drafts[from].outputs[output];
+    for (to, (unplaced_node, links)) in unplaced.iter().zip(links).enumerate() {
+        for (input, connection) in unplaced_node.inputs.iter().zip(links) {
+            let Some(connection) =
+                connection.as_ref().filter(|connection| connection.at == At::End)
+            else {
+                continue;
+            };
+            let (from, output) = connection.from;
+            let output = &unplaced[from].outputs[output];
             let follows = |output: &super::nodes::Port| match &output.follows {
                 Some(inputs) => inputs.contains(&input.name),
                 None => true,
@@ -53,10 +57,10 @@ fn edges(drafts: &[Draft], links: &Links) -> Vec<Edge> {
             edges.push(Edge {
                 from,
                 to,
-                needed: draft.outputs.iter().any(follows),
+                needed: unplaced_node.outputs.iter().any(follows),
                 label: format!(
                     "{}.{} -> {}.{}",
-                    drafts[from].name, output.name, draft.name, input.name
+                    unplaced[from].name, output.name, unplaced_node.name, input.name
                 ),
             });
         }

@@ -2,43 +2,47 @@
 
 use recording::{Column, ColumnIndex, Columns, Direction, Full, NumberRange, TextRange};
 
-use super::links::{Links, Wire};
-use super::nodes::{Draft, Port, references};
+use super::connections::{Connection, Connections};
+use super::nodes::{Port, UnplacedNode, references};
 use super::types::recorded_kind;
-use crate::plan::{Body, Link, NodePlan, Source, TextPlan};
+use crate::plan::{Body, NodePlan, ResolvedConnection, Source, TextPlan};
 
 /// Gives each output and each connected input its column in the row: all outputs come before all inputs.
-pub(super) fn place(drafts: Vec<Draft>, links: Links) -> (Vec<NodePlan>, Columns<Full>) {
+pub(super) fn place(
+    unplaced: Vec<UnplacedNode>,
+    links: Connections,
+) -> (Vec<NodePlan>, Columns<Full>) {
     let mut columns = Columns::default();
-    let sides = drafts
-        .iter()
-        .map(|draft| Side::append(&mut columns, &draft.name, &draft.outputs, Direction::Output));
+    let sides = unplaced.iter().map(|unplaced_node| {
+        Side::append(&mut columns, &unplaced_node.name, &unplaced_node.outputs, Direction::Output)
+    });
     let outputs: Vec<_> = sides.collect();
     let mut nodes = Vec::new();
-    for ((mut draft, wires), output) in drafts.into_iter().zip(links).zip(&outputs) {
-        let (connected, wires): (Vec<_>, Vec<_>) = draft
+    for ((mut unplaced_node, connections), output) in unplaced.into_iter().zip(links).zip(&outputs)
+    {
+        let (connected, connections): (Vec<_>, Vec<_>) = unplaced_node
             .inputs
             .into_iter()
-            .zip(wires)
-            .filter_map(|(port, wire)| Some((port, wire?)))
+            .zip(connections)
+            .filter_map(|(port, connection)| Some((port, connection?)))
             .unzip();
-        if let Body::Fmu { inputs, .. } = &mut draft.body {
+        if let Body::Fmu { inputs, .. } = &mut unplaced_node.body {
             *inputs = references(&connected);
         }
-        let input = Side::append(&mut columns, &draft.name, &connected, Direction::Input);
+        let input = Side::append(&mut columns, &unplaced_node.name, &connected, Direction::Input);
         let mut plan = NodePlan {
-            name: draft.name,
-            body: draft.body,
+            name: unplaced_node.name,
+            body: unplaced_node.body,
             outputs: output.numbers,
             inputs: input.numbers,
             links: Vec::new(),
             texts: TextPlan { outputs: output.texts, inputs: input.texts, links: Vec::new() },
         };
-        for Wire { from: (node, port), at, treatment } in wires {
+        for Connection { from: (node, port), at, treatment } in connections {
             // Types were compared: a number goes to a number and a text to a text.
             match (outputs[node].ports[port], treatment) {
                 (ColumnIndex::Number(index), Some(treatment)) => {
-                    plan.links.push(Link { source: Source { index, at }, treatment });
+                    plan.links.push(ResolvedConnection { source: Source { index, at }, treatment });
                 }
                 (ColumnIndex::Text(index), _) => plan.texts.links.push(Source { index, at }),
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),

@@ -1,15 +1,14 @@
 //! Resolves what a layout shows: names of recorded signals, and what is computed from them.
 
-use diagnostics::{Error, closest};
+use diagnostics::{Error, Spanned, suggest};
 use expression::{Expression, Operand};
 use recording::view::Quantity;
 use recording::{Column, ColumnIndex, Columns, NumberIndex, Recorded};
-use toml::Spanned;
 
 use super::checks::inside;
 use crate::words::Scenario;
 
-/// What a name on the axis x of a curve is called.
+/// Name of the axis x in the formula of a curve.
 const ABSCISSA: &str = "x";
 
 /// The signals that a layout can show.
@@ -46,11 +45,9 @@ impl<'a> Names<'a> {
                 Err(error.help("texts are among the events and states of the replay"))
             }
             None => {
-                let error = self.error(word, format!("no signal `{name}` is recorded"));
-                Err(match self.hint(name) {
-                    Some(hint) => error.help(hint),
-                    None => error,
-                })
+                let known = self.names.iter().map(String::as_str);
+                let unknown = suggest::unknown("recorded signal", name, known);
+                Err(unknown.at(&self.scenario.source, word.span()))
             }
         }
     }
@@ -123,10 +120,9 @@ impl<'a> Names<'a> {
         Ok(parsed)
     }
 
-    /// What a name that is not known was probably meant to be.
+    /// A suggestion for an unknown name.
     fn hint(&self, name: &str) -> Option<String> {
-        let known = closest(name, self.names.iter().map(String::as_str))?;
-        Some(format!("did you mean `{known}`?"))
+        suggest::hint(name, self.names.iter().map(String::as_str))
     }
 }
 

@@ -1,6 +1,6 @@
-//! Decides what is recorded.
+//! Selects the recorded variables.
 
-use diagnostics::Error;
+use diagnostics::{Error, suggest};
 use recording::{Column, Columns, Full, Selection};
 
 use crate::pattern::matches;
@@ -11,8 +11,10 @@ pub(super) fn selection(scenario: &Scenario, columns: &Columns<Full>) -> Result<
     let except = &scenario.document.record.except;
     for pattern in except {
         if !columns.iter().any(|column| matches(pattern.get_ref(), &column.name())) {
-            let message = format!("nothing that is recorded is called `{}`", pattern.get_ref());
-            return Err(scenario.error(pattern, message));
+            let names: Vec<_> = columns.iter().map(Column::name).collect();
+            let known = names.iter().map(String::as_str);
+            let unknown = suggest::unknown("variable", pattern.get_ref(), known);
+            return Err(unknown.at(&scenario.source, pattern.span()));
         }
     }
     let kept =

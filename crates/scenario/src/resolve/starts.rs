@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::{Error, closest};
+use diagnostics::{Error, suggest};
 use fmu_import::description::{Type, Variable, list};
 use fmu_import::{Causality, Variability};
 
-use super::{Given, Overrides};
+use super::{StartOverride, StartOverrides};
 use crate::plan::{Start, StartValue};
 use crate::words::{self, Scenario};
 
@@ -15,13 +15,13 @@ pub(super) fn starts(
     scenario: &Scenario,
     node: &words::Fmu,
     variables: &[Variable],
-    overrides: &Overrides,
+    overrides: &StartOverrides,
 ) -> Result<(Vec<Start>, Vec<String>), Error> {
     // The last one counts, whichever way it is written.
     let mut written = BTreeMap::new();
-    let of_this = |given: &&Given| given.node == *node.name.get_ref();
-    let outer = |given: &Given, written: &mut BTreeMap<_, _>| {
-        let Given { variable, value, .. } = given;
+    let of_this = |given: &&StartOverride| given.node == *node.name.get_ref();
+    let outer = |given: &StartOverride, written: &mut BTreeMap<_, _>| {
+        let StartOverride { variable, value, .. } = given;
         let value = typed(variables, variable, value);
         let (place, start) =
             start(variable, &value, variables).map_err(|message| given.error(&message))?;
@@ -47,7 +47,7 @@ pub(super) fn starts(
     Ok((written.into_values().collect(), started))
 }
 
-/// What a value on the command line is: TOML, or the letters as they are. A text needs no quotes, so
+/// The value of a text on the command line: TOML, or else the letters themselves. A text needs no quotes, so
 /// that `3` and `true` are texts too where the variable is one.
 fn typed(variables: &[Variable], name: &str, written: &str) -> toml::Value {
     let text = || toml::Value::String(written.to_owned());
@@ -79,9 +79,8 @@ fn start(
     variables: &[Variable],
 ) -> Result<(usize, Start), String> {
     let Some(place) = variables.iter().position(|variable| variable.name == name) else {
-        let hint = closest(name, variables.iter().map(|variable| variable.name.as_str()));
-        let hint = hint.map(|hint| format!("; did you mean `{hint}`?")).unwrap_or_default();
-        return Err(format!("the FMU has no variable `{name}`{hint}"));
+        let known = variables.iter().map(|variable| variable.name.as_str());
+        return Err(suggest::unknown("variable", name, known).to_string());
     };
     let variable = &variables[place];
     let settable = variable.start.is_some() && variable.variability != Variability::Constant;

@@ -1,4 +1,4 @@
-//! Says which types fit each other, what must be asked for, and which values an input can take.
+//! Checks the types of connections and gives the values that an input accepts.
 
 use diagnostics::Error;
 use fmu_import::description::{Type, list};
@@ -8,7 +8,7 @@ use super::nodes::Port;
 use crate::plan::Accepts;
 use crate::words::{Connect, Convert, Scenario};
 
-/// How values of a type travel and are recorded: enumerations as integers.
+/// The kind in which values of a type travel and are recorded: enumerations are integers.
 pub(super) fn recorded_kind(of: Type) -> ValueKind {
     match of {
         Type::Real => ValueKind::Real,
@@ -61,7 +61,9 @@ pub(super) fn fit(
     }
     Ok(Some(match to.kind {
         Type::String => {
-            let Some((effect, place)) = connect.first_effect() else { return Ok(None) };
+            let Some((effect, place, _)) = connect.effects().into_iter().next() else {
+                return Ok(None);
+            };
             let message = format!("{names} carries texts, and `{effect}` acts on numbers only");
             return Err(scenario.source.error(place, message, ""));
         }
@@ -74,7 +76,7 @@ pub(super) fn fit(
 
 /// Checks that the types are the same, or that the scenario asks for the change that they need.
 ///
-/// What signals and tables deliver has no type, so it fits every number, as long as its values do.
+/// Numbers of signals and tables have no type: they fit every input of numbers that accepts their values.
 fn types_fit(
     scenario: &Scenario,
     connect: &Connect,

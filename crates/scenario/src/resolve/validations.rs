@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use diagnostics::Error;
+use diagnostics::{Error, Spanned};
 
 use crate::plan::{FILES, NodePlan};
 use crate::words::Scenario;
@@ -19,7 +19,7 @@ pub(super) fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(),
         }
         let before = document.validation[..place].iter().map(|other| &other.name);
         let analyses = document.analysis.iter().map(|analysis| &analysis.name);
-        let mut others = before.chain(analyses).map(toml::Spanned::get_ref);
+        let mut others = before.chain(analyses).map(Spanned::get_ref);
         if others.any(|other| other == name) || nodes.iter().any(|node| node.name == *name) {
             let message = format!("something else is called `{name}` already");
             return Err(scenario.error(&validation.name, message));

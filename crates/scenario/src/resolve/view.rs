@@ -1,20 +1,20 @@
 //! Turns `[view]` into a layout by columns.
 
-use diagnostics::Error;
+use diagnostics::{Error, Spanned};
 use recording::table::{TableError, columns};
 use recording::view::{
     Arrow, Distance, Function, Plane, Plot, Point, Pose, Quantity, Role, Series, Track, View, edges,
 };
 use recording::{Column, Direction, NumberIndex, Recorded, RunHeader};
-use toml::Spanned;
 use units::Unit;
 
 use super::quantity::Names;
+use super::unit;
 use crate::words::{self, Scenario};
 
 /// More curves than this in one plot cannot be told apart.
 const CURVES: usize = 8;
-/// Where axles are unless the scenario says so, in lengths of the body ahead of its position.
+/// Default positions of the axles ahead of the position, in lengths of the body.
 const AXLES: [f64; 2] = [0.30, -0.29];
 
 /// The layout that the scenario asks for; without plots there is one for each unit of each node.
@@ -29,7 +29,7 @@ pub fn view(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
         pose,
         track: written.track.as_ref().map(|it| track(scenario, &names, it)).transpose()?,
         arrows: written.arrow.iter().map(|it| arrow(&names, it)).collect::<Result<_, _>>()?,
-        planes: written.plane.iter().map(|it| plane(&names, it)).collect::<Result<_, _>>()?,
+        planes: written.xy_plot.iter().map(|it| plane(&names, it)).collect::<Result<_, _>>()?,
         plots: if plots.is_empty() { by_unit(header.columns.numbers()) } else { plots },
     })
 }
@@ -149,7 +149,7 @@ fn arrow(names: &Names, written: &words::Arrow) -> Result<Arrow, Error> {
     })
 }
 
-fn plane(names: &Names, written: &words::Plane) -> Result<Plane, Error> {
+fn plane(names: &Names, written: &words::XyPlot) -> Result<Plane, Error> {
     let axes = [&written.x, &written.y];
     for axis in axes {
         let [from, to] = *axis.range.get_ref();
@@ -178,15 +178,15 @@ fn plane(names: &Names, written: &words::Plane) -> Result<Plane, Error> {
 }
 
 fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plot, Error> {
-    let wanted = written.unit.as_ref().map(|unit| parse_unit(scenario, unit)).transpose()?;
+    let wanted = written.unit.as_ref().map(|word| unit::unit(scenario, word)).transpose()?;
     let mut axis = written.unit.as_ref().map(|unit| unit.get_ref().clone());
     let mut series = Vec::new();
     for curve in &written.signals {
         let quantity = names.quantity(&curve.signal)?;
         let told = match (&curve.unit, &quantity) {
-            (Some(unit), _) => {
-                parse_unit(scenario, unit)?;
-                Some(unit.get_ref().as_str())
+            (Some(word), _) => {
+                unit::unit(scenario, word)?;
+                Some(word.get_ref().as_str())
             }
             (None, Quantity::Column(column)) => names.unit(*column),
             (None, Quantity::Formula(_)) => None,
@@ -219,10 +219,6 @@ fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plo
         None => written.title.clone(),
     };
     Ok(Plot { title, group: None, range: written.range, series })
-}
-
-fn parse_unit(scenario: &Scenario, unit: &Spanned<String>) -> Result<Unit, Error> {
-    Unit::parse(unit.get_ref()).map_err(|error| scenario.error(unit, error.to_string()))
 }
 
 /// Plots of all outputs among these columns, one for each unit of each node.

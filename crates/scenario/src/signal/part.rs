@@ -1,21 +1,93 @@
-//! Checks the description of a signal and makes what it describes.
+//! Checks the description of a signal and makes the signal.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use toml::Spanned;
+use diagnostics::Spanned;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
-use super::shape::{Rules, Shape};
+use super::rules::Rules;
+use super::shape::*;
 use super::window::Window;
-use super::words::Part;
 use super::{Checked, EDGE, Signal, SignalError, error};
-use crate::effects::stream_seed;
+use crate::effect::stream_seed;
+
+macro_rules! part {
+    ($($key:ident: $words:ty,)*) => {
+        /// A generated signal, or one of the parts that add up to it: one shape in a window of time. Outside `[from, until)`
+        /// it is 0; inside, its time counts from `from`.
+        ///
+        /// ```toml
+        /// [[signal]]
+        /// name = "driver.steer"
+        /// unit = "rad"
+        /// from = 1.0
+        /// until = 9.0
+        /// fade_in = 0.5
+        /// sine = { amplitude = 0.05, frequency = 0.5 }
+        ///
+        /// [[signal]]
+        /// name = "driver.torque"
+        /// part = [
+        ///     { constant = 20.0 },
+        ///     { from = 3.0, step = { at = 0.5, after = 100.0 } },
+        /// ]
+        /// ```
+        #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        #[schemars(rename = "Signal")]
+        pub struct Part {
+            /// Name of the signal, `node.variable`. Signals with the same node are recorded together. A part has no name.
+            #[schemars(example = &"driver.steer")]
+            pub name: Option<Spanned<String>>,
+            /// Unit of the signal. A part has no unit.
+            #[schemars(example = &"rad")]
+            pub unit: Option<Spanned<String>>,
+            /// Beginning of the window [s]; 0 without it.
+            #[schemars(example = 1.0)]
+            pub from: Option<Spanned<f64>>,
+            /// End of the window [s]; the end of the run without it.
+            #[schemars(example = 9.0)]
+            pub until: Option<Spanned<f64>>,
+            /// Duration of the linear rise from zero at `from` [s].
+            #[schemars(example = 0.5)]
+            pub fade_in: Option<Spanned<f64>>,
+            /// Duration of the linear fall to zero at `until` or at the end of the run [s].
+            #[schemars(example = 0.5)]
+            pub fade_out: Option<Spanned<f64>>,
+            $(
+                #[allow(missing_docs, reason = "the words of the shape are documented with their type")]
+                pub $key: Option<Spanned<$words>>,
+            )*
+            /// Parts that add up to the signal, instead of a shape. A part has the keys of a signal but `name`, `unit` and
+            /// `part`.
+            #[serde(default)]
+            pub part: Vec<Spanned<Part>>,
+        }
+
+        impl Part {
+            /// The keys of all shapes.
+            const SHAPES: &[&str] = &[$(stringify!($key)),*];
+
+            /// The given shapes: key, place, words.
+            fn shapes(&self) -> Vec<(&'static str, Range<usize>, &dyn ShapeWords)> {
+                let mut shapes: Vec<(_, _, &dyn ShapeWords)> = Vec::new();
+                $(shapes.extend(
+                    self.$key.as_ref().map(|it| (stringify!($key), it.span(), it.get_ref() as _)),
+                );)*
+                shapes
+            }
+        }
+    };
+}
+for_each_shape!(part);
 
 impl Part {
-    /// Checks the description and prepares it for a run that ends at `stop` [s]; `seed` and the
-    /// signal's name fix the phases that are random.
+    /// Checks the description for a run that ends at `stop` [s]. `seed` and the signal's name fix random phases.
     ///
     /// # Errors
-    /// When there is not exactly one shape, or a number that the shape cannot have.
+    /// When there is no shape or several, or a number is out of its range.
     pub fn build(&self, seed: u64, stop: f64) -> Result<Signal, SignalError> {
         let seed = self.name.as_ref().map_or(seed, |name| stream_seed(seed, name.get_ref()));
         if self.part.is_empty() {
@@ -45,7 +117,7 @@ impl Part {
         Ok(Signal { parts: parts.collect::<Result<_, _>>()? })
     }
 
-    /// The window and the shapes that are given.
+    /// The given keys of the window and of shapes.
     fn own_keys(&self) -> Vec<(&'static str, Range<usize>)> {
         let numbers = [
             ("from", &self.from),
@@ -56,36 +128,24 @@ impl Part {
         let given = numbers
             .into_iter()
             .filter_map(|(key, number)| number.as_ref().map(|number| (key, number.span())));
-        given.chain(self.shapes()).collect()
+        given.chain(self.shapes().into_iter().map(|(key, span, _)| (key, span))).collect()
     }
 
-    fn shapes(&self) -> Vec<(&'static str, Range<usize>)> {
-        let span = |key, span: Option<Range<usize>>| span.map(|span| (key, span));
-        let all = [
-            span("constant", self.constant.as_ref().map(Spanned::span)),
-            span("step", self.step.as_ref().map(Spanned::span)),
-            span("ramp", self.ramp.as_ref().map(Spanned::span)),
-            span("sine", self.sine.as_ref().map(Spanned::span)),
-            span("multisine", self.multisine.as_ref().map(Spanned::span)),
-            span("chirp", self.chirp.as_ref().map(Spanned::span)),
-            span("square", self.square.as_ref().map(Spanned::span)),
-            span("table", self.table.as_ref().map(Spanned::span)),
-        ];
-        all.into_iter().flatten().collect()
-    }
-
-    fn piece(&self, place: Option<Range<usize>>, seed: u64, stop: f64) -> Checked<(Window, Shape)> {
+    fn piece(
+        &self,
+        place: Option<Range<usize>>,
+        seed: u64,
+        stop: f64,
+    ) -> Checked<(Window, Arc<dyn Shape>)> {
         let shapes = self.shapes();
-        let span = match shapes.as_slice() {
-            [(_, span)] => span,
+        let (shape, span, words) = match shapes.as_slice() {
+            [one] => one,
             [] => {
-                return error(
-                    place,
-                    "no shape: expected one of constant, step, ramp, sine, multisine, chirp, \
-                     square, table, or a list of parts",
-                );
+                let shapes = Self::SHAPES.join(", ");
+                let message = format!("no shape: expected one of {shapes}, or a list of parts");
+                return error(place, message);
             }
-            [(first, _), (second, span), ..] => {
+            [(first, ..), (second, span, _), ..] => {
                 return error(
                     Some(span.clone()),
                     format!(
@@ -96,7 +156,7 @@ impl Part {
             }
         };
         let window = self.window(stop)?;
-        let shape = self.shape(&window, seed, span)?;
+        let shape = words.check(&Rules { shape, span }, &window, seed)?;
         Ok((window, shape))
     }
 
@@ -145,37 +205,5 @@ impl Part {
             }
         }
         Ok(())
-    }
-
-    fn shape(&self, window: &Window, seed: u64, span: &Range<usize>) -> Checked<Shape> {
-        let rules = |shape| Rules { shape, span };
-        if let Some(constant) = &self.constant {
-            let value = *constant.get_ref();
-            rules("constant").finite(&[("constant", value)])?;
-            return Ok(Shape::Constant(value));
-        }
-        if let Some(step) = &self.step {
-            return step.get_ref().checked(&rules("step"));
-        }
-        if let Some(ramp) = &self.ramp {
-            return ramp.get_ref().checked(&rules("ramp"));
-        }
-        if let Some(sine) = &self.sine {
-            return sine.get_ref().checked(&rules("sine"));
-        }
-        if let Some(multisine) = &self.multisine {
-            let rules = rules("multisine");
-            return multisine.get_ref().checked(&rules, window, seed);
-        }
-        if let Some(chirp) = &self.chirp {
-            return chirp.get_ref().checked(&rules("chirp"));
-        }
-        if let Some(square) = &self.square {
-            return square.get_ref().checked(&rules("square"));
-        }
-        match &self.table {
-            Some(table) => table.get_ref().checked(&rules("table")),
-            None => error(Some(span.clone()), "no shape"),
-        }
     }
 }

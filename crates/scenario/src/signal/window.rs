@@ -1,4 +1,4 @@
-//! Says when a part of a signal acts, and how it fades.
+//! The window of time of a part of a signal, with its fades.
 
 use super::EDGE;
 
@@ -8,7 +8,7 @@ pub(super) struct Window {
     pub(super) until: f64,
     pub(super) fade_in: f64,
     pub(super) fade_out: f64,
-    /// Where the fade-out ends [s]: `until`, or the end of the run.
+    /// End of the fade-out [s]: `until`, or the end of the run.
     pub(super) end: f64,
 }
 

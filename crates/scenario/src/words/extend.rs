@@ -2,25 +2,25 @@
 
 use std::ops::Range;
 
-use diagnostics::closest;
+use diagnostics::suggest::{self, Unknown};
 use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
 use crate::pattern::matches;
 
-/// What one entry of a list is told from the others by.
+/// Keys that name an entry of a list.
 const NAMES: [&str; 5] = ["name", "to", "title", "input", "label"];
 
-/// What is wrong with a word, and where it stands.
+/// A mistake at a word.
 #[derive(Debug)]
 pub(super) struct Wrong {
     pub place: Range<usize>,
-    pub message: String,
+    pub unknown: Unknown,
 }
 
 type Outcome<T = ()> = Result<T, Wrong>;
 
-/// What `changes` makes of `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
+/// Merges `changes` into `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
 /// name of an inherited one changes that one, others are added; all other values replace the inherited ones.
 pub(super) fn extend<'a>(
     base: Spanned<DeTable<'a>>,
@@ -111,11 +111,11 @@ fn merge_list<'a>(list: &str, old: DeArray<'a>, new: DeArray<'a>) -> Outcome<DeA
             [place] => change(&mut all[place], entry)?,
             _ => {
                 let message = format!(
-                    "what is extended has {} [[{list}]] of this name, so it is open which one is changed",
+                    "the extended scenario has {} [[{list}]] of this name, so it is open which one is changed",
                     places.len()
                 );
                 let place = name_of(&entry).map_or(entry.span(), |(_, place)| place);
-                return Err(Wrong { place, message });
+                return Err(Wrong { place, unknown: Unknown { message, help: None } });
             }
         }
     }
@@ -174,16 +174,22 @@ fn leave_out(base: &mut DeTable, without: &DeTable) -> Outcome {
                 });
             if gone.is_empty() {
                 let known = kept.iter().filter_map(|entry| Some(name_of(entry)?.0));
-                let hint = closest(pattern, known);
-                let hint = hint.map(|hint| format!("; did you mean `{hint}`?")).unwrap_or_default();
-                let message =
-                    format!("no inherited [[{}]] is called `{pattern}`{hint}", kind.get_ref());
-                return Err(Wrong { place: name.span(), message });
+                let unknown =
+                    suggest::unknown(&format!("inherited [[{}]]", kind.get_ref()), pattern, known);
+                return Err(Wrong { place: name.span(), unknown });
             }
             *list = kept.into_iter().collect();
         }
     }
     Ok(())
+}
+
+/// The names of the lists at the top level and in `[view]`.
+fn lists(base: &DeTable) -> Vec<String> {
+    let view = base.get("view").and_then(|view| view.get_ref().as_table());
+    let all = base.iter().chain(view.into_iter().flatten());
+    let lists = all.filter(|(_, value)| value.get_ref().is_array());
+    lists.map(|(key, _)| key.get_ref().to_string()).collect()
 }
 
 /// The list of this name at the top level or in `[view]`.
@@ -192,6 +198,7 @@ fn list<'t, 'a>(
     name: &Spanned<DeString>,
 ) -> Outcome<&'t mut DeArray<'a>> {
     let key = name.get_ref().as_ref();
+    let known = lists(base);
     let table = match base.contains_key(key) {
         true => Some(base),
         false => match base.get_mut("view").map(Spanned::get_mut) {
@@ -202,12 +209,14 @@ fn list<'t, 'a>(
     match table.and_then(|table| table.get_mut(key)).map(Spanned::get_mut) {
         Some(DeValue::Array(list)) => Ok(list),
         _ => {
-            Err(Wrong { place: name.span(), message: format!("what is extended has no [[{key}]]") })
+            let message = format!("the extended scenario has no [[{key}]]");
+            let help = suggest::hint(key, known.iter().map(String::as_str));
+            Err(Wrong { place: name.span(), unknown: Unknown { message, help } })
         }
     }
 }
 
-/// What an entry of a list is called, and where that stands.
+/// The name of an entry of a list, and its place.
 pub(super) fn name_of<'t>(entry: &'t Spanned<DeValue>) -> Option<(&'t str, Range<usize>)> {
     let DeValue::Table(table) = entry.get_ref() else { return None };
     let name = NAMES.iter().find_map(|key| table.get(*key))?;

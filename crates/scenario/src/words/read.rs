@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Source, closest};
+use diagnostics::{Error, Source};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::{Document, Scenario, Validation, extend};
+use crate::schema::{self, Finding};
+
+/// Keys and values of earlier versions, with their names of today.
+const RENAMED: [(&str, &str); 2] = [("sequential", "gauss_seidel"), ("plane", "xy_plot")];
 
 impl Scenario {
     /// Reads the file at `path`, those that it extends, and the scenarios that it is validated by.
@@ -29,7 +33,7 @@ impl Scenario {
         Ok(Scenario { name: name.to_owned(), source, document, validations: Vec::new() })
     }
 
-    /// What its files say together: each value as it stands there, by its keys with dots in between. Entries of lists go by
+    /// The merged values of its files as they are written, by their keys with dots in between. Entries of lists go by
     /// their names.
     ///
     /// # Errors
@@ -95,7 +99,7 @@ fn read(mut source: Source, above: &[PathBuf]) -> Result<Scenario, Error> {
 fn follow(source: &mut Source) -> Result<(), Error> {
     #[derive(Deserialize)]
     struct Head {
-        extends: Option<Spanned<String>>,
+        extends: Option<diagnostics::Spanned<String>>,
     }
     let mut paths = vec![source.path().to_owned()];
     loop {
@@ -112,7 +116,7 @@ fn follow(source: &mut Source) -> Result<(), Error> {
     }
 }
 
-/// How `path` comes back to one of `paths`, if it does.
+/// The circle from one of `paths` to `path`, if there is one.
 fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
     let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let begin = paths.iter().position(|other| real(other) == real(path))?;
@@ -121,26 +125,26 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
 }
 
 /// The tables of all files, merged; `texts` are the shifted ones.
-fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+pub(super) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
     let mut merged = None;
     for text in texts.iter().rev() {
         let changes = DeTable::parse(text).map_err(|error| wrong(source, &error))?;
         merged = Some(match merged {
             None => changes,
             Some(base) => extend::extend(base, changes)
-                .map_err(|wrong| source.error(wrong.place, wrong.message, ""))?,
+                .map_err(|wrong| wrong.unknown.at(source, wrong.place))?,
         });
     }
     Ok(merged.map(Spanned::into_inner).unwrap_or_default())
 }
 
-/// What the files say together.
+/// The merged document of all files.
 fn document(source: &Source) -> Result<Document, Error> {
     let texts = source.shifted();
     let merged = Spanned::new(0..0, merged(source, &texts)?);
     let places = places_of_analyses(merged.get_ref());
-    let mut document =
-        Document::deserialize(Deserializer::from(merged)).map_err(|error| wrong(source, &error))?;
+    let mut document = Document::deserialize(Deserializer::from(merged))
+        .map_err(|error| misshapen(source, &texts, &error))?;
     for (analysis, places) in document.analysis.iter_mut().zip(places) {
         analysis.places = places;
     }
@@ -180,29 +184,51 @@ fn collect_places(value: &Spanned<DeValue>, places: &mut Vec<Range<usize>>) {
     }
 }
 
-/// What a parser says, at its place, with what was probably meant.
+/// The error of a parser, at its place.
 fn wrong(source: &Source, error: &toml::de::Error) -> Error {
     let end = source.files().next().map_or(0, |file| file.text.len());
-    let span = error.span().unwrap_or(end..end);
-    let (message, known) = expected_names(error.message());
-    let closest = closest(source.letters(span.clone()).trim(), known.iter().map(String::as_str));
-    let help = match closest {
-        Some(closest) => format!("did you mean `{closest}`?"),
-        None if known.is_empty() => String::new(),
-        None => format!("known here: {}", known.join(", ")),
-    };
-    let error = source.error(span, message, "here");
-    if help.is_empty() { error } else { error.help(help) }
+    source.error(error.span().unwrap_or(end..end), error.message(), "here")
 }
 
-/// Splits serde's "unknown field `x`, expected one of `a`, `b`" into the message and the names.
-fn expected_names(message: &str) -> (String, Vec<String>) {
-    let Some((found, expected)) = message.split_once(", expected ") else {
-        return (message.to_owned(), Vec::new());
+/// The error of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
+fn misshapen(source: &Source, texts: &[String], error: &toml::de::Error) -> Error {
+    let Ok(merged) = merged(source, texts) else { return wrong(source, error) };
+    let mut findings = schema::findings(super::schema(), 0..0, &merged).into_iter();
+    let same = findings.clone().find(|it| Some(&it.span) == error.span().as_ref());
+    let Some(Finding { span, unknown, message, help }) = same.or_else(|| findings.next()) else {
+        return wrong(source, error);
     };
-    if !found.starts_with("unknown ") {
-        return (message.to_owned(), Vec::new());
+    let renamed = unknown.and_then(|(name, known)| {
+        let (old, new) =
+            RENAMED.iter().find(|(old, new)| name == *old && known.iter().any(|it| it == new))?;
+        Some(format!("`{old}` is called `{new}` now"))
+    });
+    source.error(span, message, "here").hint(renamed.or(help))
+}
+
+#[cfg(test)]
+mod tests {
+    use diagnostics::TextFile;
+
+    use super::*;
+
+    #[test]
+    fn a_place_is_found_by_the_keys_that_lead_to_it() {
+        let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
+        let file = TextFile { path: "case.toml".into(), text: text.to_owned() };
+        let source = Source::recorded(file, Vec::new(), Vec::new());
+        let scenario = Scenario::recorded("case", source).expect("a scenario");
+        for (path, word) in [
+            (&["analysis", "0", "config", "smooth", "rate"][..], "rate"),
+            (&["analysis", "0", "name"], "name"),
+            (&["analysis", "0", "config", "smooth", "unknown"], "smooth"),
+        ] {
+            assert_eq!(scenario.place(path).map(|span| &text[span]), Some(word), "{path:?}");
+        }
+        assert_eq!(scenario.place(&["unknown"]), None);
+        let schema = serde_json::json!({"type": "object", "additionalProperties": false,
+            "properties": {"smoothing": {"type": "object"}}});
+        let found = scenario.findings(&["analysis", "0", "config"], &schema);
+        assert_eq!(found.first().map(|it| &text[it.span.clone()]), Some("smooth"));
     }
-    let names = expected.split('`').skip(1).step_by(2).map(str::to_owned).collect();
-    (found.replacen("unknown field", "unknown key", 1), names)
 }

@@ -9,19 +9,19 @@ use super::starts::flatten;
 
 /// A start value from the command line, or from the scenario that this one validates.
 #[derive(Debug, Clone)]
-pub struct Given {
+pub struct StartOverride {
     /// The node.
     pub node: String,
     /// Its variable.
     pub variable: String,
     /// The value as typed.
     pub value: String,
-    /// Where a scenario gives it; the command line does unless there is a place.
+    /// Its place in a scenario; none when the command line gives it.
     pub place: Option<(Source, Range<usize>)>,
 }
 
-impl Given {
-    /// What `node.variable=value` gives, or `@FILE` with the file that `find` makes of its name.
+impl StartOverride {
+    /// Reads `node.variable=value`, or the file of `@FILE`; `find` turns the name of the file into its path.
     ///
     /// # Errors
     /// In words, when it has another form, or the file cannot be read.
@@ -35,7 +35,7 @@ impl Given {
             return Err(format!("expected node.variable=value or @FILE, found `{entry}`"));
         };
         let (node, variable, value) = (node.to_owned(), variable.to_owned(), value.to_owned());
-        Ok(vec![Given { node, variable, value, place: None }])
+        Ok(vec![StartOverride { node, variable, value, place: None }])
     }
 
     /// As it is written on the command line.
@@ -44,7 +44,7 @@ impl Given {
     }
 
     pub(super) fn error(&self, message: &str) -> Error {
-        let Given { node, variable, .. } = self;
+        let StartOverride { node, variable, .. } = self;
         match &self.place {
             Some((source, place)) => {
                 source.error(place.clone(), format!("{node}.{variable}: {message}"), "")
@@ -56,7 +56,7 @@ impl Given {
 
 /// Start values from a TOML file with a table for each node, or with keys `"node.variable"`, such as an
 /// identification writes.
-fn read(path: &Path) -> Result<Vec<Given>, String> {
+fn read(path: &Path) -> Result<Vec<StartOverride>, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
     let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let tables: toml::Table = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
@@ -71,7 +71,7 @@ fn read(path: &Path) -> Result<Vec<Given>, String> {
             };
             let (node, variable) = (node.to_owned(), variable.to_owned());
             let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-            starts.push(Given { node, variable, value, place: None });
+            starts.push(StartOverride { node, variable, value, place: None });
             Ok(())
         })?;
     }

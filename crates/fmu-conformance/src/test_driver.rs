@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fmu_import::description::{Description, Type, Variable};
-use fmu_import::{CallError, Causality, Instance, Library, Variability};
+use fmu_import::{CallError, Causality, Instance, Library, StepStatus, Variability};
 
-use super::process::Trail;
+use super::process::ProgressLog;
 use super::{Objection, broken};
 
 /// The communication step of FMUs that do not name one [s].
@@ -18,10 +18,10 @@ pub(super) const STEPS: u32 = 20;
 const SHARE: f64 = 0.1;
 
 /// A library under test.
-pub(super) struct Bench<'a> {
+pub(super) struct TestDriver<'a> {
     pub(super) library: Arc<Library>,
     pub(super) limit: Duration,
-    trail: &'a Trail,
+    log: &'a ProgressLog,
 }
 
 /// A value of any type.
@@ -64,9 +64,9 @@ pub(super) struct Row {
     pub(super) values: Vec<Value>,
 }
 
-impl<'a> Bench<'a> {
-    pub(super) fn new(library: Arc<Library>, trail: &'a Trail, limit: Duration) -> Self {
-        Bench { library, limit, trail }
+impl<'a> TestDriver<'a> {
+    pub(super) fn new(library: Arc<Library>, log: &'a ProgressLog, limit: Duration) -> Self {
+        TestDriver { library, limit, log }
     }
 
     pub(super) fn about(&self) -> &Description {
@@ -85,7 +85,7 @@ impl<'a> Bench<'a> {
 
     /// Says what comes next, should it be the last thing that happens.
     pub(super) fn note(&self, what: &str) {
-        self.trail.note(what);
+        self.log.note(what);
     }
 
     /// A fresh instance.
@@ -143,7 +143,7 @@ impl<'a> Bench<'a> {
         step: f64,
     ) -> Result<(), CallError> {
         self.note(&format!("fmi2DoStep at t = {time} s"));
-        instance.do_step(time, step).map_err(|mut error| {
+        instance.do_step(time, step).and_then(StepStatus::into_result).map_err(|mut error| {
             error.what = format!("of {step} s from t = {time} s {}", error.what);
             error
         })
@@ -186,8 +186,8 @@ impl<'a> Bench<'a> {
         variant: u32,
     ) -> Result<(), CallError> {
         self.note(&format!("setting the inputs at t = {} s", self.time(tick.into())));
-        for (place, input) in self.with(Causality::Input).enumerate() {
-            match pattern(input, f64::from(tick) + 3.0 * place as f64 + 7.0 * f64::from(variant)) {
+        for (index, input) in self.with(Causality::Input).enumerate() {
+            match pattern(input, f64::from(tick) + 3.0 * index as f64 + 7.0 * f64::from(variant)) {
                 Some(Value::Real(value)) => instance.set_real(&[input.reference], &[value])?,
                 Some(Value::Integer(value)) => {
                     instance.set_integer(&[input.reference], &[value])?

@@ -1,20 +1,44 @@
-//! Scales a sum of sines so that its largest value in its window is the one that was asked for.
+//! Adds up several frequencies, scaled to a peak.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
-use super::Checked;
-use super::shape::{Rules, Shape};
-use super::window::Window;
-use super::words::Multisine;
+use super::{Shape, ShapeWords};
+use crate::signal::Checked;
+use crate::signal::rules::Rules;
+use crate::signal::window::Window;
 
-/// Points at which the peak of a multisine is searched for at most.
+/// The search for the peak of a multisine takes at most this many points.
 const MOST_POINTS: f64 = 1e6;
 
-impl Multisine {
-    pub(super) fn checked(&self, rules: &Rules, window: &Window, seed: u64) -> Checked<Shape> {
+/// Shape: several frequencies at once, `multisine = { peak = 0.05, frequencies = [0.2, 0.5, 1.1] }`.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Multisine {
+    /// Largest absolute value in the window, fades included.
+    #[schemars(example = 0.05)]
+    pub peak: f64,
+    /// Frequencies [Hz].
+    #[schemars(example = [0.2, 0.5, 1.1])]
+    pub frequencies: Vec<f64>,
+    /// Relative amplitudes [1]; all equal without it.
+    #[schemars(example = [1.0, 1.0, 0.5])]
+    pub weights: Option<Vec<f64>>,
+    /// Phases at the beginning of the window [rad]; random without it.
+    #[schemars(example = [0.0, 1.57, 3.14])]
+    pub phases: Option<Vec<f64>>,
+    /// Seed of the random phases. Without it, they depend on the scenario's `seed` and the signal's name.
+    #[schemars(example = 4)]
+    pub seed: Option<u64>,
+}
+
+impl ShapeWords for Multisine {
+    fn check(&self, rules: &Rules, window: &Window, seed: u64) -> Checked<Arc<dyn Shape>> {
         let count = self.frequencies.len();
         if count == 0 {
             return rules.broken("expected at least one of `frequencies`, found none".to_owned());
@@ -46,12 +70,22 @@ impl Multisine {
         for wave in &mut waves {
             wave[0] *= self.peak / peak;
         }
-        Ok(Shape::Multisine(waves))
+        Ok(Arc::new(Waves(waves)))
+    }
+}
+
+/// Amplitude, frequency [Hz] and phase [rad] of each component.
+#[derive(Debug)]
+struct Waves(Vec<[f64; 3]>);
+
+impl Shape for Waves {
+    fn value(&self, time: f64) -> f64 {
+        sum_of(&self.0, time)
     }
 }
 
 /// The waves at a time [s].
-pub(super) fn sum_of(waves: &[[f64; 3]], time: f64) -> f64 {
+fn sum_of(waves: &[[f64; 3]], time: f64) -> f64 {
     let wave = |[amplitude, frequency, phase]: &[f64; 3]| {
         amplitude * (TAU * frequency * time + phase).sin()
     };

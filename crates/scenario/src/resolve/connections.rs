@@ -1,84 +1,87 @@
 //! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
 
-use diagnostics::{Error, closest};
-use toml::Spanned;
+use diagnostics::{Error, Spanned, suggest};
 use units::Unit;
 
-use super::nodes::{Draft, Port};
+use super::nodes::{Port, UnplacedNode};
 use super::types;
-use crate::effects::{Chain, stream_seed};
-use crate::plan::{Accepts, Body, Clock, FaultKind, FaultPlan, Treatment};
+use crate::effect::{Chain, Context, stream_seed};
+use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
 use crate::words::{At, Connect, Fault, Scenario};
 
-/// What each input of each node gets, `None` where nothing is connected.
-pub(super) type Links = Vec<Vec<Option<Wire>>>;
+/// The connection of each input of each node; `None` without one.
+pub(super) type Connections = Vec<Vec<Option<Connection>>>;
 
 /// A connection whose values have no place in the row yet.
 #[derive(Debug)]
-pub(super) struct Wire {
+pub(super) struct Connection {
     /// The node and its output that the value comes from.
     pub from: (usize, usize),
     /// Which end of the step the value is taken at.
     pub at: At,
-    /// What happens to a number on its way; a text arrives as it is.
-    pub treatment: Option<Treatment>,
+    /// The way of a number; a text arrives unchanged.
+    pub treatment: Option<InputChain>,
 }
 
-/// Connects the drafts as the scenario says.
+/// Connects the unplaced as the scenario says.
 pub(super) fn connect(
     scenario: &Scenario,
-    drafts: &[Draft],
+    unplaced: &[UnplacedNode],
     clock: Clock,
     seed: u64,
     warnings: &mut Vec<String>,
-) -> Result<Links, Error> {
-    let mut links: Links =
-        drafts.iter().map(|draft| draft.inputs.iter().map(|_| None).collect()).collect();
+) -> Result<Connections, Error> {
+    let mut links: Connections = unplaced
+        .iter()
+        .map(|unplaced_node| unplaced_node.inputs.iter().map(|_| None).collect())
+        .collect();
     for connect in &scenario.document.connect {
-        let from @ (producer, output) = find(scenario, drafts, &connect.from, Side::Output)?;
-        let (consumer, input) = find(scenario, drafts, &connect.to, Side::Input)?;
+        let from @ (producer, output) = find(scenario, unplaced, &connect.from, Side::Output)?;
+        let (consumer, input) = find(scenario, unplaced, &connect.to, Side::Input)?;
         let slot = &mut links[consumer][input];
         if slot.is_some() {
             let message = format!("`{}` is connected twice", connect.to.get_ref());
             return Err(scenario.error(&connect.to, message));
         }
-        let ports = (&drafts[producer].outputs[output], &drafts[consumer].inputs[input]);
-        let at = at(scenario, connect, &drafts[producer])?;
+        let ports = (&unplaced[producer].outputs[output], &unplaced[consumer].inputs[input]);
+        let at = at(scenario, connect, &unplaced[producer])?;
         let treatment = match types::fit(scenario, connect, ports)? {
             Some(accepts) => {
                 Some(treatment(scenario, connect, ports, (accepts, clock, seed), warnings)?)
             }
             None => None,
         };
-        *slot = Some(Wire { from, at, treatment });
+        *slot = Some(Connection { from, at, treatment });
     }
     for fault in &scenario.document.fault {
-        attach(scenario, drafts, &mut links, fault)?;
+        attach(scenario, unplaced, &mut links, fault)?;
     }
-    unconnected(scenario, drafts, &links)?;
+    unconnected(scenario, unplaced, &links)?;
     Ok(links)
 }
 
-/// What happens to a number on its way to an input that accepts some.
+/// The way of a number to its input.
 fn treatment(
     scenario: &Scenario,
     connect: &Connect,
     ports: (&Port, &Port),
     (accepts, clock, seed): (Accepts, Clock, u64),
     warnings: &mut Vec<String>,
-) -> Result<Treatment, Error> {
+) -> Result<InputChain, Error> {
     let (factor, offset) = convert(scenario, connect, ports, warnings)?;
-    let stream = stream_seed(seed, connect.to.get_ref());
-    let effects = Chain::new(&connect.effects(), clock.step, stream)
-        .map_err(|message| scenario.error(&connect.to, message))?;
-    Ok(Treatment { factor, offset, effects, faults: Vec::new(), accepts })
+    let context =
+        Context { communication_step: clock.step, stream: stream_seed(seed, connect.to.get_ref()) };
+    let effects: Vec<_> = connect.effects().into_iter().map(|(.., effect)| effect).collect();
+    let effects =
+        Chain::new(&effects, context).map_err(|message| scenario.error(&connect.to, message))?;
+    Ok(InputChain { factor, offset, effects, faults: Vec::new(), accepts })
 }
 
 /// Which end of the step the value is taken at.
 ///
 /// A source acts like the input file of any FMI tool: its value at a communication point holds for the step
 /// that starts there. For an FMU's output the coupling algorithm decides.
-fn at(scenario: &Scenario, connect: &Connect, producer: &Draft) -> Result<At, Error> {
+fn at(scenario: &Scenario, connect: &Connect, producer: &UnplacedNode) -> Result<At, Error> {
     let rules = scenario.document.coupling.algorithm.rules();
     match (&connect.at, &producer.body) {
         (Some(at), _) if *at.get_ref() == At::End && !rules.allows_end => {
@@ -88,7 +91,7 @@ fn at(scenario: &Scenario, connect: &Connect, producer: &Draft) -> Result<At, Er
             );
             Err(scenario
                 .error(at, message)
-                .help("leave `at` out, or choose the sequential coupling"))
+                .help("leave `at` out, or choose the coupling `gauss_seidel`"))
         }
         (Some(at), _) => Ok(*at.get_ref()),
         (None, Body::Fmu { .. }) => Ok(rules.default_at),
@@ -105,7 +108,7 @@ enum Side {
 /// The node and the port that a word names.
 fn find(
     scenario: &Scenario,
-    drafts: &[Draft],
+    unplaced: &[UnplacedNode],
     word: &Spanned<String>,
     side: Side,
 ) -> Result<(usize, usize), Error> {
@@ -113,15 +116,14 @@ fn find(
     let Some((node, variable)) = full.split_once('.') else {
         return Err(scenario.error(word, format!("expected `node.variable`, found `{full}`")));
     };
-    let Some(place) = drafts.iter().position(|draft| draft.name == node) else {
-        let names: Vec<_> = drafts.iter().map(|draft| draft.name.as_str()).collect();
-        let error = scenario.error(word, format!("no node is called `{node}`"));
-        return Err(error.help(format!("there are: {}", names.join(", "))));
+    let Some(place) = unplaced.iter().position(|unplaced_node| unplaced_node.name == node) else {
+        let known = unplaced.iter().map(|unplaced_node| unplaced_node.name.as_str());
+        return Err(suggest::unknown("node", node, known).at(&scenario.source, word.span()));
     };
-    let draft = &drafts[place];
+    let unplaced_node = &unplaced[place];
     let (ports, others, name) = match side {
-        Side::Input => (&draft.inputs, &draft.outputs, "input"),
-        Side::Output => (&draft.outputs, &draft.inputs, "output"),
+        Side::Input => (&unplaced_node.inputs, &unplaced_node.outputs, "input"),
+        Side::Output => (&unplaced_node.outputs, &unplaced_node.inputs, "output"),
     };
     if let Some(port) = ports.iter().position(|port| port.name == variable) {
         return Ok((place, port));
@@ -131,12 +133,9 @@ fn find(
             .error(word, format!("`{full}` is no {name} of `{node}`"))
             .help("`from` names an output, `to` an input"));
     }
-    let names = ports.iter().map(|port| port.name.as_str());
-    let help = match closest(variable, names.clone()) {
-        Some(hint) => format!("did you mean `{node}.{hint}`?"),
-        None => format!("its {name}s are: {}", names.collect::<Vec<_>>().join(", ")),
-    };
-    Err(scenario.error(word, format!("`{node}` has no {name} `{variable}`")).help(help))
+    let known: Vec<_> = ports.iter().map(|port| format!("{node}.{}", port.name)).collect();
+    let unknown = suggest::unknown(name, full, known.iter().map(String::as_str));
+    Err(unknown.at(&scenario.source, word.span()))
 }
 
 /// The factor and the offset that turn the unit of `from` into that of `to`.
@@ -165,29 +164,23 @@ fn convert(
 
 fn attach(
     scenario: &Scenario,
-    drafts: &[Draft],
-    links: &mut Links,
+    unplaced: &[UnplacedNode],
+    links: &mut Connections,
     fault: &Fault,
 ) -> Result<(), Error> {
-    let (node, input) = find(scenario, drafts, &fault.input, Side::Input)?;
-    let Some(wire) = &mut links[node][input] else {
+    let (node, input) = find(scenario, unplaced, &fault.input, Side::Input)?;
+    let Some(connection) = &mut links[node][input] else {
         let message = format!("nothing is connected to `{}`", fault.input.get_ref());
         return Err(scenario.error(&fault.input, message));
     };
-    let Some(treatment) = &mut wire.treatment else {
+    let Some(treatment) = &mut connection.treatment else {
         let message =
             format!("`{}` is a text, and faults act on numbers only", fault.input.get_ref());
         return Err(scenario.error(&fault.input, message));
     };
-    let kinds = [
-        fault.freeze.then_some(FaultKind::Freeze),
-        fault.value.map(FaultKind::Value),
-        fault.bias.map(FaultKind::Bias),
-        fault.gain.map(FaultKind::Gain),
-    ];
-    let mut kinds = kinds.into_iter().flatten();
-    let (Some(kind), None) = (kinds.next(), kinds.next()) else {
-        let message = "a fault is one of `freeze = true`, `value`, `bias` and `gain`";
+    let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
+        let kinds = Fault::KINDS.join("`, `");
+        let message = format!("expected exactly one of `{kinds}`");
         return Err(scenario.error(&fault.input, message));
     };
     let until = fault.until.unwrap_or(f64::INFINITY);
@@ -195,28 +188,31 @@ fn attach(
         let message = format!("the fault begins at {} s and ends at {until} s", fault.from);
         return Err(scenario.error(&fault.input, message));
     }
-    treatment.faults.push(FaultPlan { from: fault.from, until, kind, frozen: None });
+    treatment.faults.push(FaultPlan { from: fault.from, until, action });
     Ok(())
 }
 
 /// An input that nobody thought of keeps the FMU's start value for ever, which looks like a result:
 /// the scenario has to say that it wants that.
-fn unconnected(scenario: &Scenario, drafts: &[Draft], links: &Links) -> Result<(), Error> {
-    for (draft, links) in drafts.iter().zip(links) {
-        let open = draft
-            .inputs
-            .iter()
-            .zip(links)
-            .filter(|(port, link)| link.is_none() && !draft.started.contains(&port.name));
+fn unconnected(
+    scenario: &Scenario,
+    unplaced: &[UnplacedNode],
+    links: &Connections,
+) -> Result<(), Error> {
+    for (unplaced_node, links) in unplaced.iter().zip(links) {
+        let open =
+            unplaced_node.inputs.iter().zip(links).filter(|(port, link)| {
+                link.is_none() && !unplaced_node.started.contains(&port.name)
+            });
         let open: Vec<_> = open.map(|(port, _)| port).collect();
         if let Some(first) = open.first() {
             let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
-            let (name, inputs) = (&draft.name, names.join("`, `"));
+            let (name, inputs) = (&unplaced_node.name, names.join("`, `"));
             let (first, value) = (&first.name, types::example(first));
             let message = format!(
                 "nothing is connected to `{inputs}` of `{name}`, and there is no start value"
             );
-            let error = scenario.source.error(draft.place.clone(), message, "this node");
+            let error = scenario.source.error(unplaced_node.place.clone(), message, "this node");
             return Err(error.help(format!(
                 "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}"
             )));

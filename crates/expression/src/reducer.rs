@@ -1,0 +1,198 @@
+//! Lists the reductions over the window of a check. A new reduction is a line in [`REDUCERS`] and its accumulator.
+
+use std::fmt::Debug;
+
+/// A reduction of one quantity over the window.
+#[derive(Debug)]
+pub(crate) struct Reducer {
+    pub name: &'static str,
+    /// The second argument, a constant, when there is one.
+    pub parameter: Option<Parameter>,
+    /// The accumulator before the first sample; its argument is the parameter.
+    pub start: fn(f64) -> Box<dyn Accumulator>,
+}
+
+/// The constant argument of a reduction.
+#[derive(Debug)]
+pub(crate) struct Parameter {
+    pub accepts: fn(f64) -> bool,
+    /// The expected form of the call.
+    pub expected: &'static str,
+    /// An example with its meaning.
+    pub example: &'static str,
+}
+
+/// A reduction with the same name is the same one.
+impl PartialEq for Reducer {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// The state of a reduction.
+pub(crate) trait Accumulator: Debug + Send + Sync {
+    /// Takes the value of one sample at a time [s].
+    fn push(&mut self, time: f64, value: f64);
+
+    /// The result after at least one sample.
+    fn result(&self) -> f64;
+
+    /// The time of the sample that is the result, when it is one sample's value [s].
+    fn at(&self) -> Option<f64> {
+        None
+    }
+
+    /// A copy with the same state.
+    fn boxed(&self) -> Box<dyn Accumulator>;
+}
+
+impl Clone for Box<dyn Accumulator> {
+    fn clone(&self) -> Self {
+        self.as_ref().boxed()
+    }
+}
+
+pub(crate) static REDUCERS: &[Reducer] = &[
+    of("max", |_| picks(|x, value| x > value)),
+    of("min", |_| picks(|x, value| x < value)),
+    of("first", |_| picks(|_, _| false)),
+    of("last", |_| picks(|_, _| true)),
+    of("sum", |_| adds(|x| x, |sum, _| sum)),
+    of("mean", |_| adds(|x| x, |sum, count| sum / count)),
+    of("rms", |_| adds(|x| x * x, |sum, count| (sum / count).sqrt())),
+    of("count", |_| adds(|x| f64::from(u8::from(x != 0.0)), |sum, _| sum)),
+    of("std", |_| Box::new(Spread::default())),
+    Reducer {
+        name: "quantile",
+        parameter: Some(Parameter {
+            accepts: |p| (0.0..=1.0).contains(&p),
+            expected: "`quantile(x, p)` with a number p from 0 to 1",
+            example: "`quantile(x, 0.95)` is the value that 95 % of the samples do not exceed",
+        }),
+        start: |share| Box::new(Quantile { share, samples: Vec::new() }),
+    },
+];
+
+const fn of(name: &'static str, start: fn(f64) -> Box<dyn Accumulator>) -> Reducer {
+    Reducer { name, parameter: None, start }
+}
+
+/// The reduction of this name.
+pub(crate) fn find(name: &str) -> Option<&'static Reducer> {
+    REDUCERS.iter().find(|reducer| reducer.name == name)
+}
+
+fn picks(replaces: fn(f64, f64) -> bool) -> Box<dyn Accumulator> {
+    Box::new(Pick { replaces, picked: None })
+}
+
+fn adds(term: fn(f64) -> f64, result: fn(f64, f64) -> f64) -> Box<dyn Accumulator> {
+    Box::new(Sum { term, result, sum: 0.0, count: 0.0 })
+}
+
+/// Keeps the value of one sample.
+#[derive(Debug, Clone)]
+struct Pick {
+    /// Whether a new value replaces the kept one.
+    replaces: fn(f64, f64) -> bool,
+    /// Time [s] and value.
+    picked: Option<(f64, f64)>,
+}
+
+impl Accumulator for Pick {
+    fn push(&mut self, time: f64, value: f64) {
+        if self.picked.is_none_or(|(_, kept)| (self.replaces)(value, kept)) {
+            self.picked = Some((time, value));
+        }
+    }
+
+    fn result(&self) -> f64 {
+        self.picked.map_or(f64::NAN, |(_, value)| value)
+    }
+
+    fn at(&self) -> Option<f64> {
+        self.picked.map(|(time, _)| time)
+    }
+
+    fn boxed(&self) -> Box<dyn Accumulator> {
+        Box::new(self.clone())
+    }
+}
+
+/// Adds up a term of each sample.
+#[derive(Debug, Clone)]
+struct Sum {
+    term: fn(f64) -> f64,
+    /// The result of the sum and the number of samples.
+    result: fn(f64, f64) -> f64,
+    sum: f64,
+    count: f64,
+}
+
+impl Accumulator for Sum {
+    fn push(&mut self, _: f64, value: f64) {
+        self.count += 1.0;
+        self.sum += (self.term)(value);
+    }
+
+    fn result(&self) -> f64 {
+        (self.result)(self.sum, self.count)
+    }
+
+    fn boxed(&self) -> Box<dyn Accumulator> {
+        Box::new(self.clone())
+    }
+}
+
+/// Standard deviation by Welford's recursion.
+#[derive(Debug, Clone, Default)]
+struct Spread {
+    count: f64,
+    mean: f64,
+    /// Sum of squared distances to the mean.
+    squares: f64,
+}
+
+impl Accumulator for Spread {
+    fn push(&mut self, _: f64, value: f64) {
+        self.count += 1.0;
+        let distance = value - self.mean;
+        self.mean += distance / self.count;
+        self.squares += distance * (value - self.mean);
+    }
+
+    fn result(&self) -> f64 {
+        (self.squares / self.count).sqrt()
+    }
+
+    fn boxed(&self) -> Box<dyn Accumulator> {
+        Box::new(self.clone())
+    }
+}
+
+/// Interpolates linearly between the two samples around the quantile (type 7 of Hyndman and Fan, Sample Quantiles in
+/// Statistical Packages, 1996).
+#[derive(Debug, Clone)]
+struct Quantile {
+    share: f64,
+    samples: Vec<f64>,
+}
+
+impl Accumulator for Quantile {
+    fn push(&mut self, _: f64, value: f64) {
+        self.samples.push(value);
+    }
+
+    fn result(&self) -> f64 {
+        let mut sorted = self.samples.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let place = self.share * (sorted.len() - 1) as f64;
+        let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+        // Without the comparison two equal infinities would become NaN.
+        if below == above { below } else { below + (above - below) * place.fract() }
+    }
+
+    fn boxed(&self) -> Box<dyn Accumulator> {
+        Box::new(self.clone())
+    }
+}

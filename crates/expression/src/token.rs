@@ -1,0 +1,146 @@
+//! Cuts the text of a condition into words and symbols.
+
+use std::ops::Range;
+
+use super::ParseError;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Token<'a> {
+    Number(f64),
+    Name(&'a str),
+    /// A signal name between backticks.
+    Quoted(&'a str),
+    /// A text between quotes.
+    Text(&'a str),
+    Symbol(&'static str),
+    End,
+}
+
+/// Every spelling of an operator and the one that the parser works with; longer ones first.
+const SYMBOLS: &[(&str, &str)] = &[
+    ("<=", "<="),
+    (">=", ">="),
+    ("==", "=="),
+    ("!=", "!="),
+    ("&&", "and"),
+    ("||", "or"),
+    ("<", "<"),
+    (">", ">"),
+    ("!", "not"),
+    ("+", "+"),
+    ("-", "-"),
+    ("*", "*"),
+    ("/", "/"),
+    ("^", "^"),
+    ("(", "("),
+    (")", ")"),
+    (",", ","),
+];
+
+pub(crate) fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, ParseError> {
+    let mut tokens = Vec::new();
+    let mut at = 0;
+    loop {
+        at += text[at..].len() - text[at..].trim_start().len();
+        let rest = &text[at..];
+        let Some(first) = rest.chars().next() else {
+            tokens.push((Token::End, at..at));
+            return Ok(tokens);
+        };
+        let (token, length) = if first.is_ascii_digit() || first == '.' {
+            number(rest, at)?
+        } else if first.is_alphabetic() || first == '_' {
+            let length = name_length(rest);
+            let keyword = ["and", "or", "not"].into_iter().find(|word| *word == &rest[..length]);
+            (keyword.map_or(Token::Name(&rest[..length]), Token::Symbol), length)
+        } else if first == '`' {
+            let name = quoted(rest, at, "expected a closing backtick after the signal name")?;
+            (Token::Quoted(name), name.len() + 2)
+        } else if first == '\'' || first == '"' {
+            let text = quoted(rest, at, "expected a closing quote after the text")?;
+            (Token::Text(text), text.len() + 2)
+        } else {
+            symbol(rest, first, at)?
+        };
+        tokens.push((token, at..at + length));
+        at += length;
+    }
+}
+
+/// What stands between the first letter of `rest`, a quote, and the next one like it.
+fn quoted<'a>(rest: &'a str, at: usize, missing: &str) -> Result<&'a str, ParseError> {
+    let (quote, inside) = rest.split_at(1);
+    let end = inside.find(quote).ok_or_else(|| ParseError::new(at..at + rest.len(), missing))?;
+    Ok(&inside[..end])
+}
+
+fn symbol(rest: &str, first: char, at: usize) -> Result<(Token<'_>, usize), ParseError> {
+    let found = SYMBOLS.iter().find(|(spelling, _)| rest.starts_with(spelling));
+    if let Some((spelling, symbol)) = found {
+        return Ok((Token::Symbol(symbol), spelling.len()));
+    }
+    let message = format!("expected a number, a name or an operator, found `{first}`");
+    let error = ParseError::new(at..at + first.len_utf8(), message);
+    Err(match first {
+        '=' => error.help("`==` compares for equality"),
+        '&' => error.help("write `and` or `&&`"),
+        '|' => error.help("write `or` or `||`"),
+        _ => error.help("write a signal name with other characters between backticks"),
+    })
+}
+
+fn number(rest: &str, at: usize) -> Result<(Token<'_>, usize), ParseError> {
+    let digits = |from: usize| {
+        let tail = &rest[from..];
+        from + tail.len() - tail.trim_start_matches(|c: char| c.is_ascii_digit()).len()
+    };
+    let mut length = digits(0);
+    if rest[length..].starts_with('.') {
+        length = digits(length + 1);
+    }
+    if rest[length..].starts_with(['e', 'E']) {
+        let sign = usize::from(rest[length + 1..].starts_with(['+', '-']));
+        let end = digits(length + 1 + sign);
+        if end > length + 1 + sign {
+            length = end;
+        }
+    }
+    match rest[..length].parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok((Token::Number(value), length)),
+        _ => Err(ParseError::new(
+            at..at + length,
+            format!("expected a finite number, found `{}`", &rest[..length]),
+        )),
+    }
+}
+
+/// The bytes of the FMI structured name at the beginning of `text`: identifiers joined by dots,
+/// each with optional indices `[1,2]`, and `der(...)` after a dot.
+fn name_length(text: &str) -> usize {
+    let mut at = 0;
+    loop {
+        let segment = at;
+        let tail = &text[at..];
+        at += tail.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(tail.len());
+        let derivative = segment > 0 && &text[segment..at] == "der";
+        if derivative && text[at..].starts_with('(') {
+            let mut depth = 0;
+            let closing = text[at..].find(|c| {
+                depth += i32::from(c == '(') - i32::from(c == ')');
+                depth == 0
+            });
+            return closing.map_or(at, |closing| at + closing + 1);
+        }
+        if text[at..].starts_with('[') {
+            let Some(closing) = text[at..].find(']') else {
+                return at;
+            };
+            at += closing + 1;
+        }
+        let mut tail = text[at..].chars();
+        if tail.next() != Some('.') || !tail.next().is_some_and(|c| c.is_alphabetic() || c == '_') {
+            return at;
+        }
+        at += 1;
+    }
+}

@@ -1,0 +1,118 @@
+//! Keeps the messages of each instance until they are taken.
+
+use std::collections::BTreeMap;
+use std::ffi::{CStr, c_char, c_int, c_void};
+use std::ptr;
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+
+use super::WARNING;
+use crate::{Message, MessageLevel};
+
+/// Where messages wait; an FMU may log from a thread of its own.
+type Messages = Mutex<Vec<Message>>;
+
+/// The mailboxes of the living instances, and the number of the next one. An FMU may log with an environment that it
+/// made up, or with that of an instance that is gone.
+static LIVING: RwLock<(usize, BTreeMap<usize, Arc<Messages>>)> = RwLock::new((1, BTreeMap::new()));
+
+/// The mailbox of an instance.
+#[derive(Debug)]
+pub(super) struct Mailbox {
+    number: usize,
+    messages: Arc<Messages>,
+}
+
+impl Mailbox {
+    pub(super) fn new() -> Self {
+        let messages = Arc::<Messages>::default();
+        let mut living = LIVING.write().unwrap_or_else(PoisonError::into_inner);
+        let number = living.0;
+        living.0 += 1;
+        living.1.insert(number, Arc::clone(&messages));
+        Mailbox { number, messages }
+    }
+
+    /// The address that stands for the mailbox: there is nothing at it.
+    pub(super) fn environment(&self) -> *mut c_void {
+        ptr::without_provenance_mut(self.number)
+    }
+
+    /// Takes the messages that came since the last time.
+    pub(super) fn take(&self) -> Vec<Message> {
+        std::mem::take(&mut self.messages.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// What the last message says, to be appended to an error.
+    pub(super) fn said(&self) -> String {
+        let messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        messages.last().map(|last| format!("; it says: {}", last.text)).unwrap_or_default()
+    }
+}
+
+impl Drop for Mailbox {
+    fn drop(&mut self) {
+        LIVING.write().unwrap_or_else(PoisonError::into_inner).1.remove(&self.number);
+    }
+}
+
+fn put(environment: *mut c_void, message: Message) {
+    let living = LIVING.read().unwrap_or_else(PoisonError::into_inner);
+    if let Some(messages) = living.1.get(&environment.addr()) {
+        messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    }
+}
+
+/// # Safety
+/// Called by `logger.c` with C strings or null; the environment may be anything.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn trackside_take_log(
+    environment: *mut c_void,
+    status: c_int,
+    category: *const c_char,
+    text: *const c_char,
+) {
+    let string = |pointer: *const c_char| match pointer.is_null() {
+        true => String::new(),
+        // SAFETY: the FMU and `logger.c` hand over C strings.
+        false => unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned(),
+    };
+    let level = match status {
+        ..WARNING => MessageLevel::Info,
+        WARNING => MessageLevel::Warning,
+        _ => MessageLevel::Error,
+    };
+    put(environment, Message::new(level, &string(category), &string(text)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_go_to_the_living_instance_that_they_are_for_and_to_no_other() {
+        let message = || Message::new(MessageLevel::Info, "logAll", "hello");
+        let (one, two) = (Mailbox::new(), Mailbox::new());
+        put(one.environment(), message());
+        assert_eq!((one.take(), two.take()), (vec![message()], Vec::new()));
+        let gone = two.environment();
+        drop(two);
+        let three = Mailbox::new();
+        for stranger in [gone, ptr::null_mut(), ptr::without_provenance_mut(usize::MAX)] {
+            put(stranger, message());
+        }
+        assert_eq!((one.take(), three.take()), (Vec::new(), Vec::new()));
+    }
+
+    #[test]
+    fn a_message_may_come_from_another_thread() {
+        let mailbox = Mailbox::new();
+        let environment = mailbox.environment().addr();
+        let say = move || {
+            let at = ptr::without_provenance_mut(environment);
+            put(at, Message::new(MessageLevel::Error, "", "from elsewhere"));
+        };
+        std::thread::spawn(say).join().expect("it ends");
+        assert_eq!(mailbox.said(), "; it says: from elsewhere");
+        assert_eq!(mailbox.take()[0].level(), MessageLevel::Error);
+    }
+}

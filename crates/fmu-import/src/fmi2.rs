@@ -1,0 +1,181 @@
+//! Reads the description of an FMU of FMI 2.0.
+
+use fmi_rs::model_description::fmi2::{self, ModelDescription, SimpleType, VariableType};
+use units::Unit;
+
+use crate::attributes::{Causality, Initial, Variability};
+use crate::definitions;
+use crate::description::{Description, Item, Type, Variable};
+
+/// Reads the text of a `modelDescription.xml`.
+///
+/// # Errors
+/// When the text is no description of an FMI 2.0 co-simulation FMU.
+pub(crate) fn parse(xml: &str) -> Result<Description, String> {
+    // No description needs a document type, and its entities can make a short text very long.
+    if xml.contains("<!DOCTYPE") || xml.contains("<!ENTITY") {
+        return Err("expected no document type declaration, found one".to_owned());
+    }
+    let mut found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
+    definitions::complete(&mut found, xml)?;
+    let problems = found.validate().into_iter().map(|problem| problem.message).collect();
+    let Some(cs) = &found.coSimulation else {
+        return Err("the FMU has no co-simulation interface".to_owned());
+    };
+    if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
+        return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
+    }
+    let default_step =
+        found.defaultExperiment.as_ref().and_then(|default| default.stepSize.as_ref());
+    Ok(Description {
+        name: found.modelName.clone(),
+        guid: found.guid.clone(),
+        identifier: cs.modelIdentifier.clone(),
+        summary: found.description.clone(),
+        tool: found.generationTool.clone(),
+        variable_step: cs.canHandleVariableCommunicationStepSize,
+        state: cs.canGetAndSetFMUstate,
+        serialised_state: cs.canSerializeFMUstate,
+        directional_derivative: cs.providesDirectionalDerivative,
+        interpolated_inputs: cs.canInterpolateInputs,
+        output_derivatives: cs.maxOutputDerivativeOrder,
+        only_once: cs.canBeInstantiatedOnlyOncePerProcess,
+        default_step: default_step.and_then(|step| step.parse().ok()),
+        default_start: found
+            .defaultExperiment
+            .as_ref()
+            .and_then(|default| default.startTime.as_ref()?.parse().ok())
+            .unwrap_or(0.0),
+        log_categories: found.logCategories.iter().map(|category| category.name.clone()).collect(),
+        variables: (0..found.modelVariables.len()).map(|index| variable(&found, index)).collect(),
+        problems,
+    })
+}
+
+fn variable(found: &ModelDescription, index: usize) -> Variable {
+    let scalar = &found.modelVariables[index];
+    let unit = unit_name(found, &scalar.variableType);
+    let [min, max, nominal] = range(found, &scalar.variableType);
+    let unknown = found.outputs.iter().find(|unknown| unknown.index as usize == index + 1);
+    let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {
+        indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect()
+    });
+    Variable {
+        name: scalar.name.clone(),
+        reference: scalar.valueReference,
+        kind: match scalar.variableType {
+            VariableType::Real { .. } => Type::Real,
+            VariableType::Integer { .. } => Type::Integer,
+            VariableType::Boolean { .. } => Type::Boolean,
+            VariableType::String { .. } => Type::String,
+            VariableType::Enumeration { .. } => Type::Enumeration,
+        },
+        items: items(found, &scalar.variableType),
+        causality: scalar.causality.into(),
+        variability: scalar.variability.into(),
+        initial: scalar.initial.map(Into::into),
+        min,
+        max,
+        nominal,
+        dimension: unit.as_deref().and_then(|name| dimension(found, name)),
+        unit,
+        start: scalar.variableType.start().clone(),
+        description: scalar.description.clone(),
+        dependencies,
+    }
+}
+
+/// The items of an enumeration's declared type.
+fn items(found: &ModelDescription, kind: &VariableType) -> Vec<Item> {
+    let VariableType::Enumeration { declaredType, .. } = kind else { return Vec::new() };
+    let Some(SimpleType::Enumeration { items, .. }) = found.get_type_definition(declaredType)
+    else {
+        return Vec::new();
+    };
+    let item = |item: &fmi2::Item| Item { name: item.name.clone(), value: item.value };
+    let mut items: Vec<_> = items.iter().map(item).collect();
+    items.sort_by_key(|item| item.value);
+    items
+}
+
+/// The unit that the variable or its declared type names.
+fn unit_name(found: &ModelDescription, kind: &VariableType) -> Option<String> {
+    let VariableType::Real { unit, declaredType, .. } = kind else { return None };
+    unit.clone().or_else(|| {
+        let declared = found.get_type_definition(declaredType.as_ref()?)?;
+        match declared {
+            SimpleType::Real { unit, .. } => unit.clone(),
+            _ => None,
+        }
+    })
+}
+
+/// The file's own definition of a unit, or else what its name says.
+fn dimension(found: &ModelDescription, name: &str) -> Option<Unit> {
+    let defined = found.unitDefintions.iter().find(|unit| unit.name == name);
+    let Some(base) = defined.and_then(|unit| unit.baseUnit.as_ref()) else {
+        return Unit::parse(name).ok();
+    };
+    let exponents = [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad];
+    let exponents = exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
+    Some(Unit::from_base(exponents, base.factor, base.offset))
+}
+
+/// Minimum, maximum and nominal value of the variable or its declared type.
+fn range(found: &ModelDescription, kind: &VariableType) -> [Option<f64>; 3] {
+    let own = |text: &Option<String>| text.as_ref().and_then(|text| text.parse().ok());
+    let (declared, own) = match kind {
+        VariableType::Real { declaredType, min, max, nominal, .. } => {
+            (declaredType.as_ref(), [own(min), own(max), own(nominal)])
+        }
+        VariableType::Integer { declaredType, min, max, .. } => {
+            (declaredType.as_ref(), [own(min), own(max), None])
+        }
+        _ => (None, [None; 3]),
+    };
+    let declared = match declared.and_then(|name| found.get_type_definition(name)) {
+        Some(SimpleType::Real { min, max, nominal, .. }) => {
+            [*min, *max, *nominal].map(|x| x.map(f64::from))
+        }
+        Some(SimpleType::Integer { min, max, .. }) => {
+            [min.map(f64::from), max.map(f64::from), None]
+        }
+        _ => [None; 3],
+    };
+    std::array::from_fn(|i| own[i].or(declared[i]))
+}
+
+impl From<fmi2::Causality> for Causality {
+    fn from(found: fmi2::Causality) -> Self {
+        match found {
+            fmi2::Causality::Parameter => Causality::Parameter,
+            fmi2::Causality::CalculatedParameter => Causality::CalculatedParameter,
+            fmi2::Causality::Input => Causality::Input,
+            fmi2::Causality::Output => Causality::Output,
+            fmi2::Causality::Local => Causality::Local,
+            fmi2::Causality::Independent => Causality::Independent,
+        }
+    }
+}
+
+impl From<fmi2::Variability> for Variability {
+    fn from(found: fmi2::Variability) -> Self {
+        match found {
+            fmi2::Variability::Constant => Variability::Constant,
+            fmi2::Variability::Fixed => Variability::Fixed,
+            fmi2::Variability::Tunable => Variability::Tunable,
+            fmi2::Variability::Discrete => Variability::Discrete,
+            fmi2::Variability::Continuous => Variability::Continuous,
+        }
+    }
+}
+
+impl From<fmi2::Initial> for Initial {
+    fn from(found: fmi2::Initial) -> Self {
+        match found {
+            fmi2::Initial::Exact => Initial::Exact,
+            fmi2::Initial::Approx => Initial::Approx,
+            fmi2::Initial::Calculated => Initial::Calculated,
+        }
+    }
+}

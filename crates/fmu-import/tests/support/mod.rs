@@ -1,0 +1,3 @@
+//! Compiles the FMU of `probe.c`.
+
+include!("pack.in");

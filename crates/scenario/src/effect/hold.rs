@@ -1,0 +1,51 @@
+//! Samples a value with a period and holds it in between.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Context, Effect, Sample, Stage, number};
+
+/// Sensor effect: sampling period [s]. Between two samples the value is held.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline, example = 0.02)]
+pub struct Hold(pub f64);
+
+impl Effect for Hold {
+    fn stage(&self, context: &Context) -> Result<Box<dyn Stage>, String> {
+        let period = number("hold", self.0, |x| x >= 0.0, "a finite time [s] of at least 0")?;
+        Ok(Box::new(Sampler { period: period / context.communication_step, steps: 0, held: None }))
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Sampler {
+    /// Communication steps per sampling period.
+    period: f64,
+    steps: u64,
+    /// The sampling period of the last sample, and its value.
+    held: Option<(u64, f64)>,
+}
+
+impl Stage for Sampler {
+    fn apply(&mut self, sample: Sample) -> Sample {
+        let step = self.steps;
+        self.steps += 1;
+        let period = match self.period > 1.0 {
+            // A period of three steps may come out as 2.9999999999999996 of them.
+            true => (step as f64 / self.period + 1e-9).floor() as u64,
+            false => step,
+        };
+        match self.held {
+            Some((last, value)) if last == period => Sample { value, is_new: false },
+            _ => {
+                self.held = Some((period, sample.value));
+                sample
+            }
+        }
+    }
+
+    fn boxed(&self) -> Box<dyn Stage> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,146 @@
+//! Checks each effect, random streams and messages.
+
+use serde::Deserialize;
+
+use super::*;
+
+macro_rules! effects {
+    ($($key:ident: $words:ty,)*) => {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Effects {
+            $($key: Option<$words>,)*
+        }
+
+        impl Effects {
+            fn list(&self) -> Vec<&dyn Effect> {
+                let mut list: Vec<&dyn Effect> = Vec::new();
+                $(list.extend(self.$key.as_ref().map(|words| words as &dyn Effect));)*
+                list
+            }
+        }
+    };
+}
+for_each_effect!(effects);
+
+fn build(text: &str, stream: u64) -> Result<Chain, String> {
+    let effects: Effects = toml::from_str(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    Chain::new(&effects.list(), Context { communication_step: 0.01, stream })
+}
+
+fn chain(text: &str, stream: u64) -> Chain {
+    build(text, stream).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn each_effect_does_what_it_says() {
+    #[rustfmt::skip]
+    let cases: &[(&str, &[f64])] = &[
+        ("", &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
+        ("bias = 0.5", &[1.5, 2.5, 4.5, 8.5, 16.5, 32.5, 64.5]),
+        ("gain = -2.0", &[-2.0, -4.0, -8.0, -16.0, -32.0, -64.0, -128.0]),
+        ("gain = 2.0\nbias = 1.0", &[3.0, 5.0, 9.0, 17.0, 33.0, 65.0, 129.0]),
+        ("delay = 0.0", &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
+        ("delay = 0.03", &[1.0, 1.0, 1.0, 1.0, 2.0, 4.0, 8.0]),
+        ("delay = 0.015", &[1.0, 1.0, 1.5, 3.0, 6.0, 12.0, 24.0]),
+        ("delay = 0.0025", &[1.0, 1.75, 3.5, 7.0, 14.0, 28.0, 56.0]),
+        ("delay = 1e9", &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]),
+        ("quantise = 5.0", &[0.0, 0.0, 5.0, 10.0, 15.0, 30.0, 65.0]),
+        ("hold = 0.0", &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
+        ("hold = 0.03", &[1.0, 1.0, 1.0, 8.0, 8.0, 8.0, 64.0]),
+        ("hold = 0.025", &[1.0, 1.0, 1.0, 8.0, 8.0, 32.0, 32.0]),
+        ("hold = 0.001", &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
+        ("dropout = 1.0", &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]),
+        ("dropout = 0.0", &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
+        ("delay = 0.01\ngain = 3.0\nbias = 1.0\nquantise = 4.0\nhold = 0.02", &[4.0, 4.0, 8.0, 8.0, 24.0, 24.0, 96.0]),
+    ];
+    for (text, expected) in cases {
+        let mut chain = chain(text, 1);
+        let shown: Vec<f64> = (0..7).map(|i| chain.apply(2_f64.powi(i))).collect();
+        for (value, expected) in shown.iter().zip(*expected) {
+            assert!((value - expected).abs() < 1e-9, "{text}: {shown:?}");
+        }
+    }
+}
+
+#[test]
+fn noise_has_its_deviation_and_is_white() {
+    let mut chain = chain("noise = { std = 0.5 }", stream_seed(1, "plant.a_y"));
+    let count = 20_000;
+    let noise: Vec<f64> = (0..count).map(|_| chain.apply(3.0) - 3.0).collect();
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / f64::from(count);
+    let variance = mean(&mut noise.iter().map(|x| x * x));
+    assert!(mean(&mut noise.iter().copied()).abs() < 5.0 * 0.5 / f64::from(count).sqrt());
+    assert!((variance.sqrt() / 0.5 - 1.0).abs() < 0.03, "{variance}");
+    let neighbours = mean(&mut noise.windows(2).map(|pair| pair[0] * pair[1]));
+    assert!((neighbours / variance).abs() < 0.04, "{neighbours}");
+}
+
+#[test]
+fn dropouts_are_as_frequent_as_they_should_be() {
+    let mut chain = chain("dropout = 0.25", 3);
+    let shown: Vec<f64> = (0..10_000).map(|i| chain.apply(f64::from(i))).collect();
+    let lost = shown.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    assert!((2300..2700).contains(&lost), "{lost}");
+}
+
+#[test]
+fn streams_repeat_and_differ() {
+    let draw = |text: &str, stream: u64| chain(text, stream).apply(0.0);
+    let noise = "noise = { std = 1.0 }";
+    let fixed = "noise = { std = 1.0, seed = 5 }";
+    assert_eq!(draw(noise, 7), draw(noise, 7));
+    assert_ne!(draw(noise, 7), draw(noise, 8));
+    assert_eq!(draw(fixed, 7), draw(fixed, 8));
+    assert_eq!(draw(noise, 7), draw(&format!("{noise}\ndropout = 0.5"), 7));
+    let mut streams: Vec<u64> = (0..20)
+        .flat_map(|seed| ["a.x", "a.y", "x.a", ""].map(|name| stream_seed(seed, name)))
+        .collect();
+    streams.sort_unstable();
+    streams.dedup();
+    assert_eq!(streams.len(), 80);
+}
+
+#[test]
+fn nan_is_delayed_and_held_but_never_becomes_a_number() {
+    let all = "noise = { std = 1.0 }\nbias = 1.0\ngain = 2.0\nquantise = 0.1";
+    assert!(chain(all, 1).apply(f64::NAN).is_nan());
+    let mut chain = chain("delay = 0.02\nhold = 0.02", 1);
+    let shown = [1.0, f64::NAN, f64::NAN, 2.0, 3.0, 4.0, 5.0].map(|x| chain.apply(x).is_nan());
+    assert_eq!(shown, [false, false, false, false, true, true, false]);
+}
+
+#[test]
+fn errors_name_the_key() {
+    #[rustfmt::skip]
+    let cases = [
+        ("noise = { std = -1.0 }", "at least 0 for `noise.std`, found -1"),
+        ("noise = { std = nan }", "`noise.std`, found NaN"),
+        ("bias = inf", "`bias`, found inf"),
+        ("gain = nan", "`gain`"),
+        ("delay = -0.1", "`delay`, found -0.1"),
+        ("delay = inf", "`delay`"),
+        ("quantise = 0.0", "above 0 for `quantise`, found 0"),
+        ("hold = -1.0", "`hold`"),
+        ("dropout = 1.5", "from 0 to 1 for `dropout`, found 1.5"),
+    ];
+    for (text, part) in cases {
+        let error = build(text, 0).expect_err(text);
+        assert!(error.contains(part), "{text}: {error}");
+    }
+    assert!(Chain::new(&[], Context { communication_step: 0.0, stream: 0 }).is_err());
+    assert!(toml::from_str::<Effects>("quantize = 1.0").is_err());
+}
+
+#[test]
+fn a_clone_has_the_state_of_its_original() {
+    let all = "delay = 0.025\nnoise = { std = 1.0 }\nhold = 0.03\ndropout = 0.5";
+    let mut original = chain(all, 1);
+    for value in 0..20 {
+        original.apply(f64::from(value));
+    }
+    let mut copy = original.clone();
+    for value in 20..60 {
+        assert_eq!(original.apply(f64::from(value)), copy.apply(f64::from(value)));
+    }
+}

@@ -1,0 +1,52 @@
+//! Breaks a number on its way to an input for a while.
+//!
+//! A new kind of fault is a file with its words and its action, its `mod` line, and a line in [`for_each_fault`].
+
+mod bias;
+mod freeze;
+mod gain;
+mod value;
+
+use std::fmt::Debug;
+
+pub use bias::Bias;
+pub use freeze::Freeze;
+pub use gain::Gain;
+pub use value::Value;
+
+/// Calls a macro with the key and the words of each kind of fault.
+macro_rules! for_each_fault {
+    ($make:ident) => {
+        $make! {
+            freeze: Freeze,
+            value: Value,
+            bias: Bias,
+            gain: Gain,
+        }
+    };
+}
+pub(crate) use for_each_fault;
+
+/// The words of a kind of fault.
+pub trait FaultWords {
+    /// Its action; none when the words switch it off.
+    fn action(&self) -> Option<Box<dyn FaultAction>>;
+}
+
+/// The action of a fault on a value, with its state.
+pub trait FaultAction: Debug + Send + Sync {
+    /// Observes a value before the fault begins.
+    fn observe(&mut self, _value: f64) {}
+
+    /// The value that the input gets while the fault lasts.
+    fn apply(&mut self, value: f64) -> f64;
+
+    /// A copy with the same state.
+    fn boxed(&self) -> Box<dyn FaultAction>;
+}
+
+impl Clone for Box<dyn FaultAction> {
+    fn clone(&self) -> Self {
+        self.as_ref().boxed()
+    }
+}

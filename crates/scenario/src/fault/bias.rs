@@ -1,0 +1,28 @@
+//! Adds to a value.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{FaultAction, FaultWords};
+
+/// Fault: added to the value, in the input's unit.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline, example = 0.1)]
+pub struct Bias(pub f64);
+
+impl FaultWords for Bias {
+    fn action(&self) -> Option<Box<dyn FaultAction>> {
+        Some(Box::new(*self))
+    }
+}
+
+impl FaultAction for Bias {
+    fn apply(&mut self, value: f64) -> f64 {
+        value + self.0
+    }
+
+    fn boxed(&self) -> Box<dyn FaultAction> {
+        Box::new(*self)
+    }
+}

@@ -1,0 +1,36 @@
+//! Keeps a value as it was.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{FaultAction, FaultWords};
+
+/// Fault: the input keeps the value that it had when the fault began.
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline, example = true)]
+pub struct Freeze(pub bool);
+
+impl FaultWords for Freeze {
+    fn action(&self) -> Option<Box<dyn FaultAction>> {
+        self.0.then(|| Box::new(Frozen(None)) as _)
+    }
+}
+
+/// The last value before the fault.
+#[derive(Debug, Clone, Copy)]
+struct Frozen(Option<f64>);
+
+impl FaultAction for Frozen {
+    fn observe(&mut self, value: f64) {
+        self.0 = Some(value);
+    }
+
+    fn apply(&mut self, value: f64) -> f64 {
+        *self.0.get_or_insert(value)
+    }
+
+    fn boxed(&self) -> Box<dyn FaultAction> {
+        Box::new(*self)
+    }
+}

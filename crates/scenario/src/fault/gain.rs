@@ -1,0 +1,28 @@
+//! Multiplies a value.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{FaultAction, FaultWords};
+
+/// Fault: factor on the value [1].
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline, example = 0.5)]
+pub struct Gain(pub f64);
+
+impl FaultWords for Gain {
+    fn action(&self) -> Option<Box<dyn FaultAction>> {
+        Some(Box::new(*self))
+    }
+}
+
+impl FaultAction for Gain {
+    fn apply(&mut self, value: f64) -> f64 {
+        value * self.0
+    }
+
+    fn boxed(&self) -> Box<dyn FaultAction> {
+        Box::new(*self)
+    }
+}

@@ -1,0 +1,28 @@
+//! Replaces a value.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{FaultAction, FaultWords};
+
+/// Fault: the input gets this value, which may be `nan`.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline, example = 0.0)]
+pub struct Value(pub f64);
+
+impl FaultWords for Value {
+    fn action(&self) -> Option<Box<dyn FaultAction>> {
+        Some(Box::new(*self))
+    }
+}
+
+impl FaultAction for Value {
+    fn apply(&mut self, _: f64) -> f64 {
+        self.0
+    }
+
+    fn boxed(&self) -> Box<dyn FaultAction> {
+        Box::new(*self)
+    }
+}

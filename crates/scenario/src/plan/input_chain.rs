@@ -1,0 +1,58 @@
+//! Leads a number from an output to an input: unit conversion, sensor effects, faults.
+
+use super::Accepts;
+use crate::effect::Chain;
+use crate::fault::FaultAction;
+
+/// The way of a number to an input. A clone has the same state.
+#[derive(Debug, Clone)]
+pub struct InputChain {
+    /// Unit conversion: factor.
+    pub factor: f64,
+    /// Unit conversion: added after that.
+    pub offset: f64,
+    /// Sensor effects.
+    pub effects: Chain,
+    /// Faults with their times.
+    pub faults: Vec<FaultPlan>,
+    /// The values that the input accepts.
+    pub accepts: Accepts,
+}
+
+/// A fault of an input.
+#[derive(Debug, Clone)]
+pub struct FaultPlan {
+    /// First communication point [s].
+    pub from: f64,
+    /// First communication point after the fault [s].
+    pub until: f64,
+    /// Its action on the value.
+    pub action: Box<dyn FaultAction>,
+}
+
+impl InputChain {
+    /// The value in the unit of the input.
+    #[must_use]
+    pub fn convert(&self, value: f64) -> f64 {
+        value * self.factor + self.offset
+    }
+
+    /// The value of the input in the step that starts at `time` [s], when the output is `value`.
+    pub fn value(&mut self, value: f64, time: f64) -> f64 {
+        let value = self.effects.apply(self.convert(value));
+        self.faults.iter_mut().fold(value, |value, fault| fault.apply(value, time))
+    }
+}
+
+impl FaultPlan {
+    fn apply(&mut self, value: f64, time: f64) -> f64 {
+        if time < self.from {
+            self.action.observe(value);
+            return value;
+        }
+        if time >= self.until {
+            return value;
+        }
+        self.action.apply(value)
+    }
+}

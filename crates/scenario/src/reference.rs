@@ -1,0 +1,108 @@
+//! Makes the reference of a configuration file from its JSON schema: all keys in Markdown, and one of them for the terminal.
+
+mod entry;
+mod explain;
+mod markdown;
+
+use serde_json::Value;
+
+pub use entry::{Entry, entries};
+pub use explain::explain;
+pub use markdown::markdown;
+
+use crate::words;
+
+/// The JSON schema of a scenario file, for editors. No key is required: a file that extends another one may leave any out.
+#[must_use]
+pub fn scenario_schema() -> String {
+    let mut schema = words::schema().clone();
+    nothing_required(&mut schema);
+    schema["$id"] = "scenario.schema.json".into();
+    schema["title"] = "Trackside scenario".into();
+    text(&schema)
+}
+
+fn nothing_required(schema: &mut Value) {
+    match schema {
+        Value::Array(list) => list.iter_mut().for_each(nothing_required),
+        Value::Object(map) => {
+            if map.get("required").is_some_and(Value::is_array) {
+                map.remove("required");
+            }
+            map.values_mut().for_each(nothing_required);
+        }
+        _ => {}
+    }
+}
+
+/// A JSON schema as text.
+#[must_use]
+pub fn text(schema: &Value) -> String {
+    format!("{schema:#}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Compares a file of the repository with the text that the code makes, or rewrites it with BLESS=1.
+    fn golden(name: &str, text: &str) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference").join(name);
+        if std::env::var_os("BLESS").is_some() {
+            std::fs::write(&path, text).expect("a file that can be written");
+        }
+        let found = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            found == text,
+            "docs/reference/{name} is not what the code makes: run `BLESS=1 cargo test -p scenario reference`"
+        );
+    }
+
+    #[test]
+    fn the_reference_of_scenarios_is_that_of_the_code() {
+        golden("scenario.md", &markdown(words::schema(), "Scenario reference"));
+        golden("scenario.schema.json", &scenario_schema());
+    }
+
+    #[test]
+    fn every_key_has_a_description_and_an_example() {
+        for entry in entries(words::schema()) {
+            assert!(!entry.description.is_empty(), "{} has no description", entry.path);
+            let shown = entry.is_table || !entry.examples.is_empty();
+            assert!(shown, "{} has no example", entry.path);
+        }
+    }
+
+    #[test]
+    fn a_key_is_found_by_its_path_or_by_its_end() {
+        let explain =
+            |key: &str| explain(words::schema(), key).map_err(|unknown| unknown.to_string());
+        for key in ["connect.noise.std", "noise.std", " connect.noise.std "] {
+            let text = explain(key).expect(key);
+            for part in ["connect.noise.std", "a number", "std = 0.1", "Standard deviation"] {
+                assert!(text.contains(part), "{key}: {text}");
+            }
+        }
+        for (key, part) in [
+            ("[[connect]]", "convert"),
+            ("connect.noise", "std"),
+            ("view.xy_plot", "trail"),
+            ("time", "[time]"),
+            ("coupling.algorithm", "`gauss_seidel`"),
+            ("quantise", "connect.quantise"),
+        ] {
+            let text = explain(key).expect(key);
+            assert!(text.contains(part), "{key}: {text}");
+        }
+        for (key, part) in [
+            ("seeed", "did you mean `seed`?"),
+            ("conect.noise", "did you mean `connect.noise`?"),
+            ("label", "view.arrow.label, "),
+        ] {
+            let error = explain(key).expect_err(key);
+            assert!(error.contains(part), "{key}: {error}");
+        }
+    }
+}

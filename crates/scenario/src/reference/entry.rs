@@ -1,0 +1,211 @@
+//! Lists the keys of a JSON schema.
+
+use serde_json::Value;
+
+use crate::schema::{choices, resolved, type_name};
+
+/// A key of a configuration file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Keys with dots in between: `connect.noise.std`. `NAME` stands for any name.
+    pub path: String,
+    /// The path as the head of a table: `[[connect]]`.
+    pub heading: String,
+    /// Whether its value is a table with keys of its own, or a list of such tables.
+    pub is_table: bool,
+    /// Its type in words.
+    pub kind: String,
+    /// The values that it can have, with their descriptions.
+    pub choices: Vec<(String, String)>,
+    /// Its unit: `m/s`.
+    pub unit: Option<String>,
+    /// Whether it must be given.
+    pub required: bool,
+    /// Its value without the key, in TOML.
+    pub default: Option<String>,
+    /// Values in TOML.
+    pub examples: Vec<String>,
+    /// Its description, in Markdown, without snippets of TOML.
+    pub description: String,
+    /// A snippet of TOML.
+    pub snippet: Option<String>,
+}
+
+impl Entry {
+    /// The last key of the path.
+    #[must_use]
+    pub fn key(&self) -> &str {
+        self.path.rsplit('.').next().unwrap_or(&self.path)
+    }
+
+    /// The path without its last key.
+    #[must_use]
+    pub fn parent(&self) -> &str {
+        self.path.rsplit_once('.').map_or("", |(parent, _)| parent)
+    }
+}
+
+/// The keys of a schema: each table is followed by its keys. Required keys come first, then the others by name.
+#[must_use]
+pub fn entries(schema: &Value) -> Vec<Entry> {
+    let mut walk = Walk { root: schema, entries: Vec::new(), above: Vec::new() };
+    walk.table(schema, "");
+    walk.entries
+}
+
+struct Walk<'a> {
+    root: &'a Value,
+    entries: Vec<Entry>,
+    /// The tables around the current one, or else a table that contains itself would have no end.
+    above: Vec<&'a Value>,
+}
+
+impl<'a> Walk<'a> {
+    fn table(&mut self, schema: &'a Value, path: &str) {
+        let Some(properties) = schema["properties"].as_object() else { return };
+        if self.above.iter().any(|above| std::ptr::eq(*above, schema)) {
+            return;
+        }
+        self.above.push(schema);
+        let required: Vec<_> =
+            schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        let mut keys: Vec<_> = properties.keys().map(String::as_str).collect();
+        keys.sort_by_key(|key| (!required.contains(key), *key));
+        for key in keys {
+            let path = if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+            self.key(&properties[key], &path, required.contains(&key));
+        }
+        self.above.pop();
+    }
+
+    fn key(&mut self, property: &'a Value, path: &str, required: bool) {
+        let schema = resolved(self.root, property);
+        let (inner, heading, inner_path) = self.inner(schema, path);
+        let description =
+            property["description"].as_str().or(schema["description"].as_str()).unwrap_or_default();
+        let snippet = snippet(description).or(inner["description"].as_str().and_then(snippet));
+        let description = without_snippet(description);
+        let listed = match choices(schema) {
+            found if found.is_empty() => choices(inner),
+            found => found,
+        };
+        let texts = |(name, about): (&str, &str)| (name.to_owned(), about.replace('\n', " "));
+        let examples = property["examples"].as_array().or(schema["examples"].as_array());
+        self.entries.push(Entry {
+            path: path.to_owned(),
+            heading,
+            is_table: inner["properties"].is_object(),
+            kind: self.kind(schema),
+            choices: listed.into_iter().map(texts).collect(),
+            unit: unit(&description),
+            required,
+            default: property
+                .get("default")
+                .filter(|it| **it != Value::Array(Vec::new()))
+                .map(toml),
+            examples: examples.into_iter().flatten().map(toml).collect(),
+            description,
+            snippet,
+        });
+        self.table(inner, &inner_path);
+    }
+
+    /// The schema of the innermost value of a list or of a table of names, its head and its path.
+    fn inner(&self, schema: &'a Value, path: &str) -> (&'a Value, String, String) {
+        if schema["type"] == "array" {
+            return (resolved(self.root, &schema["items"]), format!("[[{path}]]"), path.to_owned());
+        }
+        let named = &schema["additionalProperties"];
+        if named.is_object() && !schema["properties"].is_object() {
+            let path = format!("{path}.NAME");
+            return (resolved(self.root, named), format!("[{path}]"), path);
+        }
+        (schema, format!("[{path}]"), path.to_owned())
+    }
+
+    fn kind(&self, schema: &Value) -> String {
+        let schema = resolved(self.root, schema);
+        if !choices(schema).is_empty() {
+            return "a text, one of those below".to_owned();
+        }
+        let plural = |inner: &Value| {
+            let kind = self.kind(inner);
+            match kind.strip_prefix("a ").unwrap_or(&kind) {
+                "true or false" => "truth values".to_owned(),
+                "any value" => "values".to_owned(),
+                kind => match kind.split_once(' ') {
+                    Some(("list" | "table", rest)) => {
+                        format!("{}s {rest}", &kind[..kind.len() - rest.len() - 1])
+                    }
+                    _ => format!("{kind}s"),
+                },
+            }
+        };
+        match schema["type"].as_str() {
+            Some("array") => {
+                let items = plural(&schema["items"]);
+                match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
+                    (Some(few), Some(many)) if few == many => format!("a list of {few} {items}"),
+                    _ => format!("a list of {items}"),
+                }
+            }
+            Some("object") if schema["properties"].is_object() => "a table".to_owned(),
+            Some("object") => match &schema["additionalProperties"] {
+                values @ Value::Object(_) => format!("a table of {} by name", plural(values)),
+                _ => "a table of values by name".to_owned(),
+            },
+            Some(name) => type_name(name).to_owned(),
+            None => "any value".to_owned(),
+        }
+    }
+}
+
+/// The first unit in brackets that is not code.
+fn unit(description: &str) -> Option<String> {
+    let text: String = description.split('`').step_by(2).collect();
+    let mut rest = text.as_str();
+    while let Some(begin) = rest.find(" [") {
+        rest = &rest[begin + 2..];
+        let end = rest.find(']')?;
+        if end > 0 && !rest[..end].contains([' ', '[', '.', ',']) {
+            return Some(rest[..end].to_owned());
+        }
+    }
+    None
+}
+
+fn snippet(description: &str) -> Option<String> {
+    let (_, rest) = description.split_once("```toml\n")?;
+    Some(rest.split_once("```").map_or(rest, |(snippet, _)| snippet).trim_end().to_owned())
+}
+
+/// The description on one line per paragraph.
+fn without_snippet(description: &str) -> String {
+    let text = match description.split_once("```toml\n") {
+        Some((before, rest)) => {
+            format!("{before}{}", rest.split_once("```").map_or("", |(_, after)| after))
+        }
+        None => description.to_owned(),
+    };
+    let paragraphs = text.trim().split("\n\n").map(|it| it.trim().replace('\n', " "));
+    paragraphs.collect::<Vec<_>>().join("\n\n")
+}
+
+/// A JSON value as it is written in TOML.
+fn toml(value: &Value) -> String {
+    match value {
+        Value::Array(list) => format!("[{}]", list.iter().map(toml).collect::<Vec<_>>().join(", ")),
+        Value::Object(map) => {
+            let pair = |(key, value): (&String, &Value)| {
+                let bare = key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+                let key = if bare { key.clone() } else { format!("\"{key}\"") };
+                format!("{key} = {}", toml(value))
+            };
+            match map.is_empty() {
+                true => "{}".to_owned(),
+                false => format!("{{ {} }}", map.iter().map(pair).collect::<Vec<_>>().join(", ")),
+            }
+        }
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,76 @@
+//! Explains one key on the terminal.
+
+use std::fmt::Write as _;
+
+use diagnostics::suggest::{self, Unknown, shortened};
+use serde_json::Value;
+
+use super::entry::{Entry, entries};
+
+/// The explanation of a key: its path `connect.noise`, its table `[[connect]]`, or the end of its path when that is unique.
+///
+/// # Errors
+/// When no key is called so, or several are.
+pub fn explain(schema: &Value, key: &str) -> Result<String, Unknown> {
+    let entries = entries(schema);
+    let wanted = key.trim().trim_matches(['[', ']']).trim();
+    let same = entries.iter().filter(|it| it.path == wanted || table_path(it) == wanted);
+    let ending = format!(".{wanted}");
+    let similar = entries.iter().filter(|it| it.path.ends_with(&ending));
+    let mut found: Vec<_> = same.collect();
+    if found.is_empty() {
+        found = similar.collect();
+    }
+    match found[..] {
+        [entry] => Ok(describe(entry, &entries)),
+        [] => {
+            let paths = entries.iter().map(|entry| entry.path.as_str());
+            let known: Vec<_> = paths.chain(entries.iter().map(Entry::key)).collect();
+            Err(suggest::unknown("key", wanted, known))
+        }
+        _ => {
+            let paths: Vec<_> = found.iter().map(|entry| entry.path.as_str()).collect();
+            let message = format!("several keys are called `{wanted}`");
+            Err(Unknown { message, help: Some(format!("known: {}", shortened(&paths))) })
+        }
+    }
+}
+
+/// The path of the keys of a table: `table.columns.NAME`.
+fn table_path(entry: &Entry) -> &str {
+    entry.heading.trim_matches(['[', ']'])
+}
+
+fn describe(entry: &Entry, entries: &[Entry]) -> String {
+    let head = if entry.is_table { &entry.heading } else { &entry.path };
+    let mut text = format!("{head}: {}", entry.kind);
+    if let Some(unit) = &entry.unit {
+        let _ = write!(text, " [{unit}]");
+    }
+    match &entry.default {
+        _ if entry.required => text += ", required",
+        Some(default) => drop(write!(text, ", default {default}")),
+        None => {}
+    }
+    let _ = writeln!(text, "\n\n{}", entry.description);
+    for (name, about) in &entry.choices {
+        let _ = writeln!(text, "  `{name}`  {about}");
+    }
+    if let Some(snippet) = &entry.snippet {
+        let _ = writeln!(text, "\n{snippet}");
+    } else if let Some(example) = entry.examples.first() {
+        let _ = writeln!(text, "\nExample: {} = {example}", entry.key());
+    }
+    let keys: Vec<_> = entries.iter().filter(|it| it.parent() == table_path(entry)).collect();
+    if entry.is_table && !keys.is_empty() {
+        let width = keys.iter().map(|it| it.key().len()).max().unwrap_or(0);
+        let _ = writeln!(text, "\nKeys:");
+        for key in keys {
+            let first = key.description.split(". ").next().unwrap_or_default();
+            let required = if key.required { " (required)" } else { "" };
+            let _ =
+                writeln!(text, "  {:width$}  {}{required}", key.key(), first.trim_end_matches('.'));
+        }
+    }
+    text
+}

@@ -1,0 +1,17 @@
+//! Reads the unit that a word names, and suggests the one that was probably meant.
+
+use diagnostics::{Error, Spanned, suggest};
+use units::{Unit, UnitError};
+
+use crate::words::Scenario;
+
+/// The unit that a word names.
+pub(super) fn unit(scenario: &Scenario, word: &Spanned<String>) -> Result<Unit, Error> {
+    Unit::parse(word.get_ref()).map_err(|error| {
+        let hint = match &error {
+            UnitError::Unknown { word, .. } => suggest::closest_question(word, units::known()),
+            _ => None,
+        };
+        scenario.error(word, error.to_string()).hint(hint)
+    })
+}

@@ -1,0 +1,254 @@
+//! Reads JSON schemas: makes them plain, and finds the words of a TOML table that break one.
+
+use std::ops::Range;
+
+use diagnostics::suggest::{self, Unknown};
+use serde_json::{Map, Value};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A word that breaks the schema.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// Its place.
+    pub span: Range<usize>,
+    /// The unknown name, when it is one, and the names that are known in its place.
+    pub unknown: Option<(String, Vec<String>)>,
+    /// The message.
+    pub message: String,
+    /// A remedy.
+    pub help: Option<String>,
+}
+
+/// The schema with its keys sorted and without `null`, which TOML does not have.
+#[must_use]
+pub fn plain(schema: &schemars::Schema) -> Value {
+    without_null(schema.as_value())
+}
+
+fn without_null(value: &Value) -> Value {
+    match value {
+        Value::Array(list) => list.iter().map(without_null).collect(),
+        Value::Object(map) => Value::Object(object_without_null(map)),
+        other => other.clone(),
+    }
+}
+
+fn object_without_null(map: &Map<String, Value>) -> Map<String, Value> {
+    let is_null = |value: &Value| value["type"] == "null";
+    let mut keys: Vec<_> = map.keys().collect();
+    keys.sort();
+    let mut plain = Map::new();
+    for key in keys {
+        let value = &map[key];
+        match (key.as_str(), value) {
+            ("type", Value::Array(types)) => {
+                let types: Vec<_> = types.iter().filter(|it| *it != "null").cloned().collect();
+                let one = (types.len() == 1).then(|| types[0].clone());
+                plain.insert(key.clone(), one.unwrap_or(Value::Array(types)));
+            }
+            ("anyOf", Value::Array(list)) if list.len() == 2 && list.iter().any(is_null) => {
+                let other = list.iter().find(|it| !is_null(it)).map(without_null);
+                if let Some(Value::Object(other)) = other {
+                    plain.extend(other);
+                }
+            }
+            ("default", Value::Null) => {}
+            _ => drop(plain.insert(key.clone(), without_null(value))),
+        }
+    }
+    let mut sorted: Vec<_> = plain.into_iter().collect();
+    sorted.sort_by(|a, b| a.0.cmp(&b.0));
+    sorted.into_iter().collect()
+}
+
+/// A schema that may be a reference into the definitions of `root`.
+#[must_use]
+pub fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+    let name = schema["$ref"].as_str().and_then(|it| it.strip_prefix("#/$defs/"));
+    name.and_then(|name| root["$defs"].get(name)).unwrap_or(schema)
+}
+
+/// The texts that a schema allows, with their descriptions; none when it allows any.
+#[must_use]
+pub fn choices(schema: &Value) -> Vec<(&str, &str)> {
+    let listed = schema["enum"].as_array().into_iter().flatten();
+    let listed = listed.filter_map(|it| Some((it.as_str()?, "")));
+    let described = schema["oneOf"].as_array().into_iter().flatten().flat_map(|it| {
+        let several = it["enum"].as_array().into_iter().flatten();
+        let names = it["const"].as_str().into_iter().chain(several.filter_map(Value::as_str));
+        names.map(|name| (name, it["description"].as_str().unwrap_or_default()))
+    });
+    listed.chain(described).collect()
+}
+
+/// The words of a table that break a schema, in the order of the file.
+#[must_use]
+pub fn findings(schema: &Value, place: Range<usize>, table: &DeTable) -> Vec<Finding> {
+    let mut walk = Walk { root: schema, findings: Vec::new() };
+    walk.table(schema, place, table);
+    walk.findings.sort_by_key(|finding| finding.span.start);
+    walk.findings
+}
+
+struct Walk<'a> {
+    root: &'a Value,
+    findings: Vec<Finding>,
+}
+
+impl Walk<'_> {
+    fn table(&mut self, schema: &Value, place: Range<usize>, table: &DeTable) {
+        let Some(properties) = schema["properties"].as_object() else {
+            let others = &schema["additionalProperties"];
+            return table.values().for_each(|value| self.value(others, value));
+        };
+        let closed = schema["additionalProperties"] == false;
+        for (key, value) in table {
+            let name = key.get_ref().as_ref();
+            match properties.get(name) {
+                Some(schema) => self.value(schema, value),
+                None if closed => {
+                    self.unknown("key", name, properties.keys().cloned().collect(), key.span());
+                }
+                None => self.value(&schema["additionalProperties"], value),
+            }
+        }
+        for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+            if !table.contains_key(key) {
+                self.missing(key, &properties[key], place.clone());
+            }
+        }
+    }
+
+    fn value(&mut self, schema: &Value, value: &Spanned<DeValue>) {
+        let schema = resolved(self.root, schema);
+        let choices = choices(schema);
+        match (value.get_ref(), schema["type"].as_str()) {
+            (DeValue::String(text), _) if !choices.is_empty() => {
+                let known: Vec<_> = choices.iter().map(|(name, _)| (*name).to_owned()).collect();
+                if !known.iter().any(|name| name == text) {
+                    self.unknown("value", text, known, value.span());
+                }
+            }
+            (DeValue::Table(table), None | Some("object")) => {
+                self.table(schema, value.span(), table);
+            }
+            (DeValue::Array(list), None | Some("array")) => {
+                list.iter().for_each(|value| self.value(&schema["items"], value));
+            }
+            (found, Some(expected)) if !fits(found, expected) => self.findings.push(Finding {
+                span: value.span(),
+                unknown: None,
+                message: format!("expected {}, found {}", type_name(expected), found_name(found)),
+                help: None,
+            }),
+            _ => {}
+        }
+    }
+
+    fn unknown(&mut self, kind: &str, name: &str, known: Vec<String>, span: Range<usize>) {
+        let Unknown { message, help } =
+            suggest::unknown(kind, name, known.iter().map(String::as_str));
+        let unknown = Some((name.to_owned(), known));
+        self.findings.push(Finding { span, unknown, message, help });
+    }
+
+    fn missing(&mut self, key: &str, schema: &Value, span: Range<usize>) {
+        let description = schema["description"].as_str();
+        let description =
+            description.or(resolved(self.root, schema)["description"].as_str()).unwrap_or_default();
+        let first = description.split("\n\n").next().unwrap_or_default().replace('\n', " ");
+        let help = (!first.is_empty()).then(|| format!("`{key}`: {first}"));
+        let message = format!("the key `{key}` is missing");
+        self.findings.push(Finding { span, unknown: None, message, help });
+    }
+}
+
+fn fits(found: &DeValue, expected: &str) -> bool {
+    match found {
+        DeValue::String(_) => expected == "string",
+        DeValue::Integer(_) => matches!(expected, "integer" | "number"),
+        DeValue::Float(_) => expected == "number",
+        DeValue::Boolean(_) => expected == "boolean",
+        DeValue::Datetime(_) => false,
+        DeValue::Array(_) => expected == "array",
+        DeValue::Table(_) => expected == "object",
+    }
+}
+
+/// The name of a type of JSON schema in messages and in the reference.
+#[must_use]
+pub fn type_name(name: &str) -> &str {
+    match name {
+        "string" => "a text",
+        "integer" => "a whole number",
+        "number" => "a number",
+        "boolean" => "true or false",
+        "array" => "a list",
+        "object" => "a table",
+        other => other,
+    }
+}
+
+fn found_name(found: &DeValue) -> &'static str {
+    match found {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) => "a whole number",
+        DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "a list",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_that_break_a_schema_are_found_at_their_places() {
+        let schema = serde_json::json!({
+            "type": "object", "additionalProperties": false, "required": ["step"],
+            "properties": {
+                "step": {"type": "number", "description": "Step [s].\n\nMore."},
+                "kind": {"oneOf": [{"const": "left"}, {"const": "right"}]},
+                "list": {"type": "array", "items": {"$ref": "#/$defs/Entry"}},
+                "names": {"type": "object", "additionalProperties": {"type": "string"}},
+            },
+            "$defs": {"Entry": {
+                "type": "object", "additionalProperties": false,
+                "properties": {"on": {"type": "boolean"}},
+            }},
+        });
+        for (text, at, message, help) in [
+            ("step = 1\nlist = [{ on = true }]\nkind = 'left'\nnames = { a = 'b' }", "", "", None),
+            ("stpe = 1", "stpe", "unknown key `stpe`", Some("did you mean `step`?")),
+            ("kind = 'left'", "", "the key `step` is missing", Some("`step`: Step [s].")),
+            ("step = 'a'", "'a'", "expected a number, found a text", None),
+            (
+                "step = 1\nkind = 'rihgt'",
+                "'rihgt'",
+                "unknown value `rihgt`",
+                Some("did you mean `right`?"),
+            ),
+            ("step = 1\nlist = [{ off = 1 }]", "off", "unknown key `off`", Some("known: on")),
+            (
+                "step = 1\nlist = [{ on = 1 }]",
+                "1",
+                "expected true or false, found a whole number",
+                None,
+            ),
+            ("step = 1\nnames = { a = 1 }", "1", "expected a text, found a whole number", None),
+        ] {
+            let table = DeTable::parse(text).expect(text);
+            let found = findings(&schema, 0..0, table.get_ref());
+            if message.is_empty() {
+                assert_eq!(found, [], "{text}");
+                continue;
+            }
+            let found = found.iter().find(|it| it.message == message).expect(text);
+            assert_eq!((&text[found.span.clone()], found.help.as_deref()), (at, help), "{text}");
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The words of `[[connect]]`.
+
+use std::ops::Range;
+
+use diagnostics::Spanned;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::effect::{Bias, Delay, Dropout, Effect, Gain, Hold, Noise, Quantise, for_each_effect};
+
+macro_rules! connect {
+    ($($key:ident: $words:ty,)*) => {
+        /// A connection from an output to an input. Units are converted; types only with `convert`. Sensor effects act in the
+        /// order delay, gain, bias, noise, quantise, hold, dropout.
+        ///
+        /// ```toml
+        /// [[connect]]
+        /// from = "plant.a_y"
+        /// to = "estimator.a_y"
+        /// noise = { std = 0.1 }
+        /// delay = 0.015
+        /// ```
+        #[derive(Debug, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Connect {
+            /// Output, `node.variable`.
+            #[schemars(example = &"plant.a_y")]
+            pub from: Spanned<String>,
+            /// Input, `node.variable`.
+            #[schemars(example = &"estimator.a_y")]
+            pub to: Spanned<String>,
+            /// End of the step at which the value is taken. Without it, the algorithm decides: with `gauss_seidel` the end for
+            /// FMUs and the start for signals and tables.
+            #[schemars(example = &"start")]
+            pub at: Option<Spanned<At>>,
+            /// Type conversion. Type conversions are explicit.
+            #[schemars(example = &"boolean_to_integer")]
+            pub convert: Option<Spanned<Convert>>,
+            $(
+                #[allow(missing_docs, reason = "the words of the effect are documented with their type")]
+                pub $key: Option<Spanned<$words>>,
+            )*
+        }
+
+        impl Connect {
+            /// The sensor effects of the connection: key, place and words.
+            #[must_use]
+            pub fn effects(&self) -> Vec<(&'static str, Range<usize>, &dyn Effect)> {
+                let mut effects: Vec<(_, _, &dyn Effect)> = Vec::new();
+                $(effects.extend(
+                    self.$key.as_ref().map(|it| (stringify!($key), it.span(), it.get_ref() as _)),
+                );)*
+                effects
+            }
+        }
+    };
+}
+for_each_effect!(connect);
+
+/// End of the receiver's step at which a value is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum At {
+    /// The value at the communication point where the step starts.
+    Start,
+    /// The value at the communication point where the step ends.
+    End,
+}
+
+/// A change of type on a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Convert {
+    /// False is 0, true is 1.
+    BooleanToInteger,
+    /// 0 is false, 1 is true, any other value ends the run.
+    IntegerToBoolean,
+    /// The value of the item.
+    EnumerationToInteger,
+    /// The item with this value; a value without an item ends the run.
+    IntegerToEnumeration,
+    /// The same number, which a Real holds exactly.
+    IntegerToReal,
+}

@@ -1,0 +1,109 @@
+//! The words about nodes: `[[fmu]]` and `[[table]]`.
+
+use std::collections::BTreeMap;
+
+use diagnostics::Spanned;
+use recording::table::Interpolation;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::build_request::BuildRequest;
+
+/// An FMU. It comes from an archive (`path`) or from a package of the workspace (`crate`).
+///
+/// ```toml
+/// [[fmu]]
+/// name = "plant"
+/// crate = "plant-fmu"
+/// start = { start.v_x = 27.8, F_x = 0.0 }
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fmu {
+    /// Name of the node.
+    #[schemars(example = &"plant")]
+    pub name: Spanned<String>,
+    /// Archive, relative to the scenario file.
+    #[schemars(example = &"somebody.fmu")]
+    pub path: Option<Spanned<String>>,
+    /// Package that the archive is built from, in the workspace around the scenario file.
+    #[serde(rename = "crate")]
+    #[schemars(example = &"plant-fmu")]
+    pub package: Option<Spanned<String>>,
+    /// Example of the package that the archive is built from, instead of the package itself.
+    #[schemars(example = &"relay")]
+    pub example: Option<Spanned<String>>,
+    /// Start values by variable: number, text, true or false, or the name of an item of an enumeration.
+    #[serde(default)]
+    #[schemars(
+        with = "BTreeMap<String, serde_json::Value>",
+        example = serde_json::json!({"start.v_x": 27.8, "F_x": 0.0})
+    )]
+    pub start: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    /// Whether the FMU logs everything.
+    #[serde(default)]
+    #[schemars(example = true)]
+    pub log: bool,
+}
+
+impl Fmu {
+    /// The package or example that the archive is built from, when it has no path.
+    #[must_use]
+    pub fn build_request(&self) -> Option<BuildRequest> {
+        build_request(self.path.as_ref(), self.package.as_ref(), self.example.as_ref())
+    }
+}
+
+/// The package or example that a file is built from, when it has no path.
+pub(super) fn build_request(
+    path: Option<&Spanned<String>>,
+    package: Option<&Spanned<String>>,
+    example: Option<&Spanned<String>>,
+) -> Option<BuildRequest> {
+    let package = package.filter(|_| path.is_none())?.get_ref().clone();
+    Some(BuildRequest { package, example: example.map(|word| word.get_ref().clone()) })
+}
+
+/// A CSV file or an MCAP recording that is played back.
+///
+/// ```toml
+/// [[table]]
+/// name = "log"
+/// path = "drive.csv"
+/// time = "t_s"
+/// columns = { v_x = { column = "vx_mps", unit = "m/s" } }
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Name of the node.
+    #[schemars(example = &"log")]
+    pub name: Spanned<String>,
+    /// CSV file or MCAP recording, relative to the scenario file.
+    #[schemars(example = &"drive.csv")]
+    pub path: Spanned<String>,
+    /// Column of the time [s]. MCAP has `log_time`, which needs no mention, and `publish_time`.
+    #[schemars(example = &"t_s")]
+    pub time: Option<Spanned<String>>,
+    /// Time of the file at the scenario's time 0 [s]; that of its first row without it.
+    #[schemars(example = 1000.0)]
+    pub origin: Option<f64>,
+    /// Values between two rows.
+    #[serde(default)]
+    #[schemars(example = &"hold")]
+    pub interpolation: Interpolation,
+    /// Outputs of the node by name.
+    pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
+}
+
+/// A column of a recorded file: `v_x = { column = "vx_mps", unit = "m/s" }`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Column {
+    /// Title of the column in the file; in MCAP `/topic.field`, or `node.variable` of a recorded run.
+    #[schemars(example = &"vx_mps")]
+    pub column: Spanned<String>,
+    /// Unit of the column; that of the file without it.
+    #[schemars(example = &"m/s")]
+    pub unit: Option<Spanned<String>>,
+}

@@ -1,0 +1,56 @@
+//! Finds the places of keys and values by the keys that lead to them.
+
+use std::ops::Range;
+
+use serde_json::Value;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::{Scenario, read};
+use crate::schema::{self, Finding};
+
+impl Scenario {
+    /// The place of the last of these keys that the files have. Entries of lists are numbers from 0 on, in the order of
+    /// the document. None when they do not even have the first one.
+    #[must_use]
+    pub fn place(&self, path: &[&str]) -> Option<Range<usize>> {
+        let texts = self.source.shifted();
+        let document = DeValue::Table(read::merged(&self.source, &texts).ok()?);
+        let (mut value, mut place) = (&document, None);
+        for key in path {
+            let Some((span, inner)) = step(value, key) else { break };
+            (value, place) = (inner, Some(span));
+        }
+        place
+    }
+
+    /// The words of a table that break a schema, such as those of the configuration of a plugin; `path` as for
+    /// [`Scenario::place`].
+    #[must_use]
+    pub fn findings(&self, path: &[&str], schema: &Value) -> Vec<Finding> {
+        let texts = self.source.shifted();
+        let Ok(document) = read::merged(&self.source, &texts) else { return Vec::new() };
+        let document = DeValue::Table(document);
+        let (mut value, mut place) = (&document, 0..0);
+        for key in path {
+            let Some((span, inner)) = step(value, key) else { return Vec::new() };
+            (value, place) = (inner, span);
+        }
+        value.as_table().map_or_else(Vec::new, |table| schema::findings(schema, place, table))
+    }
+}
+
+/// The place of a key, or of an entry of a list, and its value.
+fn step<'v, 't>(value: &'v DeValue<'t>, key: &str) -> Option<(Range<usize>, &'v DeValue<'t>)> {
+    match value {
+        DeValue::Table(table) => {
+            let (key, value) = table.iter().find(|(known, _)| known.get_ref() == key)?;
+            Some((key.span(), value.get_ref()))
+        }
+        DeValue::Array(list) => {
+            let entry: &Spanned<DeValue> = list.iter().nth(key.parse().ok()?)?;
+            Some((entry.span(), entry.get_ref()))
+        }
+        _ => None,
+    }
+}

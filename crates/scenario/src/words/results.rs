@@ -1,0 +1,136 @@
+//! The words about results: `[[analysis]]`, `[[validation]]` and `[[check]]`.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use diagnostics::Spanned;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::nodes::{Column, build_request};
+use crate::build_request::BuildRequest;
+
+/// An analysis of recorded signals by a plugin. The plugin is a dynamic library (`path`) or a package of the workspace (`crate`).
+///
+/// ```toml
+/// [[analysis]]
+/// name = "tires"
+/// crate = "identify"
+/// signals = { v_x = "plant.v_x" }
+/// config = { task = "front" }
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Analysis {
+    /// Name of the analysis and of its result in checks and reports.
+    #[schemars(example = &"tires")]
+    pub name: Spanned<String>,
+    /// Dynamic library, relative to the scenario file.
+    #[schemars(example = &"libsomebody.so")]
+    pub path: Option<Spanned<String>>,
+    /// Package that the library is built from, in the workspace around the scenario file.
+    #[serde(rename = "crate")]
+    #[schemars(example = &"identify")]
+    pub package: Option<Spanned<String>>,
+    /// Example of the package that the library is built from, instead of the package itself.
+    #[schemars(example = &"mean")]
+    pub example: Option<Spanned<String>>,
+    /// Signals of the run, `node.variable`, by the plugin's names.
+    #[serde(default)]
+    #[schemars(example = BTreeMap::from([("v_x", "plant.v_x")]))]
+    pub signals: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Signals of a file.
+    pub table: Option<AnalysisTable>,
+    /// Text files for the plugin, relative to the scenario file. It gets their contents in its configuration under `files`.
+    #[serde(default)]
+    #[schemars(example = BTreeMap::from([("prior", "tires.toml")]))]
+    pub files: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Configuration of the plugin, in the plugin's own keys.
+    #[schemars(
+        with = "Option<BTreeMap<String, serde_json::Value>>",
+        example = serde_json::json!({"task": "front"})
+    )]
+    pub config: Option<Spanned<toml::Table>>,
+    /// Places of its keys and values.
+    #[serde(skip)]
+    pub places: Vec<Range<usize>>,
+}
+
+impl Analysis {
+    /// The package or example that the library is built from, when it has no path.
+    #[must_use]
+    pub fn build_request(&self) -> Option<BuildRequest> {
+        build_request(self.path.as_ref(), self.package.as_ref(), self.example.as_ref())
+    }
+}
+
+/// A CSV file or an MCAP recording whose rows the plugin gets.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AnalysisTable {
+    /// CSV file or MCAP recording, relative to the scenario file.
+    #[schemars(example = &"drive.csv")]
+    pub path: Spanned<String>,
+    /// Column of the time [s], as in `[[table]]`.
+    #[schemars(example = &"t_s")]
+    pub time: Option<Spanned<String>>,
+    /// Time of the file at the analysis' time 0 [s]; that of its first row without it.
+    #[schemars(example = 1000.0)]
+    pub origin: Option<f64>,
+    /// Signals of the file by the plugin's names.
+    pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
+}
+
+/// A scenario that runs after the analyses, with their results.
+///
+/// ```toml
+/// [[validation]]
+/// name = "step_steer"
+/// scenario = "step_steer.toml"
+/// set = ["@tires.toml"]
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Validation {
+    /// Name of the validation in checks and reports, and of the folder of its files.
+    #[schemars(example = &"step_steer")]
+    pub name: Spanned<String>,
+    /// Scenario, relative to the scenario file.
+    #[schemars(example = &"step_steer.toml")]
+    pub scenario: Spanned<String>,
+    /// Copies start values from FMUs of this run; values in the validation scenario win.
+    #[serde(default)]
+    #[schemars(example = BTreeMap::from([("plant", "plant")]))]
+    pub like: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Start values as on the command line: `node.variable=value`, or `@FILE` for a file that an analysis writes or that is
+    /// beside the scenario file.
+    #[serde(default)]
+    #[schemars(example = ["@tires.toml", "plant.body.m=800"])]
+    pub set: Vec<Spanned<String>>,
+}
+
+/// A condition on signals or on results.
+///
+/// ```toml
+/// [[check]]
+/// name = "stays on the road"
+/// that = "max(abs(plant.y - reference.y)) < 0.3"
+/// during = [2.0, 8.0]
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Check {
+    /// Name of the check in reports.
+    #[schemars(example = &"stays on the road")]
+    pub name: String,
+    /// Condition in the language of checks.
+    #[schemars(example = &"max(abs(plant.y - reference.y)) < 0.3")]
+    pub that: Spanned<String>,
+    /// Beginning and end of the window of the condition [s]; the whole run without it.
+    #[schemars(example = [2.0, 8.0])]
+    pub during: Option<Spanned<[f64; 2]>>,
+    /// Tolerance of comparisons, in the unit of their sides.
+    #[serde(default)]
+    #[schemars(example = 0.001)]
+    pub tolerance: f64,
+}

@@ -1,0 +1,61 @@
+//! Says why a unit text cannot be read, and where.
+
+use std::ops::Range;
+
+/// Why a unit text cannot be read; every position is a byte index into the text.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UnitError {
+    /// A word is in no table.
+    #[error(
+        "unknown unit `{word}` at byte {at} of `{text}`: expected names such as \
+         kg, m, s, N, Pa, W, rad, deg, rpm, joined by `.`, `*` or `/`"
+    )]
+    Unknown {
+        /// The unknown word.
+        word: String,
+        /// Where it begins.
+        at: usize,
+        /// The whole unit text.
+        text: String,
+    },
+    /// A unit whose zero is shifted is part of a larger expression.
+    #[error(
+        "`{word}` at byte {at} of `{text}` has a shifted zero and can only stand alone: \
+         write `K` for a difference of temperatures"
+    )]
+    Shifted {
+        /// The unit with the offset.
+        word: String,
+        /// Where it begins.
+        at: usize,
+        /// The whole unit text.
+        text: String,
+    },
+    /// The text is not a product of powers.
+    #[error("expected {expected} at byte {at} of the unit `{text}`, found {found}")]
+    Syntax {
+        /// What could stand there.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+        /// Where.
+        at: usize,
+        /// The whole unit text.
+        text: String,
+    },
+}
+
+impl UnitError {
+    /// The bytes of the unit text that the error is about.
+    #[must_use]
+    pub fn span(&self) -> Range<usize> {
+        match self {
+            Self::Unknown { word, at, .. } | Self::Shifted { word, at, .. } => {
+                *at..*at + word.len()
+            }
+            Self::Syntax { at, text, .. } => {
+                *at..*at + text[*at..].chars().next().map_or(0, char::len_utf8)
+            }
+        }
+    }
+}

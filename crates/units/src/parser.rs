@@ -1,0 +1,123 @@
+//! Reads products of powers of named units.
+
+use crate::table::{NAMES, SCALES};
+use crate::{Unit, UnitError};
+
+/// Nesting that no unit needs; it bounds the recursion for a hostile text.
+const DEEPEST: usize = 16;
+
+pub(crate) struct Parser<'a> {
+    text: &'a str,
+    at: usize,
+    depth: usize,
+}
+
+impl<'a> Parser<'a> {
+    /// Reads the whole text.
+    pub(crate) fn read(text: &'a str) -> Result<Unit, UnitError> {
+        let mut parser = Parser { text, at: 0, depth: 0 };
+        let unit = parser.product()?;
+        match parser.peek() {
+            None => Ok(unit),
+            Some(_) => Err(parser.expected("`.`, `*`, `/` or the end")),
+        }
+    }
+
+    fn product(&mut self) -> Result<Unit, UnitError> {
+        let mut unit = Unit::ONE;
+        let mut sign = 1;
+        loop {
+            let (factor, exponent) = self.power()?;
+            unit = unit
+                .times(factor, sign * exponent)
+                .ok_or_else(|| self.expected("powers within -128..=127 before this place"))?;
+            sign = match self.peek() {
+                Some('.' | '*') => 1,
+                Some('/') => -1,
+                _ => return Ok(unit),
+            };
+            self.at += 1;
+        }
+    }
+
+    fn power(&mut self) -> Result<(Unit, i8), UnitError> {
+        let unit = match self.peek() {
+            Some('(') if self.depth < DEEPEST => {
+                self.at += 1;
+                self.depth += 1;
+                let unit = self.product()?;
+                if self.peek() != Some(')') {
+                    return Err(self.expected("`)`"));
+                }
+                self.at += 1;
+                self.depth -= 1;
+                unit
+            }
+            Some('1') => {
+                self.at += 1;
+                return Ok((Unit::ONE, 1));
+            }
+            _ => self.name()?,
+        };
+        Ok((unit, self.exponent()?))
+    }
+
+    fn name(&mut self) -> Result<Unit, UnitError> {
+        let at = self.at;
+        let is_name = |c: char| c.is_alphabetic() || matches!(c, '%' | '_' | '°');
+        let word = self.take(is_name);
+        if word.is_empty() {
+            return Err(self.expected("a unit name, `1` or `(`"));
+        }
+        let (word, text) = (word.to_owned(), self.text.to_owned());
+        if let Some((_, exponents, factor)) = NAMES.iter().find(|(name, ..)| *name == word) {
+            Ok(Unit::from_base(*exponents, *factor, 0.0))
+        } else if SCALES.iter().any(|(name, ..)| *name == word) {
+            Err(UnitError::Shifted { word, at, text })
+        } else {
+            Err(UnitError::Unknown { word, at, text })
+        }
+    }
+
+    /// The exponent directly after a name: `2`, `^2`, `-1` or `^-1`; 1 when there is none.
+    fn exponent(&mut self) -> Result<i8, UnitError> {
+        let start = self.at;
+        let marked = self.text[self.at..].starts_with('^');
+        self.at += usize::from(marked);
+        let number = self.at;
+        self.at += usize::from(self.text[self.at..].starts_with(['-', '+']));
+        let digits = self.take(|c| c.is_ascii_digit());
+        if digits.is_empty() && self.at == start {
+            return Ok(1);
+        }
+        let parsed = self.text[number..self.at].parse().ok();
+        parsed
+            // -128 cannot change its sign after a `/`.
+            .filter(|exponent| *exponent != i8::MIN)
+            .ok_or_else(|| {
+                self.at = number;
+                self.expected("a whole exponent within -127..=127")
+            })
+    }
+
+    fn take(&mut self, accepted: impl Fn(char) -> bool) -> &str {
+        let rest = &self.text[self.at..];
+        let length = rest.find(|c| !accepted(c)).unwrap_or(rest.len());
+        self.at += length;
+        &rest[..length]
+    }
+
+    /// The next character that is not blank; it stays to be read.
+    fn peek(&mut self) -> Option<char> {
+        self.take(char::is_whitespace);
+        self.text[self.at..].chars().next()
+    }
+
+    fn expected(&self, expected: &'static str) -> UnitError {
+        let found = match self.text[self.at..].chars().next() {
+            Some(c) => format!("`{c}`"),
+            None => "the end".to_owned(),
+        };
+        UnitError::Syntax { expected, found, at: self.at, text: self.text.to_owned() }
+    }
+}
