@@ -77,7 +77,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
     ("recording", &["diagnostics", "expression", "plugin"]),
     ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "units"]),
     ("cosim", &["diagnostics", "expression", "fmu-import", "recording", "scenario"]),
-    ("replay", &["diagnostics", "expression", "plugin", "recording", "scenario", "units"]),
+    ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
     ("tire-inference", &["numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
