@@ -1,5 +1,15 @@
 //! Uses the program as a person does, from the command line, and judges what it prints, returns and writes.
 
+use std::process::ExitCode;
+
+// Lists and runs the tests.
+#[macro_use]
+#[path = "acceptance/suite.rs"]
+mod suite;
+// What tests need besides the workspace.
+#[path = "acceptance/requirement.rs"]
+mod requirement;
+
 // Starts the program in folders of its own.
 #[path = "acceptance/harness.rs"]
 mod harness;
@@ -41,6 +51,9 @@ mod extending;
 // What an FMU may do wrong, and what is left of the run then.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// Features of dependencies, which decide what cargo compiles.
+#[path = "acceptance/features.rs"]
+mod features;
 // Tires out of recordings, against the truth and against scipy.
 #[path = "acceptance/identification.rs"]
 mod identification;
@@ -66,9 +79,41 @@ mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
+// States of FMUs that are saved and restored.
+#[path = "acceptance/state.rs"]
+mod state;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
 // Scenarios that validate what another one found, and what may be wrong with them.
 #[path = "acceptance/validating.rs"]
 mod validating;
+
+fn main() -> ExitCode {
+    let mut tests = Vec::new();
+    architecture::register(&mut tests);
+    bad_input::register(&mut tests);
+    cli::register(&mut tests);
+    #[cfg(feature = "rerun")]
+    comparing::register(&mut tests);
+    conform::register(&mut tests);
+    determinism::register(&mut tests);
+    documents::register(&mut tests);
+    editors::register(&mut tests);
+    extending::register(&mut tests);
+    failing_fmu::register(&mut tests);
+    features::register(&mut tests);
+    identification::register(&mut tests);
+    importers::register(&mut tests);
+    interop::register(&mut tests);
+    #[cfg(feature = "rerun")]
+    live::register(&mut tests);
+    memory::register(&mut tests);
+    playback::register(&mut tests);
+    plugins::register(&mut tests);
+    recordings::register(&mut tests);
+    state::register(&mut tests);
+    types::register(&mut tests);
+    validating::register(&mut tests);
+    suite::run(&libtest_mimic::Arguments::from_args(), tests)
+}

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use cosim::coupling;
 use cosim::master::{self, Progress};
 use cosim::node;
 use diagnostics::Error;
@@ -156,7 +157,8 @@ fn simulate(
         events(ProgressEvent::Steps(done, pace.clock.steps));
         pace.wait(done);
     };
-    master::run(system, &mut nodes, recorder, progress, &mut tick)
+    let mut coupling = coupling::of(system.coupling);
+    master::run(system, &mut nodes, coupling.as_mut(), recorder, progress, &mut tick)
 }
 
 fn analyse(

@@ -3,6 +3,18 @@
 use super::fmus::ours;
 use super::harness::{Ended, Lab, ROOT, trackside};
 
+tests! {
+    inspect_lists_variables_units_and_dependencies,
+    a_good_run_says_how_it_went_and_is_silent_on_stderr,
+    a_command_that_cannot_do_anything_says_why,
+    set_changes_the_result,
+    several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts,
+    test_tells_passed_failed_broken_and_skipped_apart,
+    an_example_is_packed_by_one_command_and_built_by_a_scenario,
+    #[cfg(unix)]
+    view_opens_the_recording_in_the_right_viewer_or_says_how_to_get_it,
+}
+
 /// A car that coasts, with a check on how far it comes.
 fn coasting(check: &str) -> String {
     format!(
@@ -19,7 +31,6 @@ fn lab() -> Lab {
     lab
 }
 
-#[test]
 fn inspect_lists_variables_units_and_dependencies() {
     let ended = lab().trackside(&["inspect", "plant.fmu"]).expect(0);
     let words =
@@ -41,7 +52,6 @@ fn inspect_lists_variables_units_and_dependencies() {
     assert!(parameter.is_some(), "{}", ended.stdout);
 }
 
-#[test]
 fn a_good_run_says_how_it_went_and_is_silent_on_stderr() {
     let lab = lab();
     let ended = lab.trackside(&["run", "good.toml"]).expect(0);
@@ -54,7 +64,6 @@ fn a_good_run_says_how_it_went_and_is_silent_on_stderr() {
     assert!(!lab.has("target/runs/good/run.csv"), "nobody asked for it");
 }
 
-#[test]
 fn a_command_that_cannot_do_anything_says_why() {
     let lab = lab();
     lab.write("text.fmu", "no archive");
@@ -72,7 +81,6 @@ fn a_command_that_cannot_do_anything_says_why() {
     }
 }
 
-#[test]
 fn set_changes_the_result() {
     let lab = lab();
     lab.write("heavy.toml", "[plant]\nbody.m = 1600.0\n");
@@ -95,7 +103,6 @@ fn last(csv: &str, column: &str) -> f64 {
     cell.expect("a row").parse().expect("a number")
 }
 
-#[test]
 fn several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts() {
     let lab = lab();
     lab.write("bad.toml", coasting("plant.X < 10"));
@@ -105,7 +112,6 @@ fn several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts() {
     assert_eq!(lab.report("all/good")["verdict"], "pass");
 }
 
-#[test]
 fn test_tells_passed_failed_broken_and_skipped_apart() {
     let lab = lab();
     lab.write("fails.toml", coasting("plant.X < 10"));
@@ -144,7 +150,6 @@ fn junit(xml: &str) {
     }
 }
 
-#[test]
 fn an_example_is_packed_by_one_command_and_built_by_a_scenario() {
     let root = std::path::Path::new(ROOT);
     let lab = Lab::new();
@@ -164,7 +169,6 @@ fn an_example_is_packed_by_one_command_and_built_by_a_scenario() {
     Ended::of(run.output().expect("it starts")).expect(0);
 }
 
-#[test]
 #[cfg(unix)]
 fn view_opens_the_recording_in_the_right_viewer_or_says_how_to_get_it() {
     use std::os::unix::fs::PermissionsExt;

@@ -2,7 +2,11 @@
 
 use super::harness::{limit_handling, record};
 
-#[test]
+tests! {
+    the_same_seed_gives_the_same_bytes_and_another_one_does_not,
+    the_report_says_what_a_program_wants_to_know,
+}
+
 fn the_same_seed_gives_the_same_bytes_and_another_one_does_not() {
     let lab = limit_handling();
     record(lab, "limit_handling.toml", "again", &["--rerun", "off"]);
@@ -13,7 +17,6 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_does_not() {
     assert_eq!(lab.report("other")["seed"], 2);
 }
 
-#[test]
 fn the_report_says_what_a_program_wants_to_know() {
     let report = limit_handling().report("run");
     assert_eq!(report["scenario"], "limit_handling");

@@ -6,6 +6,15 @@ use std::sync::Mutex;
 use super::harness::{Ended, Lab, ROOT, trackside};
 use super::python::{Python, python};
 
+tests! {
+    commands_and_scenarios_of_the_documents_run,
+    python_recipes_of_the_documents_run: Python,
+    every_page_shows_something_that_runs,
+    quotations_are_parts_of_their_files,
+    the_readme_is_short_and_shows_a_whole_scenario,
+    links_lead_somewhere,
+}
+
 /// Pages in `docs` that may show nothing that runs.
 const EXEMPT: [&str; 2] = ["docs/glossary.md", "docs/reference/"];
 /// Pages at a time: as many as the machines of most CI services have cores.
@@ -175,10 +184,10 @@ impl<'a> Session<'a> {
         let output = trackside(&folder).args(self.arguments(&shown.words)).output();
         let ended = Ended::of(output.expect("it starts"));
         let (command, code) = (shown.words.join(" "), ended.code());
-        if code != shown.code {
+        if code != Some(shown.code) {
             let (expected, stdout, stderr) = (shown.code, &ended.stdout, &ended.stderr);
             return Err(format!(
-                "`{command}`: expected exit code {expected}, found {code}\n{stdout}{stderr}"
+                "`{command}`: expected exit code {expected}, found {code:?}\n{stdout}{stderr}"
             ));
         }
         let printed = format!("{} {}", squeezed(&ended.stdout), ended.message());
@@ -299,23 +308,19 @@ fn run_all(pages: &[&Page], python: Option<&'static Python>) {
     assert!(failures.is_empty(), "{}", failures.join("\n\n"));
 }
 
-#[test]
 fn commands_and_scenarios_of_the_documents_run() {
     let pages = pages();
     run_all(&pages.iter().collect::<Vec<_>>(), None);
 }
 
-#[test]
 fn python_recipes_of_the_documents_run() {
-    let Some(python) = python() else { return };
     let pages = pages();
     let has_recipe = |page: &&Page| page.blocks().iter().any(|block| block.is(&["python", "run"]));
     let pages: Vec<&Page> = pages.iter().filter(has_recipe).collect();
     assert!(!pages.is_empty(), "there is a recipe for recordings");
-    run_all(&pages, Some(python));
+    run_all(&pages, Some(python()));
 }
 
-#[test]
 fn every_page_shows_something_that_runs() {
     let exempt = |page: &Page| {
         !page.name.starts_with("docs/") || EXEMPT.iter().any(|start| page.name.starts_with(start))
@@ -325,7 +330,6 @@ fn every_page_shows_something_that_runs() {
     }
 }
 
-#[test]
 fn quotations_are_parts_of_their_files() {
     for page in pages() {
         for block in page.blocks() {
@@ -338,7 +342,6 @@ fn quotations_are_parts_of_their_files() {
     }
 }
 
-#[test]
 fn the_readme_is_short_and_shows_a_whole_scenario() {
     let readme = Page::read(&Path::new(ROOT).join("README.md"));
     let lines = readme.text.lines().count();
@@ -349,7 +352,6 @@ fn the_readme_is_short_and_shows_a_whole_scenario() {
     assert_eq!(shown.expect("the README shows a scenario").text, text);
 }
 
-#[test]
 fn links_lead_somewhere() {
     let pages = pages();
     let mut broken = Vec::new();
@@ -362,8 +364,7 @@ fn links_lead_somewhere() {
                 if file.is_empty() { Path::new(ROOT).join(&page.name) } else { folder.join(file) };
             let text = std::fs::read_to_string(&path).unwrap_or_default();
             let there = || headings(&text).iter().any(|known| known == heading);
-            let found = path.exists() && (heading.is_empty() || there());
-            if !found {
+            if !(path.exists() && (heading.is_empty() || there())) {
                 broken.push(format!("{}: {link}", page.name));
             }
         }
@@ -373,8 +374,7 @@ fn links_lead_somewhere() {
 
 /// A text without fenced blocks.
 fn prose(text: &str) -> String {
-    let parts = text.split("\n```").step_by(2);
-    parts.collect::<Vec<_>>().join("\n")
+    text.split("\n```").step_by(2).collect::<Vec<_>>().join("\n")
 }
 
 /// The targets of links and images, but for those of the web.

@@ -5,21 +5,26 @@ use std::path::Path;
 use super::harness::{Ended, Lab, ROOT};
 use super::python::{Python, python};
 
+tests! {
+    an_editor_finds_nothing_wrong_with_our_scenarios: Python,
+    an_editor_finds_a_misspelt_key: Python,
+    every_scenario_names_the_schema_of_the_repository,
+    the_program_prints_the_schema_and_explains_keys,
+}
+
 /// What tombi says of files or folders, which it looks at without the network.
 fn lint(python: &Python, paths: &[&Path]) -> Ended {
     let output = python.tombi().args(["lint", "--offline"]).args(paths).current_dir(ROOT).output();
     Ended::of(output.expect("tombi"))
 }
 
-#[test]
 fn an_editor_finds_nothing_wrong_with_our_scenarios() {
-    let Some(python) = python() else { return };
+    let python = python();
     lint(python, &[Path::new("scenarios")]).expect(0);
 }
 
-#[test]
 fn an_editor_finds_a_misspelt_key() {
-    let Some(python) = python() else { return };
+    let python = python();
     let lab = Lab::new();
     let schema = Path::new(ROOT).join("docs/reference/scenario.schema.json");
     let good = format!("#:schema {}\n[time]\nstep = 0.01\nstop = 1.0\n", schema.display());
@@ -31,7 +36,6 @@ fn an_editor_finds_a_misspelt_key() {
     assert!(text.contains("stpo"), "{text}");
 }
 
-#[test]
 fn every_scenario_names_the_schema_of_the_repository() {
     let mut folders = vec![Path::new(ROOT).join("scenarios")];
     while let Some(folder) = folders.pop() {
@@ -54,7 +58,6 @@ fn every_scenario_names_the_schema_of_the_repository() {
     }
 }
 
-#[test]
 fn the_program_prints_the_schema_and_explains_keys() {
     let lab = Lab::new();
     let schema = lab.trackside(&["schema"]).expect(0).stdout;

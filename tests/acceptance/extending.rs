@@ -3,6 +3,13 @@
 use super::fmus::ours;
 use super::harness::{Ended, Lab};
 
+tests! {
+    what_is_not_changed_is_taken_over,
+    a_chain_is_followed_and_set_and_test_work_with_it,
+    another_fmu_takes_the_place_of_the_inherited_one,
+    a_mistake_is_pointed_at_in_the_file_that_it_stands_in,
+}
+
 /// A scenario in a folder of its own, whose paths are relative to it.
 const BASE: &str = r#"title = "Base"
 seed = 3
@@ -123,7 +130,6 @@ fn last(lab: &Lab, column: &str) -> Option<f64> {
     csv.lines().next_back()?.split(',').nth(place)?.parse().ok()
 }
 
-#[test]
 fn what_is_not_changed_is_taken_over() {
     let lab = lab();
     run(&lab, CHANGED).expect(0);
@@ -164,7 +170,6 @@ fn what_is_not_changed_is_taken_over() {
     assert!(lab.read("out/run.csv") == csv, "the numbers differ");
 }
 
-#[test]
 fn a_chain_is_followed_and_set_and_test_work_with_it() {
     let lab = lab();
     lab.write("middle.toml", CHANGED);
@@ -179,7 +184,6 @@ fn a_chain_is_followed_and_set_and_test_work_with_it() {
     assert!(ended.stdout.contains("the data file base/log.csv is not there"), "{}", ended.stdout);
 }
 
-#[test]
 fn another_fmu_takes_the_place_of_the_inherited_one() {
     let lab = lab();
     std::fs::copy(lab.path("base/plant.fmu"), lab.path("other.fmu")).expect("a copy");
@@ -192,7 +196,6 @@ fn another_fmu_takes_the_place_of_the_inherited_one() {
         .expect(0);
 }
 
-#[test]
 fn a_mistake_is_pointed_at_in_the_file_that_it_stands_in() {
     let lab = lab();
     lab.write("self.toml", "extends = \"case.toml\"\n");
@@ -229,8 +232,8 @@ fn a_mistake_is_pointed_at_in_the_file_that_it_stands_in() {
         let ended = run(&lab, text);
         let message = ended.message();
         let told = message.contains(line) && message.contains(says);
-        if ended.code() != 2 || !told || lab.has("out") {
-            wrong.push(format!("{line} {says}: {}\n{}", ended.code(), ended.stderr));
+        if ended.code() != Some(2) || !told || lab.has("out") {
+            wrong.push(format!("{line} {says}: {}\n{}", ended.status, ended.stderr));
         }
     };
     for (good, old, new, line, says) in cases {

@@ -4,9 +4,13 @@ use super::fmus::{example, ours};
 use super::harness::{Lab, limit_handling, record};
 use super::python::python;
 
-#[test]
+tests! {
+    fmpy_finds_nothing_wrong_with_the_archives: Python,
+    fmpy_gets_what_the_closed_loop_got: Python,
+}
+
 fn fmpy_finds_nothing_wrong_with_the_archives() {
-    let Some(python) = python() else { return };
+    let python = python();
     let name = |name: &str| ours().join(format!("{name}.fmu"));
     for fmu in [name("plant"), name("controller"), name("estimator"), example().to_owned()] {
         let ended = python.run("validate.py", &[&fmu]);
@@ -14,9 +18,8 @@ fn fmpy_finds_nothing_wrong_with_the_archives() {
     }
 }
 
-#[test]
 fn fmpy_gets_what_the_closed_loop_got() {
-    let Some(python) = python() else { return };
+    let python = python();
     let lab = Lab::new();
     // fmpy hands over the difference of two communication points as the step, which is off by rounding.
     lab.write("limit_handling.toml", limit_handling().read("limit_handling.toml"));
@@ -28,8 +31,6 @@ fn fmpy_gets_what_the_closed_loop_got() {
         ("replay.py", "estimator", "{}"),
     ] {
         let fmu = ours().join(format!("{node}.fmu"));
-        let ended =
-            python.run(script, &[node.as_ref(), fmu.as_os_str(), csv.as_os_str(), start.as_ref()]);
-        println!("{}", ended.stdout);
+        python.run(script, &[node.as_ref(), fmu.as_os_str(), csv.as_os_str(), start.as_ref()]);
     }
 }

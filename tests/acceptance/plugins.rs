@@ -5,6 +5,14 @@ use std::process::Command;
 
 use super::harness::{Ended, Lab, ROOT, trackside};
 
+tests! {
+    a_plugin_of_twenty_lines_gets_signals_in_its_units_and_its_result_is_checked,
+    an_analysis_of_a_file_needs_no_run_and_what_it_leaves_goes_with_the_next_run: Compiler,
+    what_does_not_fit_is_pointed_at: Compiler,
+    a_plugin_for_another_interface_or_none_is_refused: Compiler,
+    a_plugin_that_fails_is_told_and_the_recording_stays: Compiler,
+}
+
 /// A ramp, and the analysis that `more` completes.
 fn scenario(more: &str) -> String {
     format!(
@@ -36,7 +44,6 @@ fn run(lab: &Lab, text: &str) -> Ended {
     lab.trackside(&["run", "case.toml", "--out", "out", "--csv"])
 }
 
-#[test]
 fn a_plugin_of_twenty_lines_gets_signals_in_its_units_and_its_result_is_checked() {
     let lab = Lab::new();
     let text = scenario(
@@ -59,7 +66,6 @@ fn a_plugin_of_twenty_lines_gets_signals_in_its_units_and_its_result_is_checked(
     assert!(recording.windows(topic.len()).any(|bytes| bytes == topic));
 }
 
-#[test]
 fn an_analysis_of_a_file_needs_no_run_and_what_it_leaves_goes_with_the_next_run() {
     let lab = lab();
     let head = "[[analysis]]\nname = \"odd\"\npath = \"odd.so\"\nconfig = { mode = \"writes\" }\n";
@@ -76,7 +82,6 @@ fn an_analysis_of_a_file_needs_no_run_and_what_it_leaves_goes_with_the_next_run(
     assert!(!lab.has("out/note.txt"));
 }
 
-#[test]
 fn what_does_not_fit_is_pointed_at() {
     let lab = lab();
     lab.write("text.so", "no library");
@@ -110,7 +115,6 @@ fn what_does_not_fit_is_pointed_at() {
     }
 }
 
-#[test]
 fn a_plugin_for_another_interface_or_none_is_refused() {
     let lab = Lab::new();
     compile(&lab, 77);
@@ -125,7 +129,6 @@ fn a_plugin_for_another_interface_or_none_is_refused() {
     run(&lab, &scenario(SPEED)).expect(2).says(&["is no plugin", "`trackside_plugin`"]);
 }
 
-#[test]
 fn a_plugin_that_fails_is_told_and_the_recording_stays() {
     let lab = lab();
     for (mode, says) in [

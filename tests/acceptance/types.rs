@@ -4,6 +4,18 @@ use super::fmus::relay;
 use super::harness::{Ended, Lab};
 use super::python::python;
 
+tests! {
+    every_type_goes_through_a_chain_with_the_delay_that_was_asked_for: Compiler,
+    the_mcap_holds_the_texts_of_the_csv: Compiler + Python,
+    #[cfg(feature = "rerun")]
+    the_replay_shows_texts_where_they_change: Compiler + Python,
+    texts_and_items_are_checked: Compiler,
+    texts_can_be_left_out_of_the_recordings: Compiler,
+    a_start_value_of_every_type_can_be_set_on_the_command_line: Compiler,
+    types_are_converted_when_asked_for: Compiler,
+    a_signal_has_the_type_of_what_it_goes_to_as_long_as_its_values_do: Compiler,
+}
+
 /// A head that counts its steps in every type, and a tail that it is connected to.
 fn chain(algorithm: &str, at: &str) -> String {
     let mut text = format!(
@@ -60,7 +72,6 @@ fn columns<const N: usize>(lab: &Lab, names: [&str; N]) -> Vec<[String; N]> {
     reader.records().map(row).collect()
 }
 
-#[test]
 fn every_type_goes_through_a_chain_with_the_delay_that_was_asked_for() {
     let lab = lab();
     for (algorithm, at, late) in
@@ -83,19 +94,17 @@ fn every_type_goes_through_a_chain_with_the_delay_that_was_asked_for() {
     }
 }
 
-#[test]
 fn the_mcap_holds_the_texts_of_the_csv() {
-    let Some(python) = python() else { return };
+    let python = python();
     let lab = lab();
     run(&lab, &chain("gauss_seidel", "")).expect(0);
     python.run("compare_mcap.py", &[lab.path("out/run.mcap"), lab.path("out/run.csv")]);
 }
 
 /// The replay shows texts where they change; with Python, another program reads them back.
-#[test]
 #[cfg(feature = "rerun")]
 fn the_replay_shows_texts_where_they_change() {
-    let Some(python) = python() else { return };
+    let python = python();
     let lab = lab();
     lab.write("case.toml", chain("gauss_seidel", ""));
     lab.trackside(&["run", "case.toml", "--out", "out"]).expect(0);
@@ -108,7 +117,6 @@ fn the_replay_shows_texts_where_they_change() {
     assert_eq!(shown.matches("head.text_out: ").count(), changes, "{shown}");
 }
 
-#[test]
 fn texts_and_items_are_checked() {
     let lab = lab();
     let check = |that: &str| {
@@ -123,7 +131,6 @@ fn texts_and_items_are_checked() {
     check("abs(tail.text) < 1").expect(2).says(&["`tail.text` is a text"]);
 }
 
-#[test]
 fn texts_can_be_left_out_of_the_recordings() {
     let lab = lab();
     run(&lab, &(chain("jacobi", "") + "[record]\nexcept = ['*.text*']\n")).expect(0);
@@ -131,7 +138,6 @@ fn texts_can_be_left_out_of_the_recordings() {
     assert!(!csv.contains("text") && csv.contains("tail.mode"), "{csv}");
 }
 
-#[test]
 fn a_start_value_of_every_type_can_be_set_on_the_command_line() {
     let lab = lab();
     lab.write(
@@ -179,7 +185,6 @@ fn relayed(rest: &str) -> String {
         + &format!("start = {{ {starts} }}\n{rest}")
 }
 
-#[test]
 fn types_are_converted_when_asked_for() {
     let lab = lab();
     for (from, to, convert, values) in [
@@ -208,7 +213,6 @@ fn types_are_converted_when_asked_for() {
     }
 }
 
-#[test]
 fn a_signal_has_the_type_of_what_it_goes_to_as_long_as_its_values_do() {
     let lab = lab();
     lab.write("log.csv", "t,gear\n0,1\n0.5,-1\n");

@@ -4,6 +4,13 @@ use super::fmus::ours;
 use super::harness::{Ended, Lab};
 use super::plugins::compile;
 
+tests! {
+    what_was_found_is_validated_and_reported: Compiler,
+    a_validation_that_fails_or_breaks_counts: Compiler,
+    mistakes_are_told_before_anything_runs: Compiler,
+    the_data_of_a_validation_may_be_absent: Compiler,
+}
+
 /// A car whose mass is "found" by a plugin.
 const CASE: &str = r#"[time]
 step = 0.01
@@ -70,7 +77,6 @@ fn run(lab: &Lab, text: &str, more: &[&str]) -> Ended {
     lab.trackside(&[&["run", "case.toml", "--out", "out"], more].concat())
 }
 
-#[test]
 fn what_was_found_is_validated_and_reported() {
     let lab = lab();
     let ended = run(&lab, CASE, &[]).expect(0);
@@ -96,7 +102,6 @@ fn what_was_found_is_validated_and_reported() {
     assert!(!lab.has("out/pushed"));
 }
 
-#[test]
 fn a_validation_that_fails_or_breaks_counts() {
     let lab = lab();
     let ended = run(&lab, &CASE.replace("like = { plant = \"car\" }\n", ""), &[]).expect(1);
@@ -126,7 +131,6 @@ fn a_validation_that_fails_or_breaks_counts() {
     assert_eq!(lab.report("out")["verdict"], "error");
 }
 
-#[test]
 fn mistakes_are_told_before_anything_runs() {
     let lab = lab();
     lab.write("car.toml", "[twin]\nbody.m = 900.0\n");
@@ -158,8 +162,8 @@ fn mistakes_are_told_before_anything_runs() {
         let ended = run(&lab, &text, &[]);
         let message = ended.message();
         let told = message.contains(line) && message.contains(says);
-        if ended.code() != 2 || !told || lab.has("out") {
-            wrong.push(format!("{line} {says}: {}\n{}", ended.code(), ended.stderr));
+        if ended.code() != Some(2) || !told || lab.has("out") {
+            wrong.push(format!("{line} {says}: {}\n{}", ended.status, ended.stderr));
         }
     }
     assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
@@ -179,7 +183,6 @@ fn mistakes_are_told_before_anything_runs() {
     run(&lab, &text.replace("found.toml", "car.toml"), &[]).expect(0);
 }
 
-#[test]
 fn the_data_of_a_validation_may_be_absent() {
     let lab = lab();
     let table = "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = {}\n";

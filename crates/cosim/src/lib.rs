@@ -3,6 +3,8 @@
 #![forbid(unsafe_code)]
 
 pub mod check;
+pub mod coupling;
+pub mod exchange;
 pub mod fault;
 pub mod master;
 pub mod node;

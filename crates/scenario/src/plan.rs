@@ -3,6 +3,7 @@
 mod accepts;
 mod analysis;
 mod check;
+mod coupling;
 mod input_chain;
 
 use std::sync::Arc;
@@ -14,10 +15,11 @@ use recording::{
 };
 
 use crate::signal::Signal;
-use crate::words::At;
+use crate::words::{Algorithm, At};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use check::{CheckPlan, ResultName, Subject};
+pub use coupling::CouplingRules;
 pub use input_chain::{FaultPlan, InputChain};
 
 /// The report of a run, in its folder.
@@ -173,6 +175,8 @@ pub struct ResolvedConnection {
 /// A scenario without names: what the master works with.
 #[derive(Debug)]
 pub struct System {
+    /// The coupling algorithm.
+    pub coupling: Algorithm,
     /// The communication points.
     pub clock: Clock,
     /// The nodes, in the order of the file.

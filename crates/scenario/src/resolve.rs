@@ -96,7 +96,19 @@ impl System {
         };
         let view = view::view(scenario, &header)?;
         let header = RunHeader { view, ..header };
-        Ok(System { clock, nodes, order, columns, analyses, checks, recorded, header, warnings })
+        let coupling = document.coupling.algorithm;
+        Ok(System {
+            coupling,
+            clock,
+            nodes,
+            order,
+            columns,
+            analyses,
+            checks,
+            recorded,
+            header,
+            warnings,
+        })
     }
 }
 

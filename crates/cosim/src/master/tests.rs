@@ -3,11 +3,17 @@
 use fmu_import::{Message, MessageLevel};
 use recording::view::View;
 use recording::{
-    Column, Direction, NumberRange, RunHeader, Selection, TextIndex, TextRange, ValueKind,
+    Column, Columns, Direction, NumberIndex, NumberRange, Row, RunHeader, Selection, TextIndex,
+    TextRange, ValueKind,
 };
 use scenario::effect::Chain;
 use scenario::fault::{Bias, FaultWords, Freeze, Gain, Value};
-use scenario::plan::{Accepts, Body, FaultPlan, Source, TextPlan};
+use scenario::plan::{
+    Accepts, Body, Clock, FaultPlan, InputChain, NodePlan, ResolvedConnection, Source, TextPlan,
+};
+use scenario::words::{Algorithm, At};
+
+use crate::coupling;
 
 use super::*;
 
@@ -100,6 +106,7 @@ fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
         folder: std::path::PathBuf::new(),
     };
     System {
+        coupling: Algorithm::GaussSeidel,
         clock: Clock { step: STEP, steps },
         nodes: plans,
         order: (0..nodes).collect(),
@@ -143,7 +150,9 @@ fn play(
     mut nodes: Vec<Box<dyn Node>>,
 ) -> (Record, Progress, Result<(), Error>) {
     let (mut record, mut progress) = (Record::default(), Progress::default());
-    let result = run(system, &mut nodes, &mut record, &mut progress, &mut |_| {});
+    let mut coupling = coupling::of(system.coupling);
+    let result =
+        run(system, &mut nodes, coupling.as_mut(), &mut record, &mut progress, &mut |_| {});
     (record, progress, result)
 }
 
@@ -292,4 +301,47 @@ fn a_number_that_the_input_does_not_take_ends_the_run() {
     let error = result.expect_err("0.5 is no truth").to_string();
     assert!(error.contains(".v2` would get 0.5 from `.v0` at t = 0.5 s"), "{error}");
     assert_eq!(record.rows.len(), 1);
+}
+
+#[test]
+fn jacobi_coupling_gives_every_node_the_start_of_the_step() {
+    for order in [[0, 1, 2], [2, 1, 0], [1, 0, 2]] {
+        let mut system = system(3, &[(0, 1, At::Start), (1, 2, At::Start)], 3);
+        (system.coupling, system.order) = (Algorithm::Jacobi, order.to_vec());
+        let (record, ..) = play(&mut system, chain());
+        assert_eq!(record.rows[3], [1.5, 2.0, 2.5, 1.0, 1.5], "{order:?}");
+    }
+}
+
+/// A third algorithm: the nodes step in the order of the file.
+struct InOrderOfFile {
+    steps: u64,
+}
+
+impl Coupling for InOrderOfFile {
+    fn initialisation_passes(&self) -> usize {
+        1
+    }
+
+    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
+        self.steps += 1;
+        for node in 0..exchange.nodes.len() {
+            exchange.feed(node)?;
+            exchange.step(node)?;
+            exchange.read(node)?;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn another_coupling_algorithm_needs_no_change_of_the_master() {
+    let mut system = system(3, &[(0, 1, At::End), (1, 2, At::End)], 3);
+    system.order = vec![2, 1, 0];
+    let (mut record, mut progress) = (Record::default(), Progress::default());
+    let mut coupling = InOrderOfFile { steps: 0 };
+    run(&mut system, &mut chain(), &mut coupling, &mut record, &mut progress, &mut |_| {})
+        .expect("the chain runs");
+    assert_eq!((coupling.steps, progress.steps), (3, 3));
+    assert_eq!(record.rows[3][..3], [1.5, 2.5, 3.5]);
 }

@@ -7,7 +7,7 @@ use super::nodes::{Port, UnplacedNode};
 use super::types;
 use crate::effect::{Chain, Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
-use crate::words::{Algorithm, At, Connect, Fault, Scenario};
+use crate::words::{At, Connect, Fault, Scenario};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
@@ -79,20 +79,23 @@ fn treatment(
 
 /// Which end of the step the value is taken at.
 ///
-/// A source acts like the input file of any FMI tool: what it says at a communication point holds for
-/// the step that starts there. In a sequence an FMU's output goes on as soon as it is known.
+/// A source acts like the input file of any FMI tool: its value at a communication point holds for the step
+/// that starts there. For an FMU's output the coupling algorithm decides.
 fn at(scenario: &Scenario, connect: &Connect, producer: &UnplacedNode) -> Result<At, Error> {
-    let algorithm = scenario.document.coupling.algorithm;
-    match (&connect.at, algorithm, &producer.body) {
-        (Some(at), Algorithm::Jacobi, _) if *at.get_ref() == At::End => {
-            let message = "with Jacobi coupling every value is taken at the start of the step";
+    let rules = scenario.document.coupling.algorithm.rules();
+    match (&connect.at, &producer.body) {
+        (Some(at), _) if *at.get_ref() == At::End && !rules.allows_end => {
+            let message = format!(
+                "with {} coupling every value is taken at the start of the step",
+                rules.name
+            );
             Err(scenario
                 .error(at, message)
                 .help("leave `at` out, or choose the coupling `gauss_seidel`"))
         }
-        (Some(at), ..) => Ok(*at.get_ref()),
-        (None, Algorithm::GaussSeidel, Body::Fmu { .. }) => Ok(At::End),
-        (None, ..) => Ok(At::Start),
+        (Some(at), _) => Ok(*at.get_ref()),
+        (None, Body::Fmu { .. }) => Ok(rules.default_at),
+        (None, _) => Ok(At::Start),
     }
 }
 

@@ -1,0 +1,257 @@
+//! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
+
+use std::time::{Duration, Instant};
+
+use diagnostics::{Error, rounded};
+use fmu_import::CallError;
+use recording::{Columns, Full, NumberIndex, Row};
+use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, System};
+use scenario::words::At;
+
+use crate::node::Node;
+
+/// How often a node was stepped, and how long that took.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Number of steps.
+    pub calls: u64,
+    /// Time in them, with the values going in and coming out.
+    pub time: Duration,
+}
+
+/// Why a step did not come to its end.
+#[derive(Debug)]
+pub enum Interruption {
+    /// A call of a node failed, or the node ended the run.
+    Call {
+        /// The index of the node.
+        node: usize,
+        /// The call.
+        error: CallError,
+    },
+    /// A value does not fit its column.
+    Value(Error),
+}
+
+/// The nodes and values of a run during one communication step. Nodes are addressed by their index in the
+/// order of the file.
+pub struct Exchange<'a> {
+    pub(crate) plans: &'a mut [NodePlan],
+    pub(crate) nodes: &'a mut [Box<dyn Node>],
+    columns: &'a Columns<Full>,
+    order: &'a [usize],
+    clock: Clock,
+    /// The row at the communication point where the step starts.
+    start: Row<Full>,
+    /// The row that becomes that of the end of the step.
+    row: Row<Full>,
+    tick: u64,
+    efforts: Vec<Effort>,
+}
+
+impl<'a> Exchange<'a> {
+    /// Prepares the exchange between the nodes of a system.
+    #[must_use]
+    pub fn new(system: &'a mut System, nodes: &'a mut [Box<dyn Node>]) -> Self {
+        let System { nodes: plans, order, columns, clock, .. } = system;
+        let row = columns.row();
+        let efforts = vec![Effort::default(); nodes.len()];
+        let (start, clock) = (row.clone(), *clock);
+        Exchange { plans, nodes, columns, order, clock, start, row, tick: 0, efforts }
+    }
+
+    /// The nodes in the order in which they step.
+    #[must_use]
+    pub fn order(&self) -> &'a [usize] {
+        self.order
+    }
+
+    /// The communication points.
+    #[must_use]
+    pub fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    /// The row that becomes that of the end of the step.
+    #[must_use]
+    pub fn row(&self) -> &Row<Full> {
+        &self.row
+    }
+
+    /// The effort of each node so far.
+    #[must_use]
+    pub fn efforts(&self) -> &[Effort] {
+        &self.efforts
+    }
+
+    /// Begins the step from communication point `tick` on: the row is that of its start.
+    pub fn begin(&mut self, tick: u64) {
+        self.tick = tick;
+        self.start.copy_from(&self.row);
+    }
+
+    /// Puts the inputs of a node for this step into the row. Effects and faults of its connections go on by one
+    /// step with each call.
+    ///
+    /// # Errors
+    /// When an input does not accept its value.
+    pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
+        let begin = Instant::now();
+        let (plan, row) = (&mut self.plans[node], &mut self.row);
+        for (ResolvedConnection { source, treatment }, input) in
+            plan.links.iter_mut().zip(plan.inputs.indices())
+        {
+            let from = if source.at == At::Start { &self.start } else { &*row };
+            let time = self.clock.at(self.tick);
+            row[input] = treatment.value(from[source.index], time);
+            let shown = self.clock.at(self.tick + u64::from(source.at == At::End));
+            accept(treatment, self.columns, (source.index, input), row, shown)
+                .map_err(Interruption::Value)?;
+        }
+        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
+            match source.at {
+                At::Start => row[input].clone_from(&self.start[source.index]),
+                At::End => row[input] = row[source.index].clone(),
+            }
+        }
+        self.efforts[node].time += begin.elapsed();
+        Ok(())
+    }
+
+    /// Hands a node its inputs and lets it go to the end of the step.
+    ///
+    /// # Errors
+    /// When the node fails or ends the run.
+    pub fn step(&mut self, node: usize) -> Result<(), Interruption> {
+        let (clock, tick) = (self.clock, self.tick);
+        self.efforts[node].calls += 1;
+        self.call(node, |plan, node, row| {
+            set(plan, node, row)?;
+            node.step(&clock, tick)
+        })
+    }
+
+    /// Reads the outputs of a node into the row.
+    ///
+    /// # Errors
+    /// When the node fails, or an output is NaN.
+    pub fn read(&mut self, node: usize) -> Result<(), Interruption> {
+        self.call(node, get)?;
+        let time = self.clock.at(self.tick + 1);
+        check_numbers(&self.plans[node], self.columns, &self.row, time).map_err(Interruption::Value)
+    }
+
+    fn call(
+        &mut self,
+        node: usize,
+        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
+    ) -> Result<(), Interruption> {
+        let begin = Instant::now();
+        let result = call(&self.plans[node], self.nodes[node].as_mut(), &mut self.row);
+        self.efforts[node].time += begin.elapsed();
+        result.map_err(|error| Interruption::Call { node, error })
+    }
+
+    /// Lets the values of the first communication point settle: all nodes show their start values, then each
+    /// pass hands them on in the order of the system.
+    pub(crate) fn initialise(&mut self, passes: usize) -> Result<(), Error> {
+        let stop = self.clock.stop();
+        for node in 0..self.nodes.len() {
+            self.initial_call(node, |plan, node, row| {
+                node.enter(0.0, stop)?;
+                get(plan, node, row)
+            })?;
+        }
+        for pass in 1..=passes {
+            for &node in self.order {
+                self.feed_initially(node)?;
+                self.initial_call(node, |plan, node, row| {
+                    set(plan, node, row)?;
+                    if pass == passes {
+                        node.ready()?;
+                    }
+                    get(plan, node, row)
+                })?;
+            }
+        }
+        let mut plans = self.plans.iter();
+        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, 0.0))
+    }
+
+    fn initial_call(
+        &mut self,
+        node: usize,
+        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
+    ) -> Result<(), Error> {
+        let plan = &self.plans[node];
+        call(plan, self.nodes[node].as_mut(), &mut self.row)
+            .map_err(|error| failure(plan, error, 0.0))
+    }
+
+    /// Puts converted values into the inputs of a node, without effects and faults: they act from the first
+    /// step on.
+    fn feed_initially(&mut self, node: usize) -> Result<(), Error> {
+        let (plan, row) = (&self.plans[node], &mut self.row);
+        for (ResolvedConnection { source, treatment }, input) in
+            plan.links.iter().zip(plan.inputs.indices())
+        {
+            row[input] = treatment.convert(row[source.index]);
+            accept(treatment, self.columns, (source.index, input), row, 0.0)?;
+        }
+        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
+            row[input] = row[source.index].clone();
+        }
+        Ok(())
+    }
+}
+
+/// The failed call of a node at a time [s].
+pub(crate) fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
+    Error::component(&plan.name, error.call, Some(time), error.what)
+}
+
+fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
+    node.set(&row[plan.inputs])?;
+    node.set_texts(&row[plan.texts.inputs])
+}
+
+fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
+    node.get(&mut row[plan.outputs])?;
+    node.get_texts(&mut row[plan.texts.outputs])
+}
+
+/// A NaN spoils everything that it reaches, so the run ends where it appears.
+fn check_numbers(
+    plan: &NodePlan,
+    columns: &Columns<Full>,
+    row: &Row<Full>,
+    time: f64,
+) -> Result<(), Error> {
+    match plan.outputs.indices().find(|&output| row[output].is_nan()) {
+        None => Ok(()),
+        Some(output) => {
+            Err(failure(plan, CallError::not_a_number(&columns[output].variable), time))
+        }
+    }
+}
+
+/// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
+/// is when the source showed it [s].
+fn accept(
+    treatment: &InputChain,
+    columns: &Columns<Full>,
+    (source, input): (NumberIndex<Full>, NumberIndex<Full>),
+    row: &Row<Full>,
+    time: f64,
+) -> Result<(), Error> {
+    let value = row[input];
+    if treatment.accepts.holds(value) {
+        return Ok(());
+    }
+    let (to, from) = (columns[input].name(), columns[source].name());
+    let (time, expected) = (rounded(time), treatment.accepts.expected());
+    let error = Error::input(format!(
+        "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"
+    ));
+    Err(error.help("let the source have such values only; `quantise = 1.0` on the connection rounds to whole numbers"))
+}

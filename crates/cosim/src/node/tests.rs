@@ -1,0 +1,58 @@
+//! Repeats steps of signals and tables from a saved state.
+
+use std::io::Write as _;
+
+use recording::table::Table;
+use scenario::plan::Clock;
+use scenario::signal::Part;
+
+use super::{Node, NodeState, SignalNode, TableNode};
+
+const CLOCK: Clock = Clock { step: 0.01, steps: 20 };
+
+/// The outputs after each of five steps from `first` on, as bits.
+fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {
+    let mut seen = Vec::new();
+    for tick in first..first + 5 {
+        let mut row = vec![0.0; outputs];
+        node.step(&CLOCK, tick).expect("a step");
+        node.get(&mut row).expect("outputs");
+        seen.extend(row.into_iter().map(f64::to_bits));
+    }
+    seen
+}
+
+fn restores(mut node: impl Node, outputs: usize) {
+    assert!(node.can_save());
+    let before = five_steps(&mut node, 0, outputs);
+    let state = node.save().expect("a state");
+    let first = five_steps(&mut node, 5, outputs);
+    node.restore(&state).expect("its own state");
+    assert_eq!(five_steps(&mut node, 5, outputs), first);
+    assert_ne!(before, first, "the outputs move");
+    drop(state);
+    let foreign = NodeState::new("another kind of state");
+    assert!(node.restore(&foreign).is_err());
+}
+
+#[test]
+fn signals_repeat_their_steps_from_a_saved_state() {
+    let parts = [
+        "multisine = { peak = 0.5, frequencies = [0.3, 4.1] }",
+        "chirp = { amplitude = 1.0, f_start = 0.1, f_end = 9.0, duration = 0.2 }",
+    ];
+    let signals = parts.map(|text| {
+        let part: Part = toml::from_str(text).expect("a signal");
+        part.build(1, CLOCK.stop()).expect("a signal")
+    });
+    restores(SignalNode::new(signals.into()), 2);
+}
+
+#[test]
+fn a_table_repeats_its_steps_from_a_saved_state() {
+    let mut file = tempfile::Builder::new().suffix(".csv").tempfile().expect("a file");
+    file.write_all(b"t,v\n0,1\n0.045,3\n0.06,-7\n0.1,2.5\n").expect("a file");
+    let columns = [("log.v".to_owned(), "v".to_owned())];
+    let table = Table::read(file.path(), Some("t"), &columns).expect("a table");
+    restores(TableNode::new(table), 1);
+}

@@ -1,0 +1,77 @@
+//! What tests need besides the workspace, and why it is missing where it is.
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::OnceLock;
+
+#[cfg(feature = "rerun")]
+use super::live;
+use super::python;
+
+/// Something that a test needs besides the workspace and its toolchain.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Requirement {
+    /// A C compiler, for FMUs and plugins that misbehave.
+    Compiler,
+    /// A virtual environment with other people's programs.
+    Python,
+    /// Python as a library, which FMUs of pythonfmu expect in the process.
+    PythonLibrary,
+    /// The Rerun viewer of that environment, which wants graphics drivers even without a window.
+    #[cfg(feature = "rerun")]
+    Viewer,
+    /// valgrind.
+    Valgrind,
+}
+
+/// For each requirement that was looked for, why it is missing, if it is.
+static ANSWERS: [OnceLock<Option<String>>; 5] = [const { OnceLock::new() }; 5];
+
+/// Prints why something is missing; the lines of the tests have room for its name only.
+pub fn explain() {
+    for reason in ANSWERS.iter().filter_map(|answer| answer.get()?.as_ref()) {
+        eprintln!("some tests are ignored: {reason}");
+    }
+}
+
+impl Requirement {
+    /// Its absence in two words.
+    pub fn absence(self) -> &'static str {
+        match self {
+            Requirement::Compiler => "no cc",
+            Requirement::Python => "no Python",
+            Requirement::PythonLibrary => "no libpython",
+            #[cfg(feature = "rerun")]
+            Requirement::Viewer => "no viewer",
+            Requirement::Valgrind => "no valgrind",
+        }
+    }
+
+    /// Why it is missing, if it is. The answer is found once.
+    pub fn missing(self) -> Option<&'static str> {
+        ANSWERS[self as usize].get_or_init(|| self.search()).as_deref()
+    }
+
+    fn search(self) -> Option<String> {
+        match self {
+            Requirement::Compiler => starts("cc", "compiles FMUs and plugins that misbehave"),
+            Requirement::Valgrind => starts("valgrind", "looks for errors and leaks in our FMUs"),
+            Requirement::Python => python::environment().as_ref().err().cloned(),
+            Requirement::PythonLibrary => python::environment().as_ref().map_or_else(
+                |reason| Some(reason.clone()),
+                |python| {
+                    let library = python.library();
+                    let reason = format!("this Python has no library {library}");
+                    (!Path::new(&library).exists()).then_some(reason)
+                },
+            ),
+            #[cfg(feature = "rerun")]
+            Requirement::Viewer => live::missing_viewer(),
+        }
+    }
+}
+
+fn starts(program: &str, purpose: &str) -> Option<String> {
+    let output = Command::new(program).arg("--version").output();
+    output.is_err().then(|| format!("{program} is not installed, which {purpose}"))
+}

@@ -1,0 +1,54 @@
+//! Repeats steps of our plant FMU from a saved state, as coupling algorithms and analyses of linearity do.
+
+use std::sync::Arc;
+
+use cosim::node::{FmuNode, Node};
+use fmu_import::Fmu;
+use scenario::plan::{Clock, Ports, Start, StartValue};
+
+use super::fmus::ours;
+
+tests! {
+    a_plant_repeats_its_steps_bit_for_bit_from_a_saved_state,
+}
+
+const CLOCK: Clock = Clock { step: 0.01, steps: 10 };
+
+/// The outputs after each of five steps from `first` on, as bits.
+fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {
+    let mut seen = Vec::new();
+    for tick in first..first + 5 {
+        let mut row = vec![0.0; outputs];
+        node.set(&[0.01 * tick as f64]).expect("an input");
+        node.step(&CLOCK, tick).expect("a step");
+        node.get(&mut row).expect("outputs");
+        seen.extend(row.into_iter().map(f64::to_bits));
+    }
+    seen
+}
+
+fn a_plant_repeats_its_steps_bit_for_bit_from_a_saved_state() {
+    let fmu = Arc::new(Fmu::open(&ours().join("plant.fmu")).expect("our FMU"));
+    let reference = |name: &str| {
+        let variable = fmu.description.variables.iter().find(|it| it.name == name);
+        variable.unwrap_or_else(|| panic!("no variable {name}")).reference
+    };
+    let real = |names: &[&str]| Ports {
+        real: names.iter().map(|name| reference(name)).collect(),
+        ..Ports::default()
+    };
+    let outputs = real(&["v_x", "v_y", "r", "X", "Y", "psi"]);
+    let start = |name, value| Start { reference: reference(name), value: StartValue::Real(value) };
+    let starts = [start("start.v_x", 20.0), start("F_x", 0.0)];
+    let ports = (real(&["delta"]), outputs.clone());
+    let mut node = FmuNode::new(&fmu, "plant", false, &starts, ports).expect("an instance");
+    node.enter(0.0, CLOCK.stop()).and_then(|()| node.ready()).expect("it starts");
+    assert!(node.can_save());
+    five_steps(&mut node, 0, outputs.len());
+    let state = node.save().expect("a state");
+    let first = five_steps(&mut node, 5, outputs.len());
+    node.restore(&state).expect("its own state");
+    assert_eq!(five_steps(&mut node, 5, outputs.len()), first);
+    drop(state);
+    node.end().expect("it ends");
+}
