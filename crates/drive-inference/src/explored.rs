@@ -37,7 +37,7 @@ impl Explored<'_> {
         at.into_array().map(|i| self.x[i] <= lower[i] || self.x[i] >= upper[i]).into()
     }
 
-    /// The same maximum with K = B C D in index of B of an axle; the cost is given with that.
+    /// The same maximum with K = B C D in place of B of an axle; the cost is given with that.
     pub fn with_stiffness<'b>(&self, objective: &'b dyn Objective, axle: Axle) -> Explored<'b> {
         let at = indices(axle);
         let with = |x: &DVector<f64>| {
@@ -95,7 +95,7 @@ impl Objective for WithStiffness<'_> {
     }
 }
 
-/// Derivatives of the parameters with respect to those with K in index of B, at parameters with B.
+/// Derivatives of the parameters with respect to those with K in place of B, at parameters with B.
 fn by_stiffness(x: &DVector<f64>, at: TireParameters<usize>) -> DMatrix<f64> {
     let mut J = DMatrix::identity(x.len(), x.len());
     J[(at.B, at.B)] = 1.0 / (x[at.C] * x[at.D]);

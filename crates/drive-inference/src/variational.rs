@@ -64,7 +64,7 @@ impl LogDensity for DriveDensity<'_> {
     }
 }
 
-/// A normal distribution in index of the posterior of both axles.
+/// A normal distribution in place of the posterior of both axles.
 pub struct Variational {
     /// Draws from it.
     pub gaussian: Axles<PosteriorSamples>,

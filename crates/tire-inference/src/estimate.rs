@@ -20,7 +20,7 @@ use crate::parameters::{Parameter, Theta};
 use crate::posterior::predictive::predictive;
 use crate::posterior::report::{Band, PosteriorReport, UncertaintySource};
 use crate::posterior::robust::Robust;
-use crate::posterior::{self, Found, PosteriorSamples, draw};
+use crate::posterior::{Found, PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
 use crate::quantity::{ByName, Quantity};
 use crate::settings::{Method, Settings};
@@ -100,35 +100,16 @@ pub fn identify(
     settings: &Settings,
     methods: &[Method],
 ) -> Result<Answer, FitError> {
-    let Settings { prior, direction, options, .. } = settings;
     let begin = Instant::now();
-    let best = settings.fit(samples, prior, Method::LeastSquares)?;
+    let best = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
     let fitting = begin.elapsed();
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
+    let Settings { prior, direction, .. } = settings;
 
-    let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
-    let noisy = with_slip_noise(samples, &best.theta, slip_std, best.noise_std);
-    let robust = Robust::new(&noisy, settings.loss, best.noise_std);
-    let data = match &robust {
-        Some(robust) => robust.near(&best.theta, settings.prior_from_file),
-        None => Compressed::new(&noisy).with(settings.prior_from_file, best.noise_std.powi(2)),
-    };
-    let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
-    let draws =
-        posterior::SamplingOptions { seed: options.seed, ..posterior::SamplingOptions::default() };
     let begin = Instant::now();
-    let Found { posterior, report } = match &robust {
-        Some(robust) => robust.draw(&data, prior, &optima, &draws),
-        None => draw(&data, prior, &optima, &draws),
-    };
+    let Sampled { noisy, data, optima, posterior, report } =
+        Sampled::new(samples, settings, &best, slip_range);
     let drawing = begin.elapsed();
-    let report = PosteriorReport {
-        mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
-        band: Some(Band::new(&posterior, slip_range, BAND)),
-        predictive: predictive(&noisy, settings.loss, &posterior, options.seed),
-        noise: settings.loss,
-        ..report
-    };
     let (noise_std, direction) = (best.noise_std, *direction);
     let exact = report.is_exact();
     let evidence = Evidence { data: &data, slip_range, noise_std, direction, exact };
@@ -179,6 +160,45 @@ pub fn identify(
     Ok(Answer { estimates, unrestricted, judgements, posterior, report, variational })
 }
 
+/// The posterior of a curve, and what it is of.
+struct Sampled {
+    /// The samples, their slips without noise.
+    noisy: Samples,
+    /// The same.
+    data: Compressed,
+    optima: Vec<Theta>,
+    posterior: PosteriorSamples,
+    report: PosteriorReport,
+}
+
+impl Sampled {
+    /// Near the best fit.
+    fn new(samples: &Samples, settings: &Settings, best: &Solution, slip_range: [f64; 2]) -> Self {
+        let Settings { prior, loss, prior_from_file, options, .. } = settings;
+        let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
+        let noisy = with_slip_noise(samples, &best.theta, slip_std, best.noise_std);
+        let robust = Robust::new(&noisy, *loss, best.noise_std);
+        let data = match &robust {
+            Some(robust) => robust.near(&best.theta, *prior_from_file),
+            None => Compressed::new(&noisy).with(*prior_from_file, best.noise_std.powi(2)),
+        };
+        let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
+        let wanted = SamplingOptions { seed: options.seed, ..SamplingOptions::default() };
+        let Found { posterior, report } = match &robust {
+            Some(robust) => robust.draw(&data, prior, &optima, &wanted),
+            None => draw(&data, prior, &optima, &wanted),
+        };
+        let report = PosteriorReport {
+            mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
+            band: Some(Band::new(&posterior, slip_range, BAND)),
+            predictive: predictive(&noisy, *loss, &posterior, options.seed),
+            noise: *loss,
+            ..report
+        };
+        Self { noisy, data, optima, posterior, report }
+    }
+}
+
 /// Parameters to hold at the prior, so that the data narrow what remains free.
 ///
 /// One after the other, the one they tell least about first: with E held C is often known, and the curve keeps the stiffness
@@ -203,8 +223,7 @@ pub fn to_hold(
         let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
         held.push(widest);
         candidates.retain(|&parameter| parameter != widest);
-        let few =
-            posterior::SamplingOptions { draws: 1024, ..posterior::SamplingOptions::default() };
+        let few = SamplingOptions { draws: 1024, ..SamplingOptions::default() };
         given = draw(data, &hold(prior, &held), optima, &few).posterior;
     }
 }

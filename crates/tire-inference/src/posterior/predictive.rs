@@ -104,7 +104,7 @@ pub fn predictive(
         gross += f64::from(off > GROSS);
     }
     let count = used.len() as f64;
-    let mut found = Predictive {
+    let found = Predictive {
         inside: inside / count,
         p_value: larger / draws,
         gross: gross / count,
@@ -112,17 +112,24 @@ pub fn predictive(
         fits: true,
         message: String::new(),
     };
-    let objections = found.objections(count);
-    found.fits = objections.is_empty();
-    found.message = if found.fits {
-        let share = significant(100.0 * found.inside, 3);
-        format!(
-            "Nothing speaks against the model: {share} % of the samples are in the 95 % band of predictions."
-        )
-    } else {
-        objections.join(" ")
-    };
-    Some(found)
+    Some(found.concluded(count))
+}
+
+impl Predictive {
+    /// Whether the model fits, and why not.
+    fn concluded(mut self, count: f64) -> Self {
+        let objections = self.objections(count);
+        self.fits = objections.is_empty();
+        self.message = if self.fits {
+            let share = significant(100.0 * self.inside, 3);
+            format!(
+                "Nothing speaks against the model: {share} % of the samples are in the 95 % band of predictions."
+            )
+        } else {
+            objections.join(" ")
+        };
+        self
+    }
 }
 
 /// Correlation of neighbours.

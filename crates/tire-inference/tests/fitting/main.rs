@@ -4,5 +4,4 @@ mod kernel;
 mod laws;
 mod optimum;
 mod slip_noise;
-mod sqp;
 mod support;
