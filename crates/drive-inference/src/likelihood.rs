@@ -1,6 +1,6 @@
 //! How probable recordings are, given tires and noises: the likelihood of prediction errors, with exact derivatives.
 //!
-//! The cost is ½ Σ (e²/s + ln s) over all residuals e of variance s that [`crate::filter`] gives, the negative logarithm of the
+//! The cost is ½ Σ (e²/s + ln s) over all residuals e of variance s that `filter` gives, the negative logarithm of the
 //! likelihood but for a constant. Its second derivatives are replaced by what they are on average if the model is right, Fisher's
 //! information Σ (e_i e_j / s + ½ s_i s_j / s²), which needs first derivatives only.
 

@@ -11,7 +11,7 @@ use vehicle::Body;
 
 use crate::points::{Point, Side};
 use crate::regularisation::Expected;
-use crate::tires::{SIZE, from_vector, indices};
+use crate::tires::{SIZE, block, from_vector};
 
 /// Parameters of both tires and three odd residual terms of the lateral acceleration.
 pub const COLUMNS: usize = SIZE + 3;
@@ -96,10 +96,10 @@ impl Sums {
 #[inline(always)]
 fn combined(share_f: f64, share_r: f64, f: &(f64, Theta), r: &(f64, Theta)) -> (f64, Row) {
     let mut by = [0.0; COLUMNS];
-    let [front, rear] = [Axle::Front, Axle::Rear].map(|axle| indices(axle).into_array());
+    let [front, rear] = [block(Axle::Front).start, block(Axle::Rear).start];
     for i in 0..4 {
-        by[front[i]] = share_f * f.1[i];
-        by[rear[i]] = share_r * r.1[i];
+        by[front + i] = share_f * f.1[i];
+        by[rear + i] = share_r * r.1[i];
     }
     (share_f * f.0 + share_r * r.0, by)
 }

@@ -13,6 +13,7 @@ pub type Tires<T = f64> = Axles<TireParameters<T>>;
 pub const SIZE: usize = 8;
 
 /// Where those of an axle are.
+#[inline(always)]
 pub fn block(axle: Axle) -> Range<usize> {
     match axle {
         Axle::Front => 0..4,

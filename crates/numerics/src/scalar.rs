@@ -11,6 +11,9 @@ pub type Graded<const N: usize> = (f64, [f64; N]);
 
 /// `M` smooth functions of `N` numbers. A type and not a closure: those are not always inlined into the code for wide vectors.
 pub trait Function<const N: usize, const M: usize> {
+    /// Their values alone.
+    fn values(x: [f64; N]) -> [f64; M];
+
     /// Their values and derivatives.
     fn at(x: [f64; N]) -> [Graded<N>; M];
 }
@@ -78,7 +81,11 @@ impl Scalar for f64 {
 
     #[inline(always)]
     fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
-        F::at(of.map(|x| *x)).map(|(value, _)| value)
+        let mut x = [0.0; N];
+        for k in 0..N {
+            x[k] = *of[k];
+        }
+        F::values(x)
     }
 
     #[inline(always)]

@@ -110,9 +110,13 @@ impl Scalar for SimdBatch {
     fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
         let mut values = [Self([0.0; WIDTH]); M];
         for index in 0..WIDTH {
-            let at = F::at(std::array::from_fn(|k| of[k].0[index]));
-            for (values, (value, _)) in values.iter_mut().zip(at) {
-                values.0[index] = value;
+            let mut x = [0.0; N];
+            for k in 0..N {
+                x[k] = of[k].0[index];
+            }
+            let at = F::values(x);
+            for m in 0..M {
+                values[m].0[index] = at[m];
             }
         }
         values

@@ -30,10 +30,19 @@ pub struct ValueAndSlope;
 
 impl Function<5, 2> for ValueAndSlope {
     #[inline(always)]
+    fn values([slip, B, C, D, E]: [f64; 5]) -> [f64; 2] {
+        let terms = Terms::new([B, C, D, E], slip);
+        [terms.value(), terms.by_v() * terms.p * B]
+    }
+
+    #[inline(always)]
     fn at([slip, B, C, D, E]: [f64; 5]) -> [Graded<5>; 2] {
         let terms = Terms::new([B, C, D, E], slip);
-        let slip_first = |[B, C, D, E, slip]: [f64; 5]| [slip, B, C, D, E];
-        let value_by = slip_first(terms.gradient());
-        [(terms.value(), value_by), (value_by[0], slip_first(terms.gradient_of_slope()))]
+        let [by_B, by_C, by_D, by_E, slope] = terms.gradient();
+        let [slope_by_B, slope_by_C, slope_by_D, slope_by_E, bend] = terms.gradient_of_slope();
+        [
+            (terms.value(), [slope, by_B, by_C, by_D, by_E]),
+            (slope, [bend, slope_by_B, slope_by_C, slope_by_D, slope_by_E]),
+        ]
     }
 }

@@ -4,10 +4,11 @@
 use approx::assert_relative_eq;
 use num_dual::second_derivative;
 use numerics::loss::Loss;
+use numerics::scalar::Function;
 use preparation::samples::Samples;
 use proptest::prelude::*;
 use tire_inference::fit::Problem;
-use tire_inference::kernel::{self, local};
+use tire_inference::kernel::{self, ValueAndSlope, local};
 use tire_inference::parameters::{Theta, curve};
 
 use crate::support::{ALL, TRUTH, cost_and_gradient, sweep};
@@ -38,6 +39,35 @@ proptest! {
         assert_relative_eq!(here.value, value, epsilon = 1e-14);
         assert_relative_eq!(here.slope, slope, epsilon = 1e-11, max_relative = 1e-11);
         assert_relative_eq!(here.curvature, curvature, epsilon = 1e-9, max_relative = 1e-10);
+    }
+
+    #[test]
+    fn value_and_slope_for_filters_are_those_of_dual_numbers(theta in thetas(), slip in -1.0..1.0) {
+        let [B, C, D, E, ..] = theta;
+        let [(value, value_by), (slope, slope_by)] = ValueAndSlope::at([slip, B, C, D, E]);
+        prop_assert_eq!(ValueAndSlope::values([slip, B, C, D, E]), [value, slope]);
+        let expected = |x: [f64; 5]| {
+            let [slip, B, C, D, E] = x;
+            let tire = curve(&[B, C, D, E, 0.0, 0.0]);
+            let (value, slope, _) = second_derivative(|x| tire.lift().coefficient(x), slip);
+            [value, slope]
+        };
+        let at = [slip, B, C, D, E];
+        let [by_value, by_slope] = expected(at);
+        assert_relative_eq!(value, by_value, epsilon = 1e-12);
+        assert_relative_eq!(slope, by_slope, epsilon = 1e-11, max_relative = 1e-11);
+        for k in 0..5 {
+            let moved = |step: f64| {
+                let mut x = at;
+                x[k] += step;
+                expected(x)
+            };
+            let h = 1e-5 * at[k].abs().max(0.1);
+            let (more, less) = (moved(h), moved(-h));
+            let by = [0, 1].map(|m| (more[m] - less[m]) / (2.0 * h));
+            assert_relative_eq!(value_by[k], by[0], epsilon = 1e-4, max_relative = 1e-4);
+            assert_relative_eq!(slope_by[k], by[1], epsilon = 2e-2, max_relative = 1e-3);
+        }
     }
 }
 
