@@ -48,7 +48,7 @@ fn step<'v, 't>(value: &'v DeValue<'t>, key: &str) -> Option<(Range<usize>, &'v 
             Some((key.span(), value.get_ref()))
         }
         DeValue::Array(list) => {
-            let entry: &Spanned<DeValue> = list.iter().nth(key.parse().ok()?)?;
+            let entry: &Spanned<DeValue> = list.get(key.parse::<usize>().ok()?)?;
             Some((entry.span(), entry.get_ref()))
         }
         _ => None,

@@ -30,7 +30,7 @@ pub struct Multisine {
     #[schemars(example = [1.0, 1.0, 0.5])]
     pub weights: Option<Vec<f64>>,
     /// Phases at the beginning of the window [rad]; random without it.
-    #[schemars(example = [0.0, 1.57, 3.14])]
+    #[schemars(example = [0.0, 1.5, 3.0])]
     pub phases: Option<Vec<f64>>,
     /// Seed of the random phases. Without it, they depend on the scenario's `seed` and the signal's name.
     #[schemars(example = 4)]
