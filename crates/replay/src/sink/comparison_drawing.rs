@@ -43,7 +43,7 @@ impl Comparison {
         let mut pair = Pair::new([a, b], application);
         let described = pair.describe(&stream, [a, b]).map_err(|error| error.to_string());
         transport.begun(described)?;
-        let (courses, begins, time_gap) = pair.play(&stream, &mut transport, [a, b])?;
+        let Played { courses, begins, time_gap } = pair.play(&stream, &mut transport, [a, b])?;
         if let [Some(a), Some(b)] = begins
             && (a[0] - b[0]).hypot(a[1] - b[1]) > APART
         {
@@ -71,6 +71,14 @@ struct Pair {
     timed: bool,
     /// The title of the time gap.
     title: String,
+}
+
+/// The outcome of drawing both runs.
+struct Played {
+    courses: [Course; 2],
+    /// The first position of each body [m].
+    begins: [Option<[f64; 2]>; 2],
+    time_gap: TimeGap,
 }
 
 impl Pair {
@@ -111,13 +119,13 @@ impl Pair {
         self.other.describe(stream)
     }
 
-    /// Draws the rows of both; returns their courses, their first positions [m] and their time gap.
+    /// Draws the rows of both.
     fn play(
         &mut self,
         stream: &RecordingStream,
         transport: &mut Transport,
         [a, b]: [&RecordedRun; 2],
-    ) -> Result<([Course; 2], [Option<[f64; 2]>; 2], TimeGap), Error> {
+    ) -> Result<Played, Error> {
         let mut sink = DrawingSink::new(stream, transport, &mut self.other);
         b.play(&mut sink)?;
         sink.finish("", true)?;
@@ -127,7 +135,7 @@ impl Pair {
         a.play(&mut sink)?;
         sink.finish("", true)?;
         let (of_a, begin_a, time_gap) = (sink.course, sink.begin, sink.time_gap);
-        Ok(([of_a, of_b], [begin_a, begin_b], time_gap))
+        Ok(Played { courses: [of_a, of_b], begins: [begin_a, begin_b], time_gap })
     }
 
     /// Sends the parts that depend on all rows, the layout again among them.
