@@ -21,7 +21,7 @@ use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
 pub use tires::Tires;
 
-/// Configuration of the plugin `identify`: a task and its settings.
+/// Configuration of the plugin `identify`, in `[analysis.config]` of a scenario: a task and its settings.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(tag = "task", rename_all = "snake_case")]
 pub enum Config {

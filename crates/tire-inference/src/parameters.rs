@@ -6,6 +6,7 @@
 )]
 
 use schemars::JsonSchema;
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vehicle::MagicFormula;
 
@@ -19,9 +20,7 @@ pub type Theta = [f64; COUNT];
 pub type Normal = numerics::normal::Normal<COUNT>;
 
 /// A parameter of the Magic Formula, μ = D sin(C atan(Bx − E(Bx − atan Bx))) + S_v with x = slip + S_h.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 pub enum Parameter {
     /// Stiffness factor [1/rad], or [-] for a slip ratio.
     B,
@@ -44,6 +43,18 @@ impl Parameter {
     /// The symbol.
     pub fn name(self) -> &'static str {
         ["B", "C", "D", "E", "S_h", "S_v"][self as usize]
+    }
+}
+
+/// As a text: a path of keys has the names of texts only.
+impl<'de> Deserialize<'de> for Parameter {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(from)?;
+        let found = Self::ALL.into_iter().find(|parameter| parameter.name() == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(|parameter| format!("`{}`", parameter.name())).join(", ");
+            D::Error::custom(format!("unknown parameter `{name}`, expected one of {known}"))
+        })
     }
 }
 
