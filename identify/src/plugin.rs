@@ -45,8 +45,7 @@ impl Analysis for Identify {
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());
                 }
-                // Without backticks: what is missing cannot be pointed at.
-                recording.complete().map_err(|error| error.to_string().replace('`', "'").into())
+                recording.complete().map_err(|error| error.to_string().into())
             }
             Config::ClosedLoop(_) => Ok(closed_loop::recording(request).map(drop)?),
             Config::Curve(_) => Ok(curve::columns(request).map(drop)?),
@@ -63,6 +62,10 @@ impl Analysis for Identify {
             Config::SensitivityStudy(study) => sensitivity_study(&study, host),
         };
         Ok(result.to_string())
+    }
+
+    fn config_schema() -> Option<String> {
+        Some(Config::schema())
     }
 }
 

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
+use plugin::ConfigError;
 use serde::Deserialize;
 use serde_json::Value;
 use tire_inference::parameters::{COUNT, Normal, Parameter};
@@ -36,17 +37,16 @@ impl Files {
     ///
     /// # Errors
     /// If not.
-    pub fn check(&self, curves: &[&str]) -> Result<(), String> {
-        let mut told = self.prior.is_none();
+    pub fn check(&self, curves: &[&str]) -> Result<(), ConfigError> {
+        let Some(text) = &self.prior else { return Ok(()) };
+        let wrong = |message| ConfigError::at("files.prior", message);
+        let mut found = false;
         for curve in curves {
-            told |= self.curve(curve, &[true; COUNT])?.is_some();
+            found |= read(text, curve, &[true; COUNT]).map_err(wrong)?.is_some();
         }
         let names = curves.join(", ");
-        if told {
-            Ok(())
-        } else {
-            Err(format!("`prior`: expected what was found of {names} or some of them, found none"))
-        }
+        let none = || wrong(format!("expected one of the curves {names} or more, found none"));
+        if found { Ok(()) } else { Err(none()) }
     }
 }
 

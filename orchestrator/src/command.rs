@@ -37,7 +37,7 @@ pub enum Command {
     /// Make a valid recording of one that a killed run left.
     Recover(recover::Arguments),
     /// Print the JSON schema of scenario files, for editors.
-    Schema,
+    Schema(schema::Arguments),
     /// Explain a key of scenario files.
     Explain(explain::Arguments),
 }
@@ -53,7 +53,7 @@ impl Command {
             Command::Conform(arguments) => conform::run(arguments),
             Command::View(arguments) => view::run(arguments),
             Command::Recover(arguments) => recover::run(arguments),
-            Command::Schema => schema::run(),
+            Command::Schema(arguments) => schema::run(arguments),
             Command::Explain(arguments) => explain::run(arguments),
         };
         result.unwrap_or_else(report_error)

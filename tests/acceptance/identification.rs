@@ -1,5 +1,6 @@
 //! Checks that tires come out of recordings as they went in, that scipy finds the same, and that mistakes are pointed at.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::harness::{Ended, Lab, ROOT, limit_handling, trackside};
@@ -164,12 +165,15 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
     let good = DRIVING;
     #[rustfmt::skip]
     let cases = [
-        ("task = \"tires\"", "task = \"tyres\"", "tyres", "unknown variant `tyres`"),
-        ("window = 0.01", "window = -0.01", "yaw_rate = ", "`smooth.yaw_rate` is -0.01, expected a positive number"),
-        ("offsets =", "ofsets =", "ofsets", "unknown field `ofsets`"),
-        ("a_y = \"plant.a_y\"\n", "", "\"tires\"\ncrate", "signal 'a_y' (lateral acceleration [m/s²]) is missing"),
+        ("task = \"tires\"", "task = \"tyres\"", "tyres", "unknown value `tyres`"),
+        ("window = 0.01", "window = -0.01", "yaw_rate = ", "`smooth.yaw_rate.window` is -0.01, expected a positive number"),
+        ("offsets =", "ofsets =", "ofsets", "did you mean `offsets`?"),
+        ("a_y = \"plant.a_y\"\n", "", "\"tires\"\ncrate", "signal `a_y` (lateral acceleration [m/s²]) is missing"),
         ("task = \"tires\"", "task = \"tires\"\nlateral = { bounds = { B = [9.0, 2.0] } }", "B = [", "expected two rising numbers"),
-        ("task = \"tires\"", "task = \"tires\"\nmethods = []", "methods", "`methods`: expected"),
+        ("task = \"tires\"", "task = \"tires\"\nlateral = {\n  bounds = {\n    C = [1.0, 2.0],\n    B = [9.0, 2.0],\n  },\n}", "B = [", "expected two rising numbers, found 9 and 2"),
+        ("[analysis.signals]", "[analysis.config.lateral]\nboundz = { B = [2.0, 9.0] }\n\n[analysis.signals]", "boundz", "did you mean `bounds`?"),
+        ("order = 2", "ordr = 2", "ordr", "did you mean `order`?"),
+        ("task = \"tires\"", "task = \"tires\"\nmethods = []", "methods", "expected one method or more"),
         ("[analysis.signals]", "[analysis.files]\nprior = \"no.json\"\n\n[analysis.signals]", "no.json", "no.json cannot be read"),
         ("[analysis.signals]", "[analysis.files]\nprior = \"log.csv\"\n\n[analysis.signals]", "prior", "expected a report in JSON"),
     ];
@@ -180,5 +184,62 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
         let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
         run(&lab, &text).expect(2).says(&[says, &line]);
         assert!(!lab.has("out"), "{new}");
+    }
+}
+
+#[test]
+fn the_reference_of_the_plugin_is_that_of_its_schema() {
+    let reference = in_root(&["explain", "--plugin", "identify"]);
+    let path = Path::new(ROOT).join("docs/reference/identify.md");
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, &reference).expect("a file that can be written");
+    }
+    let found = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        found == reference,
+        "docs/reference/identify.md is not what the code makes: run `cargo run -- explain --plugin identify > docs/reference/identify.md`"
+    );
+    let schema = in_root(&["schema", "--plugin", "identify"]);
+    let schema = serde_json::from_str(&schema).expect("JSON");
+    let mut keys = BTreeSet::new();
+    collect_keys(&schema, &mut keys);
+    assert!(keys.contains("axle_coupling") && keys.contains("threshold"), "{keys:?}");
+    for key in keys {
+        let named = [format!("`{key}`"), format!(".{key}`")];
+        assert!(named.iter().any(|name| reference.contains(name)), "no {key} in the reference");
+    }
+    let bounds = in_root(&["explain", "lateral.bounds", "--plugin", "identify"]);
+    assert!(bounds.contains("lateral.bounds") && bounds.contains("task = \"tires\""), "{bounds}");
+
+    let mut configurations = 0;
+    for entry in std::fs::read_dir(Path::new(ROOT).join("scenarios")).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("a text");
+        configurations += usize::from(text.contains("[analysis.config]"));
+        let scenario = scenario::Scenario::read(&path).expect("a scenario");
+        let findings = scenario.findings(&["analysis", "0", "config"], &schema);
+        assert!(findings.is_empty(), "{}: {findings:?}", path.display());
+    }
+    assert!(configurations >= 5, "{configurations}");
+}
+
+/// The output of a command in the root of the repository.
+fn in_root(words: &[&str]) -> String {
+    let output = trackside(Path::new(ROOT)).args(words).output();
+    Ended::of(output.expect("it starts")).expect(0).stdout
+}
+
+/// The names of all keys in a schema.
+fn collect_keys(schema: &serde_json::Value, keys: &mut BTreeSet<String>) {
+    if let Some(properties) = schema["properties"].as_object() {
+        keys.extend(properties.keys().cloned());
+    }
+    match schema {
+        serde_json::Value::Object(map) => map.values().for_each(|value| collect_keys(value, keys)),
+        serde_json::Value::Array(list) => list.iter().for_each(|value| collect_keys(value, keys)),
+        _ => {}
     }
 }

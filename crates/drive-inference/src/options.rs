@@ -1,5 +1,8 @@
 //! What can be chosen in an identification from closed-loop drives.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tire_inference::prior::Prior;
@@ -50,6 +53,45 @@ impl Formulation {
             Self::Points(Target::Acceleration) => "acceleration",
             Self::Points(Target::SmoothedAcceleration) => "smoothed acceleration",
         }
+    }
+}
+
+impl Formulation {
+    /// For the reference of the configuration.
+    fn description(self) -> &'static str {
+        match self {
+            Self::PredictionError => {
+                "Prediction-error method (PEM): maximum likelihood of the innovations of a Kalman filter."
+            }
+            Self::Points(Target::AccelerationAndYaw) => {
+                "Least squares over the measured lateral acceleration and the change of the measured yaw rate."
+            }
+            Self::Points(Target::AxleForces) => {
+                "Least squares over the lateral forces of the axles, from smoothed states."
+            }
+            Self::Points(Target::Acceleration) => {
+                "Least squares over the measured lateral acceleration."
+            }
+            Self::Points(Target::SmoothedAcceleration) => {
+                "Least squares over the lateral acceleration of smoothed states."
+            }
+        }
+    }
+}
+
+impl JsonSchema for Formulation {
+    fn schema_name() -> Cow<'static, str> {
+        "Formulation".into()
+    }
+
+    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
+        let choice =
+            |it: Self| json_schema!({ "const": it.name(), "description": it.description() });
+        json_schema!({
+            "description": "Way to find the tires.",
+            "type": "string",
+            "oneOf": Self::ALL.map(choice),
+        })
     }
 }
 

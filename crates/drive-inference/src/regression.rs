@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use numerics::sqp;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::kernel::value_and_gradient;
 use tire_inference::parameters::Theta;
@@ -31,15 +33,15 @@ pub enum Target {
     AccelerationAndYaw,
 }
 
-/// How residuals are weighed.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+/// Weights of residuals in fits to smoothed states.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Weights {
-    /// All of a kind alike.
+    /// The same weight for all residuals of a kind.
     Plain,
-    /// By the variance of the smoothed state, or this share of its mean where it is smaller.
+    /// Inverse to the variance of the smoothed state.
     Variance {
-        /// Least variance, relative to the mean one [-].
+        /// Lower limit of the variance over the mean variance [-].
         clamp: f64,
     },
 }

@@ -1,28 +1,29 @@
 //! Says what of a car turns its motion into forces: masses, lengths, air, wheels, and who drives and brakes.
 #![allow(non_snake_case, reason = "forces and moments are written as in the equations")]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vehicle::{Aero, AxleForces, Body, Differential, Wheel, slip_ratio};
 
 use crate::error::Error;
 use crate::row::Row;
 
-/// The car. The default is the demo car; who gives a car gives its whole `body`, and what else differs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The car. The default is the demo car; a car of your own needs its whole `body`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Car {
-    /// Masses and lengths.
+    /// Mass, inertia and lengths.
     pub body: Body,
     /// Drag and downforce.
     #[serde(default)]
     pub aero: Aero,
-    /// Rolling resistance over load [-].
+    /// Rolling resistance coefficient [-].
     #[serde(default)]
     pub c_roll: f64,
-    /// Part of the driving force that acts at the front axle [-]: 0 is rear-wheel drive.
+    /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
     #[serde(default)]
     pub drive_front_share: f64,
-    /// Part of the braking force that acts at the front axle.
+    /// Share of the braking force at the front axle [-], from 0 to 1, or `"by_load"`.
     #[serde(default)]
     pub brake_front_share: BrakeShare,
     /// Wheels of the front axle.
@@ -31,26 +32,26 @@ pub struct Car {
     /// Wheels of the rear axle.
     #[serde(default)]
     pub wheel_r: Wheel,
-    /// Limited-slip differential of the rear axle; without one both wheels drive alike.
+    /// Limited-slip differential of the rear axle; without it both wheels drive alike.
     #[serde(default)]
     pub differential: Option<Differential>,
 }
 
-/// How a braking force is shared.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Share of the braking force at the front axle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected the front axle's share, from 0 to 1, or \"by_load\"")]
 pub enum BrakeShare {
-    /// Part at the front [-].
+    /// Constant share [-].
     Fixed(f64),
-    /// By a rule.
+    /// Share by a rule.
     Rule(ShareRule),
 }
 
-/// A rule that shares a braking force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// A rule for the share of the braking force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ShareRule {
-    /// As the loads of the axles are: eq. 9 of Goblirsch et al.
+    /// In proportion to the loads of the axles (Goblirsch et al., eq. 9).
     ByLoad,
 }
 

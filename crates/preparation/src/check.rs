@@ -6,29 +6,28 @@ use crate::settings::Pipeline;
 use crate::shift::Shifts;
 use crate::slip_resampling::SlipResampling;
 
-fn positive(name: &'static str, found: f64) -> Result<(), Error> {
+fn positive(name: &str, found: f64) -> Result<(), Error> {
     Error::unless(found > 0.0 && found.is_finite(), name, found, "a positive number")
 }
 
-fn not_negative(name: &'static str, found: f64) -> Result<(), Error> {
+fn not_negative(name: &str, found: f64) -> Result<(), Error> {
     Error::unless(found >= 0.0, name, found, "zero or a positive number")
 }
 
-fn filter(name: &'static str, filter: Filter) -> Result<(), Error> {
+fn filter(name: &str, filter: Filter) -> Result<(), Error> {
+    let key = |key: &str| format!("{name}.{key}");
     match filter {
         Filter::None => Ok(()),
         Filter::SavitzkyGolay { window, order } => {
-            Error::unless(order <= 8, name, order as f64, "a degree of at most 8")?;
-            positive(name, window)
+            Error::unless(order <= 8, &key("order"), order as f64, "a degree of at most 8")?;
+            positive(&key("window"), window)
         }
-        Filter::MovingAverage { window } => positive(name, window),
-        Filter::Gaussian { sigma } => positive(name, sigma),
+        Filter::MovingAverage { window } => positive(&key("window"), window),
+        Filter::Gaussian { sigma } => positive(&key("sigma"), sigma),
     }
 }
 
 impl Pipeline {
-    /// # Errors
-    /// The first setting that makes no sense.
     /// Whether the settings make sense.
     ///
     /// # Errors

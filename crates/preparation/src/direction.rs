@@ -1,15 +1,16 @@
 //! Names the two directions of a tire force, with the units of their slips.
 
 use numerics::text::significant;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which force of a tire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Direction of a tire force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
-    /// Side force over slip angle.
+    /// Lateral force over slip angle.
     Lateral,
-    /// Traction over slip ratio.
+    /// Longitudinal force over slip ratio.
     Longitudinal,
 }
 

@@ -71,7 +71,7 @@ pub enum Error {
     #[error("`{name}` is {found}, expected {expected}")]
     Setting {
         /// Its name, as in the configuration.
-        name: &'static str,
+        name: String,
         /// What it is.
         found: f64,
         /// What it must be.
@@ -109,10 +109,11 @@ impl Error {
     /// That a setting makes no sense, unless it is `right`.
     pub(super) fn unless(
         right: bool,
-        name: &'static str,
+        name: &str,
         found: f64,
         expected: &'static str,
     ) -> Result<(), Self> {
-        if right { Ok(()) } else { Err(Self::Setting { name, found, expected }) }
+        let wrong = || Self::Setting { name: name.to_owned(), found, expected };
+        if right { Ok(()) } else { Err(wrong()) }
     }
 }

@@ -3,32 +3,32 @@
 //! All filters are one method, weighted least squares of a polynomial in the true time stamps around each sample, and
 //! differ in degree, weights and in what they do at the ends: uneven stamps need no case of their own.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::local_polynomial::{Window, projection};
 
-/// A zero-phase filter. Windows are reported in seconds and become odd numbers of samples by the mean distance of the
-/// time stamps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// A zero-phase filter. Windows are rounded to odd numbers of samples at the mean sampling time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Filter {
-    /// As it is.
+    /// No filter.
     None,
-    /// Polynomial of this degree in a window [s]; at the ends that of the first or last whole window.
+    /// Local polynomial; the ends use that of the first or last whole window.
     SavitzkyGolay {
-        /// Width [s].
+        /// Width of the window [s].
         window: f64,
-        /// Degree.
+        /// Degree of the polynomial, at most 8.
         order: usize,
     },
-    /// Mean of a window [s], which shrinks at the ends and stays symmetric. On uneven stamps the mean line.
+    /// Mean of a window that shrinks at the ends and stays symmetric; on uneven time stamps the mean line.
     MovingAverage {
-        /// Width [s].
+        /// Width of the window [s].
         window: f64,
     },
-    /// Mean weighted with a bell curve, up to 4 `sigma` [s], which is cut at the ends and stays symmetric.
+    /// Mean with Gaussian weights up to 4 `sigma`; the window is cut at the ends and stays symmetric.
     Gaussian {
-        /// Standard deviation [s].
+        /// Standard deviation of the weights [s].
         sigma: f64,
     },
 }

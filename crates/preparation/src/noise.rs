@@ -1,15 +1,16 @@
 //! Weighs points by what is known of their noise.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What has noise of one standard deviation at all loads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// The quantity with the same noise at all loads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NoiseOf {
-    /// The force over the load: noise in the force grows with the load.
+    /// Force over load: the noise of the force grows with the load.
     #[default]
     Coefficient,
-    /// The force: that of the coefficient falls with the load, and points count with the square of their load over the mean one.
+    /// Force: points are weighted with the square of their load over the mean load.
     Force,
 }
 

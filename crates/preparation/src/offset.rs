@@ -1,28 +1,29 @@
 //! Finds constant errors of the sensors from straight driving, where the car itself says what they should show.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::car::Car;
 use crate::robust::{line, median, spread};
 use crate::row::Row;
 
-/// What is known of the offsets, and where to look for the others. What is given is taken; what is not is estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Offsets of the sensors. Those without a value are estimated from straight driving.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Offsets {
-    /// Yaw rate that the sensor shows at rest [rad/s].
+    /// Offset of the yaw rate [rad/s].
     pub r: Option<f64>,
-    /// Longitudinal acceleration that the sensor shows at rest [m/s²].
+    /// Offset of the longitudinal acceleration [m/s²].
     pub a_x: Option<f64>,
-    /// Lateral acceleration that the sensor shows at rest [m/s²].
+    /// Offset of the lateral acceleration [m/s²].
     pub a_y: Option<f64>,
-    /// λ_v, the sideslip angle that the sensor shows when there is none [rad].
+    /// λ_v: offset of the sideslip angle [rad].
     pub sideslip: Option<f64>,
-    /// Largest yaw rate [rad/s] of driving that counts as straight.
+    /// Largest yaw rate of straight driving [rad/s].
     pub straight: f64,
-    /// Shortest time [s] of it.
+    /// Shortest stretch of straight driving [s].
     pub steady: f64,
-    /// Time [s] of straight driving below which nothing is estimated.
+    /// Least time of straight driving for an estimate [s].
     pub enough: f64,
 }
 

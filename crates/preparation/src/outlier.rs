@@ -2,23 +2,24 @@
 
 use std::ops::Range;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::local_polynomial::projection;
 use crate::robust::{bisquare, spread};
 use crate::samples::Samples;
 
-/// When a point is an outlier.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Rejection of outliers by the force at similar slips.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Outliers {
-    /// Whether to reject any.
+    /// Rejects outliers.
     pub reject: bool,
-    /// How many neighbours in slip say which force belongs to a slip.
+    /// Number of neighbours in slip that predict the force of a point.
     pub neighbours: usize,
-    /// Distance from that force, in standard deviations of the neighbours, from which on a point is an outlier.
+    /// Least distance of an outlier from the predicted force, in standard deviations of the neighbours [-].
     pub threshold: f64,
-    /// Distance from that force, over load [-], below which no point is an outlier.
+    /// Distance from the predicted force, over load [-]; points within it are kept.
     pub floor: f64,
 }
 

@@ -1,14 +1,15 @@
 //! Interpolates a signal at other instants by its own time stamps, without reaching beyond them.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How to go from one sample to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Interpolation between samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Interpolation {
-    /// Straight.
+    /// Straight lines.
     Linear,
-    /// Cubic, with the slopes of the parabolas through three neighbours.
+    /// Cubic Hermite splines with the slopes of parabolas through three neighbours.
     #[default]
     Hermite,
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vehicle::G;
 
@@ -42,18 +43,18 @@ pub struct Row {
 }
 
 /// Filters of the signals, by sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Smoothing {
-    /// Of the velocities.
+    /// Filter of the velocities.
     pub velocity: Filter,
-    /// Of the accelerations.
+    /// Filter of the accelerations.
     pub acceleration: Filter,
-    /// Of the yaw rate; the yaw acceleration is the slope of the same polynomials.
+    /// Filter of the yaw rate; the yaw acceleration is the slope of the same polynomials.
     pub yaw_rate: Filter,
-    /// Of the steering angle.
+    /// Filter of the steering angle.
     pub steering: Filter,
-    /// Of the wheel speeds.
+    /// Filter of the wheel speeds.
     pub wheels: Filter,
 }
 

@@ -1,5 +1,6 @@
 //! Holds the settings of the preparation.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::car::Car;
@@ -11,37 +12,37 @@ use crate::row::Smoothing;
 use crate::shift::Shifts;
 use crate::slip_resampling::SlipResampling;
 
-/// Settings of the preparation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Steps from signals to points of tire curves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pipeline {
     /// The car.
     pub car: Car,
     /// Rate of the common instants [Hz].
     pub rate: f64,
-    /// Longest time between two rows of a signal that belong together [s].
+    /// Longest time between two rows of a signal without a gap [s].
     pub gap: f64,
-    /// Shortest stretch that is used [s].
+    /// Shortest stretch without a gap [s]; shorter ones are dropped.
     pub shortest: f64,
-    /// Whether rows that repeat the one before are dropped: they are older than their time stamp says.
+    /// Drops rows that repeat the row before: their values are older than their time stamps.
     pub drop_held: bool,
-    /// Slowest speed that is used [m/s].
+    /// Slowest forward speed [m/s]; slower rows are dropped.
     pub min_speed: f64,
-    /// How long a gear shift disturbs [s].
+    /// Duration of the disturbance by a gear shift [s]; its rows are dropped.
     pub gear_shift: f64,
-    /// Filters.
+    /// Filters of the signals.
     pub smooth: Smoothing,
-    /// How to get to the common instants.
+    /// Interpolation to the common instants.
     pub interpolation: Interpolation,
-    /// Constant errors of the sensors.
+    /// Constant errors of the sensors, known or estimated.
     pub offsets: Offsets,
-    /// Which points do not belong.
+    /// Rejection of outliers.
     pub outliers: Outliers,
-    /// What the noise is proportional to.
+    /// Quantity with the same noise at all loads.
     pub noise: NoiseOf,
-    /// Who finds S_h and S_v.
+    /// Estimation of the shifts S_h and S_v.
     pub shifts: Shifts,
-    /// How to even out the density over slip.
+    /// Evens out the density of points over slip.
     pub slip_resampling: SlipResampling,
 }
 

@@ -1,24 +1,25 @@
 //! Tells how far a tire's curve misses the origin, from its straight part.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::robust::line;
 use crate::samples::Samples;
 
-/// Who finds the shifts S_h and S_v of a curve.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Estimation of the shifts S_h and S_v of a curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shifts {
-    /// The fit, together with the other parameters.
+    /// By the fit, together with the other parameters.
     #[default]
     Joint,
-    /// A straight line beforehand, as Goblirsch et al.; the fit holds what it finds.
+    /// By a straight line beforehand (Goblirsch et al.); the fit holds both shifts.
     TwoStep {
-        /// Largest slip, to either side, that the curve is straight up to; 0.015 in the paper's program.
+        /// Largest slip of the straight part of the curve, in the unit of the slip; 0.015 in the paper's program.
         limit: f64,
-        /// Part of the offset that is a shift of the slip [-], the rest is one of the force.
+        /// Share of the offset that is a shift of the slip [-]; the rest is a shift of the force.
         ///
         /// A line has two numbers, slope K and intercept c, and the curve near its centre three: K, S_h and S_v, of
         /// which K S_h + S_v = c. Root and intercept of the line are the same offset told twice, so to apply both in

@@ -1,24 +1,25 @@
 //! Evens out how densely the points cover the slip, without counting any of them twice.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::outlier::filtered;
 use crate::samples::Samples;
 
-/// How to keep the many points of easy driving from outweighing the few at the limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Keeps the many points of easy driving from outweighing the few at the limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
 pub enum SlipResampling {
-    /// All points count alike.
+    /// All points have the same weight.
     Off,
-    /// Of `count` evenly spaced slips the nearest point each, as Goblirsch et al. do, but each point once.
+    /// The nearest point to each of `count` evenly spaced slips (Goblirsch et al.), each point once.
     Nearest {
-        /// How many slips; a few thousand at most are useful.
+        /// Number of slips; a few thousand at most are useful.
         count: usize,
     },
-    /// All points stay; those within each of `count` equal parts of the slip weigh 1 together.
+    /// All points; those within each of `count` equal parts of the slip range have a total weight of 1.
     Weighted {
-        /// How many parts.
+        /// Number of parts.
         count: usize,
     },
 }

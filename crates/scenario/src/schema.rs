@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use diagnostics::suggest::{self, Unknown};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -22,8 +22,8 @@ pub struct Finding {
 
 /// The schema with its keys sorted and without `null`, which TOML does not have.
 #[must_use]
-pub fn plain(schema: &schemars::Schema) -> Value {
-    without_null(schema.as_value())
+pub fn plain(schema: &Value) -> Value {
+    without_null(schema)
 }
 
 fn without_null(value: &Value) -> Value {
@@ -82,6 +82,27 @@ pub fn choices(schema: &Value) -> Vec<(&str, &str)> {
     listed.chain(described).collect()
 }
 
+/// A table whose other keys depend on the text of one of them, its tag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tagged<'a> {
+    /// The tag.
+    pub tag: &'a str,
+    /// The texts of the tag, each with the schema of the table.
+    pub variants: Vec<(&'a str, &'a Value)>,
+}
+
+/// The variants of a tagged table; `None` for any other schema.
+#[must_use]
+pub fn tagged<'a>(root: &'a Value, schema: &'a Value) -> Option<Tagged<'a>> {
+    let variants: Vec<_> =
+        schema["oneOf"].as_array()?.iter().map(|variant| resolved(root, variant)).collect();
+    let first = variants.first()?["properties"].as_object()?;
+    let text = |variant: &'a Value, tag: &str| variant["properties"][tag]["const"].as_str();
+    let (tag, _) = first.iter().find(|(_, property)| property["const"].is_string())?;
+    let variants = variants.into_iter().map(|variant| Some((text(variant, tag)?, variant)));
+    Some(Tagged { tag, variants: variants.collect::<Option<_>>()? })
+}
+
 /// The words of a table that break a schema, in the order of the file.
 #[must_use]
 pub fn findings(schema: &Value, place: Range<usize>, table: &DeTable) -> Vec<Finding> {
@@ -98,6 +119,9 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn table(&mut self, schema: &Value, place: Range<usize>, table: &DeTable) {
+        if let Some(Tagged { tag, variants }) = tagged(self.root, schema) {
+            return self.tagged(tag, &variants, place, table);
+        }
         let Some(properties) = schema["properties"].as_object() else {
             let others = &schema["additionalProperties"];
             return table.values().for_each(|value| self.value(others, value));
@@ -116,6 +140,26 @@ impl Walk<'_> {
         for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
             if !table.contains_key(key) {
                 self.missing(key, &properties[key], place.clone());
+            }
+        }
+    }
+
+    fn tagged(
+        &mut self,
+        tag: &str,
+        variants: &[(&str, &Value)],
+        place: Range<usize>,
+        table: &DeTable,
+    ) {
+        let Some(value) = table.get(tag) else { return self.missing(tag, &Value::Null, place) };
+        let Some(text) = value.get_ref().as_str() else {
+            return self.value(&json!({ "type": "string" }), value);
+        };
+        match variants.iter().find(|(known, _)| *known == text) {
+            Some((_, schema)) => self.table(schema, place, table),
+            None => {
+                let known = variants.iter().map(|(known, _)| (*known).to_owned()).collect();
+                self.unknown("value", text, known, value.span());
             }
         }
     }
@@ -215,6 +259,13 @@ mod tests {
                 "kind": {"oneOf": [{"const": "left"}, {"const": "right"}]},
                 "list": {"type": "array", "items": {"$ref": "#/$defs/Entry"}},
                 "names": {"type": "object", "additionalProperties": {"type": "string"}},
+                "loss": {"oneOf": [
+                    {"type": "object", "additionalProperties": false, "properties": {"kind": {"const": "square"}}},
+                    {
+                        "type": "object", "additionalProperties": false,
+                        "properties": {"kind": {"const": "huber"}, "threshold": {"type": "number"}},
+                    },
+                ]},
             },
             "$defs": {"Entry": {
                 "type": "object", "additionalProperties": false,
@@ -237,6 +288,25 @@ mod tests {
                 "step = 1\nlist = [{ on = 1 }]",
                 "1",
                 "expected true or false, found a whole number",
+                None,
+            ),
+            ("step = 1\nloss = { kind = 'huber', threshold = 1 }", "", "", None),
+            (
+                "step = 1\nloss = { kind = 'square', threshold = 1 }",
+                "threshold",
+                "unknown key `threshold`",
+                Some("known: kind"),
+            ),
+            (
+                "step = 1\nloss = { kind = 'hubr' }",
+                "'hubr'",
+                "unknown value `hubr`",
+                Some("did you mean `huber`?"),
+            ),
+            (
+                "step = 1\nloss = { threshold = 1 }",
+                "{ threshold = 1 }",
+                "the key `kind` is missing",
                 None,
             ),
             ("step = 1\nnames = { a = 1 }", "1", "expected a text, found a whole number", None),

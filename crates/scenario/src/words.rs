@@ -107,7 +107,7 @@ fn one() -> u64 {
 #[must_use]
 pub fn schema() -> &'static serde_json::Value {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
-    SCHEMA.get_or_init(|| schema::plain(&schemars::schema_for!(Document)))
+    SCHEMA.get_or_init(|| schema::plain(schemars::schema_for!(Document).as_value()))
 }
 
 /// Communication step and duration of the run.

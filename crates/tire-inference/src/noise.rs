@@ -2,29 +2,30 @@
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::fit::{FitError, FitOptions};
 use crate::kernel::value;
 use crate::settings::{Method, Settings};
 
-/// NoiseModel, by the loss that goes with it; what is absent is estimated by maximum likelihood.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+/// Noise of the force, by its loss. Numbers without a value are estimated by maximum likelihood.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum NoiseModel {
-    /// Normal.
+    /// Normal noise: the sum of squares.
     #[default]
     Square,
-    /// Normal up to a threshold, exponential beyond, see [`Loss::Huber`].
+    /// Normal up to a threshold, exponential beyond it (Huber 1964).
     Huber {
-        /// In the unit of the force column.
+        /// Residual at the threshold, in the unit of the force column.
         threshold: f64,
     },
-    /// Student's distribution, see [`Loss::StudentT`].
+    /// Student's t-distribution, for gross outliers.
     StudentT {
-        /// Degrees of freedom ν.
+        /// Degrees of freedom ν [-].
         freedom: Option<f64>,
-        /// Scale, in the unit of the force column.
+        /// Scale of the distribution, in the unit of the force column.
         scale: Option<f64>,
     },
 }

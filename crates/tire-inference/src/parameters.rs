@@ -5,8 +5,7 @@
     reason = "symbols as in Pacejka, Tire and Vehicle Dynamics"
 )]
 
-use std::collections::BTreeMap;
-
+use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vehicle::MagicFormula;
@@ -21,7 +20,7 @@ pub type Theta = [f64; COUNT];
 pub type Normal = numerics::normal::Normal<COUNT>;
 
 /// A parameter of the Magic Formula, μ = D sin(C atan(Bx − E(Bx − atan Bx))) + S_v with x = slip + S_h.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 pub enum Parameter {
     /// Stiffness factor [1/rad], or [-] for a slip ratio.
     B,
@@ -44,6 +43,18 @@ impl Parameter {
     /// The symbol.
     pub fn name(self) -> &'static str {
         ["B", "C", "D", "E", "S_h", "S_v"][self as usize]
+    }
+}
+
+/// As a text: a path of keys has the names of texts only.
+impl<'de> Deserialize<'de> for Parameter {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(from)?;
+        let found = Self::ALL.into_iter().find(|parameter| parameter.name() == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(|parameter| format!("`{}`", parameter.name())).join(", ");
+            D::Error::custom(format!("unknown parameter `{name}`, expected one of {known}"))
+        })
     }
 }
 
@@ -70,26 +81,44 @@ pub fn by_parameter<S: Serializer, const N: usize>(
     to.collect_map(Parameter::ALL.iter().map(|parameter| parameter.name()).zip(values))
 }
 
+/// Parameters of a tire as a configuration has them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tire {
+    /// Stiffness factor [1/rad], or [-] for a slip ratio.
+    B: f64,
+    /// Shape factor [-].
+    C: f64,
+    /// Peak friction coefficient [-].
+    D: f64,
+    /// Curvature factor [-].
+    E: f64,
+    /// Horizontal shift, in the unit of the slip.
+    #[serde(default)]
+    S_h: f64,
+    /// Vertical shift of the friction coefficient [-].
+    #[serde(default)]
+    S_v: f64,
+}
+
+impl From<Tire> for Theta {
+    fn from(Tire { B, C, D, E, S_h, S_v }: Tire) -> Self {
+        [B, C, D, E, S_h, S_v]
+    }
+}
+
+impl From<Theta> for Tire {
+    fn from([B, C, D, E, S_h, S_v]: Theta) -> Self {
+        Self { B, C, D, E, S_h, S_v }
+    }
+}
+
 /// Reads values from under the names of their parameters; a shift that is not there is 0.
 ///
 /// # Errors
 /// When B, C, D or E is missing, and those of the format.
 pub fn from_parameters<'de, D: Deserializer<'de>>(from: D) -> Result<Theta, D::Error> {
-    let named = BTreeMap::<Parameter, f64>::deserialize(from)?;
-    let mut theta = [0.0; COUNT];
-    for (parameter, value) in theta.iter_mut().zip(Parameter::ALL).map(|(v, p)| (p, v)) {
-        match named.get(&parameter) {
-            Some(found) => *value = *found,
-            None if parameter < Parameter::S_h => {
-                let name = parameter.name();
-                return Err(D::Error::custom(format!(
-                    "expected a tire with B, C, D and E, found no `{name}`"
-                )));
-            }
-            None => {}
-        }
-    }
-    Ok(theta)
+    Tire::deserialize(from).map(Theta::from)
 }
 
 /// B, C, D and E of a tire without shifts.

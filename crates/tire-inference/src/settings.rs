@@ -3,7 +3,8 @@
 use numerics::loss::Loss;
 use preparation::direction::Direction;
 use preparation::samples::Samples;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::fit::{
     Constraints, FitError, FitOptions, Problem, SlipNoise, Solution, least_squares, nelder_mead,
@@ -13,17 +14,18 @@ use crate::prior::Prior;
 use crate::regularisation::Regularisation;
 use crate::variational::Optimiser;
 
-/// A way to find the values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+/// Method of the fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Constrained least squares from several starts.
+    /// Constrained least squares from several starts; the uncertainty is that of the exact posterior.
     LeastSquares,
-    /// The simplex of Nelder and Mead, in bounds only: the yardstick of the literature.
+    /// Simplex search of Nelder and Mead within the bounds, for comparison with the literature.
     NelderMead,
-    /// A normal distribution in place of the posterior; where it cannot be trusted, the posterior itself.
+    /// Stochastic variational inference: a normal distribution in place of the posterior, or the posterior itself where the
+    /// diagnosis rejects it.
     Svi,
-    /// The posterior itself.
+    /// Mean of the exact posterior.
     Reference,
 }
 

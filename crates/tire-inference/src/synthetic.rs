@@ -3,26 +3,28 @@
 use preparation::samples::Samples;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{Theta, by_parameter, curve, from_parameters};
+use crate::parameters::{Theta, Tire, by_parameter, curve, from_parameters};
 
-/// Synthetic data: slips evenly from 0 to a level, noise in slip and in force.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Judges each parameter by synthetic data: slips evenly from 0 to a level, with noise in slip and in force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Excitation {
-    /// The tire.
+    /// The tire: B, C, D, E and, if not 0, S_h and S_v.
     #[serde(serialize_with = "by_parameter", deserialize_with = "from_parameters")]
+    #[schemars(with = "Tire")]
     pub truth: Theta,
-    /// Largest slips, one data set for each.
+    /// Largest slips, one data set for each, in the unit of the slip.
     pub levels: Vec<f64>,
-    /// Points of each data set.
+    /// Number of points of each data set.
     pub samples: usize,
-    /// Standard deviation of the noise of the slip.
+    /// Standard deviation of the noise of the slip, in the unit of the slip.
     pub slip_std: f64,
     /// Standard deviation of the noise of the friction coefficient [-].
     pub force_std: f64,
-    /// Of the generator, PCG64; each level has its own stream.
+    /// Seed of the random numbers (PCG64); each level has its own stream.
     pub seed: u64,
 }
 

@@ -18,7 +18,8 @@ use numerics::variational::gaussian::Gaussian;
 use numerics::variational::judged::{self, Draws, Tails};
 use numerics::variational::newton::{self, Fitted, Limits};
 use preparation::samples::Samples;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::compressed::Compressed;
 use crate::density::{Minibatch, TireDensity};
@@ -36,14 +37,14 @@ const FEWEST_POINTS: usize = 64;
 /// Most points.
 const MOST_POINTS: usize = 1024;
 
-/// How the bound is raised.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+/// Optimiser of the evidence lower bound.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "optimiser", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Optimiser {
-    /// Natural gradients from all samples, until the dimensionless gradient is below 0.01.
+    /// Natural gradients from all points, until the dimensionless gradient is below 0.01.
     #[default]
     Newton,
-    /// Adam from typical values, see [`Adam`].
+    /// Adam from the typical values.
     Adam(Adam),
 }
 

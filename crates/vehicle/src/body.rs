@@ -1,6 +1,7 @@
 //! Weighs the axles: gravity, aerodynamics and longitudinal load transfer.
 #![allow(non_snake_case, reason = "forces and moments of inertia are written as in the equations")]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::number::Number;
@@ -9,12 +10,12 @@ use crate::number::Number;
 pub const G: f64 = 9.81;
 
 /// Rigid body of the car, seen in the plane of symmetry. The default is the demo car.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Mass [kg].
     pub m: f64,
-    /// Yaw moment of inertia about the centre of gravity [kg m²].
+    /// Yaw moment of inertia about the centre of gravity [kg·m²].
     pub I_zz: f64,
     /// Distance from the centre of gravity to the front axle [m].
     pub l_f: f64,
@@ -84,7 +85,7 @@ impl Body {
 /// reads them under the wheels of a standing car: they contain the pitching moment of the drag.
 /// Zero for both means that the air moves no load between the axles of a car held at rest in the
 /// wind.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Aero {
     /// Air density [kg/m³].

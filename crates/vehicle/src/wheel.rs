@@ -1,6 +1,7 @@
 //! Models wheels: dynamic radius, slip ratio, and the yaw moment of a differential between two wheels.
 #![allow(non_snake_case, reason = "forces and moments are written as in the equations")]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::slip::slip_speed;
@@ -8,14 +9,14 @@ use crate::slip::slip_speed;
 /// Radius of the wheels of one axle, with its dependence on load and speed.
 ///
 /// Default: 0.3 m, rigid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wheel {
     /// Radius without load and at rest [m].
     pub radius: f64,
-    /// Vertical stiffness of one tire [N/m]; none for a rigid tire.
+    /// Vertical stiffness of one tire [N/m]; without it the tire is rigid.
     pub stiffness: Option<f64>,
-    /// Growth of the radius with the square of the wheel speed [m s²/rad²].
+    /// Growth of the radius with the square of the wheel speed [m·s²/rad²].
     pub growth: f64,
 }
 
@@ -47,17 +48,17 @@ pub fn slip_ratio(omega: f64, radius: f64, v: f64) -> f64 {
 
 /// Limited-slip differential between two wheels (Gadola, Chindamo, Lenzo, "On the passive limited slip differential
 /// for high performance vehicle applications", AVEC 2018).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Differential {
-    /// Difference of the wheels' torques over their sum while driving [-], from 0 to 1.
+    /// Difference of the wheel torques over their sum while driving [-], from 0 to 1.
     pub drive_lock: f64,
-    /// The same while the engine brakes [-].
+    /// Difference of the wheel torques over their sum while the engine brakes [-], from 0 to 1.
     pub coast_lock: f64,
-    /// Torque difference that it holds without load [N m].
+    /// Torque difference without load [N·m].
     pub preload: f64,
-    /// Largest braking torque of the engine [N m at the wheels], positive. The rest comes from the brakes, which act
-    /// behind the differential.
+    /// Largest braking torque of the engine at the wheels [N·m], positive. The rest comes from the brakes behind the
+    /// differential.
     pub engine_brake: f64,
     /// Growth of the locking with the difference of the wheel speeds [s/rad].
     pub sensitivity: f64,

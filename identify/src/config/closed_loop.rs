@@ -1,4 +1,4 @@
-//! Reads what a scenario wants of an identification from drives under closed-loop control.
+//! Configuration of `task = "closed_loop"`.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,100 +7,104 @@ use drive_inference::likelihood::DriveNoise;
 use drive_inference::regression::Weights;
 use drive_inference::smoothing::Smoothing;
 use drive_inference::{DriveOptions, Formulation, Noises};
-use serde::Deserialize;
+use plugin::ConfigError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
 use vehicle::{Aero, Body, Vehicle};
 
-use crate::config::{demand, plant, prior, rise, rising};
+use super::rules::{self, demand};
+use super::{plant, prior};
 
-/// `task = "closed_loop"`.
-#[derive(Clone, Debug, Deserialize)]
+/// Identifies the tires of both axles from drives under closed-loop control.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClosedLoop {
-    /// Masses and lengths; those of the demo car unless given.
+    /// Mass, inertia and lengths; those of the demo car by default.
     pub body: Body,
     /// Drag and downforce.
     pub aero: Aero,
-    /// What the tires are found by.
+    /// Formulation of the fit that decides.
     pub method: Formulation,
-    /// What else is fitted, to compare.
+    /// Further formulations, for comparison.
     pub compare: Vec<Formulation>,
-    /// Lowest and highest values of B, C, D, E of both axles.
+    /// Lowest and highest values of B, C, D, E of both axles; those of the literature by default.
     pub bounds: BTreeMap<Parameter, [f64; 2]>,
-    /// θ_0: values of a typical tire; those of a lateral curve unless given.
+    /// θ_0: values of a typical tire; those of a lateral curve by default.
     pub typical: BTreeMap<Parameter, f64>,
-    /// λ_reg: how strongly each tire is drawn to the typical values, in units of the standard deviations of parameters that are uniform
+    /// λ_reg: weight of the distance of each tire to the typical values [-], in standard deviations of a uniform distribution
     /// within the bounds.
     pub regularisation: f64,
-    /// λ_sim: how strongly both tires are drawn to each other, in the same units.
+    /// λ_sim: weight of the difference between both tires [-], in the same standard deviations.
     pub axle_coupling: f64,
-    /// How residuals of fits to smoothed states count.
+    /// Weights of residuals in fits to smoothed states.
     pub weights: Weights,
-    /// Whether fits to accelerations have three odd terms besides the tires.
+    /// Adds three odd terms to fits to accelerations.
     pub odd_terms: bool,
-    /// Starts of fits to smoothed states.
+    /// Number of starts of fits to smoothed states.
     pub starts: usize,
-    /// Noises, if they are known; they are estimated otherwise.
+    /// Standard deviations of the noise, when they are known; otherwise they are estimated.
     pub noise: Option<KnownNoise>,
-    /// How often EM may filter a recording to find the noises of the nominal car that smooths it; 0 does without.
+    /// Largest number of passes of expectation maximisation (EM) for the noise of the smoother; 0 for none.
     pub em_passes: usize,
-    /// Whether uncertainties come from draws of the posterior of `method = "pem"`, which take about as long as the fit; else from the
+    /// Takes uncertainties from samples of the posterior of `method = "pem"`, at the cost of another fit; otherwise from the
     /// curvature of the likelihood.
     pub posterior: bool,
-    /// Whether a normal distribution is fitted to the posterior by variational inference, and told with its k-hat beside the draws.
+    /// Fits a normal distribution to the posterior by stochastic variational inference (SVI), and reports its Pareto tail index
+    /// (k-hat).
     pub svi: bool,
-    /// Whether intervals come from profiles of the likelihood, which takes longer than the fit; else from its curvature.
+    /// Takes intervals from profiles of the likelihood, which takes longer than the fit; otherwise from its curvature.
     pub profile: bool,
-    /// Times that are used [s], from and until; all of them unless given.
+    /// Beginning and end of the times to use [s]; all times by default.
     pub windows: Vec<[f64; 2]>,
-    /// Times that are not used, and on which the identified car has to predict what was measured.
+    /// Times kept for validation: the identified car predicts the measurements.
     pub validate: Vec<HoldOut>,
-    /// The node whose start values `tires.toml` sets.
+    /// Node that gets the start values in `tires.toml`.
     pub node: String,
-    /// Turns the starts.
+    /// Seed of the starts.
     pub seed: u64,
 }
 
-/// Times that are kept for validation.
-#[derive(Clone, Debug, Deserialize)]
+/// Times kept for validation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HoldOut {
-    /// Its name in the report.
+    /// Name in the report.
     pub name: String,
-    /// First time [s].
+    /// Beginning [s].
     pub from: f64,
-    /// Last time [s].
+    /// End [s].
     pub until: f64,
 }
 
-/// Standard deviations of noises that are known.
-#[derive(Clone, Copy, Debug, Deserialize)]
+/// Known standard deviations of the noise.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KnownNoise {
-    /// Of the measured forward speed [m/s].
+    /// Noise of the measured forward velocity [m/s].
     v_x: f64,
-    /// Of the measured speed to the left [m/s].
+    /// Noise of the measured lateral velocity [m/s].
     v_y: f64,
-    /// Of the measured yaw rate [rad/s].
+    /// Noise of the measured yaw rate [rad/s].
     r: f64,
-    /// Of the measured lateral acceleration [m/s²].
+    /// Noise of the measured lateral acceleration [m/s²].
     a_y: f64,
-    /// Of what the motion does besides the model; hardly anything unless given.
+    /// Process noise; hardly any by default.
     process: Option<KnownProcess>,
 }
 
-/// Standard deviations of the random walks that states do besides the model, after one second.
-#[derive(Clone, Copy, Debug, Deserialize)]
+/// Standard deviations of the process noise, a random walk of each state, after one second.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KnownProcess {
-    /// Of the forward speed [m/s].
+    /// Random walk of the forward velocity [m/s].
     v_x: f64,
-    /// Of the speed to the left [m/s].
+    /// Random walk of the lateral velocity [m/s].
     v_y: f64,
-    /// Of the yaw rate [rad/s].
+    /// Random walk of the yaw rate [rad/s].
     r: f64,
-    /// Of the longitudinal force that the inputs do not know [N].
+    /// Random walk of the unmeasured longitudinal force [N].
     xi_x: f64,
 }
 
@@ -133,93 +137,72 @@ impl Default for ClosedLoop {
 }
 
 impl ClosedLoop {
-    /// Whether it makes sense.
-    ///
-    /// # Errors
-    /// In words, with the key in backticks.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
         let Body { m, I_zz, l_f, l_r, h } = self.body;
         for (name, value) in [("m", m), ("I_zz", I_zz), ("l_f", l_f), ("l_r", l_r)] {
-            demand(value > 0.0 && value.is_finite(), name, "a positive number")?;
+            rules::positive(&format!("body.{name}"), value)?;
         }
-        demand(h >= 0.0 && h.is_finite(), "h", "0 or above")?;
-        let weight = |weight: f64| weight >= 0.0 && weight.is_finite();
-        demand(weight(self.regularisation), "regularisation", "0 or above")?;
-        demand(weight(self.axle_coupling), "axle_coupling", "0 or above")?;
+        rules::not_negative("body.h", h)?;
+        rules::not_negative("regularisation", self.regularisation)?;
+        rules::not_negative("axle_coupling", self.axle_coupling)?;
         if let Weights::Variance { clamp } = self.weights {
-            demand(
-                clamp > 0.0 && clamp.is_finite(),
-                "clamp",
-                "a positive share of the mean variance",
-            )?;
+            rules::positive("weights.clamp", clamp)?;
         }
-        demand(self.starts >= 1, "starts", "1 or more")?;
+        rules::at_least("starts", 1, self.starts)?;
         let pem = self.method == Formulation::PredictionError;
-        demand(
-            pem || !self.profile,
-            "profile",
-            "false, as only method = \"pem\" has a likelihood",
-        )?;
-        demand(
-            pem && self.posterior || !self.svi,
-            "svi",
-            "false, as it is fitted to the posterior of method = \"pem\" alone",
-        )?;
+        let expected = "false, as only method = \"pem\" has a likelihood";
+        demand(pem || !self.profile, "profile", expected, true)?;
+        let expected = "false, as it fits the posterior of method = \"pem\"";
+        demand(pem && self.posterior || !self.svi, "svi", expected, true)?;
         self.check_tires()?;
         self.check_noise()?;
         self.check_times()
     }
 
-    fn check_tires(&self) -> Result<(), String> {
-        let shift = [Parameter::S_h, Parameter::S_v];
-        for parameter in self.bounds.keys().chain(self.typical.keys()) {
+    fn check_tires(&self) -> Result<(), ConfigError> {
+        let shift = |parameter: &Parameter| [Parameter::S_h, Parameter::S_v].contains(parameter);
+        let bounds = self.bounds.keys().map(|parameter| ("bounds", parameter));
+        let typical = self.typical.keys().map(|parameter| ("typical", parameter));
+        if let Some((table, parameter)) = bounds.chain(typical).find(|(_, it)| shift(it)) {
             let name = parameter.name();
-            if shift.contains(parameter) {
-                return Err(format!("`{name}` is not fitted to drives; expected B, C, D or E"));
-            }
+            let message = format!("`{name}` is not fitted to drives; expected B, C, D or E");
+            return Err(ConfigError::at(&format!("{table}.{name}"), message));
         }
-        rising(&self.bounds)?;
+        rules::bounds(&self.bounds)?;
         for (parameter, [low, _]) in &self.bounds {
             let positive = *parameter == Parameter::E || *low > 0.0;
-            demand(positive, parameter.name(), "bounds above 0")?;
+            demand(positive, &format!("bounds.{}", parameter.name()), "bounds above 0", low)?;
         }
         for (parameter, value) in &self.typical {
-            demand(value.is_finite(), parameter.name(), "a finite typical value")?;
+            let key = format!("typical.{}", parameter.name());
+            demand(value.is_finite(), &key, "a finite typical value", value)?;
         }
         Ok(())
     }
 
-    fn check_noise(&self) -> Result<(), String> {
+    fn check_noise(&self) -> Result<(), ConfigError> {
         let Some(KnownNoise { v_x, v_y, r, a_y, process }) = self.noise else { return Ok(()) };
         for (name, std) in [("v_x", v_x), ("v_y", v_y), ("r", r), ("a_y", a_y)] {
-            let expected = "a positive standard deviation of its noise";
-            demand(std > 0.0 && std.is_finite(), name, expected)?;
+            rules::positive(&format!("noise.{name}"), std)?;
         }
         let Some(KnownProcess { v_x, v_y, r, xi_x }) = process else { return Ok(()) };
         for (name, std) in [("v_x", v_x), ("v_y", v_y), ("r", r), ("xi_x", xi_x)] {
-            demand(std >= 0.0 && std.is_finite(), name, "a standard deviation of 0 or more")?;
+            rules::not_negative(&format!("noise.process.{name}"), std)?;
         }
         Ok(())
     }
 
-    fn check_times(&self) -> Result<(), String> {
-        for [from, until] in &self.windows {
-            if !rise(*from, *until) {
-                return Err(format!(
-                    "`windows`: expected two rising times, found {from} and {until}"
-                ));
-            }
+    fn check_times(&self) -> Result<(), ConfigError> {
+        for (index, window) in self.windows.iter().enumerate() {
+            rules::rising(&format!("windows.{index}"), *window)?;
         }
         let mut names = BTreeSet::new();
-        for HoldOut { name, from, until } in &self.validate {
-            if !rise(*from, *until) {
-                return Err(format!("`{name}`: expected until after from = {from}, found {until}"));
-            }
-            if !names.insert(name) {
-                return Err(format!(
-                    "`{name}`: expected a name of its own for each time of validation, found it twice"
-                ));
-            }
+        for (index, HoldOut { name, from, until }) in self.validate.iter().enumerate() {
+            let rise = from < until && from.is_finite() && until.is_finite();
+            let after = format!("a time after from = {from}");
+            demand(rise, &format!("validate.{index}.until"), &after, until)?;
+            let key = format!("validate.{index}.name");
+            demand(names.insert(name), &key, "a name of its own", format_args!("`{name}` twice"))?;
         }
         Ok(())
     }

@@ -36,8 +36,7 @@ pub(super) fn recording(request: &Request) -> Result<Recording, String> {
     let mut columns = Vec::new();
     let mut time: &[f64] = &[];
     for name in SIGNALS {
-        // Without backticks: what is missing cannot be pointed at.
-        let missing = || format!("a drive under closed-loop control needs the signal '{name}'");
+        let missing = || format!("a drive under closed-loop control needs the signal `{name}`");
         let signal = request.signal(name).ok_or_else(missing)?;
         if !columns.is_empty() && signal.time != time {
             return Err(format!(

@@ -1,4 +1,4 @@
-//! `trackside explain`: prints type, unit, default, example and description of a key.
+//! `trackside explain`: prints type, unit, default, example and description of a key, or the reference of all keys.
 
 use std::path::Path;
 
@@ -15,8 +15,9 @@ use super::progress::BuildLine;
 /// Arguments of `trackside explain`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The key: `connect.noise`, `[[connect]]`, or the end of its path, `noise`, when that is unique.
-    key: String,
+    /// The key: `connect.noise`, `[[connect]]`, or the end of its path, `noise`, when that is unique; all keys in Markdown
+    /// without it.
+    key: Option<String>,
     /// Explain a key of the configuration of this plugin: a library, or a package of the workspace.
     #[arg(long, value_name = "PATH|CRATE")]
     plugin: Option<String>,
@@ -27,16 +28,19 @@ pub struct Arguments {
 /// # Errors
 /// When no key is called so, or several are; when the plugin cannot be loaded or does not describe its configuration.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    let entry = match &arguments.plugin {
-        Some(plugin) => reference::explain(&config_schema(plugin)?, &arguments.key),
-        None => reference::explain(words::schema(), &arguments.key),
+    let (schema, title) = match &arguments.plugin {
+        Some(plugin) => (config_schema(plugin)?, format!("Configuration of `{plugin}`")),
+        None => (words::schema().clone(), "Scenario reference".to_owned()),
     };
-    print(&entry.map_err(Unknown::input)?);
+    match &arguments.key {
+        Some(key) => print(&reference::explain(&schema, key).map_err(Unknown::input)?),
+        None => print(&reference::markdown(&schema, &title)),
+    }
     Ok(0)
 }
 
 /// The JSON schema of the configuration of a plugin.
-fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
+pub(super) fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
     let wrong = |what: String| Error::input(format!("--plugin {name}: {what}"));
     let path = match Path::new(name) {
         path if path.is_file() => path.to_owned(),
@@ -58,5 +62,7 @@ fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
     let schema = plugin
         .config_schema()
         .ok_or_else(|| wrong("the plugin does not describe its configuration".to_owned()))?;
-    serde_json::from_str(schema).map_err(|error| wrong(format!("its schema is no JSON: {error}")))
+    let schema = serde_json::from_str(schema);
+    let schema = schema.map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
+    Ok(scenario::schema::plain(&schema))
 }

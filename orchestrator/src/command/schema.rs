@@ -1,15 +1,28 @@
-//! `trackside schema`: prints the JSON schema of scenario files.
+//! `trackside schema`: prints the JSON schema of scenario files, or of the configuration of a plugin.
 
+use clap::Args;
 use diagnostics::Error;
 use scenario::reference;
 
+use super::explain::config_schema;
 use super::print;
+
+/// Arguments of `trackside schema`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Print the schema of the configuration of this plugin: a library, or a package of the workspace.
+    #[arg(long, value_name = "PATH|CRATE")]
+    plugin: Option<String>,
+}
 
 /// Prints the schema.
 ///
 /// # Errors
-/// None today.
-pub fn run() -> Result<u8, Error> {
-    print(&reference::scenario_schema());
+/// When the plugin cannot be loaded or does not describe its configuration.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    match &arguments.plugin {
+        Some(plugin) => print(&reference::text(&config_schema(plugin)?)),
+        None => print(&reference::scenario_schema()),
+    }
     Ok(0)
 }

@@ -1,8 +1,8 @@
 //! Lists the keys of a JSON schema.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use crate::schema::{choices, resolved, type_name};
+use crate::schema::{Tagged, choices, resolved, tagged, type_name};
 
 /// A key of a configuration file.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,9 +31,21 @@ pub struct Entry {
     pub about: String,
     /// A snippet of TOML.
     pub snippet: Option<String>,
+    /// The keys that it depends on, with their texts: `loss.kind` and `huber`.
+    pub conditions: Vec<(String, String)>,
 }
 
 impl Entry {
+    /// The conditions in TOML: `kind = "huber"`; the tag of another table has its path.
+    #[must_use]
+    pub fn conditions(&self) -> Vec<String> {
+        let written = |(tag, text): &(String, String)| {
+            let (table, key) = tag.rsplit_once('.').unwrap_or(("", tag));
+            format!("{} = \"{text}\"", if table == self.parent() { key } else { tag })
+        };
+        self.conditions.iter().map(written).collect()
+    }
+
     /// The last key of the path.
     #[must_use]
     pub fn key(&self) -> &str {
@@ -50,7 +62,8 @@ impl Entry {
 /// The keys of a schema: each table is followed by its keys. Required keys come first, then the others by name.
 #[must_use]
 pub fn entries(schema: &Value) -> Vec<Entry> {
-    let mut walk = Walk { root: schema, entries: Vec::new(), above: Vec::new() };
+    let mut walk =
+        Walk { root: schema, entries: Vec::new(), above: Vec::new(), conditions: Vec::new() };
     walk.table(schema, "");
     walk.entries
 }
@@ -60,10 +73,53 @@ struct Walk<'a> {
     entries: Vec<Entry>,
     /// The tables around the current one, or else a table that contains itself would have no end.
     above: Vec<&'a Value>,
+    conditions: Vec<(String, String)>,
+}
+
+/// The path of a key in a table.
+fn joined(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
 impl<'a> Walk<'a> {
     fn table(&mut self, schema: &'a Value, path: &str) {
+        match tagged(self.root, schema) {
+            Some(Tagged { tag, variants }) => self.tagged(tag, &variants, path),
+            None => self.keys(schema, path, None),
+        }
+    }
+
+    fn tagged(&mut self, tag: &str, variants: &[(&'a str, &'a Value)], path: &str) {
+        let path_of_tag = joined(path, tag);
+        let choice = |(name, schema): &(&str, &Value)| {
+            let about = schema["description"].as_str().unwrap_or_default();
+            ((*name).to_owned(), about.replace('\n', " "))
+        };
+        let description = "Selects the other keys of the table.".to_owned();
+        self.entries.push(Entry {
+            path: path_of_tag.clone(),
+            heading: format!("[{path_of_tag}]"),
+            is_table: false,
+            kind: "a text, one of those below".to_owned(),
+            choices: variants.iter().map(choice).collect(),
+            unit: None,
+            required: true,
+            default: None,
+            examples: Vec::new(),
+            about: description.clone(),
+            description,
+            snippet: None,
+            conditions: self.conditions.clone(),
+        });
+        for (name, schema) in variants {
+            self.conditions.push((path_of_tag.clone(), (*name).to_owned()));
+            self.keys(schema, path, Some(tag));
+            self.conditions.pop();
+        }
+    }
+
+    /// The keys of a table but for its tag.
+    fn keys(&mut self, schema: &'a Value, path: &str, tag: Option<&str>) {
         let Some(properties) = schema["properties"].as_object() else { return };
         if self.above.iter().any(|above| std::ptr::eq(*above, schema)) {
             return;
@@ -71,11 +127,11 @@ impl<'a> Walk<'a> {
         self.above.push(schema);
         let required: Vec<_> =
             schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-        let mut keys: Vec<_> = properties.keys().map(String::as_str).collect();
+        let keys = properties.keys().map(String::as_str);
+        let mut keys: Vec<_> = keys.filter(|key| Some(*key) != tag).collect();
         keys.sort_by_key(|key| (!required.contains(key), *key));
         for key in keys {
-            let path = if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-            self.key(&properties[key], &path, required.contains(&key));
+            self.key(&properties[key], &joined(path, key), required.contains(&key));
         }
         self.above.pop();
     }
@@ -89,15 +145,20 @@ impl<'a> Walk<'a> {
         let description = without_snippet(description);
         let about = inner["description"].as_str().map(without_snippet);
         let listed = match choices(schema) {
-            found if found.is_empty() => choices(inner),
+            found if found.is_empty() => {
+                let either = inner["anyOf"].as_array().into_iter().flatten();
+                let either = either.flat_map(|schema| choices(resolved(self.root, schema)));
+                choices(inner).into_iter().chain(either).collect()
+            }
             found => found,
         };
+        let is_table = inner["properties"].is_object() || tagged(self.root, inner).is_some();
         let texts = |(name, about): (&str, &str)| (name.to_owned(), about.replace('\n', " "));
         let examples = property["examples"].as_array().or(schema["examples"].as_array());
         self.entries.push(Entry {
             path: path.to_owned(),
             heading,
-            is_table: inner["properties"].is_object(),
+            is_table,
             kind: self.kind(schema),
             choices: listed.into_iter().map(texts).collect(),
             unit: unit(&description),
@@ -105,11 +166,14 @@ impl<'a> Walk<'a> {
             required,
             default: property
                 .get("default")
-                .filter(|it| **it != Value::Array(Vec::new()))
+                .filter(|it| **it != Value::Array(Vec::new()) && **it != json!({}))
+                // The keys of a table have their own defaults.
+                .filter(|_| !inner["properties"].is_object())
                 .map(toml),
             examples: examples.into_iter().flatten().map(toml).collect(),
             description,
             snippet,
+            conditions: self.conditions.clone(),
         });
         self.table(inner, &inner_path);
     }
@@ -159,6 +223,11 @@ impl<'a> Walk<'a> {
                 _ => "a table of values by name".to_owned(),
             },
             Some(name) => type_name(name).to_owned(),
+            None if tagged(self.root, schema).is_some() => "a table".to_owned(),
+            None if schema["anyOf"].is_array() => {
+                let either = schema["anyOf"].as_array().into_iter().flatten();
+                either.map(|schema| self.kind(schema)).collect::<Vec<_>>().join(" or ")
+            }
             None => "any value".to_owned(),
         }
     }

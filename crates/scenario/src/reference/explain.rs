@@ -22,7 +22,10 @@ pub fn explain(schema: &Value, key: &str) -> Result<String, Unknown> {
         found = similar.collect();
     }
     match found[..] {
-        [entry] => Ok(describe(entry, &entries)),
+        [first, ref others @ ..] if others.iter().all(|it| it.path == first.path) => {
+            let texts = found.iter().map(|entry| describe(entry, &entries));
+            Ok(texts.collect::<Vec<_>>().join("\n"))
+        }
         [] => {
             let paths = entries.iter().map(|entry| entry.path.as_str());
             let known: Vec<_> = paths.chain(entries.iter().map(Entry::key)).collect();
@@ -52,6 +55,9 @@ fn describe(entry: &Entry, entries: &[Entry]) -> String {
     } else if let Some(default) = &entry.default {
         let _ = write!(text, ", default {default}");
     }
+    if !entry.conditions.is_empty() {
+        let _ = write!(text, "\nwith {}", entry.conditions().join(" and "));
+    }
     let about = if entry.is_table { &entry.about } else { &entry.description };
     let _ = writeln!(text, "\n\n{about}");
     for (name, about) in &entry.choices {
@@ -62,7 +68,10 @@ fn describe(entry: &Entry, entries: &[Entry]) -> String {
     } else if let Some(example) = entry.examples.first() {
         let _ = writeln!(text, "\nExample: {} = {example}", entry.key());
     }
-    let keys: Vec<_> = entries.iter().filter(|it| it.parent() == table_path(entry)).collect();
+    let below = |it: &&Entry| {
+        it.parent() == table_path(entry) && it.conditions.starts_with(&entry.conditions)
+    };
+    let keys: Vec<_> = entries.iter().filter(below).collect();
     if entry.is_table && !keys.is_empty() {
         let width = keys.iter().map(|it| it.key().len()).max().unwrap_or(0);
         let _ = writeln!(text, "\nKeys:");

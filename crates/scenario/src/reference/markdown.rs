@@ -16,20 +16,47 @@ pub fn markdown(schema: &Value, title: &str) -> String {
         let _ = writeln!(page, "{about}\n");
     }
     page += "This page is made from the code that reads the file. `NAME` stands for any name.\n";
-    section(&mut page, &entries, "");
-    for table in entries.iter().filter(|entry| entry.is_table) {
-        let level = if table.path.contains('.') { "###" } else { "##" };
-        let _ = writeln!(page, "\n{level} `{}`\n\n{}", table.heading, table.about);
-        if let Some(snippet) = &table.snippet {
-            let _ = writeln!(page, "\n```toml\n{snippet}\n```");
+    let of = |choice: Option<&(String, String)>| -> Vec<&Entry> {
+        entries.iter().filter(|entry| file_choice(entry) == choice).collect()
+    };
+    tables(&mut page, &of(None), "##");
+    // The file as a whole may have a tag.
+    for tag in
+        entries.iter().filter(|entry| file_choice(entry).is_none() && is_tag(entry, &entries))
+    {
+        for (text, about) in &tag.choices {
+            let _ = writeln!(page, "\n## `{} = \"{text}\"`\n\n{about}", tag.path);
+            tables(&mut page, &of(Some(&(tag.path.clone(), text.clone()))), "###");
         }
-        section(&mut page, &entries, table.heading.trim_matches(['[', ']']));
     }
     page
 }
 
+/// The choice of a tag of the file as a whole that a key depends on.
+fn file_choice(entry: &Entry) -> Option<&(String, String)> {
+    entry.conditions.first().filter(|(tag, _)| !tag.contains('.'))
+}
+
+/// Whether it is the tag of the file as a whole.
+fn is_tag(entry: &Entry, entries: &[Entry]) -> bool {
+    entries.iter().filter_map(file_choice).any(|(tag, _)| *tag == entry.path)
+}
+
+/// The keys outside of tables, then those of each table.
+fn tables(page: &mut String, entries: &[&Entry], first_level: &str) {
+    section(page, entries, "");
+    for table in entries.iter().filter(|entry| entry.is_table) {
+        let level = if table.path.contains('.') { "###" } else { first_level };
+        let _ = writeln!(page, "\n{level} `{}`\n\n{}", table.heading, table.about);
+        if let Some(snippet) = &table.snippet {
+            let _ = writeln!(page, "\n```toml\n{snippet}\n```");
+        }
+        section(page, entries, table.heading.trim_matches(['[', ']']));
+    }
+}
+
 /// The keys of one table.
-fn section(page: &mut String, entries: &[Entry], parent: &str) {
+fn section(page: &mut String, entries: &[&Entry], parent: &str) {
     let keys: Vec<_> = entries.iter().filter(|entry| entry.parent() == parent).collect();
     if keys.is_empty() {
         return;
@@ -50,7 +77,7 @@ fn section(page: &mut String, entries: &[Entry], parent: &str) {
             kind(entry),
             entry.unit.clone().unwrap_or_default(),
             cell(&entry.examples.first().map(code).unwrap_or_default()),
-            cell(&entry.description),
+            cell(&(condition(entry) + &entry.description)),
         );
     }
     for entry in
@@ -63,9 +90,18 @@ fn section(page: &mut String, entries: &[Entry], parent: &str) {
     }
 }
 
+/// The tag of the same table that a key depends on.
+fn condition(entry: &Entry) -> String {
+    let tags = entry.conditions.iter().zip(entry.conditions());
+    let own = tags.filter(|((tag, _), _)| {
+        tag.contains('.') && tag.rsplit_once('.').is_some_and(|(table, _)| table == entry.parent())
+    });
+    own.map(|(_, written)| format!("With `{written}`: ")).collect()
+}
+
 fn kind(entry: &Entry) -> String {
     let names: Vec<_> = entry.choices.iter().map(|(name, _)| format!("`{name}`")).collect();
-    match names.is_empty() || entry.kind.starts_with("a list") {
+    match names.is_empty() || !entry.kind.starts_with("a text") {
         true => entry.kind.clone(),
         false => names.join(", "),
     }

@@ -12,7 +12,7 @@ use units::Unit;
 use super::logs::{self, Wanted as Columns};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
-use crate::schema::Finding;
+use crate::schema::{self, Finding};
 use crate::words::{Analysis, AnalysisTable, Scenario};
 
 pub(super) fn resolve(
@@ -225,6 +225,7 @@ fn refused(
     let analyses = &scenario.document.analysis;
     let index = analyses.iter().take_while(|it| !std::ptr::eq(*it, analysis)).count().to_string();
     let schema = plugin.config_schema().and_then(|text| serde_json::from_str(text).ok());
+    let schema = schema.map(|schema| schema::plain(&schema));
     let findings = schema.map(|schema| scenario.findings(&["analysis", &index, "config"], &schema));
     if let Some(Finding { span, message, help, .. }) = findings.into_iter().flatten().next() {
         return scenario.source.error(span, format!("`{name}`: {message}"), "").hint(help);

@@ -1,30 +1,35 @@
 //! Says how Adam goes for a tire.
 
 use numerics::variational::adam::Schedule;
-use serde::{Deserialize, Deserializer};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::parameters::{Theta, from_parameters};
+use crate::parameters::{Theta, Tire};
 
-/// How Adam goes.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+/// Settings of Adam.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Adam {
-    /// Length of a step, in the coordinates of the fit.
+    /// Step size, in the dimensionless coordinates of the fit [-].
     pub step: f64,
-    /// How many.
+    /// Number of steps.
     pub steps: usize,
-    /// Whether the result is the mean over the second half of the steps, in which the noise of single draws fades (Polyak and
-    /// Juditsky 1992); else it is where the last step led.
+    /// Takes the mean over the second half of the steps, with less noise (Polyak and Juditsky 1992), not the last step.
     pub average: bool,
-    /// Samples that are looked at in a step; all of them unless given.
+    /// Points per step; all of them by default.
     pub batch: Option<usize>,
-    /// First mean; the typical values unless given.
-    #[serde(deserialize_with = "start")]
+    /// First mean: B, C, D, E and, if not 0, S_h and S_v; the typical values by default.
+    #[serde(deserialize_with = "read_start", serialize_with = "write_start")]
+    #[schemars(with = "Option<Tire>")]
     pub start: Option<Theta>,
 }
 
-fn start<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Theta>, D::Error> {
-    from_parameters(from).map(Some)
+fn read_start<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Theta>, D::Error> {
+    Ok(Option::<Tire>::deserialize(from)?.map(Theta::from))
+}
+
+fn write_start<S: Serializer>(start: &Option<Theta>, to: S) -> Result<S::Ok, S::Error> {
+    start.map(Tire::from).serialize(to)
 }
 
 impl Default for Adam {

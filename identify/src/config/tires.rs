@@ -1,0 +1,64 @@
+//! Configuration of `task = "tires"`.
+
+use plugin::ConfigError;
+use preparation::{Error, Pipeline};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use tire_inference::settings::Method;
+use tire_inference::variational::Optimiser;
+
+use super::curve::Curve;
+use super::{methods, plant, rules};
+use crate::prior_from_file::Files;
+
+/// Identifies the tires of a car from its motion.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tires {
+    /// Preparation: from signals to points of curves.
+    #[serde(default)]
+    pub prepare: Pipeline,
+    /// Prior knowledge and fit of the lateral curves.
+    #[serde(default)]
+    pub lateral: Curve,
+    /// Prior knowledge and fit of the longitudinal curves.
+    #[serde(default)]
+    pub longitudinal: Curve,
+    /// Methods of the fit. The first one fills `tires.toml`.
+    #[serde(default = "methods")]
+    pub methods: Vec<Method>,
+    /// Optimiser of the method `svi`.
+    #[serde(default)]
+    pub svi: Optimiser,
+    /// λ_sim: weight of the difference between front and rear lateral curves [-], in standard deviations of a uniform
+    /// distribution within the bounds.
+    #[serde(default)]
+    pub axle_coupling: f64,
+    /// Node that gets the start values in `tires.toml`.
+    #[serde(default = "plant")]
+    pub node: String,
+    /// Text files of the scenario, from `[analysis.files]`.
+    #[serde(default)]
+    #[schemars(skip)]
+    pub files: Files,
+    /// Seed of the random numbers.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+impl Tires {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        rules::methods(&self.methods)?;
+        rules::not_negative("axle_coupling", self.axle_coupling)?;
+        rules::svi(&self.svi)?;
+        self.prepare.check().map_err(|error| match &error {
+            Error::Setting { name, .. } => {
+                ConfigError::at(name, error.to_string()).within("prepare")
+            }
+            _ => ConfigError::at("prepare", error.to_string()),
+        })?;
+        self.lateral.check().map_err(|error| error.within("lateral"))?;
+        self.longitudinal.check().map_err(|error| error.within("longitudinal"))?;
+        self.files.check(&["front", "rear", "front_x", "rear_x"])
+    }
+}
