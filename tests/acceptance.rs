@@ -6,10 +6,13 @@ use std::process::ExitCode;
 #[macro_use]
 #[path = "acceptance/suite.rs"]
 mod suite;
-// What tests need besides the workspace.
+// The requirements of tests besides the workspace.
 #[path = "acceptance/requirement.rs"]
 mod requirement;
 
+// Scenario files, built section by section.
+#[path = "acceptance/fixture.rs"]
+mod fixture;
 // Starts the program in folders of its own.
 #[path = "acceptance/harness.rs"]
 mod harness;
@@ -20,10 +23,10 @@ mod fmus;
 #[path = "acceptance/python.rs"]
 mod python;
 
-// What depends on what, and where `unsafe` may be.
+// Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
-// What a user may get wrong, and what the program says then.
+// Mistakes of users, and the messages about them.
 #[path = "acceptance/bad_input.rs"]
 mod bad_input;
 // Two runs in one recording.
@@ -42,13 +45,13 @@ mod determinism;
 // Schema and reference of scenarios.
 #[path = "acceptance/editors.rs"]
 mod editors;
-// What the documents show: commands, scenarios, recipes, links.
+// The contents of the documents: commands, scenarios, recipes, links.
 #[path = "acceptance/documents.rs"]
 mod documents;
-// Scenarios that change others, and what may be wrong with them.
+// Scenarios that extend others, and mistakes in them.
 #[path = "acceptance/extending.rs"]
 mod extending;
-// What an FMU may do wrong, and what is left of the run then.
+// Failures of FMUs, and the recordings they leave.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
 // Features of dependencies, which decide what cargo compiles.
@@ -63,6 +66,9 @@ mod importers;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
+// Lengths of files and functions.
+#[path = "acceptance/lengths.rs"]
+mod lengths;
 // Runs that are watched by a viewer.
 #[cfg(feature = "rerun")]
 #[path = "acceptance/live.rs"]
@@ -70,10 +76,10 @@ mod live;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
-// Analyses, and what may be wrong with them.
+// Analyses, and mistakes in them.
 #[path = "acceptance/plugins.rs"]
 mod plugins;
-// What valgrind finds in our FMUs: nothing.
+// Memory errors in our FMUs, by valgrind.
 #[path = "acceptance/memory.rs"]
 mod memory;
 // A second opinion on our recordings, also of a run that was killed.
@@ -85,7 +91,7 @@ mod state;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
-// Scenarios that validate what another one found, and what may be wrong with them.
+// Scenarios that validate the results of another one, and mistakes in them.
 #[path = "acceptance/validating.rs"]
 mod validating;
 
@@ -108,6 +114,7 @@ fn main() -> ExitCode {
     interop::register(&mut tests);
     #[cfg(feature = "rerun")]
     live::register(&mut tests);
+    lengths::register(&mut tests);
     memory::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);

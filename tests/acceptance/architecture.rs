@@ -1,4 +1,4 @@
-//! Asserts what ARCHITECTURE.md promises about who knows whom, from cargo's metadata and the sources.
+//! Asserts the promises of ARCHITECTURE.md about dependencies, from cargo's metadata and the sources.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -7,22 +7,22 @@ use std::process::Command;
 use super::harness::{Ended, ROOT};
 
 tests! {
-    physics_and_filters_know_neither_fmi_nor_files_nor_each_other,
-    arrows_point_down_only,
-    the_replay_alone_knows_rerun,
-    the_import_alone_knows_the_library_for_descriptions,
-    no_modules_of_a_crate_use_each_other_in_circles,
-    circles_are_found,
+    physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other,
+    crates_depend_on_lower_crates_only,
+    only_replay_depends_on_rerun,
+    only_fmu_import_depends_on_fmi_rs,
+    modules_of_a_crate_have_no_circular_dependencies,
+    circular_dependencies_are_detected,
     every_acceptance_test_is_listed,
-    an_fmu_has_no_code_that_the_compiler_cannot_check,
-    code_that_the_compiler_cannot_check_stays_where_foreign_code_is,
-    every_file_opens_with_what_it_does,
-    the_readme_shows_a_scenario_that_is_run,
+    fmu_crates_forbid_unsafe_code,
+    unsafe_code_stays_at_foreign_interfaces,
+    every_file_opens_with_a_description,
+    the_readme_example_is_a_tested_scenario,
 }
 
 const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
 
-/// By package, what it depends on to be built, of ours and of others; tests and benches may know more.
+/// The build dependencies of each package, ours and others; those of tests and benches don't count.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["metadata", "--no-deps", "--format-version", "1"]).current_dir(ROOT);
@@ -38,14 +38,14 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     packages.iter().map(of).collect()
 }
 
-/// By package, what it depends on of ours.
+/// The dependencies of each package on our packages.
 fn ours() -> BTreeMap<String, BTreeSet<String>> {
     let all = dependencies();
     let names: BTreeSet<_> = all.keys().cloned().collect();
     all.into_iter().map(|(name, uses)| (name, &uses & &names)).collect()
 }
 
-fn physics_and_filters_know_neither_fmi_nor_files_nor_each_other() {
+fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
     let (all, ours) = (dependencies(), ours());
     for package in ["vehicle", "kalman"] {
         assert!(ours[package].is_empty(), "{package} depends on {:?}", ours[package]);
@@ -61,7 +61,7 @@ fn physics_and_filters_know_neither_fmi_nor_files_nor_each_other() {
     }
 }
 
-/// By package, what it may depend on of ours: arrows point down only.
+/// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
 const ARROWS: [(&str, &[&str]); 23] = [
     ("units", &[]),
@@ -89,25 +89,25 @@ const ARROWS: [(&str, &[&str]); 23] = [
     ("orchestrator", &["cosim", "diagnostics", "fmu-conformance", "fmu-export", "fmu-import", "plugin", "recording", "replay", "scenario", "unified-features"]),
 ];
 
-fn arrows_point_down_only() {
+fn crates_depend_on_lower_crates_only() {
     let ours = ours();
     let known = |name: &String| ARROWS.iter().any(|(package, _)| package == name);
     let unknown: Vec<_> = ours.keys().filter(|name| !known(name)).collect();
-    assert!(unknown.is_empty(), "these packages have no place in the table: {unknown:?}");
+    assert!(unknown.is_empty(), "these packages are missing in the table: {unknown:?}");
     for (package, allowed) in ARROWS {
         let allowed: BTreeSet<_> = allowed.iter().map(|name| (*name).to_owned()).collect();
-        assert_eq!(ours[package], allowed, "what {package} depends on");
+        assert_eq!(ours[package], allowed, "dependencies of {package}");
     }
 }
 
-fn the_replay_alone_knows_rerun() {
+fn only_replay_depends_on_rerun() {
     for (package, uses) in dependencies() {
         let rerun = uses.iter().find(|name| *name == "rerun" || name.starts_with("re_"));
         assert!(package == "replay" || rerun.is_none(), "{package} depends on {rerun:?}");
     }
 }
 
-fn the_import_alone_knows_the_library_for_descriptions() {
+fn only_fmu_import_depends_on_fmi_rs() {
     for (package, uses) in dependencies() {
         assert!(package == "fmu-import" || !uses.contains("fmi-rs"), "{package}");
     }
@@ -116,7 +116,7 @@ fn the_import_alone_knows_the_library_for_descriptions() {
 /// Circles between modules that are there for now: all modules of one by package.
 const ALLOWED_CIRCLES: [(&str, &[&str]); 0] = [];
 
-fn no_modules_of_a_crate_use_each_other_in_circles() {
+fn modules_of_a_crate_have_no_circular_dependencies() {
     let (folders, mut wrong) = (folders(), Vec::new());
     let found: BTreeSet<_> = folders.iter().map(|(package, _)| package.clone()).collect();
     assert_eq!(found, dependencies().into_keys().collect());
@@ -153,7 +153,7 @@ fn uses_of_modules(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
     .collect();
     let all: BTreeSet<_> =
         files.iter().filter_map(|(modules, _)| modules.first().cloned()).collect();
-    // What the root shows under a short name is that of a module.
+    // A short name at the root stands for its module.
     let root = files.iter().filter(|(modules, _)| modules.is_empty());
     let shown = root.flat_map(|(_, text)| imported(&code(text)));
     let shown: BTreeMap<_, _> = shown
@@ -256,7 +256,7 @@ fn circles(uses: &BTreeMap<String, BTreeSet<String>>) -> Vec<Vec<String>> {
     found
 }
 
-fn circles_are_found() {
+fn circular_dependencies_are_detected() {
     let code = "use crate::{b::C, d};\nuse super::e::F;\nfn f() { super::g::h(crate::i::j) }";
     let paths: Vec<_> = imported(code).into_iter().chain(mentioned(code)).collect();
     for path in ["crate::b::C", "crate::d", "super::e::F", "super::g::h", "crate::i::j"] {
@@ -276,40 +276,40 @@ fn every_acceptance_test_is_listed() {
     }
 }
 
-fn an_fmu_has_no_code_that_the_compiler_cannot_check() {
+fn fmu_crates_forbid_unsafe_code() {
     for fmu in FMUS {
         let root = std::fs::read_to_string(Path::new(ROOT).join(fmu).join("src/lib.rs"));
         assert!(root.expect("a crate").contains("#![forbid(unsafe_code)]"), "{fmu}");
     }
 }
 
-/// Where foreign code is called, or calls us.
+/// The interfaces to foreign code.
 const UNSAFE: [&str; 3] = ["crates/fmu-export/", "crates/plugin/", "crates/fmu-import/src/binding"];
 
-fn code_that_the_compiler_cannot_check_stays_where_foreign_code_is() {
+fn unsafe_code_stays_at_foreign_interfaces() {
     // Spelled in two parts, or this file would find itself.
     let word = concat!("un", "safe");
     let root = Path::new(ROOT);
     for (path, text) in sources(root) {
-        let place = path.strip_prefix(root).expect("a file of ours").to_string_lossy();
+        let file = path.strip_prefix(root).expect("a file of ours").to_string_lossy();
         let words = |line: &str| {
             let code = line.split("//").next().unwrap_or_default();
             code.split(|c: char| !c.is_alphanumeric() && c != '_').any(|found| found == word)
         };
         let line = text.lines().position(words).map(|line| line + 1);
-        let allowed = UNSAFE.iter().any(|start| place.starts_with(start));
-        assert!(allowed || line.is_none(), "{place}:{} is {word}", line.unwrap_or_default());
+        let allowed = UNSAFE.iter().any(|start| file.starts_with(start));
+        assert!(allowed || line.is_none(), "{file}:{} is {word}", line.unwrap_or_default());
     }
 }
 
-fn every_file_opens_with_what_it_does() {
+fn every_file_opens_with_a_description() {
     for (path, text) in sources(Path::new(ROOT)) {
-        assert!(text.starts_with("//! "), "{} does not open with //!", path.display());
+        assert!(text.starts_with("//! "), "{} does not open with `//!`", path.display());
     }
 }
 
 /// The Rust files below a folder, without what is built or hidden, and their texts.
-fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
+pub fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
     sources_named(folder, ".rs")
 }
 
@@ -329,7 +329,7 @@ fn sources_named(folder: &Path, end: &str) -> Vec<(PathBuf, String)> {
     found
 }
 
-fn the_readme_shows_a_scenario_that_is_run() {
+fn the_readme_example_is_a_tested_scenario() {
     let read = |name: &str| std::fs::read_to_string(Path::new(ROOT).join(name)).expect("a text");
     let (readme, scenario) = (read("README.md"), read("scenarios/step_steer.toml"));
     assert!(readme.contains(scenario.trim()), "the example is not scenarios/step_steer.toml");

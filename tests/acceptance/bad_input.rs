@@ -2,63 +2,39 @@
 
 use std::path::Path;
 
+use super::fixture::Scenario;
 use super::fmus::{archive, changed, ours, relay};
 use super::harness::{Ended, Lab, ROOT, trackside};
 
 tests! {
-    the_good_scenario_is_good: Compiler,
-    a_mistake_is_told_with_its_place: Compiler,
-    a_scenario_without_anything_in_it_is_refused,
-    a_scenario_without_an_end_is_refused: Compiler,
-    a_loop_is_told_with_all_its_connections: Compiler,
-    an_argument_that_fits_nothing_is_refused: Compiler,
-    a_start_value_that_the_fmu_refuses_is_the_fmus_failure: Compiler,
-    an_unknown_package_is_refused,
+    the_unedited_scenarios_pass: Compiler,
+    an_error_message_points_at_the_wrong_line: Compiler,
+    an_empty_scenario_is_rejected,
+    a_scenario_without_stop_time_is_rejected: Compiler,
+    a_loop_error_lists_all_its_connections: Compiler,
+    an_invalid_argument_is_rejected: Compiler,
+    a_start_value_rejected_by_the_fmu_is_an_fmu_failure: Compiler,
+    an_unknown_package_is_rejected,
 }
 
 /// A scenario with nothing wrong, which each case edits.
-const GOOD: &str = r#"title = "Good"
+fn good() -> String {
+    let start = "mode = 0, v_x = 20.0, v_y = 0.0, r = 0.0, xi_x = 0.0, xi_y = 0.0, xi_psi = 0.0, \
+                 psi = 0.0, psi_ref = 0.0, r_ref = 0.0";
+    Scenario::headed("title = \"Good\"")
+        .time(0.01, 0.1)
+        .fmu("plant", "plant.fmu", "start.v_x = 20.0, F_x = 0.0")
+        .fmu("controller", "controller.fmu", start)
+        .signal("driver.v", "unit = \"m/s\"\nconstant = 20.0")
+        .table("log", "log.csv", "delta = { column = \"steer\", unit = \"rad\" }")
+        .connect("driver.v", "controller.v_ref")
+        .connect("log.delta", "plant.delta")
+        .check("drives on", "plant.v_x > 10 and plant.v_x < 30")
+        .text()
+}
 
-[time]
-step = 0.01
-stop = 0.1
-
-[[fmu]]
-name = "plant"
-path = "plant.fmu"
-start = { start.v_x = 20.0, F_x = 0.0 }
-
-[[fmu]]
-name = "controller"
-path = "controller.fmu"
-start = { mode = 0, v_x = 20.0, v_y = 0.0, r = 0.0, xi_x = 0.0, xi_y = 0.0, xi_psi = 0.0, psi = 0.0, psi_ref = 0.0, r_ref = 0.0 }
-
-[[signal]]
-name = "driver.v"
-unit = "m/s"
-constant = 20.0
-
-[[table]]
-name = "log"
-path = "log.csv"
-time = "t"
-columns = { delta = { column = "steer", unit = "rad" } }
-
-[[connect]]
-from = "driver.v"
-to = "controller.v_ref"
-
-[[connect]]
-from = "log.delta"
-to = "plant.delta"
-
-[[check]]
-name = "drives on"
-that = "plant.v_x > 10 and plant.v_x < 30"
-"#;
-
-/// A mistake: what is replaced by what, a text on the line that the message must point at, and what it
-/// must say. The exit code is 2.
+/// A mistake: the replaced text, its replacement, a text on the line of the error, and parts of the
+/// message. The exit code is 2.
 type Mistake = (&'static str, &'static str, &'static str, &'static [&'static str]);
 
 #[rustfmt::skip]
@@ -133,39 +109,18 @@ const MISTAKES: &[Mistake] = &[
 ];
 
 /// The same with values of all types.
-const TYPES: &str = r#"title = "Types"
-
-[time]
-step = 0.01
-stop = 0.1
-
-[[signal]]
-name = "driver.v"
-constant = 1
-
-[[fmu]]
-name = "a"
-path = "relay.fmu"
-start = { x = 0.0, n = 0, on = false, text = "", mode = "off", gear = "drive" }
-
-[[fmu]]
-name = "b"
-path = "relay.fmu"
-start = { gear = 1, x = 0.0, n = 0, mode = 1, on = false }
-
-[[fmu]]
-name = "c"
-path = "relay.fmu"
-start = { text = "", n = 0, on = true, mode = 2, gear = 1 }
-
-[[connect]]
-from = "driver.v"
-to = "c.x"
-
-[[connect]]
-from = "a.text_out"
-to = "b.text"
-"#;
+fn types() -> String {
+    let a = r#"x = 0.0, n = 0, on = false, text = "", mode = "off", gear = "drive""#;
+    Scenario::headed("title = \"Types\"")
+        .time(0.01, 0.1)
+        .signal("driver.v", "constant = 1")
+        .fmu("a", "relay.fmu", a)
+        .fmu("b", "relay.fmu", "gear = 1, x = 0.0, n = 0, mode = 1, on = false")
+        .fmu("c", "relay.fmu", "text = \"\", n = 0, on = true, mode = 2, gear = 1")
+        .connect("driver.v", "c.x")
+        .connect("a.text_out", "b.text")
+        .text()
+}
 
 /// An end of the scenario that connects other types.
 const A_TO_B: &str = "from = \"a.text_out\"\nto = \"b.text\"\n";
@@ -212,7 +167,7 @@ const TYPE_MISTAKES: &[Mistake] = &[
     ("text = \"\"", "text = \"a\\u0000b\"", "text = \"a", &["NUL"]),
 ];
 
-/// A lab with what the good scenario needs, and with archives and a table that are wrong.
+/// A lab with the files of the good scenario, and with broken archives and a broken table.
 fn lab() -> Lab {
     let lab = Lab::new();
     let plant = ours().join("plant.fmu");
@@ -238,27 +193,28 @@ fn run(lab: &Lab, text: &str) -> Ended {
     lab.trackside(&["run", "case.toml", "--out", "out", "--csv"])
 }
 
-fn the_good_scenario_is_good() {
+fn the_unedited_scenarios_pass() {
     let lab = lab();
-    run(&lab, TYPES).expect(0);
-    run(&lab, GOOD).expect(0);
+    run(&lab, &types()).expect(0);
+    run(&lab, &good()).expect(0);
     assert!(lab.has("out/report.json"));
 }
 
-fn a_mistake_is_told_with_its_place() {
+fn an_error_message_points_at_the_wrong_line() {
     let lab = lab();
-    let wrong = MISTAKES.iter().filter_map(|mistake| look_at(&lab, GOOD, *mistake));
-    let types = TYPE_MISTAKES.iter().filter_map(|mistake| look_at(&lab, TYPES, *mistake));
+    let (good, types) = (good(), types());
+    let wrong = MISTAKES.iter().filter_map(|mistake| look_at(&lab, &good, *mistake));
+    let types = TYPE_MISTAKES.iter().filter_map(|mistake| look_at(&lab, &types, *mistake));
     let wrong: Vec<_> = wrong.chain(types).collect();
     assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
 }
 
-/// What is wrong with how a mistake is told, if anything.
+/// The deviation from the expected message, if any.
 fn look_at(lab: &Lab, good: &str, (old, new, at, says): Mistake) -> Option<String> {
     let text = good.replacen(old, new, 1);
     assert_ne!(text, good, "the edit of {old:?} changes nothing");
-    let place = text.find(at).unwrap_or_else(|| panic!("no {at:?} in the edited scenario"));
-    let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
+    let offset = text.find(at).unwrap_or_else(|| panic!("no {at:?} in the edited scenario"));
+    let line = format!("case.toml:{}:", 1 + text[..offset].matches('\n').count());
     let ended = run(lab, &text);
     let message = ended.message();
     let mut missing: Vec<_> =
@@ -276,29 +232,30 @@ fn look_at(lab: &Lab, good: &str, (old, new, at, says): Mistake) -> Option<Strin
     ))
 }
 
-fn a_scenario_without_anything_in_it_is_refused() {
+fn an_empty_scenario_is_rejected() {
     let lab = Lab::new();
     for (text, says) in [
         ("", "the scenario has no node"),
         ("# nothing\n", "the scenario has no node"),
-        ("[time]\nstep = 0.1\nstop = 1.0\n", "the scenario has no node"),
+        (&Scenario::new().time(0.1, 1.0).text(), "the scenario has no node"),
     ] {
         run(&lab, text).expect(2).says(&["case.toml", says]);
         assert!(!lab.has("out"), "{text}");
     }
 }
 
-fn a_scenario_without_an_end_is_refused() {
+fn a_scenario_without_stop_time_is_rejected() {
     let lab = lab();
-    let text = GOOD.replace("[time]\nstep = 0.01\nstop = 0.1\n", "");
+    let text = good().replace("[time]\nstep = 0.01\nstop = 0.1\n", "");
     run(&lab, &text).expect(2).says(&["case.toml", "does not say how long it runs", "add [time]"]);
     assert!(!lab.has("out"));
 }
 
-fn a_loop_is_told_with_all_its_connections() {
+fn a_loop_error_lists_all_its_connections() {
     let lab = lab();
     let connections = [("controller.delta", "plant.delta"), ("plant.alpha_f", "controller.psi")];
-    let mut text = GOOD.split("[[connect]]").next().unwrap_or_default().to_owned();
+    let mut text = good();
+    text.truncate(text.find("[[connect]]").expect("a connection"));
     text = text.replace(", psi = 0.0,", ", v_ref = 20.0,");
     for (from, to) in connections {
         text += &format!("[[connect]]\nfrom = \"{from}\"\nto = \"{to}\"\n\n");
@@ -313,9 +270,9 @@ fn a_loop_is_told_with_all_its_connections() {
     assert!(!lab.has("out"));
 }
 
-fn an_argument_that_fits_nothing_is_refused() {
+fn an_invalid_argument_is_rejected() {
     let lab = lab();
-    lab.write("case.toml", GOOD);
+    lab.write("case.toml", good());
     for (arguments, says) in [
         (&["nowhere.toml"][..], &["cannot read the scenario nowhere.toml"][..]),
         (
@@ -334,22 +291,22 @@ fn an_argument_that_fits_nothing_is_refused() {
     }
 }
 
-fn a_start_value_that_the_fmu_refuses_is_the_fmus_failure() {
+fn a_start_value_rejected_by_the_fmu_is_an_fmu_failure() {
     let lab = lab();
-    let text = GOOD.replace("F_x = 0.0", "F_x = 0.0, body.m = -5.0");
+    let text = good().replace("F_x = 0.0", "F_x = 0.0, body.m = -5.0");
     let ended = run(&lab, &text).expect(3);
     ended.says(&["node `plant`", "fmi2SetReal", "fmi2Error", "body.m = -5"]);
     assert!(!lab.has("out"));
 }
 
-fn an_unknown_package_is_refused() {
+fn an_unknown_package_is_rejected() {
     let lab = Lab::new();
-    let text =
-        "[time]\nstep = 0.01\nstop = 0.1\n[[fmu]]\nname = \"plant\"\ncrate = \"plant-fum\"\n";
+    let plant = "[[fmu]]\nname = \"plant\"\ncrate = \"plant-fum\"";
+    let text = Scenario::new().time(0.01, 0.1).section(plant).text();
     let file = lab.write("case.toml", text);
     let mut command = trackside(Path::new(ROOT));
     let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
     let ended = Ended::of(output.expect("it starts")).expect(2);
-    ended.says(&["no package `plant-fum`", "did you mean `plant-fmu`?", "case.toml:6:"]);
+    ended.says(&["no package `plant-fum`", "did you mean `plant-fmu`?", "case.toml:7:"]);
     assert!(!lab.has("out"));
 }

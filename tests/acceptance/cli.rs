@@ -1,27 +1,28 @@
-//! Checks what the commands print, return and write when nothing is wrong with what they are given.
+//! Checks the output, exit codes and files of the commands for valid input.
 
+use super::fixture::Scenario;
 use super::fmus::ours;
 use super::harness::{Ended, Lab, ROOT, trackside};
 
 tests! {
     inspect_lists_variables_units_and_dependencies,
-    a_good_run_says_how_it_went_and_is_silent_on_stderr,
-    a_command_that_cannot_do_anything_says_why,
+    a_passing_run_prints_a_summary_and_nothing_on_stderr,
+    a_failing_command_prints_the_reason,
     set_changes_the_result,
     several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts,
-    test_tells_passed_failed_broken_and_skipped_apart,
+    test_distinguishes_passed_failed_broken_and_skipped,
     an_example_is_packed_by_one_command_and_built_by_a_scenario,
     #[cfg(unix)]
-    view_opens_the_recording_in_the_right_viewer_or_says_how_to_get_it,
+    view_opens_the_matching_viewer_or_explains_its_installation,
 }
 
 /// A car that coasts, with a check on how far it comes.
 fn coasting(check: &str) -> String {
-    format!(
-        "title = \"Coasting\"\n\n[time]\nstep = 0.01\nstop = 1.0\n\n[[fmu]]\nname = \"plant\"\n\
-         path = \"plant.fmu\"\nstart = {{ start.v_x = 20.0, F_x = 1000.0, delta = 0.02 }}\n\n\
-         [[check]]\nname = \"distance\"\nthat = \"{check}\"\n"
-    )
+    Scenario::headed("title = \"Coasting\"")
+        .time(0.01, 1.0)
+        .fmu("plant", "plant.fmu", "start.v_x = 20.0, F_x = 1000.0, delta = 0.02")
+        .check("distance", check)
+        .text()
 }
 
 fn lab() -> Lab {
@@ -52,7 +53,7 @@ fn inspect_lists_variables_units_and_dependencies() {
     assert!(parameter.is_some(), "{}", ended.stdout);
 }
 
-fn a_good_run_says_how_it_went_and_is_silent_on_stderr() {
+fn a_passing_run_prints_a_summary_and_nothing_on_stderr() {
     let lab = lab();
     let ended = lab.trackside(&["run", "good.toml"]).expect(0);
     assert_eq!(ended.stderr, "");
@@ -64,7 +65,7 @@ fn a_good_run_says_how_it_went_and_is_silent_on_stderr() {
     assert!(!lab.has("target/runs/good/run.csv"), "nobody asked for it");
 }
 
-fn a_command_that_cannot_do_anything_says_why() {
+fn a_failing_command_prints_the_reason() {
     let lab = lab();
     lab.write("text.fmu", "no archive");
     for (arguments, says) in [
@@ -98,8 +99,8 @@ fn set_changes_the_result() {
 fn last(csv: &str, column: &str) -> f64 {
     let mut lines = csv.lines();
     let names = lines.next().expect("a header");
-    let place = names.split(',').position(|name| name == column).expect("the column");
-    let cell = lines.next_back().and_then(|line| line.split(',').nth(place));
+    let index = names.split(',').position(|name| name == column).expect("the column");
+    let cell = lines.next_back().and_then(|line| line.split(',').nth(index));
     cell.expect("a row").parse().expect("a number")
 }
 
@@ -112,7 +113,7 @@ fn several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts() {
     assert_eq!(lab.report("all/good")["verdict"], "pass");
 }
 
-fn test_tells_passed_failed_broken_and_skipped_apart() {
+fn test_distinguishes_passed_failed_broken_and_skipped() {
     let lab = lab();
     lab.write("fails.toml", coasting("plant.X < 10"));
     lab.write("broken.toml", coasting("plnt.X < 10"));
@@ -170,7 +171,7 @@ fn an_example_is_packed_by_one_command_and_built_by_a_scenario() {
 }
 
 #[cfg(unix)]
-fn view_opens_the_recording_in_the_right_viewer_or_says_how_to_get_it() {
+fn view_opens_the_matching_viewer_or_explains_its_installation() {
     use std::os::unix::fs::PermissionsExt;
     let lab = Lab::new();
     lab.write("run/run.rrd", "");

@@ -1,14 +1,14 @@
-//! Compares two recorded runs: what is in the replay of both, and what may be wrong with them.
+//! Compares two recorded runs: the replay of both, and the errors of runs that don't fit each other.
 
 use super::fmus::ours;
 use super::harness::{Ended, Lab};
 use super::python::python;
 
 tests! {
-    at_constant_speeds_the_time_between_two_cars_is_the_distance_by_both_speeds: Python,
-    the_viewer_loads_two_runs_over_each_other_without_a_warning: Python,
-    comparisons_of_equal_runs_are_equal_and_a_run_is_level_with_itself: Python,
-    what_cannot_be_compared_is_told_with_what_to_do,
+    the_time_gap_at_constant_speeds_is_the_analytic_one: Python,
+    the_viewer_loads_a_comparison_without_warnings: Python,
+    comparisons_of_equal_runs_are_equal_with_zero_time_gap: Python,
+    incomparable_runs_give_an_error_with_advice,
 }
 
 /// A drive along x at a constant speed [m/s], 10 s in steps of so many seconds.
@@ -32,12 +32,12 @@ fn run(lab: &Lab, name: &str, scenario: &str, more: &[&str]) {
     lab.trackside(&words).completes();
 }
 
-fn at_constant_speeds_the_time_between_two_cars_is_the_distance_by_both_speeds() {
+fn the_time_gap_at_constant_speeds_is_the_analytic_one() {
     let lab = Lab::new();
     run(&lab, "quick", &drive(20.0, 0.001), &[]);
     run(&lab, "slow", &drive(16.0, 0.01), &[]);
-    let told = lab.trackside(&["view", "quick", "slow/run.mcap", "--save", "both.rrd"]).expect(0);
-    assert!(told.stdout.contains("both.rrd"), "{}", told.stdout);
+    let output = lab.trackside(&["view", "quick", "slow/run.mcap", "--save", "both.rrd"]).expect(0);
+    assert!(output.stdout.contains("both.rrd"), "{}", output.stdout);
     let python = python();
     let path = lab.path("both.rrd");
     let rows = python.run("scalars.py", &[path.as_os_str(), "/delta".as_ref()]).stdout;
@@ -59,7 +59,7 @@ fn at_constant_speeds_the_time_between_two_cars_is_the_distance_by_both_speeds()
     }
 }
 
-fn the_viewer_loads_two_runs_over_each_other_without_a_warning() {
+fn the_viewer_loads_a_comparison_without_warnings() {
     let python = python();
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
@@ -88,9 +88,9 @@ fn the_viewer_loads_two_runs_over_each_other_without_a_warning() {
     let more = "[[signal]]\nname = \"other.signal\"\nconstant = 1.0\n";
     run(&lab, "heavy", &scenario(more), &["--set", "plant.body.m=1200"]);
     std::fs::remove_dir_all(lab.path("road")).expect("it was there");
-    let told = lab.trackside(&["view", "light", "heavy", "--save", "both.rrd"]).expect(0);
-    assert!(told.stderr.contains("only heavy has other.signal"), "{}", told.stderr);
-    assert!(!told.stderr.contains("not used"), "{}", told.stderr);
+    let output = lab.trackside(&["view", "light", "heavy", "--save", "both.rrd"]).expect(0);
+    assert!(output.stderr.contains("only heavy has other.signal"), "{}", output.stderr);
+    assert!(!output.stderr.contains("not used"), "{}", output.stderr);
     let replay = lab.path("both.rrd");
     let rerun = |words: &[&str]| {
         let mut rerun = python.rerun();
@@ -118,7 +118,7 @@ fn the_viewer_loads_two_runs_over_each_other_without_a_warning() {
     assert!(card.contains("fmu.plant.start.body.m") && card.contains("1200"), "{card}");
 }
 
-fn comparisons_of_equal_runs_are_equal_and_a_run_is_level_with_itself() {
+fn comparisons_of_equal_runs_are_equal_with_zero_time_gap() {
     let python = python();
     let lab = Lab::new();
     run(&lab, "a", &drive(20.0, 0.01), &[]);
@@ -137,7 +137,7 @@ fn comparisons_of_equal_runs_are_equal_and_a_run_is_level_with_itself() {
     );
 }
 
-fn what_cannot_be_compared_is_told_with_what_to_do() {
+fn incomparable_runs_give_an_error_with_advice() {
     let lab = Lab::new();
     run(&lab, "drive", &drive(20.0, 0.01), &[]);
     let other = "[time]\nstep = 0.1\nstop = 1.0\n[[signal]]\nname = \"tank.level\"\nunit = \"m\"\nconstant = 1.0\n";
@@ -157,12 +157,12 @@ fn what_cannot_be_compared_is_told_with_what_to_do() {
     // A recording that was cut off is used up to its end.
     let whole = std::fs::read(lab.path("drive/run.mcap")).expect("the recording");
     lab.write("cut/run.mcap", &whole[..whole.len() / 2]);
-    let told = compare("drive", "cut").expect(0);
-    assert!(told.stderr.contains("cut/run.mcap was cut off"), "{}", told.stderr);
-    // What the other run tells in another unit is converted; of another dimension it is shown apart.
+    let output = compare("drive", "cut").expect(0);
+    assert!(output.stderr.contains("cut/run.mcap was cut off"), "{}", output.stderr);
+    // Another unit of the same dimension is converted; signals of different dimensions are shown apart.
     run(&lab, "far", &drive(20.0, 0.01).replace("unit = \"m\"", "unit = \"km\""), &[]);
     run(&lab, "odd", &drive(20.0, 0.01).replacen("unit = \"m\"", "unit = \"kg\"", 1), &[]);
     assert!(!compare("drive", "far").expect(0).stderr.contains("do not fit"));
-    let told = compare("drive", "odd").expect(0).stderr;
-    assert!(told.contains("`car.X` is in m and in kg"), "{told}");
+    let output = compare("drive", "odd").expect(0).stderr;
+    assert!(output.contains("`car.X` is in m and in kg"), "{output}");
 }

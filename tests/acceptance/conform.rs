@@ -1,22 +1,23 @@
 //! Checks `trackside conform`: our FMUs keep every rule, and an FMU that breaks one is found to break that one.
 
+use super::fixture::Scenario;
 use super::fmus::{changed, deviate, example, ours};
 use super::harness::{Ended, Lab, trackside};
 use super::python::python;
 
 tests! {
-    our_fmus_keep_every_rule,
-    each_deviation_fails_the_rules_that_it_breaks_and_no_other: Compiler,
-    a_crash_or_a_hang_fails_a_rule_and_the_others_go_on: Compiler,
-    temporary_files_that_vanish_are_not_held_against_the_fmu: Compiler,
-    a_gap_in_time_that_is_accepted_is_warned_about: Compiler,
-    a_library_that_cannot_be_loaded_makes_the_other_rules_not_applicable: Compiler,
-    what_is_wrong_in_the_description_is_said: Compiler,
-    rules_about_what_is_not_claimed_are_not_applicable: Compiler,
-    an_fmu_of_which_there_can_be_one_in_a_process_is_judged_and_run_as_one: Compiler,
-    what_is_no_fmu_is_refused,
-    inspect_says_the_same_as_json: Compiler,
-    an_fmu_made_in_python_breaks_the_rules_that_it_breaks: PythonLibrary,
+    our_fmus_pass_every_rule,
+    each_deviation_fails_exactly_the_rules_it_breaks: Compiler,
+    a_crash_or_a_hang_fails_one_rule_and_the_others_continue: Compiler,
+    vanished_temporary_files_are_no_fault_of_the_fmu: Compiler,
+    accepting_a_step_after_a_gap_gives_a_warning: Compiler,
+    an_unloadable_library_makes_the_other_rules_not_applicable: Compiler,
+    an_invalid_model_description_is_explained: Compiler,
+    rules_for_undeclared_capabilities_are_not_applicable: Compiler,
+    a_single_instance_fmu_is_judged_and_run_with_one_instance: Compiler,
+    a_file_other_than_an_fmu_is_rejected,
+    inspect_prints_json: Compiler,
+    an_fmu_made_in_python_fails_only_known_rules: PythonLibrary,
 }
 
 /// The findings about an FMU as (rule, outcome, detail), and the exit code.
@@ -41,7 +42,7 @@ fn rules<'a>(findings: &'a [[String; 3]], wanted: &str) -> Vec<&'a str> {
     found.map(|[rule, ..]| rule.as_str()).collect()
 }
 
-fn our_fmus_keep_every_rule() {
+fn our_fmus_pass_every_rule() {
     // Only the plant and the example say that they have directional derivatives.
     for (name, passed) in
         [("plant", 26), ("controller", 25), ("estimator", 25), ("spring_damper", 26)]
@@ -60,7 +61,7 @@ fn our_fmus_keep_every_rule() {
     }
 }
 
-/// A deviation, the rules that it breaks, and what is said about the first of them.
+/// A deviation, the rules it breaks, and parts of the finding on the first of them.
 #[rustfmt::skip]
 const DEVIATIONS: &[(&str, &[&str], &[&str])] = &[
     ("nothing", &[], &[]),
@@ -95,12 +96,12 @@ const DEVIATIONS: &[(&str, &[&str], &[&str])] = &[
     ("a kilobyte is lost", &["memory"], &["bytes per instance over 10000 instances"]),
 ];
 
-fn each_deviation_fails_the_rules_that_it_breaks_and_no_other() {
+fn each_deviation_fails_exactly_the_rules_it_breaks() {
     let wrong: Vec<_> = DEVIATIONS.iter().filter_map(|deviation| look_at(*deviation)).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
-/// What is wrong with how a deviation is found, if anything.
+/// The difference from the expected findings, if any.
 fn look_at((deviation, broken, says): (&str, &[&str], &[&str])) -> Option<String> {
     let lab = Lab::new();
     lab.write("deviate.fmu", deviate(&[&format!("-DBREAKS=\"{deviation}\"")]));
@@ -113,7 +114,7 @@ fn look_at((deviation, broken, says): (&str, &[&str], &[&str])) -> Option<String
     (!right).then(|| format!("{deviation}: expected {broken:?} with {says:?}, found {failed:#?}"))
 }
 
-fn a_crash_or_a_hang_fails_a_rule_and_the_others_go_on() {
+fn a_crash_or_a_hang_fails_one_rule_and_the_others_continue() {
     for (deviation, says) in [
         ("a crash", "ended by signal 11 during reading the outputs at t = 1 s"),
         ("a step takes for ever", "did not end within 1 s during fmi2DoStep at t = 1 s"),
@@ -129,8 +130,8 @@ fn a_crash_or_a_hang_fails_a_rule_and_the_others_go_on() {
     }
 }
 
-/// The FMU removes them itself, so that they are gone at the same moment on every run; then it ends the process.
-fn temporary_files_that_vanish_are_not_held_against_the_fmu() {
+/// The FMU removes them itself, so that they vanish at the same time in every run; then it ends the process.
+fn vanished_temporary_files_are_no_fault_of_the_fmu() {
     let lab = Lab::new();
     lab.write("deviate.fmu", deviate(&["-DBREAKS=\"the temporary files vanish\""]));
     let (findings, code) = conform(&lab, "deviate.fmu", "60");
@@ -145,7 +146,7 @@ fn temporary_files_that_vanish_are_not_held_against_the_fmu() {
     assert!(ended.stdout.contains(memory), "{}", ended.stdout);
 }
 
-fn a_gap_in_time_that_is_accepted_is_warned_about() {
+fn accepting_a_step_after_a_gap_gives_a_warning() {
     let lab = Lab::new();
     lab.write("deviate.fmu", deviate(&["-DBREAKS=\"a gap in time is accepted\""]));
     let (findings, code) = conform(&lab, "deviate.fmu", "60");
@@ -157,7 +158,7 @@ fn a_gap_in_time_that_is_accepted_is_warned_about() {
     assert_eq!(warned.count(), 1, "{findings:#?}");
 }
 
-fn a_library_that_cannot_be_loaded_makes_the_other_rules_not_applicable() {
+fn an_unloadable_library_makes_the_other_rules_not_applicable() {
     let lab = Lab::new();
     lab.write("deviate.fmu", deviate(&["-Dfmi2Reset=absent", "-Dfmi2GetStatus=too"]));
     let (findings, code) = conform(&lab, "deviate.fmu", "60");
@@ -187,7 +188,7 @@ fn described(lab: &Lab, from: &str, to: &str) {
     lab.write("changed.fmu", changed(&fmu, replace));
 }
 
-fn what_is_wrong_in_the_description_is_said() {
+fn an_invalid_model_description_is_explained() {
     let lab = Lab::new();
     described(&lab, "<Boolean start=\"false\"/>", "<Boolean/>");
     let (findings, code) = conform(&lab, "changed.fmu", "60");
@@ -195,7 +196,7 @@ fn what_is_wrong_in_the_description_is_said() {
     assert!(findings[0][2].contains("'on' has no start value"), "{findings:#?}");
 }
 
-fn rules_about_what_is_not_claimed_are_not_applicable() {
+fn rules_for_undeclared_capabilities_are_not_applicable() {
     for (flag, rules_of_it) in [
         ("canHandleVariableCommunicationStepSize", &["step-size"][..]),
         ("canGetAndSetFMUstate", &["state-restore", "state-anywhere", "state-after-error"]),
@@ -210,7 +211,7 @@ fn rules_about_what_is_not_claimed_are_not_applicable() {
     }
 }
 
-fn an_fmu_of_which_there_can_be_one_in_a_process_is_judged_and_run_as_one() {
+fn a_single_instance_fmu_is_judged_and_run_with_one_instance() {
     let lab = Lab::new();
     let once = "canBeInstantiatedOnlyOncePerProcess";
     described(&lab, &format!("{once}=\"false\""), &format!("{once}=\"true\""));
@@ -228,27 +229,23 @@ fn an_fmu_of_which_there_can_be_one_in_a_process_is_judged_and_run_as_one() {
     ];
     assert_eq!((code, rules(&findings, "not_applicable")), (Some(0), several.to_vec()));
 
-    let node = |name| {
-        format!(
-            "[[fmu]]\nname = \"{name}\"\npath = \"changed.fmu\"\nstart = {{ u = 0.1, on = true }}\n"
-        )
-    };
-    let time = "[time]\nstep = 0.1\nstop = 1.0\n";
-    lab.write("one.toml", format!("{time}{}", node("a")));
+    let one = Scenario::new().time(0.1, 1.0).fmu("a", "changed.fmu", "u = 0.1, on = true");
+    let two = one.clone().fmu("b", "changed.fmu", "u = 0.1, on = true");
+    lab.write("one.toml", one.text());
     lab.trackside(&["run", "one.toml", "--out", "one"]).expect(0);
-    lab.write("two.toml", format!("{time}{}{}", node("a"), node("b")));
+    lab.write("two.toml", two.text());
     let ended = lab.trackside(&["run", "two.toml", "--out", "two"]).expect(2);
     ended.says(&["`a` and `b`", once, "two.toml:"]);
 }
 
-fn what_is_no_fmu_is_refused() {
+fn a_file_other_than_an_fmu_is_rejected() {
     let lab = Lab::new();
     lab.write("no.fmu", "no archive");
     lab.trackside(&["conform", "no.fmu"]).expect(2).says(&["no.fmu is not an .fmu archive"]);
     lab.trackside(&["conform", "absent.fmu"]).expect(2).says(&["cannot read absent.fmu"]);
 }
 
-fn inspect_says_the_same_as_json() {
+fn inspect_prints_json() {
     let lab = Lab::new();
     lab.write("deviate.fmu", deviate(&[]));
     let ended = lab.trackside(&["inspect", "deviate.fmu", "--json"]).expect(0);
@@ -261,8 +258,8 @@ fn inspect_says_the_same_as_json() {
     assert_eq!((&input["min"], &input["max"]), (&(-1.0).into(), &1.0.into()));
 }
 
-/// An FMU of another tool, which hardly checks what it is asked, but computes what it should: only the rules that it breaks may fail.
-fn an_fmu_made_in_python_breaks_the_rules_that_it_breaks() {
+/// An FMU of another tool computes correctly but hardly checks its calls: only the rules on calls may fail.
+fn an_fmu_made_in_python_fails_only_known_rules() {
     let python = python();
     let lab = Lab::new();
     let [library, _, archive] = python.fmus(&lab.path("made"));

@@ -3,11 +3,11 @@
 use super::harness::{limit_handling, record};
 
 tests! {
-    the_same_seed_gives_the_same_bytes_and_another_one_does_not,
-    the_report_says_what_a_program_wants_to_know,
+    only_equal_seeds_give_equal_bytes,
+    the_report_is_complete,
 }
 
-fn the_same_seed_gives_the_same_bytes_and_another_one_does_not() {
+fn only_equal_seeds_give_equal_bytes() {
     let lab = limit_handling();
     record(lab, "limit_handling.toml", "again", &["--rerun", "off"]);
     record(lab, "limit_handling.toml", "other", &["--rerun", "off", "--seed", "2"]);
@@ -17,7 +17,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_does_not() {
     assert_eq!(lab.report("other")["seed"], 2);
 }
 
-fn the_report_says_what_a_program_wants_to_know() {
+fn the_report_is_complete() {
     let report = limit_handling().report("run");
     assert_eq!(report["scenario"], "limit_handling");
     assert_eq!((&report["seed"], &report["steps"]), (&1.into(), &10_400.into()));

@@ -1,4 +1,4 @@
-//! Runs what the documents show, compares what they quote, and follows their links.
+//! Runs the examples of the documents, compares their quotations with the files, and follows their links.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -9,10 +9,10 @@ use super::python::{Python, python};
 tests! {
     commands_and_scenarios_of_the_documents_run,
     python_recipes_of_the_documents_run: Python,
-    every_page_shows_something_that_runs,
-    quotations_are_parts_of_their_files,
+    every_page_has_a_tested_example,
+    quotations_match_their_files,
     the_readme_is_short_and_shows_a_whole_scenario,
-    links_lead_somewhere,
+    links_resolve,
 }
 
 /// Pages in `docs` that may show nothing that runs.
@@ -321,7 +321,7 @@ fn python_recipes_of_the_documents_run() {
     run_all(&pages, Some(python()));
 }
 
-fn every_page_shows_something_that_runs() {
+fn every_page_has_a_tested_example() {
     let exempt = |page: &Page| {
         !page.name.starts_with("docs/") || EXEMPT.iter().any(|start| page.name.starts_with(start))
     };
@@ -330,7 +330,7 @@ fn every_page_shows_something_that_runs() {
     }
 }
 
-fn quotations_are_parts_of_their_files() {
+fn quotations_match_their_files() {
     for page in pages() {
         for block in page.blocks() {
             let Some(file) = block.file() else { continue };
@@ -352,7 +352,7 @@ fn the_readme_is_short_and_shows_a_whole_scenario() {
     assert_eq!(shown.expect("the README shows a scenario").text, text);
 }
 
-fn links_lead_somewhere() {
+fn links_resolve() {
     let pages = pages();
     let mut broken = Vec::new();
     for page in &pages {

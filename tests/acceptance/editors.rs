@@ -6,8 +6,8 @@ use super::harness::{Ended, Lab, ROOT};
 use super::python::{Python, python};
 
 tests! {
-    an_editor_finds_nothing_wrong_with_our_scenarios: Python,
-    an_editor_finds_a_misspelt_key: Python,
+    our_scenarios_validate_against_the_schema: Python,
+    the_schema_rejects_a_misspelt_key: Python,
     every_scenario_names_the_schema_of_the_repository,
     the_program_prints_the_schema_and_explains_keys,
 }
@@ -18,12 +18,12 @@ fn lint(python: &Python, paths: &[&Path]) -> Ended {
     Ended::of(output.expect("tombi"))
 }
 
-fn an_editor_finds_nothing_wrong_with_our_scenarios() {
+fn our_scenarios_validate_against_the_schema() {
     let python = python();
     lint(python, &[Path::new("scenarios")]).expect(0);
 }
 
-fn an_editor_finds_a_misspelt_key() {
+fn the_schema_rejects_a_misspelt_key() {
     let python = python();
     let lab = Lab::new();
     let schema = Path::new(ROOT).join("docs/reference/scenario.schema.json");

@@ -1,76 +1,39 @@
-//! Checks that a scenario takes over what it does not change of another one, and that mistakes are pointed at in the right file.
+//! Checks that a scenario inherits the unchanged parts of another one, and that errors point at the right file.
 
+use super::fixture::Scenario;
 use super::fmus::ours;
 use super::harness::{Ended, Lab};
 
 tests! {
-    what_is_not_changed_is_taken_over,
-    a_chain_is_followed_and_set_and_test_work_with_it,
-    another_fmu_takes_the_place_of_the_inherited_one,
-    a_mistake_is_pointed_at_in_the_file_that_it_stands_in,
+    unchanged_sections_are_inherited,
+    chains_of_extends_work_with_set_and_test,
+    an_fmu_replaces_the_inherited_one,
+    an_error_points_at_the_file_with_the_mistake,
 }
 
 /// A scenario in a folder of its own, whose paths are relative to it.
-const BASE: &str = r#"title = "Base"
-seed = 3
+fn base() -> String {
+    let start = "start.v_x = 20.0, body.m = 800.0, \"tire_f.D\" = 1.5, F_x = 0.0";
+    let signals = "signals = [{ signal = \"plant.v_x\" }, { signal = \"driver.v\" }]";
+    Scenario::headed("title = \"Base\"\nseed = 3")
+        .time(0.01, 0.1)
+        .fmu("plant", "plant.fmu", start)
+        .signal("driver.delta", "unit = \"rad\"\nconstant = 0.0")
+        .signal("driver.v", "unit = \"m/s\"\nconstant = 20.0")
+        .table("log", "log.csv", "v = { column = \"v\", unit = \"m/s\" }")
+        .connect("driver.delta", "plant.delta")
+        .key("bias = 0.001")
+        .check("slow", "abs(plant.v_x - driver.v) < 1")
+        .key("during = [0.0, 0.05]")
+        .check("never", "plant.v_x > 100")
+        .check("never ever", "plant.v_x > 200")
+        .section("[record]\nexcept = [\"log.*\"]")
+        .pose("plant")
+        .section(&format!("[[view.plot]]\ntitle = \"Speed\"\n{signals}"))
+        .text()
+}
 
-[time]
-step = 0.01
-stop = 0.1
-
-[[fmu]]
-name = "plant"
-path = "plant.fmu"
-start = { start.v_x = 20.0, body.m = 800.0, "tire_f.D" = 1.5, F_x = 0.0 }
-
-[[signal]]
-name = "driver.delta"
-unit = "rad"
-constant = 0.0
-
-[[signal]]
-name = "driver.v"
-unit = "m/s"
-constant = 20.0
-
-[[table]]
-name = "log"
-path = "log.csv"
-time = "t"
-columns = { v = { column = "v", unit = "m/s" } }
-
-[[connect]]
-from = "driver.delta"
-to = "plant.delta"
-bias = 0.001
-
-[[check]]
-name = "slow"
-that = "abs(plant.v_x - driver.v) < 1"
-during = [0.0, 0.05]
-
-[[check]]
-name = "never"
-that = "plant.v_x > 100"
-
-[[check]]
-name = "never ever"
-that = "plant.v_x > 200"
-
-[record]
-except = ["log.*"]
-
-[view.pose]
-x = "plant.X"
-y = "plant.Y"
-heading = "plant.psi"
-
-[[view.plot]]
-title = "Speed"
-signals = [{ signal = "plant.v_x" }, { signal = "driver.v" }]
-"#;
-
-/// What changes it.
+/// A scenario that extends it.
 const CHANGED: &str = r#"extends = "base/base.toml"
 title = "Changed"
 
@@ -106,7 +69,7 @@ title = "Speed"
 unit = "km/h"
 "#;
 
-/// What changes a check of which there are two.
+/// A scenario that changes an ambiguous check.
 const TWICE: &str = "extends = \"twice.toml\"\n[[check]]\nname = \"ever\"\nthat = \"1 < 2\"\n";
 
 fn lab() -> Lab {
@@ -114,7 +77,7 @@ fn lab() -> Lab {
     let plant = std::fs::read(ours().join("plant.fmu")).expect("an FMU");
     lab.write("base/plant.fmu", plant);
     lab.write("base/log.csv", "t,v\n0,20\n1,20\n");
-    lab.write("base/base.toml", BASE);
+    lab.write("base/base.toml", base());
     lab
 }
 
@@ -126,11 +89,11 @@ fn run(lab: &Lab, text: &str) -> Ended {
 /// The last value of a column.
 fn last(lab: &Lab, column: &str) -> Option<f64> {
     let csv = lab.read("out/run.csv");
-    let place = csv.lines().next()?.split(',').position(|name| name == column)?;
-    csv.lines().next_back()?.split(',').nth(place)?.parse().ok()
+    let index = csv.lines().next()?.split(',').position(|name| name == column)?;
+    csv.lines().next_back()?.split(',').nth(index)?.parse().ok()
 }
 
-fn what_is_not_changed_is_taken_over() {
+fn unchanged_sections_are_inherited() {
     let lab = lab();
     run(&lab, CHANGED).expect(0);
     let report = lab.report("out");
@@ -157,7 +120,7 @@ fn what_is_not_changed_is_taken_over() {
     assert_eq!(last(&lab, "log.v"), None);
     // A scenario that says it all itself gives the same numbers.
     let csv = lab.read("out/run.csv");
-    let whole = BASE
+    let whole = base()
         .replace("stop = 0.1", "stop = 0.2")
         .replace("start.v_x = 20.0", "start.v_x = 30.0")
         .replace("\"tire_f.D\" = 1.5", "tire_f.D = 1.2")
@@ -170,7 +133,7 @@ fn what_is_not_changed_is_taken_over() {
     assert!(lab.read("out/run.csv") == csv, "the numbers differ");
 }
 
-fn a_chain_is_followed_and_set_and_test_work_with_it() {
+fn chains_of_extends_work_with_set_and_test() {
     let lab = lab();
     lab.write("middle.toml", CHANGED);
     let text = "extends = \"middle.toml\"\n[[fmu]]\nname = \"plant\"\nstart.body.m = 900.0\n";
@@ -184,10 +147,10 @@ fn a_chain_is_followed_and_set_and_test_work_with_it() {
     assert!(ended.stdout.contains("the data file base/log.csv is not there"), "{}", ended.stdout);
 }
 
-fn another_fmu_takes_the_place_of_the_inherited_one() {
+fn an_fmu_replaces_the_inherited_one() {
     let lab = lab();
     std::fs::copy(lab.path("base/plant.fmu"), lab.path("other.fmu")).expect("a copy");
-    let base = BASE.replace("path = \"plant.fmu\"", "crate = \"nowhere\"\nexample = \"none\"");
+    let base = base().replace("path = \"plant.fmu\"", "crate = \"nowhere\"\nexample = \"none\"");
     lab.write("base/base.toml", base);
     run(&lab, &format!("{CHANGED}\n[[fmu]]\nname = \"twin\"\npath = \"base/plant.fmu\"\nstart = {{ F_x = 0.0, delta = 0.0 }}\n"))
         .expect(2)
@@ -196,28 +159,28 @@ fn another_fmu_takes_the_place_of_the_inherited_one() {
         .expect(0);
 }
 
-fn a_mistake_is_pointed_at_in_the_file_that_it_stands_in() {
-    let lab = lab();
+fn an_error_points_at_the_file_with_the_mistake() {
+    let (lab, base) = (lab(), base());
     lab.write("self.toml", "extends = \"case.toml\"\n");
     lab.write("broken.toml", "title = \"Broken");
     lab.write(
         "twice.toml",
-        BASE.replace("path = \"", "path = \"base/").replace("never ever", "never"),
+        base.replace("path = \"", "path = \"base/").replace("never ever", "never"),
     );
     let file = "\"base/base.toml\"";
     #[rustfmt::skip]
-    let cases = [
-        // What is extended, and how.
+    let cases: [(&str, &str, &str, &str, &str); 17] = [
+        // The extended file, and the keys for extending.
         (CHANGED, file, "\"none.toml\"", "case.toml:1:", "cannot read the scenario none.toml"),
         (CHANGED, file, "3", "case.toml:1:", "expected a string"),
         (CHANGED, file, "\"case.toml\"", "case.toml:1:", "extends itself: case.toml -> case.toml"),
         (CHANGED, file, "\"self.toml\"", "self.toml:1:", "extends itself: case.toml -> self.toml -> case.toml"),
         (CHANGED, file, "\"broken.toml\"", "broken.toml:1:", "invalid"),
-(BASE, "title =", "extend =", "case.toml:1:", "did you mean `extends`?"),
+(&base, "title =", "extend =", "case.toml:1:", "did you mean `extends`?"),
         (CHANGED, "\"never*\"", "\"newer\"", "case.toml:5:", "unknown inherited [[check]] `newer`"),
         (CHANGED, "check = [\"n", "chek = [\"n", "case.toml:5:", "the extended scenario has no [[chek]]"),
         (CHANGED, "[\"never*\"]", "\"never\"", "case.toml:5:", "expected a sequence"),
-        (BASE, "\n[time]", "\n[without]\ncheck = [\"never\"]\n[time]", "case.toml:5:", "extends no other"),
+        (&base, "\n[time]", "\n[without]\ncheck = [\"never\"]\n[time]", "case.toml:5:", "extends no other"),
         (TWICE, "ever", "never", "case.toml:3:", "2 [[check]] of this name"),
         // Words of the extending file.
         (CHANGED, "stop =", "stpo =", "case.toml:8:", "did you mean `stop`?"),
@@ -231,8 +194,8 @@ fn a_mistake_is_pointed_at_in_the_file_that_it_stands_in() {
     let mut look_at = |text: &str, line: &str, says: &str| {
         let ended = run(&lab, text);
         let message = ended.message();
-        let told = message.contains(line) && message.contains(says);
-        if ended.code() != Some(2) || !told || lab.has("out") {
+        let reported = message.contains(line) && message.contains(says);
+        if ended.code() != Some(2) || !reported || lab.has("out") {
             wrong.push(format!("{line} {says}: {}\n{}", ended.status, ended.stderr));
         }
     };
@@ -255,8 +218,8 @@ fn a_mistake_is_pointed_at_in_the_file_that_it_stands_in() {
         ("plant.psi", "plant.pis", "base/base.toml:53:", "did you mean `plant.psi`?"),
     ];
     for (old, new, line, says) in cases {
-        let text = BASE.replacen(old, new, 1);
-        assert_ne!(text, BASE, "{old}");
+        let text = base.replacen(old, new, 1);
+        assert_ne!(text, base, "{old}");
         lab.write("base/base.toml", text);
         look_at(CHANGED, line, says);
     }

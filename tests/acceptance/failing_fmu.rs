@@ -1,32 +1,34 @@
-//! Checks that an FMU that fails is told with node, call and time, and that what was recorded stays usable.
+//! Checks that the failure of an FMU is reported with node, call and time, and leaves a usable recording.
 
 use std::path::Path;
 use std::process::Stdio;
 
+use super::fixture::Scenario;
 use super::fmus::{changed, compile, misbehave, ours};
 use super::harness::{Ended, Lab, trackside};
 
 tests! {
-    a_failure_is_told_with_node_call_and_time_and_leaves_usable_recordings: Compiler,
-    a_warning_is_no_failure_but_an_event: Compiler,
+    a_failure_is_reported_with_node_call_and_time_and_leaves_a_usable_recording: Compiler,
+    a_warning_is_recorded_as_an_event: Compiler,
     an_fmu_may_end_the_run_early: Compiler,
-    an_fmu_that_refuses_to_start_is_told_with_its_reason: Compiler,
-    another_guid_than_the_librarys_is_refused,
-    a_library_without_one_of_the_functions_is_refused: Compiler,
-    a_crash_ends_one_scenario_and_not_the_others: Compiler,
-    every_status_of_every_call_is_told: Compiler,
+    a_failed_instantiation_is_reported_with_its_reason: Compiler,
+    a_guid_mismatch_is_rejected,
+    a_library_with_a_missing_function_is_rejected: Compiler,
+    a_crash_ends_only_its_own_scenario: Compiler,
+    every_error_status_of_every_call_is_reported: Compiler,
     a_warning_of_any_call_is_an_event: Compiler,
     every_step_of_a_run_has_the_same_size: Compiler,
-    a_run_that_dies_says_in_which_call_of_which_fmu: Compiler,
-    a_call_that_does_not_return_is_told_while_it_goes_on: Compiler,
+    a_crash_report_names_the_fmu_and_its_call: Compiler,
+    a_hanging_call_is_reported_while_it_hangs: Compiler,
 }
 
 /// A scenario of one node called `name` whose FMU has these start values.
 fn scenario(name: &str, start: &str) -> String {
-    format!(
-        "[time]\nstep = 0.1\nstop = 1.0\n\n[[fmu]]\nname = \"{name}\"\npath = \"misbehave.fmu\"\n\
-         start = {{ u = 0.0, {start} }}\n\n[[check]]\nname = \"clock\"\nthat = \"abs({name}.y - time) < 1e-9\"\n"
-    )
+    Scenario::new()
+        .time(0.1, 1.0)
+        .fmu(name, "misbehave.fmu", &format!("u = 0.0, {start}"))
+        .check("clock", &format!("abs({name}.y - time) < 1e-9"))
+        .text()
 }
 
 /// A lab in which the scenario ran.
@@ -38,10 +40,10 @@ fn run(text: &str) -> (Lab, Ended) {
     (lab, ended)
 }
 
-/// Start values, how many rows are recorded before the failure, and what the message must say.
+/// Start values, the number of rows before the failure, and parts of the message.
 type Failure = (&'static str, usize, &'static [&'static str]);
 
-/// What goes wrong before the first communication point.
+/// Failures before the first communication point.
 #[rustfmt::skip]
 const EARLY: &[Failure] = &[
     ("fault = 'fmi2SetupExperiment', status = 3", 0, &["node `tank`: fmi2SetupExperiment at t = 0 s", "fmi2Error"]),
@@ -51,7 +53,7 @@ const EARLY: &[Failure] = &[
     ("fault = 'nan'", 0, &["node `tank`: fmi2GetReal at t = 0 s", "`y` is NaN"]),
 ];
 
-/// What goes wrong in the middle of a run.
+/// Failures in the middle of a run.
 #[rustfmt::skip]
 const LATE: &[Failure] = &[
     ("fault = 'nan', at = 0.5", 5, &["node `tank`: fmi2GetReal at t = 0.5 s", "`y` is NaN"]),
@@ -65,13 +67,13 @@ const LATE: &[Failure] = &[
     ("fault = 'fmi2Terminate', status = 3", 11, &["node `tank`: fmi2Terminate at t = 1 s", "fmi2Error"]),
 ];
 
-fn a_failure_is_told_with_node_call_and_time_and_leaves_usable_recordings() {
+fn a_failure_is_reported_with_node_call_and_time_and_leaves_a_usable_recording() {
     let failures = EARLY.iter().chain(LATE);
     let wrong: Vec<_> = failures.filter_map(|failure| look_at(*failure)).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
-/// What is wrong with how a failure is told, if anything.
+/// The deviation from the expected report of a failure, if any.
 fn look_at((start, rows, says): Failure) -> Option<String> {
     let (lab, ended) = run(&scenario("tank", start));
     let message = ended.message();
@@ -103,7 +105,7 @@ fn recorded(file: &Path, topic: &str) -> usize {
     messages.filter(|message| message.channel.topic == topic).count()
 }
 
-fn a_warning_is_no_failure_but_an_event() {
+fn a_warning_is_recorded_as_an_event() {
     let start = "fault = 'fmi2DoStep', at = 0.5, status = 1";
     let (lab, ended) = run(&scenario("tank", start));
     ended.expect(0);
@@ -122,13 +124,13 @@ fn an_fmu_may_end_the_run_early() {
     assert_eq!(lab.report("out")["checks"][0]["samples"], 0);
 }
 
-fn an_fmu_that_refuses_to_start_is_told_with_its_reason() {
+fn a_failed_instantiation_is_reported_with_its_reason() {
     let (lab, ended) = run(&scenario("refused", "at = 0.0").replace("refused.y", "time"));
     ended.expect(3).says(&["node `refused`: fmi2Instantiate", "refused is not welcome"]);
     assert!(!lab.has("out"));
 }
 
-fn another_guid_than_the_librarys_is_refused() {
+fn a_guid_mismatch_is_rejected() {
     let lab = Lab::new();
     let other = |name: &str, bytes: Vec<u8>| {
         let mut text = String::from_utf8_lossy(&bytes).into_owned();
@@ -138,16 +140,14 @@ fn another_guid_than_the_librarys_is_refused() {
         Some((name.to_owned(), if name.ends_with(".xml") { text.into_bytes() } else { bytes }))
     };
     lab.write("plant.fmu", changed(&ours().join("plant.fmu"), other));
-    lab.write(
-        "case.toml",
-        "[time]\nstep = 0.01\nstop = 0.1\n[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\n\
-         start = { F_x = 0.0, delta = 0.0 }\n",
-    );
+    let scenario =
+        Scenario::new().time(0.01, 0.1).fmu("plant", "plant.fmu", "F_x = 0.0, delta = 0.0");
+    lab.write("case.toml", scenario.text());
     let ended = lab.trackside(&["run", "case.toml", "--out", "out"]).expect(3);
     ended.says(&["node `plant`: fmi2Instantiate", "it says:", "{xxx"]);
 }
 
-fn a_library_without_one_of_the_functions_is_refused() {
+fn a_library_with_a_missing_function_is_rejected() {
     let lab = Lab::new();
     lab.write("case.toml", scenario("tank", "at = 0.0"));
     for function in FUNCTIONS.split_whitespace() {
@@ -167,7 +167,7 @@ const FUNCTIONS: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate
     SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus \
     GetIntegerStatus GetBooleanStatus GetStringStatus";
 
-fn a_crash_ends_one_scenario_and_not_the_others() {
+fn a_crash_ends_only_its_own_scenario() {
     let lab = Lab::new();
     lab.write("misbehave.fmu", misbehave());
     lab.write("a_good.toml", scenario("tank", "at = 0.0"));
@@ -182,7 +182,7 @@ fn a_crash_ends_one_scenario_and_not_the_others() {
 }
 
 /// Each status that is none of success, from each call of a run.
-fn every_status_of_every_call_is_told() {
+fn every_error_status_of_every_call_is_reported() {
     let lab = Lab::new();
     lab.write("misbehave.fmu", misbehave());
     let early = ["SetupExperiment", "EnterInitializationMode", "ExitInitializationMode", "GetReal"];
@@ -241,7 +241,7 @@ fn every_step_of_a_run_has_the_same_size() {
     assert_eq!(lab.report("out")["steps"], 1000);
 }
 
-fn a_run_that_dies_says_in_which_call_of_which_fmu() {
+fn a_crash_report_names_the_fmu_and_its_call() {
     for (fault, what) in [("crash", "SIGSEGV"), ("abort", "SIGABRT"), ("exit", "called exit")] {
         let (lab, ended) = run(&scenario("tank", &format!("fault = '{fault}', at = 0.5")));
         let said = "node `tank`: fmi2DoStep at t = 0.5 s ended this program: the FMU";
@@ -253,7 +253,7 @@ fn a_run_that_dies_says_in_which_call_of_which_fmu() {
     }
 }
 
-fn a_call_that_does_not_return_is_told_while_it_goes_on() {
+fn a_hanging_call_is_reported_while_it_hangs() {
     use std::io::{BufRead as _, BufReader};
     let lab = Lab::new();
     lab.write("misbehave.fmu", misbehave());
@@ -261,8 +261,8 @@ fn a_call_that_does_not_return_is_told_while_it_goes_on() {
     let mut command = trackside(&lab.path(""));
     command.args(["run", "case.toml", "--out", "out", "--patience", "0.2"]);
     let mut child = command.stderr(Stdio::piped()).spawn().expect("it starts");
-    let told = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    let said = told.map_while(Result::ok).find(|line| line.contains("has been running for"));
+    let output = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let said = output.map_while(Result::ok).find(|line| line.contains("has been running for"));
     child.kill().expect("it runs");
     child.wait().expect("it ends");
     let said = said.expect("a message before the end");

@@ -46,12 +46,12 @@ pub fn compile(arguments: &[&str]) -> Vec<u8> {
     build("misbehave", arguments)
 }
 
-/// The FMU of `fmu/deviate.c`, compiled with these arguments: `-DBREAKS="..."` says what it breaks.
+/// The FMU of `fmu/deviate.c`, compiled with these arguments: `-DBREAKS="..."` names the broken rule.
 pub fn deviate(arguments: &[&str]) -> Vec<u8> {
     build("deviate", arguments)
 }
 
-/// The FMU of `fmu/relay.c`, compiled once: it shows what it is given, of every type.
+/// The FMU of `fmu/relay.c`, compiled once: its outputs repeat its inputs, of every type.
 pub fn relay() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
     BUILT.get_or_init(|| build("relay", &[]))
@@ -67,8 +67,8 @@ fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     Ended::of(output.expect("a C compiler")).expect(0);
     let xml = std::fs::read(sources.join(format!("{name}.xml"))).expect("the description");
     let library = std::fs::read(library).expect("the library");
-    let place = format!("binaries/linux64/{name}.so");
-    archive(&[("modelDescription.xml", &xml), (&place, &library)])
+    let path = format!("binaries/linux64/{name}.so");
+    archive(&[("modelDescription.xml", &xml), (&path, &library)])
 }
 
 /// An archive with these entries.

@@ -1,4 +1,4 @@
-//! Starts the program in a folder of its own and collects what it printed, returned and wrote.
+//! Starts the program in a folder of its own and collects its output, exit code and files.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use tempfile::TempDir;
 /// The workspace.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// What a run of the program printed and returned.
+/// Output and exit status of the program.
 pub struct Ended {
     pub status: ExitStatus,
     pub stdout: String,

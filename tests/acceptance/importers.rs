@@ -3,19 +3,20 @@
 
 use serde_json::json;
 
+use super::fixture::Scenario;
 use super::fmus::{example, ours};
 use super::harness::{Ended, Lab, record, trackside};
 use super::python::{Python, python};
 
 tests! {
-    the_plant_moves_the_same_everywhere: Python,
-    the_closed_loop_in_jacobi_coupling_is_that_of_other_masters: Python,
-    the_example_moves_the_same_everywhere: Python,
-    two_fmus_made_in_python_hand_over_values_of_all_types: PythonLibrary,
+    the_plant_gives_equal_results_in_other_importers: Python,
+    the_jacobi_closed_loop_gives_equal_results_in_other_importers: Python,
+    the_example_gives_equal_results_in_other_importers: Python,
+    two_fmus_made_in_python_exchange_values_of_all_types: PythonLibrary,
     an_fmu_made_in_python_runs: PythonLibrary,
 }
 
-/// The closed loop: what each input of the three FMUs gets.
+/// The closed loop: the connections of the three FMUs.
 const LOOP: [(&str, &str); 15] = [
     ("controller.F_x", "plant.F_x"),
     ("controller.delta", "plant.delta"),
@@ -34,11 +35,13 @@ const LOOP: [(&str, &str); 15] = [
     ("estimator.xi_psi", "controller.xi_psi"),
 ];
 
-const HEAD: &str = "title = 'Importers'\n[time]\nstep = 0.01\nstop = 10.0\n";
+fn head(stop: f64) -> Scenario {
+    Scenario::headed("title = 'Importers'").time(0.01, stop)
+}
 
 fn fmu(name: &str, start: &str) -> String {
     let path = ours().join(format!("{name}.fmu"));
-    format!("[[fmu]]\nname = '{name}'\npath = '{}'\nstart = {{ {start} }}\n", path.display())
+    Scenario::new().fmu(name, &path.display().to_string(), start).text()
 }
 
 /// Runs the scenario with us, then the same system with both tools; gives the folder with our run.
@@ -69,8 +72,8 @@ fn compare(scenario: &str, mut system: serde_json::Value) -> Lab {
     lab
 }
 
-fn the_plant_moves_the_same_everywhere() {
-    let scenario = HEAD.to_owned()
+fn the_plant_gives_equal_results_in_other_importers() {
+    let scenario = head(10.0).text()
         + &fmu("plant", "start.v_x = 25.0")
         + "
 [[signal]]
@@ -96,10 +99,10 @@ to = 'plant.F_x'
     compare(&scenario, system);
 }
 
-fn the_closed_loop_in_jacobi_coupling_is_that_of_other_masters() {
+fn the_jacobi_closed_loop_gives_equal_results_in_other_importers() {
     let connect =
         |(from, to): &(&str, &str)| format!("[[connect]]\nfrom = '{from}'\nto = '{to}'\n");
-    let scenario = HEAD.to_owned()
+    let scenario = head(10.0).text()
         + "[coupling]\nalgorithm = 'jacobi'\n"
         + &fmu("plant", "")
         + &fmu("estimator", "")
@@ -120,14 +123,10 @@ fn the_closed_loop_in_jacobi_coupling_is_that_of_other_masters() {
     compare(&scenario, system);
 }
 
-/// Also in fmpy's own loop: what an FMU of one's own is made after should run everywhere.
-fn the_example_moves_the_same_everywhere() {
-    let fmu = format!(
-        "[[fmu]]\nname = 'mass'\npath = '{}'\nstart = {{ m = 2.5 }}\n",
-        example().display()
-    );
-    let scenario = HEAD.to_owned()
-        + &fmu
+/// Also in fmpy's own loop: the example is the pattern for FMUs of users, so it should run everywhere.
+fn the_example_gives_equal_results_in_other_importers() {
+    let path = example().display().to_string();
+    let scenario = head(10.0).fmu("mass", &path, "m = 2.5").text()
         + "
 [[signal]]
 name = 'driver.F'
@@ -152,10 +151,8 @@ to = 'mass.F'
 
 /// A node of an FMU with variables of all types that was made in Python.
 fn made_in_python(name: &str, archive: &str, inputs: &str) -> String {
-    format!(
-        "[[fmu]]\nname = '{name}'\npath = '{archive}'\n\
-         start = {{ count = 3, on = true, label = 'hello'{inputs} }}\n"
-    )
+    let start = format!("count = 3, on = true, label = 'hello'{inputs}");
+    Scenario::new().fmu(name, archive, &start).text()
 }
 
 /// Runs a scenario that is made of the path of the archive, with the library that the FMU needs.
@@ -169,12 +166,12 @@ fn run_python(python: &Python, lab: &Lab, scenario: impl Fn(&str) -> String) -> 
     Ended::of(command.output().expect("it starts")).expect(0)
 }
 
-/// Two instances of it: what the first one shows goes to the second one, in all types.
-fn two_fmus_made_in_python_hand_over_values_of_all_types() {
+/// The outputs of one instance go to the inputs of a second one, in all types.
+fn two_fmus_made_in_python_exchange_values_of_all_types() {
     let python = python();
     for (algorithm, late) in [("gauss_seidel", 0), ("jacobi", 1)] {
         let lab = Lab::new();
-        let head = HEAD.replace("10.0", "0.2");
+        let head = head(0.2).text();
         let scenario = |archive: &str| {
             let mut text = format!("{head}[coupling]\nalgorithm = '{algorithm}'\n")
                 + &made_in_python("second", archive, "")
@@ -202,7 +199,7 @@ fn an_fmu_made_in_python_runs() {
     let python = python();
     let lab = Lab::new();
     let scenario = |archive: &str| {
-        HEAD.to_owned()
+        head(10.0).text()
             + &made_in_python("demo", archive, ", k = 0, c = false, t = ''")
             + &fmu("plant", "F_x = 0.0")
             + "

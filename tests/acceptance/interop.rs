@@ -5,11 +5,11 @@ use super::harness::{Lab, limit_handling, record};
 use super::python::python;
 
 tests! {
-    fmpy_finds_nothing_wrong_with_the_archives: Python,
-    fmpy_gets_what_the_closed_loop_got: Python,
+    fmpy_validates_the_archives: Python,
+    fmpy_reproduces_the_closed_loop: Python,
 }
 
-fn fmpy_finds_nothing_wrong_with_the_archives() {
+fn fmpy_validates_the_archives() {
     let python = python();
     let name = |name: &str| ours().join(format!("{name}.fmu"));
     for fmu in [name("plant"), name("controller"), name("estimator"), example().to_owned()] {
@@ -18,7 +18,7 @@ fn fmpy_finds_nothing_wrong_with_the_archives() {
     }
 }
 
-fn fmpy_gets_what_the_closed_loop_got() {
+fn fmpy_reproduces_the_closed_loop() {
     let python = python();
     let lab = Lab::new();
     // fmpy hands over the difference of two communication points as the step, which is off by rounding.

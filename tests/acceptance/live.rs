@@ -6,16 +6,17 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use super::fixture::Scenario;
 use super::fmus::ours;
 use super::harness::{Ended, Lab, trackside};
 use super::python::{environment, python};
 
 tests! {
-    a_viewer_that_is_there_gets_all_of_the_run: Viewer,
+    a_connected_viewer_gets_the_whole_run: Viewer,
     an_absent_viewer_is_reported_before_the_run_begins,
-    a_run_goes_on_when_its_viewer_is_killed: Viewer,
-    a_viewer_that_is_stuck_loses_rows_and_the_run_ends_without_it: Viewer,
-    a_server_is_for_this_machine_unless_it_is_told_otherwise,
+    a_run_continues_after_its_viewer_is_killed: Viewer,
+    a_stuck_viewer_loses_rows_and_does_not_hold_up_the_run: Viewer,
+    a_server_binds_to_this_machine_by_default,
 }
 
 /// A viewer that listens, and ends with the test.
@@ -106,14 +107,11 @@ pub fn missing_viewer() -> Option<String> {
 fn lab(seconds: f64) -> Lab {
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
-    lab.write(
-        "case.toml",
-        format!(
-            "[time]\nstep = 0.001\nstop = {seconds:?}\n[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\n\
-             start = {{ start.v_x = 20.0, F_x = 0.0, delta = 0.01 }}\n\
-             [view.pose]\nx = \"plant.X\"\ny = \"plant.Y\"\nheading = \"plant.psi\"\n"
-        ),
-    );
+    let scenario = Scenario::new()
+        .time(0.001, seconds)
+        .fmu("plant", "plant.fmu", "start.v_x = 20.0, F_x = 0.0, delta = 0.01")
+        .pose("plant");
+    lab.write("case.toml", scenario.text());
     lab
 }
 
@@ -153,7 +151,7 @@ fn deaf_port() -> (u16, TcpStream) {
     (stream.local_addr().expect("an address").port(), stream)
 }
 
-fn a_viewer_that_is_there_gets_all_of_the_run() {
+fn a_connected_viewer_gets_the_whole_run() {
     let lab = lab(5.0);
     let viewer = Viewer::start(&lab.path("")).expect("a viewer");
     let ended = end(run(&lab, &["--rerun", "connect", "--viewer", &viewer.url()])).expect(0);
@@ -171,7 +169,7 @@ fn an_absent_viewer_is_reported_before_the_run_begins() {
     assert!(!lab.has("out/report.json"));
 }
 
-fn a_run_goes_on_when_its_viewer_is_killed() {
+fn a_run_continues_after_its_viewer_is_killed() {
     let lab = lab(12.0);
     let viewer = Viewer::start(&lab.path("")).expect("a viewer");
     let more = ["--rerun", "connect", "--viewer", &viewer.url(), "--realtime"];
@@ -183,7 +181,7 @@ fn a_run_goes_on_when_its_viewer_is_killed() {
     assert_eq!(lab.report("out")["steps"], 12_000);
 }
 
-fn a_viewer_that_is_stuck_loses_rows_and_the_run_ends_without_it() {
+fn a_stuck_viewer_loses_rows_and_does_not_hold_up_the_run() {
     let lab = lab(400.0);
     let viewer = Viewer::start(&lab.path("")).expect("a viewer");
     let mut run = run(&lab, &["--rerun", "connect", "--viewer", &viewer.url()]);
@@ -197,21 +195,21 @@ fn a_viewer_that_is_stuck_loses_rows_and_the_run_ends_without_it() {
     assert_eq!(lab.report("out")["steps"], 400_000);
 }
 
-fn a_server_is_for_this_machine_unless_it_is_told_otherwise() {
+fn a_server_binds_to_this_machine_by_default() {
     let lab = lab(1.0);
     for (more, address) in [(&[][..], "127.0.0.1"), (&["--bind", "::1"][..], "[::1]")] {
         let mut command = trackside(&lab.path(""));
         command.args(["run", "case.toml", "--out", "out", "--rerun", "serve"]).args(more);
         let mut run =
             command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
-        let mut told = String::new();
+        let mut output = String::new();
         let mut lines = std::io::BufReader::new(run.stderr.take().expect("a pipe"));
-        // What it serves at is the first thing that it says, and that it still serves the last one.
-        std::io::BufRead::read_line(&mut lines, &mut told).expect("a line");
-        let (_, url) = told.trim().split_once("rerun+http://").expect("a URL");
+        // The first line says the address; the last one says that the server still runs.
+        std::io::BufRead::read_line(&mut lines, &mut output).expect("a line");
+        let (_, url) = output.trim().split_once("rerun+http://").expect("a URL");
         let (host, port) = url.trim_end_matches("/proxy").rsplit_once(':').expect("a port");
         assert_eq!(host, address);
-        assert!(TcpStream::connect(format!("{host}:{port}")).is_ok(), "{told}");
+        assert!(TcpStream::connect(format!("{host}:{port}")).is_ok(), "{output}");
         run.kill().expect("it serves until it is ended");
         run.wait().expect("it ends");
     }

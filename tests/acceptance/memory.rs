@@ -7,7 +7,7 @@ use super::fmus::{example, ours};
 use super::harness::{Ended, Lab, ROOT};
 
 tests! {
-    our_fmus_touch_no_foreign_memory_and_leave_none_behind: Compiler + Valgrind,
+    our_fmus_have_no_invalid_memory_access_and_no_leak: Compiler + Valgrind,
 }
 
 /// Insists on success but for what valgrind finds, which ends the program with 99.
@@ -27,7 +27,7 @@ fn references(about: &serde_json::Value, causality: &str) -> String {
     wanted.map(|variable| variable["reference"].to_string()).collect::<Vec<_>>().join(",")
 }
 
-/// Runs the library of an archive with valgrind; gives what the program says at last.
+/// Runs the library of an archive with valgrind; gives the last line of the program.
 fn look_at(lab: &Lab, host: &Path, fmu: &Path) -> String {
     let name = fmu.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let file = std::fs::File::open(fmu).expect("an FMU");
@@ -48,7 +48,7 @@ fn look_at(lab: &Lab, host: &Path, fmu: &Path) -> String {
     ended.stdout.lines().last().unwrap_or_default().to_owned()
 }
 
-fn our_fmus_touch_no_foreign_memory_and_leave_none_behind() {
+fn our_fmus_have_no_invalid_memory_access_and_no_leak() {
     let lab = Lab::new();
     let host = lab.path("host");
     let mut cc = Command::new("cc");

@@ -2,18 +2,17 @@
 
 use std::path::Path;
 
+use super::fixture::Scenario;
 use super::fmus::ours;
 use super::harness::{Ended, Lab, ROOT, trackside};
 use super::python::python;
 
 tests! {
-    a_recorded_run_played_back_gives_the_same_bits,
-    what_does_not_fit_a_recording_is_pointed_at,
+    playback_of_a_recorded_run_is_bit_identical,
+    an_invalid_use_of_a_recording_is_reported_with_its_line,
     recordings_of_other_programs_are_played_back_at_their_own_rates: Python,
     an_analysis_gets_the_messages_of_a_recording_one_by_one: Python,
 }
-
-const TIME: &str = "[time]\nstep = 0.007\nstop = 2.1\n";
 
 const DRIVER: &str = r#"
 [[signal]]
@@ -51,8 +50,11 @@ from = "log.F_x"
 to = "plant.F_x"
 "#;
 
-const PLANT: &str =
-    "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { start.v_x = 20.0 }\n";
+/// The plant with this input.
+fn plant(input: &str) -> String {
+    let plant = Scenario::new().time(0.007, 2.1).fmu("plant", "plant.fmu", "start.v_x = 20.0");
+    plant.section(input.trim_start()).text()
+}
 
 fn run(lab: &Lab, text: &str, out: &str) -> Ended {
     lab.write("case.toml", text);
@@ -63,7 +65,7 @@ fn run(lab: &Lab, text: &str, out: &str) -> Ended {
 fn recorded() -> Lab {
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
-    run(&lab, &format!("{TIME}{PLANT}{DRIVER}"), "first").expect(0);
+    run(&lab, &plant(DRIVER), "first").expect(0);
     lab
 }
 
@@ -72,13 +74,13 @@ fn column(lab: &Lab, table: &str, name: &str) -> Vec<String> {
     let text = lab.read(table);
     let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
     let header = rows.next().expect("a header");
-    let place = header.iter().position(|title| title.starts_with(name)).expect(name);
-    rows.map(|row| row[place].clone()).collect()
+    let index = header.iter().position(|title| title.starts_with(name)).expect(name);
+    rows.map(|row| row[index].clone()).collect()
 }
 
-fn a_recorded_run_played_back_gives_the_same_bits() {
+fn playback_of_a_recorded_run_is_bit_identical() {
     let lab = recorded();
-    run(&lab, &format!("{TIME}{PLANT}{REPLAY}"), "second").expect(0);
+    run(&lab, &plant(REPLAY), "second").expect(0);
     let header = lab.read("first/run.csv").lines().next().expect("a header").to_owned();
     let plant = header.split(',').filter(|name| name.starts_with("plant."));
     let mut compared = 0;
@@ -94,13 +96,13 @@ fn a_recorded_run_played_back_gives_the_same_bits() {
     assert!(r.iter().any(|r| r.parse::<f64>().expect("a number").abs() > 0.05));
 }
 
-fn what_does_not_fit_a_recording_is_pointed_at() {
+fn an_invalid_use_of_a_recording_is_reported_with_its_line() {
     let lab = recorded();
     let whole = std::fs::read(lab.path("first/run.mcap")).expect("the recording");
     let mut damaged = whole.clone();
     damaged[whole.len() / 3] ^= 0x55;
     lab.write("damaged.mcap", damaged);
-    let good = format!("{TIME}{PLANT}{REPLAY}");
+    let good = plant(REPLAY);
     // Messages may be wrapped after a slash.
     #[rustfmt::skip]
     let cases: &[(&str, &str, &str, &[&str])] = &[
@@ -116,15 +118,15 @@ fn what_does_not_fit_a_recording_is_pointed_at() {
     ];
     for (old, new, at, says) in cases {
         let text = good.replacen(old, new, 1);
-        let place = text.find(at).unwrap_or_else(|| panic!("no {at:?} in {text}"));
-        let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
+        let offset = text.find(at).unwrap_or_else(|| panic!("no {at:?} in {text}"));
+        let line = format!("case.toml:{}:", 1 + text[..offset].matches('\n').count());
         run(&lab, &text, "out").expect(2).says(says).says(&[&line]);
         assert!(!lab.has("out"), "{new}");
     }
     lab.write("first/run.mcap", &whole[..whole.len() / 2]);
     let ended = run(&lab, &good, "out");
-    let told = format!("{}{}", ended.stdout, ended.stderr);
-    assert!(ended.code() == Some(0) && told.contains("was not finished"), "{told}");
+    let output = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(ended.code() == Some(0) && output.contains("was not finished"), "{output}");
 }
 
 fn recordings_of_other_programs_are_played_back_at_their_own_rates() {
@@ -144,10 +146,10 @@ fn recordings_of_other_programs_are_played_back_at_their_own_rates() {
     let (a, k, v, ok) = (numbers("log.a"), numbers("log.k"), numbers("log.v"), numbers("log.ok"));
     assert_eq!(a.len(), 101);
     for row in 0..=100_u32 {
-        let (t, place) = (f64::from(row) / 100.0, row as usize);
-        assert_eq!((a[place], k[place]), (t * t, f64::from(row)));
-        assert!((v[place] - (36.0 + 72.0 * t)).abs() < 1e-9, "{t}: {}", v[place]);
-        assert!((ok[place] - (t - 0.4).clamp(0.0, 0.1) * 10.0).abs() < 1e-9, "{t}");
+        let (t, index) = (f64::from(row) / 100.0, row as usize);
+        assert_eq!((a[index], k[index]), (t * t, f64::from(row)));
+        assert!((v[index] - (36.0 + 72.0 * t)).abs() < 1e-9, "{t}: {}", v[index]);
+        assert!((ok[index] - (t - 0.4).clamp(0.0, 0.1) * 10.0).abs() < 1e-9, "{t}");
     }
     for (old, new, says) in [
         ("/imu.accel.x", "/imu.frame", "is a string"),

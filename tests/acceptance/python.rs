@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use super::harness::{Ended, ROOT};
 
-/// What the environment has: the viewer's version is that of the library, those of the FMI tools are the
+/// The contents of the environment: the viewer's version is that of the library, those of the FMI tools are the
 /// ones whose verdict we know. Ecos needs a library that `tbb` brings.
 const PACKAGES: &[&str] = &[
     "fmpy==0.3.32",
@@ -85,7 +85,7 @@ pub fn environment() -> &'static Result<Python, String> {
     MADE.get_or_init(make)
 }
 
-/// Makes the environment beside the build, unless it is there. A file written last tells that it is complete.
+/// Makes the environment next to the build unless it exists. The last file marks it as complete.
 fn make() -> Result<Python, String> {
     let mut hash = DefaultHasher::new();
     PACKAGES.hash(&mut hash);

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use super::fixture::Scenario;
 use super::fmus::ours;
 #[cfg(feature = "rerun")]
 use super::harness::{Ended, ROOT};
@@ -15,25 +16,25 @@ use super::python::Python;
 use super::python::python;
 
 tests! {
-    the_mcap_holds_the_numbers_of_the_csv_bit_for_bit: Python,
+    mcap_and_csv_hold_bit_identical_numbers: Python,
     #[cfg(feature = "rerun")]
-    the_viewer_loads_the_replay_without_a_warning: Python,
+    the_viewer_loads_the_replay_without_warnings: Python,
     #[cfg(feature = "rerun")]
-    the_replays_of_equal_runs_are_equal_and_others_are_not: Python,
+    only_equal_runs_give_equal_replays: Python,
     #[cfg(feature = "rerun")]
-    what_an_identification_found_is_in_the_replay: Python,
-    a_killed_run_leaves_a_recording_to_recover_and_nothing_that_looks_complete,
-    a_file_that_is_no_recording_is_not_recovered,
-    other_readers_find_the_same_messages_in_a_broken_recording_as_in_the_recovered_one: Python,
+    the_replay_shows_the_result_of_an_identification: Python,
+    a_killed_run_leaves_a_recoverable_recording_and_no_report,
+    a_file_other_than_a_recording_is_not_recovered,
+    broken_and_recovered_recordings_hold_the_same_messages: Python,
 }
 
-fn the_mcap_holds_the_numbers_of_the_csv_bit_for_bit() {
+fn mcap_and_csv_hold_bit_identical_numbers() {
     let python = python();
     let run = limit_handling();
     python.run("compare_mcap.py", &[run.path("run/run.mcap"), run.path("run/run.csv")]);
 }
 
-/// What the viewer's program says to these words.
+/// Runs the viewer's program with these arguments.
 #[cfg(feature = "rerun")]
 fn rerun(python: &Python, words: &[&str], files: &[PathBuf]) -> Ended {
     let mut rerun = python.rerun();
@@ -42,7 +43,7 @@ fn rerun(python: &Python, words: &[&str], files: &[PathBuf]) -> Ended {
 }
 
 #[cfg(feature = "rerun")]
-fn the_viewer_loads_the_replay_without_a_warning() {
+fn the_viewer_loads_the_replay_without_warnings() {
     let python = python();
     let replay = [limit_handling().path("run/run.rrd")];
     rerun(python, &["rrd", "verify"], &replay).expect(0);
@@ -50,47 +51,47 @@ fn the_viewer_loads_the_replay_without_a_warning() {
 }
 
 #[cfg(feature = "rerun")]
-fn the_replays_of_equal_runs_are_equal_and_others_are_not() {
+fn only_equal_runs_give_equal_replays() {
     let python = python();
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
     let replay = |name: &str, steering: &str| {
-        let scenario = format!(
-            "[time]\nstep = 0.01\nstop = 3.0\n[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\n\
-             start = {{ start.v_x = 20.0, F_x = 0.0, delta = {steering} }}\n\
-             [[check]]\nname = \"drives on\"\nthat = \"plant.X > 10\"\n\
-             [view.pose]\nx = \"plant.X\"\ny = \"plant.Y\"\nheading = \"plant.psi\"\n"
-        );
-        lab.write(&format!("{name}/case.toml"), scenario.replace("plant.fmu", "../plant.fmu"));
+        let start = format!("start.v_x = 20.0, F_x = 0.0, delta = {steering}");
+        let scenario = Scenario::new()
+            .time(0.01, 3.0)
+            .fmu("plant", "../plant.fmu", &start)
+            .check("drives on", "plant.X > 10")
+            .pose("plant");
+        lab.write(&format!("{name}/case.toml"), scenario.text());
         lab.trackside(&["run", &format!("{name}/case.toml"), "--out", name]);
         lab.path(&format!("{name}/run.rrd"))
     };
     let [a, b, c] = [("a", "0.01"), ("b", "0.01"), ("c", "0.0100001")].map(|it| replay(it.0, it.1));
     rerun(python, &["rrd", "compare", "--unordered"], &[a.clone(), b]).expect(0);
-    let told = rerun(python, &["rrd", "stats"], std::slice::from_ref(&a)).expect(0).stdout;
+    let output = rerun(python, &["rrd", "stats"], std::slice::from_ref(&a)).expect(0).stdout;
     for entity in
         ["/checks/01_drives_on", "/world/car", "/world/path/line", "/signals/plant/outputs/v_x"]
     {
-        assert!(told.contains(entity), "no {entity}");
+        assert!(output.contains(entity), "no {entity}");
     }
     rerun(python, &["rrd", "compare", "--unordered"], &[a, c]).expect(1);
 }
 
 #[cfg(feature = "rerun")]
-fn what_an_identification_found_is_in_the_replay() {
+fn the_replay_shows_the_result_of_an_identification() {
     let python = python();
     let lab = Lab::new();
     let mut command = trackside(Path::new(ROOT));
     command.args(["run", "scenarios/tires_from_driving.toml", "--out"]).arg(lab.path("run"));
     Ended::of(command.output().expect("it starts")).expect(0);
     let replay = [lab.path("run/run.rrd")];
-    let told = rerun(python, &["rrd", "stats"], &replay).expect(0).stdout;
+    let output = rerun(python, &["rrd", "stats"], &replay).expect(0).stdout;
     // Curve, seven densities and the trace of the fits, each with axes and layers.
     for axle in [r"Front\ axle\,\ lateral", r"Rear\ axle\,\ lateral"] {
         for number in 1..=9 {
             for part in ["grid", "labels", "01"] {
                 let entity = format!("/diagrams/tires/{axle}/{number}/{part}");
-                assert!(told.contains(&entity), "no {entity} in:\n{told}");
+                assert!(output.contains(&entity), "no {entity} in:\n{output}");
             }
         }
     }
@@ -104,11 +105,9 @@ fn killed() -> &'static (Lab, f64) {
     KILLED.get_or_init(|| {
         let lab = Lab::new();
         lab.add(&ours().join("plant.fmu"));
-        lab.write(
-            "case.toml",
-            "[time]\nstep = 0.01\nstop = 60.0\n[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\n\
-             start = { start.v_x = 20.0, F_x = 0.0, delta = 0.01 }\n",
-        );
+        let start = "start.v_x = 20.0, F_x = 0.0, delta = 0.01";
+        let scenario = Scenario::new().time(0.01, 60.0).fmu("plant", "plant.fmu", start);
+        lab.write("case.toml", scenario.text());
         let mut command = trackside(&lab.path(""));
         command.args(["run", "case.toml", "--out", "out", "--csv", "--realtime"]);
         let mut child = command.spawn().expect("it starts");
@@ -137,7 +136,7 @@ fn readable(file: &Path) -> Option<f64> {
     times.reduce(f64::max)
 }
 
-fn a_killed_run_leaves_a_recording_to_recover_and_nothing_that_looks_complete() {
+fn a_killed_run_leaves_a_recoverable_recording_and_no_report() {
     let (lab, read) = killed();
     assert!(!lab.has("out/report.json") && !lab.has("out/run.csv"));
     let into = ["recover", "out/run.mcap", "--out", "out/new.mcap"];
@@ -148,7 +147,7 @@ fn a_killed_run_leaves_a_recording_to_recover_and_nothing_that_looks_complete() 
     lab.trackside(&["recover", "out/run.mcap", "--out", "out/run.mcap"]).expect(2);
 }
 
-fn a_file_that_is_no_recording_is_not_recovered() {
+fn a_file_other_than_a_recording_is_not_recovered() {
     let lab = Lab::new();
     lab.write("text.mcap", "no recording");
     lab.trackside(&["recover", "text.mcap"])
@@ -157,7 +156,7 @@ fn a_file_that_is_no_recording_is_not_recovered() {
     assert!(!lab.has("text.recovered.mcap") && !lab.has("text.recovered.mcap.partial"));
 }
 
-fn other_readers_find_the_same_messages_in_a_broken_recording_as_in_the_recovered_one() {
+fn broken_and_recovered_recordings_hold_the_same_messages() {
     let (lab, read) = killed();
     let python = python();
     lab.trackside(&["recover", "out/run.mcap"]).expect(0);

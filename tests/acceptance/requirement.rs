@@ -1,4 +1,4 @@
-//! What tests need besides the workspace, and why it is missing where it is.
+//! The requirements of tests besides the workspace, and the reasons for their absence.
 
 use std::path::Path;
 use std::process::Command;

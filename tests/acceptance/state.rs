@@ -9,7 +9,7 @@ use scenario::plan::{Clock, Ports, Start, StartValue};
 use super::fmus::ours;
 
 tests! {
-    a_plant_repeats_its_steps_bit_for_bit_from_a_saved_state,
+    a_restored_plant_repeats_its_steps_bit_for_bit,
 }
 
 const CLOCK: Clock = Clock { step: 0.01, steps: 10 };
@@ -27,7 +27,7 @@ fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {
     seen
 }
 
-fn a_plant_repeats_its_steps_bit_for_bit_from_a_saved_state() {
+fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     let fmu = Arc::new(Fmu::open(&ours().join("plant.fmu")).expect("our FMU"));
     let reference = |name: &str| {
         let variable = fmu.description.variables.iter().find(|it| it.name == name);

@@ -1,4 +1,4 @@
-//! Runs the listed tests, and reports those as ignored that need something absent.
+//! Runs the listed tests, and reports those with absent requirements as ignored.
 
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,7 +8,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 
 use super::requirement::{self, Requirement};
 
-/// A test and what it needs.
+/// A test and its requirements.
 pub struct Test {
     pub module: &'static str,
     pub name: &'static str,
@@ -16,7 +16,7 @@ pub struct Test {
     pub needs: &'static [Requirement],
 }
 
-/// Lists the tests of a file, each with what it needs: `name: Compiler + Python,`.
+/// Lists the tests of a file, each with its requirements: `name: Compiler + Python,`.
 macro_rules! tests {
     ($($(#[$attribute:meta])* $name:ident $(: $need:ident $(+ $more:ident)*)?),* $(,)?) => {
         pub fn register(tests: &mut Vec<crate::suite::Test>) {
@@ -65,7 +65,7 @@ thread_local! {
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Keeps the message of a test's panic, with its place, for the summary at the end.
+/// Keeps the message of a test's panic, with its location, for the summary at the end.
 fn remember_panics() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| match IN_TEST.get() {

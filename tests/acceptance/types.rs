@@ -1,36 +1,37 @@
 //! Sends values of every type of FMI 2.0 through connections, start values, recordings and checks.
 
+use super::fixture::Scenario;
 use super::fmus::relay;
 use super::harness::{Ended, Lab};
 use super::python::python;
 
 tests! {
-    every_type_goes_through_a_chain_with_the_delay_that_was_asked_for: Compiler,
-    the_mcap_holds_the_texts_of_the_csv: Compiler + Python,
+    every_type_passes_a_chain_with_the_delay_of_its_coupling: Compiler,
+    mcap_and_csv_hold_equal_texts: Compiler + Python,
     #[cfg(feature = "rerun")]
-    the_replay_shows_texts_where_they_change: Compiler + Python,
-    texts_and_items_are_checked: Compiler,
-    texts_can_be_left_out_of_the_recordings: Compiler,
+    the_replay_shows_each_change_of_a_text: Compiler + Python,
+    checks_compare_texts: Compiler,
+    recordings_can_exclude_texts: Compiler,
     a_start_value_of_every_type_can_be_set_on_the_command_line: Compiler,
-    types_are_converted_when_asked_for: Compiler,
-    a_signal_has_the_type_of_what_it_goes_to_as_long_as_its_values_do: Compiler,
+    type_conversions_are_explicit: Compiler,
+    a_signal_takes_the_type_of_its_input_if_its_values_fit: Compiler,
 }
 
 /// A head that counts its steps in every type, and a tail that it is connected to.
 fn chain(algorithm: &str, at: &str) -> String {
-    let mut text = format!(
-        "title = 'Chain'\n[time]\nstep = 0.01\nstop = 0.3\n[coupling]\nalgorithm = '{algorithm}'\n\
-         [[fmu]]\nname = 'tail'\npath = 'relay.fmu'\nstart = {{ gear = 'drive' }}\n\
-         [[fmu]]\nname = 'head'\npath = 'relay.fmu'\n\
-         start = {{ gear = 'reverse', x = 0.5, n = 7, on = true, text = 'to begin', mode = 4 }}\n"
-    );
+    let start = "gear = 'reverse', x = 0.5, n = 7, on = true, text = 'to begin', mode = 4";
+    let mut scenario = Scenario::headed("title = 'Chain'")
+        .time(0.01, 0.3)
+        .section(&format!("[coupling]\nalgorithm = '{algorithm}'"))
+        .fmu("tail", "relay.fmu", "gear = 'drive'")
+        .fmu("head", "relay.fmu", start);
     for name in ["x", "n", "on", "text", "mode"] {
-        text += &format!("[[connect]]\nfrom = 'head.{name}_out'\nto = 'tail.{name}'\n{at}\n");
+        scenario = scenario.connect(&format!("head.{name}_out"), &format!("tail.{name}")).key(at);
     }
-    text
+    scenario.text()
 }
 
-/// What the head shows after so many steps, in the letters of the CSV file.
+/// The outputs of the head after so many steps, as in the CSV file.
 fn expected(steps: usize) -> [String; 5] {
     if steps == 0 {
         return ["0.5", "7", "1", "to begin", "4"].map(str::to_owned);
@@ -63,16 +64,16 @@ fn run(lab: &Lab, text: &str) -> Ended {
 fn columns<const N: usize>(lab: &Lab, names: [&str; N]) -> Vec<[String; N]> {
     let mut reader = csv::Reader::from_path(lab.path("out/run.csv")).expect("a table");
     let titles = reader.headers().expect("titles").clone();
-    let place = |name: &str| titles.iter().position(|title| title == name).expect("a column");
-    let places = names.map(place);
+    let index = |name: &str| titles.iter().position(|title| title == name).expect("a column");
+    let indices = names.map(index);
     let row = |row: Result<csv::StringRecord, _>| {
         let row = row.expect("a row");
-        places.map(|place| row[place].to_owned())
+        indices.map(|index| row[index].to_owned())
     };
     reader.records().map(row).collect()
 }
 
-fn every_type_goes_through_a_chain_with_the_delay_that_was_asked_for() {
+fn every_type_passes_a_chain_with_the_delay_of_its_coupling() {
     let lab = lab();
     for (algorithm, at, late) in
         [("gauss_seidel", "", 0), ("jacobi", "", 1), ("gauss_seidel", "at = 'start'", 1)]
@@ -94,7 +95,7 @@ fn every_type_goes_through_a_chain_with_the_delay_that_was_asked_for() {
     }
 }
 
-fn the_mcap_holds_the_texts_of_the_csv() {
+fn mcap_and_csv_hold_equal_texts() {
     let python = python();
     let lab = lab();
     run(&lab, &chain("gauss_seidel", "")).expect(0);
@@ -103,7 +104,7 @@ fn the_mcap_holds_the_texts_of_the_csv() {
 
 /// The replay shows texts where they change; with Python, another program reads them back.
 #[cfg(feature = "rerun")]
-fn the_replay_shows_texts_where_they_change() {
+fn the_replay_shows_each_change_of_a_text() {
     let python = python();
     let lab = lab();
     lab.write("case.toml", chain("gauss_seidel", ""));
@@ -117,7 +118,7 @@ fn the_replay_shows_texts_where_they_change() {
     assert_eq!(shown.matches("head.text_out: ").count(), changes, "{shown}");
 }
 
-fn texts_and_items_are_checked() {
+fn checks_compare_texts() {
     let lab = lab();
     let check = |that: &str| {
         let text = chain("gauss_seidel", "") + "[[check]]\nname = 'c'\nthat = \"" + that + "\"\n";
@@ -131,7 +132,7 @@ fn texts_and_items_are_checked() {
     check("abs(tail.text) < 1").expect(2).says(&["`tail.text` is a text"]);
 }
 
-fn texts_can_be_left_out_of_the_recordings() {
+fn recordings_can_exclude_texts() {
     let lab = lab();
     run(&lab, &(chain("jacobi", "") + "[record]\nexcept = ['*.text*']\n")).expect(0);
     let csv = lab.read("out/run.csv");
@@ -140,11 +141,9 @@ fn texts_can_be_left_out_of_the_recordings() {
 
 fn a_start_value_of_every_type_can_be_set_on_the_command_line() {
     let lab = lab();
-    lab.write(
-        "case.toml",
-        "[time]\nstep = 0.1\nstop = 0.1\n[[fmu]]\nname = 'relay'\npath = 'relay.fmu'\n\
-         start = { x = 0, n = 0, on = false, text = '', mode = 1, gear = 1 }\n",
-    );
+    let start = "x = 0, n = 0, on = false, text = '', mode = 1, gear = 1";
+    let scenario = Scenario::new().time(0.1, 0.1).fmu("relay", "relay.fmu", start);
+    lab.write("case.toml", scenario.text());
     lab.write("found.toml", "[relay]\nx = -2.0\ntext = \"it's 'so'\"\n");
     let outputs = ["x_out", "n_out", "on_out", "text_out", "mode_out"];
     let outputs = outputs.map(|name| format!("relay.{name}"));
@@ -178,14 +177,16 @@ fn relayed(rest: &str) -> String {
     let starts =
         starts.into_iter().filter(|start| open(start.split(' ').next().unwrap_or_default()));
     let starts = starts.collect::<Vec<_>>().join(", ");
-    "[time]\nstep = 0.1\nstop = 1.0\n[[fmu]]\nname = 'source'\npath = 'relay.fmu'\n\
-     start = { x = 0.5, n = 0, on = true, text = '', mode = 'tripped', gear = 'reverse' }\n\
-     [[fmu]]\nname = 'relay'\npath = 'relay.fmu'\n"
-        .to_owned()
-        + &format!("start = {{ {starts} }}\n{rest}")
+    let source = "x = 0.5, n = 0, on = true, text = '', mode = 'tripped', gear = 'reverse'";
+    Scenario::new()
+        .time(0.1, 1.0)
+        .fmu("source", "relay.fmu", source)
+        .fmu("relay", "relay.fmu", &starts)
+        .section(rest)
+        .text()
 }
 
-fn types_are_converted_when_asked_for() {
+fn type_conversions_are_explicit() {
     let lab = lab();
     for (from, to, convert, values) in [
         ("on", "n", "boolean_to_integer", ["1", "1", "0", "1"]),
@@ -213,7 +214,7 @@ fn types_are_converted_when_asked_for() {
     }
 }
 
-fn a_signal_has_the_type_of_what_it_goes_to_as_long_as_its_values_do() {
+fn a_signal_takes_the_type_of_its_input_if_its_values_fit() {
     let lab = lab();
     lab.write("log.csv", "t,gear\n0,1\n0.5,-1\n");
     let to = |input: &str, shape: &str, more: &str| {

@@ -1,74 +1,57 @@
-//! Checks that scenarios run with what an analysis found, that their verdicts count, and that mistakes are told before anything runs.
+//! Checks that validations run with the result of an analysis, that their verdicts count, and that mistakes are reported before anything runs.
 
+use super::fixture::Scenario;
 use super::fmus::ours;
 use super::harness::{Ended, Lab};
 use super::plugins::compile;
 
 tests! {
-    what_was_found_is_validated_and_reported: Compiler,
-    a_validation_that_fails_or_breaks_counts: Compiler,
-    mistakes_are_told_before_anything_runs: Compiler,
-    the_data_of_a_validation_may_be_absent: Compiler,
+    the_result_of_an_analysis_is_validated_and_reported: Compiler,
+    a_failing_or_broken_validation_decides_the_exit_code: Compiler,
+    mistakes_are_reported_before_anything_runs: Compiler,
+    missing_data_of_a_validation_is_no_failure: Compiler,
 }
 
 /// A car whose mass is "found" by a plugin.
-const CASE: &str = r#"[time]
-step = 0.01
-stop = 0.1
+fn case() -> String {
+    let that = "pushed.checks[0].value < 1e-9 and pushed.verdict == 'pass' and odd.fine == 1";
+    Scenario::new()
+        .time(0.01, 0.1)
+        .fmu("car", "plant.fmu", "start.v_x = 20.0, body.m = 900.0, F_x = 0.0, delta = 0.0")
+        .section(ANALYSIS)
+        .section(VALIDATION)
+        .check("as found", that)
+        .text()
+}
 
-[[fmu]]
-name = "car"
-path = "plant.fmu"
-start = { start.v_x = 20.0, body.m = 900.0, F_x = 0.0, delta = 0.0 }
-
-[[analysis]]
+const ANALYSIS: &str = r#"[[analysis]]
 name = "odd"
 path = "odd.so"
 config = { mode = "finds" }
-signals = { speed = "car.v_x" }
+signals = { speed = "car.v_x" }"#;
 
-[[validation]]
+const VALIDATION: &str = r#"[[validation]]
 name = "pushed"
 scenario = "manoeuvres/pushed.toml"
 like = { plant = "car" }
-set = ["@found.toml"]
-
-[[check]]
-name = "told"
-that = "pushed.checks[0].value < 1e-9 and pushed.verdict == 'pass' and odd.fine == 1"
-"#;
+set = ["@found.toml"]"#;
 
 /// Two cars that are pushed with the same force.
-const PUSHED: &str = r#"title = "Twins"
-
-[time]
-step = 0.01
-stop = 0.1
-
-[[fmu]]
-name = "plant"
-path = "../plant.fmu"
-start = { start.v_x = 30.0, F_x = 3000.0, delta = 0.0 }
-
-[[fmu]]
-name = "twin"
-path = "../plant.fmu"
-start = { start.v_x = 30.0, F_x = 3000.0, delta = 0.0 }
-
-[[check]]
-name = "as fast"
-that = "rms(plant.v_x - twin.v_x) < 1e-6 * rms(plant.v_x)"
-
-[[check]]
-name = "its own speed"
-that = "plant.v_x > 29"
-"#;
+fn pushed() -> Scenario {
+    let start = "start.v_x = 30.0, F_x = 3000.0, delta = 0.0";
+    Scenario::headed("title = \"Twins\"")
+        .time(0.01, 0.1)
+        .fmu("plant", "../plant.fmu", start)
+        .fmu("twin", "../plant.fmu", start)
+        .check("as fast", "rms(plant.v_x - twin.v_x) < 1e-6 * rms(plant.v_x)")
+        .check("its own speed", "plant.v_x > 29")
+}
 
 fn lab() -> Lab {
     let lab = Lab::new();
     compile(&lab, plugin::abi::VERSION);
     lab.add(&ours().join("plant.fmu"));
-    lab.write("manoeuvres/pushed.toml", PUSHED);
+    lab.write("manoeuvres/pushed.toml", pushed().text());
     lab
 }
 
@@ -77,9 +60,9 @@ fn run(lab: &Lab, text: &str, more: &[&str]) -> Ended {
     lab.trackside(&[&["run", "case.toml", "--out", "out"], more].concat())
 }
 
-fn what_was_found_is_validated_and_reported() {
+fn the_result_of_an_analysis_is_validated_and_reported() {
     let lab = lab();
-    let ended = run(&lab, CASE, &[]).expect(0);
+    let ended = run(&lab, &case(), &[]).expect(0);
     for line in ["pushed  out/pushed", "ok      as fast", "the check passed, the validation passed"]
     {
         assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
@@ -93,20 +76,21 @@ fn what_was_found_is_validated_and_reported() {
     assert!(lab.has("out/pushed/run.mcap") && lab.has("out/pushed/run.rrd"));
     // Alone the twins are the same as well.
     lab.trackside(&["run", "manoeuvres/pushed.toml", "--out", "alone", "--rerun", "off"]).expect(0);
-    // What is set in the run reaches its validation: its car is another one than was found.
-    let ended = run(&lab, CASE, &["--rerun", "off", "--set", "car.body.m=500"]).expect(1);
+    // `--set` also reaches the validation, whose car then differs from the result of the analysis.
+    let ended = run(&lab, &case(), &["--rerun", "off", "--set", "car.body.m=500"]).expect(1);
     assert!(ended.stdout.contains("FAILED  as fast") && !lab.has("out/pushed/run.rrd"));
     // The next run leaves nothing behind of a validation that it does not have.
-    let alone = CASE.split("[[validation]]").next().unwrap_or_default();
+    let case = case();
+    let alone = case.split("[[validation]]").next().unwrap_or_default();
     run(&lab, alone, &[]).expect(0);
     assert!(!lab.has("out/pushed"));
 }
 
-fn a_validation_that_fails_or_breaks_counts() {
+fn a_failing_or_broken_validation_decides_the_exit_code() {
     let lab = lab();
-    let ended = run(&lab, &CASE.replace("like = { plant = \"car\" }\n", ""), &[]).expect(1);
+    let ended = run(&lab, &case().replace("like = { plant = \"car\" }\n", ""), &[]).expect(1);
     for line in
-        ["FAILED  as fast", "FAILED  told", "1 of 1 checks failed, 1 of 1 validations failed"]
+        ["FAILED  as fast", "FAILED  as found", "1 of 1 checks failed, 1 of 1 validations failed"]
     {
         assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
     }
@@ -116,22 +100,22 @@ fn a_validation_that_fails_or_breaks_counts() {
         (&"fail".into(), &"fail".into())
     );
 
-    run(&lab, &CASE.replace("finds", "errs"), &[])
+    run(&lab, &case().replace("finds", "errs"), &[])
         .expect(2)
         .says(&["twin.body.mm: unknown variable `body.mm`", "case.toml:20:"]);
     assert_eq!(lab.report("out")["validations"][0]["verdict"], "error");
 
-    run(&lab, &CASE.replace("finds", "rests"), &[])
+    run(&lab, &case().replace("finds", "rests"), &[])
         .expect(2)
         .says(&["no analysis left `found.toml`", "case.toml:20:"]);
 
-    run(&lab, &CASE.replace("\"@found.toml\"", "\"@found.toml\", \"twin.body.m=-1\""), &[])
+    run(&lab, &case().replace("\"@found.toml\"", "\"@found.toml\", \"twin.body.m=-1\""), &[])
         .expect(3)
         .says(&["validation `pushed`: node `twin`", "body.m = -1"]);
     assert_eq!(lab.report("out")["verdict"], "error");
 }
 
-fn mistakes_are_told_before_anything_runs() {
+fn mistakes_are_reported_before_anything_runs() {
     let lab = lab();
     lab.write("car.toml", "[twin]\nbody.m = 900.0\n");
     lab.write("wrong.toml", "[twin]\nbody.m = \"heavy\"\n");
@@ -157,24 +141,25 @@ fn mistakes_are_told_before_anything_runs() {
     ];
     let mut wrong = Vec::new();
     for (old, new, line, says) in cases {
-        let text = CASE.replacen(old, new, 1);
-        assert_ne!(text, CASE, "{old}");
+        let text = case().replacen(old, new, 1);
+        assert_ne!(text, case(), "{old}");
         let ended = run(&lab, &text, &[]);
         let message = ended.message();
-        let told = message.contains(line) && message.contains(says);
-        if ended.code() != Some(2) || !told || lab.has("out") {
+        let reported = message.contains(line) && message.contains(says);
+        if ended.code() != Some(2) || !reported || lab.has("out") {
             wrong.push(format!("{line} {says}: {}\n{}", ended.status, ended.stderr));
         }
     }
     assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
     // In the scenario that validates.
-    lab.write("manoeuvres/pushed.toml", PUSHED.replace("twin.v_x)", "twin.v_z)"));
-    run(&lab, CASE, &[])
+    lab.write("manoeuvres/pushed.toml", pushed().text().replace("twin.v_x)", "twin.v_z)"));
+    run(&lab, &case(), &[])
         .expect(2)
         .says(&["manoeuvres/pushed.toml:19:", "did you mean `twin.v_x`?"]);
     // Without an analysis nothing will leave the file.
-    lab.write("manoeuvres/pushed.toml", PUSHED);
-    let (head, tail) = CASE.split_once("[[analysis]]").expect("it has one");
+    lab.write("manoeuvres/pushed.toml", pushed().text());
+    let case = case();
+    let (head, tail) = case.split_once("[[analysis]]").expect("it has one");
     let tail = tail.split_once("[[validation]]").expect("it has one").1;
     let tail = tail.replace(" and odd.fine == 1", "");
     let text = format!("{head}[[validation]]{tail}");
@@ -183,11 +168,10 @@ fn mistakes_are_told_before_anything_runs() {
     run(&lab, &text.replace("found.toml", "car.toml"), &[]).expect(0);
 }
 
-fn the_data_of_a_validation_may_be_absent() {
+fn missing_data_of_a_validation_is_no_failure() {
     let lab = lab();
-    let table = "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = {}\n";
-    lab.write("manoeuvres/pushed.toml", format!("{PUSHED}{table}"));
-    lab.write("case.toml", CASE);
+    lab.write("manoeuvres/pushed.toml", pushed().table("log", "log.csv", "").text());
+    lab.write("case.toml", case());
     let ended = lab.trackside(&["test", "case.toml"]).expect(0);
     assert!(ended.stdout.contains("data file manoeuvres/log.csv is not there"), "{}", ended.stdout);
 }

@@ -43,9 +43,9 @@ with open(recording, "rb") as file:
             continue
         row = row_at[message.log_time]
         if channel.topic == "/tf":
-            place, turn = decoded.translation, decoded.rotation
+            position, turn = decoded.translation, decoded.rotation
             pose = [float(row[columns[f"plant.{name}"]]) for name in ("X", "Y", "psi")]
-            assert [place.x, place.y] == pose[:2] and (decoded.parent_frame_id, decoded.child_frame_id) == ("world", "car")
+            assert [position.x, position.y] == pose[:2] and (decoded.parent_frame_id, decoded.child_frame_id) == ("world", "car")
             heading = 2 * math.atan2(turn.z, turn.w)
             assert abs(math.remainder(heading - pose[2], 2 * math.pi)) < 1e-12 and turn.x == turn.y == 0, heading
             seconds = decoded.timestamp.seconds * 10**9 + decoded.timestamp.nanos

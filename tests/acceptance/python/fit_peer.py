@@ -38,7 +38,7 @@ else:
         bounds=(LOWER, UPPER), x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15,
     )
     theta = fit.x
-    # What a tolerance on the cost leaves over.
+    # The error left by a tolerance on the cost.
     for _ in range(20):
         j = jacobian(theta, slip)
         theta = theta - np.linalg.lstsq(j, force(theta, slip) - measured, rcond=None)[0]

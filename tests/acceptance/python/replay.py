@@ -1,4 +1,4 @@
-"""Gives an FMU by fmpy, call by call, what it was given in a run, and compares every output: replay.py NODE FMU CSV START"""
+"""Gives an FMU by fmpy, call by call, the inputs of a run, and compares every output: replay.py NODE FMU CSV START"""
 import csv
 import json
 import shutil

@@ -22,7 +22,7 @@ inputs = [variable.name for variable in variables if variable.causality == "inpu
 outputs = [name for name in columns if name not in inputs]
 assert outputs and set(inputs) <= set(columns), f"{inputs} of {columns}"
 
-# A row holds what was given for the step that ended there; fmpy wants what to give from a time on.
+# A row holds the inputs of the step that ended there; fmpy wants the inputs from a time on.
 given = np.zeros(len(time), dtype=[(name, float) for name in ["time"] + inputs])
 given["time"] = time
 for name in inputs:
