@@ -18,7 +18,7 @@ use crate::signal::Signal;
 use crate::words::{Algorithm, At};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
-pub use check::{CheckPlan, ResultName, Subject};
+pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::CouplingRules;
 pub use input_chain::{FaultPlan, InputChain};
 
