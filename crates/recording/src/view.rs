@@ -301,7 +301,25 @@ pub enum Role {
 
 #[cfg(test)]
 mod tests {
-    use super::edges;
+    use expression::{Expression, Operand};
+
+    use super::{AtX, ColumnIndex, Function, NumberIndex, Role, Row, TextIndex, edges};
+
+    #[test]
+    fn a_curve_depends_on_x_and_on_the_row() {
+        let y = Expression::parse("x + 10 * car.b * (car.state == 'on')", &mut |name| {
+            Some(match name {
+                "x" => Operand::Number(AtX::X),
+                "car.b" => AtX::column(ColumnIndex::Number(NumberIndex::new(1))).into(),
+                _ => AtX::column(ColumnIndex::Text(TextIndex::new(0))).into(),
+            })
+        });
+        let (label, role) = (String::new(), Role::Other);
+        let curve = Function { label, role, y: y.expect("a formula"), moves: true };
+        let row = Row::from_values(vec![5.0, 7.0], vec!["on".to_owned()]);
+        assert_eq!([1.0, 2.0].map(|x| curve.value(0.0, &row, x)), [71.0, 72.0]);
+        assert!(curve.value(0.0, &Row::default(), 1.0).is_nan());
+    }
 
     #[test]
     fn the_edges_of_a_round_track_are_circles_even_with_repeated_points() {

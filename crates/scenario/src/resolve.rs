@@ -120,8 +120,9 @@ fn status_tracks(
 ) -> Vec<StatusTrack> {
     let checks = checks.iter().filter(|check| matches!(check.condition, Condition::Run(_)));
     let checks = checks.map(|check| StatusTrack::Check(check.name.clone()));
-    let links = nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.indices()));
-    let faulty = links.filter(|(link, _)| !link.treatment.faults.is_empty());
+    let connections =
+        nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
+    let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
     checks.chain(faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()))).collect()
 }
 
