@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use diagnostics::Error;
 use expression::{Monitor, Outcome};
 use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack};
-use scenario::plan::{CheckPlan, Subject};
+use scenario::plan::{CheckPlan, Condition, ResultName, Results};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -39,9 +39,15 @@ pub struct Verdict {
     pub reason: Option<String>,
 }
 
+/// The judge of a check: of the samples of the run, or of results by these names.
+enum Judge {
+    Run(Monitor<Full>),
+    Results(Monitor<Results>, Vec<ResultName>),
+}
+
 /// All checks of a run.
 pub struct Checks {
-    checks: Vec<(CheckPlan, Monitor)>,
+    checks: Vec<(CheckPlan, Judge)>,
     /// The status of each check.
     states: Vec<Status>,
     notices: Vec<Notice>,
@@ -55,13 +61,20 @@ impl Checks {
     /// Takes the checks of a system whose communication step is `step` [s].
     #[must_use]
     pub fn new(plans: Vec<CheckPlan>, step: f64) -> Self {
-        let monitor = |plan: CheckPlan| {
-            let monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
-            (plan, monitor)
+        let judged = |plan: CheckPlan| {
+            let judge = match &plan.condition {
+                Condition::Run(condition) => {
+                    Judge::Run(Monitor::new(condition.clone(), plan.tolerance))
+                }
+                Condition::Results(condition, names) => {
+                    Judge::Results(Monitor::new(condition.clone(), plan.tolerance), names.clone())
+                }
+            };
+            (plan, judge)
         };
         Checks {
             states: vec![Status::Idle; plans.len()],
-            checks: plans.into_iter().map(monitor).collect(),
+            checks: plans.into_iter().map(judged).collect(),
             notices: Vec::new(),
             reached: 0.0,
             slack: 0.5 * step,
@@ -71,7 +84,7 @@ impl Checks {
     /// Notices the status of the conditions on a window as a whole: their verdict holds for all of it.
     pub fn conclude(&mut self, verdicts: &[Verdict]) {
         let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
-            plan.subject == Subject::Run && plan.expression.is_reduction()
+            matches!(&plan.condition, Condition::Run(condition) if condition.is_reduction())
         });
         let both = |(_, verdict): (_, &Verdict)| {
             let state = if verdict.passed { Status::Holds } else { Status::Violated };
@@ -85,10 +98,13 @@ impl Checks {
     /// The verdicts, in the order of the file, given the results of analyses and validations.
     #[must_use]
     pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
-        let judge = |(plan, monitor): &(CheckPlan, Monitor)| {
-            if let Subject::Results(names) = &plan.subject {
-                return judge_results(plan, results::look_up(results, names));
-            }
+        let verdict = |(plan, judge): &(CheckPlan, Judge)| {
+            let monitor = match judge {
+                Judge::Run(monitor) => monitor,
+                Judge::Results(monitor, names) => {
+                    return judge_results(plan, monitor.clone(), results::look_up(results, names));
+                }
+            };
             let mut verdict = verdict(plan, &monitor.verdict());
             if plan.windowed && self.reached < plan.during[1] - self.slack {
                 verdict.passed = false;
@@ -98,7 +114,7 @@ impl Checks {
             }
             verdict
         };
-        self.checks.iter().map(judge).collect()
+        self.checks.iter().map(verdict).collect()
     }
 }
 
@@ -106,10 +122,11 @@ impl Sink<Full> for Checks {
     fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.reached = time;
         let checks = self.checks.iter_mut().zip(&mut self.states);
-        for ((plan, monitor), state) in checks.filter(|((it, _), _)| it.subject == Subject::Run) {
+        for ((plan, judge), state) in checks {
+            let Judge::Run(monitor) = judge else { continue };
             let [from, to] = plan.during;
             let inside = time > from - self.slack && time < to + self.slack;
-            let holds = inside.then(|| monitor.sample(time, row.numbers(), row.texts())).flatten();
+            let holds = inside.then(|| monitor.sample(time, row)).flatten();
             let now = holds.map_or(Status::Idle, |holds| match holds {
                 true => Status::Holds,
                 false => Status::Violated,
@@ -131,10 +148,13 @@ fn change(name: &str, time: f64, status: Status) -> Notice {
 }
 
 /// Judges the results that a check is about, or says why there are none.
-fn judge_results(plan: &CheckPlan, found: Result<(Vec<f64>, Vec<String>), String>) -> Verdict {
-    let mut monitor = Monitor::new(plan.expression.clone(), plan.tolerance);
-    if let Ok((numbers, texts)) = &found {
-        monitor.sample(0.0, numbers, texts);
+fn judge_results(
+    plan: &CheckPlan,
+    mut monitor: Monitor<Results>,
+    found: Result<Row<Results>, String>,
+) -> Verdict {
+    if let Ok(row) = &found {
+        monitor.sample(0.0, row);
     }
     let verdict = verdict(plan, &Outcome { at: None, ..monitor.verdict() });
     match found {

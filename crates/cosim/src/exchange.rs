@@ -98,17 +98,17 @@ impl<'a> Exchange<'a> {
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
         let begin = Instant::now();
         let (plan, row) = (&mut self.plans[node], &mut self.row);
-        for (ResolvedConnection { source, treatment }, input) in
-            plan.links.iter_mut().zip(plan.inputs.indices())
+        for (ResolvedConnection { source, input_chain }, input) in
+            plan.connections.iter_mut().zip(plan.inputs.indices())
         {
             let from = if source.at == At::Start { &self.start } else { &*row };
             let time = self.clock.at(self.tick);
-            row[input] = treatment.value(from[source.index], time);
+            row[input] = input_chain.value(from[source.index], time);
             let shown = self.clock.at(self.tick + u64::from(source.at == At::End));
-            accept(treatment, self.columns, (source.index, input), row, shown)
+            accept(input_chain, self.columns, (source.index, input), row, shown)
                 .map_err(Interruption::Value)?;
         }
-        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
+        for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             match source.at {
                 At::Start => row[input].clone_from(&self.start[source.index]),
                 At::End => row[input] = row[source.index].clone(),
@@ -192,13 +192,13 @@ impl<'a> Exchange<'a> {
     /// step on.
     fn feed_initially(&mut self, node: usize) -> Result<(), Error> {
         let (plan, row) = (&self.plans[node], &mut self.row);
-        for (ResolvedConnection { source, treatment }, input) in
-            plan.links.iter().zip(plan.inputs.indices())
+        for (ResolvedConnection { source, input_chain }, input) in
+            plan.connections.iter().zip(plan.inputs.indices())
         {
-            row[input] = treatment.convert(row[source.index]);
-            accept(treatment, self.columns, (source.index, input), row, 0.0)?;
+            row[input] = input_chain.convert(row[source.index]);
+            accept(input_chain, self.columns, (source.index, input), row, 0.0)?;
         }
-        for (source, input) in plan.texts.links.iter().zip(plan.texts.inputs.indices()) {
+        for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             row[input] = row[source.index].clone();
         }
         Ok(())
@@ -238,18 +238,18 @@ fn check_numbers(
 /// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
 /// is when the source showed it [s].
 fn accept(
-    treatment: &InputChain,
+    input_chain: &InputChain,
     columns: &Columns<Full>,
     (source, input): (NumberIndex<Full>, NumberIndex<Full>),
     row: &Row<Full>,
     time: f64,
 ) -> Result<(), Error> {
     let value = row[input];
-    if treatment.accepts.holds(value) {
+    if input_chain.accepts.holds(value) {
         return Ok(());
     }
     let (to, from) = (columns[input].name(), columns[source].name());
-    let (time, expected) = (rounded(time), treatment.accepts.expected());
+    let (time, expected) = (rounded(time), input_chain.accepts.expected());
     let error = Error::input(format!(
         "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"
     ));

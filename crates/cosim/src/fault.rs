@@ -23,12 +23,12 @@ impl Faults {
     /// The faults of all connections.
     #[must_use]
     pub fn new(system: &System) -> Self {
-        let links =
-            system.nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.indices()));
-        let faulty = links.filter(|(link, _)| !link.treatment.faults.is_empty());
+        let connections =
+            system.nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
+        let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
         let faulty = faulty.map(|(link, input)| Faulty {
             input: system.columns[input].name(),
-            windows: link.treatment.faults.iter().map(|it| [it.from, it.until]).collect(),
+            windows: link.input_chain.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
         Faults { inputs: faulty.collect(), notices: Vec::new() }

@@ -19,6 +19,7 @@
 #![forbid(unsafe_code)]
 
 mod function;
+mod index;
 mod monitor;
 mod parser;
 mod reducer;
@@ -26,29 +27,44 @@ mod reducer;
 mod tests;
 mod token;
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use function::Function;
 use reducer::Reducer;
 
+pub use index::{
+    ColumnIndex, Number, NumberIndex, NumberRange, Text, TextIndex, TextRange, TypedIndex,
+    TypedRange, Values,
+};
 pub use monitor::{Monitor, Outcome};
 
-/// One parsed condition, with its signals resolved to columns.
+/// One parsed condition, with its signals resolved to values of rows of space `S`; it is evaluated over such rows only.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Expression {
+pub struct Expression<S> {
     root: Node,
     reductions: Vec<Reduction>,
+    space: PhantomData<S>,
 }
 
-/// Place of a signal in a row.
+/// The index of a signal in rows of space `S`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Operand {
-    /// At this place among the numbers.
-    Number(usize),
-    /// At this place among the texts.
-    Text(usize),
-    /// A result, which is a text where it is compared with a text, else a number; at this place among both.
-    Result(usize),
+pub enum Operand<S> {
+    /// A number.
+    Number(NumberIndex<S>),
+    /// A text.
+    Text(TextIndex<S>),
+    /// A value of unknown kind: a text where it is compared with a text, else a number.
+    Either(NumberIndex<S>, TextIndex<S>),
+}
+
+impl<S> From<ColumnIndex<S>> for Operand<S> {
+    fn from(index: ColumnIndex<S>) -> Self {
+        match index {
+            ColumnIndex::Number(index) => Operand::Number(index),
+            ColumnIndex::Text(index) => Operand::Text(index),
+        }
+    }
 }
 
 /// A mistake in the text of a condition.
@@ -81,8 +97,8 @@ enum Node {
     Number(f64),
     Time,
     Signal(usize),
-    /// A result that is compared with no text, so it is a number.
-    Result(usize),
+    /// An [`Operand::Either`] that is compared with no text, so it is a number; its indices among numbers and texts.
+    Either(usize, usize),
     /// An index into [`Expression::reductions`].
     Reduced(usize),
     Negate(Box<Node>),
@@ -91,14 +107,14 @@ enum Node {
     Compare(Relation, Box<[Node; 2]>),
     Join(Junction, Box<[Node; 2]>),
     /// A side of [`Node::Same`]; the parser leaves none elsewhere.
-    Text(Text),
+    Text(TextSide),
     /// Whether two texts are equal, or, when `false`, whether they are not.
-    Same(bool, [Text; 2]),
+    Same(bool, [TextSide; 2]),
     Call(&'static Function, Vec<Node>),
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Text {
+enum TextSide {
     Literal(String),
     Signal(usize),
 }
@@ -136,7 +152,7 @@ struct Reduction {
     argument: Node,
 }
 
-impl Expression {
+impl<S> Expression<S> {
     /// Whether it is one statement about the window as a whole, not one about every sample.
     #[must_use]
     pub fn is_reduction(&self) -> bool {
@@ -156,51 +172,50 @@ impl Expression {
         )
     }
 
-    /// The places among the numbers of a row that it depends on, some of them repeatedly.
+    /// The numbers of a row that it depends on, some of them repeatedly.
     #[must_use]
-    pub fn numbers(&self) -> Vec<usize> {
-        let mut places = Vec::new();
-        self.root.numbers(&mut places);
-        self.reductions.iter().for_each(|it| it.argument.numbers(&mut places));
-        places
+    pub fn numbers(&self) -> Vec<NumberIndex<S>> {
+        self.indices(Node::numbers).map(NumberIndex::new).collect()
     }
-}
 
-impl Expression {
-    /// The places among the texts of a row that it depends on, some of them repeatedly.
+    /// The texts of a row that it depends on, some of them repeatedly.
     #[must_use]
-    pub fn texts(&self) -> Vec<usize> {
-        let mut places = Vec::new();
-        self.root.texts(&mut places);
-        self.reductions.iter().for_each(|it| it.argument.texts(&mut places));
-        places
+    pub fn texts(&self) -> Vec<TextIndex<S>> {
+        self.indices(Node::texts).map(TextIndex::new).collect()
+    }
+
+    fn indices(&self, collect: fn(&Node, &mut Vec<usize>)) -> impl Iterator<Item = usize> + use<S> {
+        let mut indices = Vec::new();
+        collect(&self.root, &mut indices);
+        self.reductions.iter().for_each(|it| collect(&it.argument, &mut indices));
+        indices.into_iter()
     }
 }
 
 impl Node {
-    fn texts(&self, places: &mut Vec<usize>) {
+    fn texts(&self, indices: &mut Vec<usize>) {
         match self {
-            Node::Same(_, sides) => places.extend(sides.iter().filter_map(|side| match side {
-                Text::Signal(place) => Some(*place),
-                Text::Literal(_) => None,
+            Node::Same(_, sides) => indices.extend(sides.iter().filter_map(|side| match side {
+                TextSide::Signal(index) => Some(*index),
+                TextSide::Literal(_) => None,
             })),
-            Node::Negate(inner) | Node::Not(inner) => inner.texts(places),
+            Node::Negate(inner) | Node::Not(inner) => inner.texts(indices),
             Node::Arithmetic(_, sides) | Node::Compare(_, sides) | Node::Join(_, sides) => {
-                sides.iter().for_each(|side| side.texts(places));
+                sides.iter().for_each(|side| side.texts(indices));
             }
-            Node::Call(_, arguments) => arguments.iter().for_each(|it| it.texts(places)),
+            Node::Call(_, arguments) => arguments.iter().for_each(|it| it.texts(indices)),
             _ => {}
         }
     }
 
-    fn numbers(&self, places: &mut Vec<usize>) {
+    fn numbers(&self, indices: &mut Vec<usize>) {
         match self {
-            Node::Signal(place) | Node::Result(place) => places.push(*place),
-            Node::Negate(inner) | Node::Not(inner) => inner.numbers(places),
+            Node::Signal(index) | Node::Either(index, _) => indices.push(*index),
+            Node::Negate(inner) | Node::Not(inner) => inner.numbers(indices),
             Node::Arithmetic(_, sides) | Node::Compare(_, sides) | Node::Join(_, sides) => {
-                sides.iter().for_each(|side| side.numbers(places));
+                sides.iter().for_each(|side| side.numbers(indices));
             }
-            Node::Call(_, arguments) => arguments.iter().for_each(|it| it.numbers(places)),
+            Node::Call(_, arguments) => arguments.iter().for_each(|it| it.numbers(indices)),
             Node::Number(_) | Node::Time | Node::Reduced(_) | Node::Text(_) | Node::Same(..) => {}
         }
     }

@@ -1,6 +1,11 @@
 //! Evaluates a condition sample by sample and keeps the worst sample.
 
-use super::{Expression, Function, Junction, Node, Operator, Reduction, Relation, Text};
+use std::marker::PhantomData;
+
+use super::{
+    Expression, Function, Junction, Node, NumberIndex, Operator, Reduction, Relation, TextIndex,
+    TextSide, Values,
+};
 use crate::reducer;
 
 /// The judgement of a condition at one sample, or over the window.
@@ -64,21 +69,38 @@ impl Relation {
 }
 
 /// The values that an expression is evaluated with.
-struct Sample<'a> {
+struct Sample<'a, S, V> {
     time: f64,
-    row: &'a [f64],
-    texts: &'a [String],
+    row: &'a V,
     reduced: &'a [f64],
+    space: PhantomData<S>,
 }
 
-impl Sample<'_> {
+/// A row without values.
+struct Empty;
+
+impl<S> Values<S> for Empty {
+    fn number(&self, _: NumberIndex<S>) -> Option<f64> {
+        None
+    }
+
+    fn text(&self, _: TextIndex<S>) -> Option<&str> {
+        None
+    }
+}
+
+impl<'a, S, V: Values<S>> Sample<'a, S, V> {
+    fn new(time: f64, row: &'a V) -> Self {
+        Sample { time, row, reduced: &[], space: PhantomData }
+    }
+
     fn value(&self, node: &Node) -> f64 {
         match node {
             Node::Number(number) => *number,
             Node::Time => self.time,
             // A missing column is not a number, so the check fails and says so.
-            Node::Signal(column) | Node::Result(column) => {
-                self.row.get(*column).copied().unwrap_or(f64::NAN)
+            Node::Signal(index) | Node::Either(index, _) => {
+                self.row.number(NumberIndex::new(*index)).unwrap_or(f64::NAN)
             }
             Node::Reduced(index) => self.reduced.get(*index).copied().unwrap_or(f64::NAN),
             Node::Negate(inner) => -self.value(inner),
@@ -108,10 +130,10 @@ impl Sample<'_> {
         }
     }
 
-    fn text<'b>(&'b self, text: &'b Text) -> Option<&'b str> {
+    fn text<'b>(&'b self, text: &'b TextSide) -> Option<&'b str> {
         match text {
-            Text::Literal(text) => Some(text),
-            Text::Signal(place) => self.texts.get(*place).map(String::as_str),
+            TextSide::Literal(text) => Some(text),
+            TextSide::Signal(index) => self.row.text(TextIndex::new(*index)),
         }
     }
 
@@ -169,11 +191,11 @@ impl Sample<'_> {
     }
 }
 
-impl Expression {
+impl<S> Expression<S> {
     /// Its value at one sample; not a number when it is one of the window.
     #[must_use]
-    pub fn value(&self, time: f64, row: &[f64], texts: &[String]) -> f64 {
-        Sample { time, row, texts, reduced: &[] }.value(&self.root)
+    pub fn value(&self, time: f64, row: &impl Values<S>) -> f64 {
+        Sample::new(time, row).value(&self.root)
     }
 }
 
@@ -229,31 +251,30 @@ pub struct Outcome {
     pub nan: bool,
 }
 
-/// Watches one condition while the samples of its window pass by.
+/// Watches one condition over rows of space `S` while the samples of its window pass by.
 #[derive(Debug, Clone)]
-pub struct Monitor {
-    expression: Expression,
+pub struct Monitor<S> {
+    expression: Expression<S>,
     tolerance: f64,
     samples: u64,
     worst: Option<(f64, Judgement)>,
     accumulators: Vec<Accumulator>,
 }
 
-impl Monitor {
+impl<S> Monitor<S> {
     /// Watches a condition whose comparisons are loosened by `tolerance`: `a < b` is
     /// `a < b + tolerance`, and `a == b` is `|a - b| <= tolerance`. Comparisons that are operands,
     /// as in `count(a < b)`, are exact.
     #[must_use]
-    pub fn new(expression: Expression, tolerance: f64) -> Self {
+    pub fn new(expression: Expression<S>, tolerance: f64) -> Self {
         let accumulators = expression.reductions.iter().map(Accumulator::new).collect();
         Self { expression, tolerance, samples: 0, worst: None, accumulators }
     }
 
-    /// Takes one sample of the window; `row` and `texts` have the columns that the signals were
-    /// resolved to. Returns whether the condition holds at this sample, unless it is one about the window.
-    pub fn sample(&mut self, time: f64, row: &[f64], texts: &[String]) -> Option<bool> {
+    /// Takes one sample of the window. Returns whether the condition holds at this sample, unless it is one about the window.
+    pub fn sample(&mut self, time: f64, row: &impl Values<S>) -> Option<bool> {
         self.samples += 1;
-        let sample = Sample { time, row, texts, reduced: &[] };
+        let sample = Sample::new(time, row);
         if self.expression.is_reduction() {
             let reductions = self.expression.reductions.iter();
             for (reduction, accumulator) in reductions.zip(&mut self.accumulators) {
@@ -301,7 +322,7 @@ impl Monitor {
 
     fn reduce(&self) -> (Option<f64>, Judgement) {
         let reduced: Vec<f64> = self.accumulators.iter().map(Accumulator::result).collect();
-        let sample = Sample { time: f64::NAN, row: &[], texts: &[], reduced: &reduced };
+        let sample = Sample { reduced: &reduced, ..Sample::<S, _>::new(f64::NAN, &Empty) };
         let judgement = sample.judge(&self.expression.root, true, self.tolerance);
         let broken = self.accumulators.iter().filter_map(|a| a.not_a_number);
         let at = match self.accumulators.as_slice() {

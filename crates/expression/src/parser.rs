@@ -1,27 +1,29 @@
 //! Turns the text of a condition into an expression.
 
 use std::f64::consts::PI;
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use diagnostics::suggest::{self, Unknown};
 
 use super::token::{Token, tokens};
 use super::{
-    Expression, Junction, Node, Operand, Operator, ParseError, Reducer, Reduction, Relation, Text,
+    Expression, Junction, Node, Operand, Operator, ParseError, Reducer, Reduction, Relation,
+    TextSide,
 };
 use crate::{function, reducer};
 
 /// Words and symbols that one condition may have; it bounds the recursion for a hostile text.
 const LONGEST: usize = 400;
 
-impl Expression {
-    /// Reads a condition; `resolve` gives the column of a signal in the rows to come.
+impl<S> Expression<S> {
+    /// Reads a condition; `resolve` gives the index of a signal in the rows to come.
     ///
     /// # Errors
     /// When the text is malformed, a name is unknown, or signals and reductions are mixed.
     pub fn parse(
         text: &str,
-        resolve: &mut dyn FnMut(&str) -> Option<Operand>,
+        resolve: &mut dyn FnMut(&str) -> Option<Operand<S>>,
     ) -> Result<Self, ParseError> {
         let tokens = tokens(text)?;
         if tokens.len() > LONGEST {
@@ -50,7 +52,7 @@ impl Expression {
                 "put `{name}` inside a reduction too, such as `max({name})`, or make two checks"
             )));
         }
-        Ok(Self { root, reductions: parser.reductions })
+        Ok(Self { root, reductions: parser.reductions, space: PhantomData })
     }
 }
 
@@ -89,11 +91,11 @@ fn combine(symbol: &str, left: Node, right: Node) -> Node {
     }
 }
 
-struct Parser<'a> {
+struct Parser<'a, S> {
     text: &'a str,
     tokens: Vec<(Token<'a>, Range<usize>)>,
     next: usize,
-    resolve: &'a mut dyn FnMut(&str) -> Option<Operand>,
+    resolve: &'a mut dyn FnMut(&str) -> Option<Operand<S>>,
     /// Places of signals and `time` outside every reduction.
     bare: Vec<Range<usize>>,
     reductions: Vec<Reduction>,
@@ -101,7 +103,7 @@ struct Parser<'a> {
     reduced: Vec<Range<usize>>,
 }
 
-impl<'a> Parser<'a> {
+impl<'a, S> Parser<'a, S> {
     fn peek(&self) -> Token<'a> {
         self.tokens[self.next].0
     }
@@ -151,11 +153,11 @@ impl<'a> Parser<'a> {
     ) -> Result<Node, ParseError> {
         let error = |what| ParseError::new(start..self.tokens[self.next - 1].1.end, what);
         let (left, right) = match (left, right) {
-            (Node::Result(column), right @ Node::Text(_)) => {
-                (Node::Text(Text::Signal(column)), right)
+            (Node::Either(_, index), right @ Node::Text(_)) => {
+                (Node::Text(TextSide::Signal(index)), right)
             }
-            (left @ Node::Text(_), Node::Result(column)) => {
-                (left, Node::Text(Text::Signal(column)))
+            (left @ Node::Text(_), Node::Either(_, index)) => {
+                (left, Node::Text(TextSide::Signal(index)))
             }
             sides => sides,
         };
@@ -218,7 +220,7 @@ impl<'a> Parser<'a> {
         let (token, span) = self.tokens[self.next].clone();
         let node = match token {
             Token::Number(number) => Node::Number(number),
-            Token::Text(text) => Node::Text(Text::Literal(text.to_owned())),
+            Token::Text(text) => Node::Text(TextSide::Literal(text.to_owned())),
             Token::Name("pi") => Node::Number(PI),
             Token::Name("time") => {
                 self.bare.push(span);
@@ -253,9 +255,9 @@ impl<'a> Parser<'a> {
         if let Some(operand) = (self.resolve)(name) {
             self.bare.push(span);
             return Ok(match operand {
-                Operand::Number(column) => Node::Signal(column),
-                Operand::Text(column) => Node::Text(Text::Signal(column)),
-                Operand::Result(column) => Node::Result(column),
+                Operand::Number(index) => Node::Signal(index.position()),
+                Operand::Text(index) => Node::Text(TextSide::Signal(index.position())),
+                Operand::Either(number, text) => Node::Either(number.position(), text.position()),
             });
         }
         let mut error = ParseError::new(span, format!("unknown signal `{name}`"));

@@ -15,13 +15,33 @@ const COLUMNS: [&str; 8] = [
     "a.on",
 ];
 
-fn parse(text: &str) -> Result<Expression, ParseError> {
+/// Marks the rows of these tests.
+#[derive(Debug, Clone, PartialEq)]
+struct Tested;
+
+struct TestedRow<'a>(&'a [f64], &'a [String]);
+
+impl Values<Tested> for TestedRow<'_> {
+    fn number(&self, index: NumberIndex<Tested>) -> Option<f64> {
+        self.0.get(index.position()).copied()
+    }
+
+    fn text(&self, index: TextIndex<Tested>) -> Option<&str> {
+        self.1.get(index.position()).map(String::as_str)
+    }
+}
+
+fn parse(text: &str) -> Result<Expression<Tested>, ParseError> {
     Expression::parse(text, &mut |name| match name {
-        "r.number" => Some(Operand::Result(0)),
-        "r.text" => Some(Operand::Result(0)),
-        "a.state" => Some(Operand::Text(0)),
-        "b.state" => Some(Operand::Text(1)),
-        _ => COLUMNS.iter().position(|column| *column == name).map(Operand::Number),
+        "r.number" => Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0))),
+        "r.text" => Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0))),
+        "a.state" => Some(Operand::Text(TextIndex::new(0))),
+        "b.state" => Some(Operand::Text(TextIndex::new(1))),
+        _ => COLUMNS
+            .iter()
+            .position(|column| *column == name)
+            .map(NumberIndex::new)
+            .map(Operand::Number),
     })
 }
 
@@ -32,7 +52,8 @@ fn run(text: &str, tolerance: f64, samples: &[f64]) -> Outcome {
     let mut monitor = Monitor::new(expression, tolerance);
     for (time, x) in samples.iter().enumerate() {
         let texts = [format!("it's {x}"), "it's 2".to_owned()];
-        monitor.sample(time as f64, &[*x, -x, 2.0, 30.0, 40.0, 50.0, 60.0, 1.0], &texts);
+        let numbers = [*x, -x, 2.0, 30.0, 40.0, 50.0, 60.0, 1.0];
+        monitor.sample(time as f64, &TestedRow(&numbers, &texts));
     }
     monitor.verdict()
 }

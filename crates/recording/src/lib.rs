@@ -13,7 +13,7 @@ pub mod view;
 pub use reader::Recording;
 pub use row::{
     Column, ColumnIndex, Columns, Direction, Full, Number, NumberIndex, NumberRange, Recorded, Row,
-    Selection, Text, TextIndex, TextRange, TypedIndex, TypedRange, ValueKind,
+    Selection, Text, TextIndex, TextRange, TypedIndex, TypedRange, ValueKind, Values,
 };
 pub use sink::csv::CsvSink;
 pub use sink::mcap::McapSink;

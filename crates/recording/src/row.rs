@@ -1,13 +1,11 @@
 //! Rows of a run, their columns, and indices that fit one kind of row and one kind of value only.
 
-mod index;
-
 use std::marker::PhantomData;
 use std::ops;
 
-pub use index::{
+pub use expression::{
     ColumnIndex, Number, NumberIndex, NumberRange, Text, TextIndex, TextRange, TypedIndex,
-    TypedRange,
+    TypedRange, Values,
 };
 
 /// Marks rows with every variable of a run.
@@ -158,6 +156,46 @@ impl<S> ops::Index<TextIndex<S>> for Columns<S> {
 }
 
 /// The values of a run at a communication point, one for each of the [`Columns`] of the same space.
+///
+/// An index of a full row does not fit a recorded one:
+///
+/// ```compile_fail,E0277
+/// use recording::{Full, NumberIndex, Recorded, Row};
+/// let row = Row::<Recorded>::from_values(vec![1.0], Vec::new());
+/// row[NumberIndex::<Full>::new(0)];
+/// ```
+///
+/// An index of a text does not fit numbers:
+///
+/// ```compile_fail,E0308
+/// use recording::{Full, Row, TextIndex};
+/// let row = Row::<Full>::from_values(vec![1.0], Vec::new());
+/// let number: f64 = row[TextIndex::new(0)];
+/// ```
+///
+/// A check over full rows takes a full row:
+///
+/// ```
+/// use expression::{Expression, Monitor, Operand};
+/// use recording::{Full, NumberIndex, Row};
+/// let speed = NumberIndex::<Full>::new(0);
+/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed)))?;
+/// let row = Row::<Full>::from_values(vec![20.0], Vec::new());
+/// assert_eq!(Monitor::new(check, 0.0).sample(0.0, &row), Some(true));
+/// # Ok::<(), expression::ParseError>(())
+/// ```
+///
+/// It refuses a recorded one:
+///
+/// ```compile_fail,E0277
+/// use expression::{Expression, Monitor, Operand};
+/// use recording::{Full, NumberIndex, Recorded, Row};
+/// let speed = NumberIndex::<Full>::new(0);
+/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed)))?;
+/// let row = Row::<Recorded>::from_values(vec![20.0], Vec::new());
+/// assert_eq!(Monitor::new(check, 0.0).sample(0.0, &row), Some(true));
+/// # Ok::<(), expression::ParseError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row<S> {
     numbers: Vec<f64>,
@@ -201,6 +239,18 @@ impl<S> Row<S> {
         self.numbers.clear();
         self.numbers.extend_from_slice(numbers);
         self.texts = texts;
+    }
+}
+
+impl<S> Values<S> for Row<S> {
+    #[inline]
+    fn number(&self, index: NumberIndex<S>) -> Option<f64> {
+        self.numbers.get(index.position()).copied()
+    }
+
+    #[inline]
+    fn text(&self, index: TextIndex<S>) -> Option<&str> {
+        self.texts.get(index.position()).map(String::as_str)
     }
 }
 

@@ -4,7 +4,7 @@ use expression::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::row::{NumberIndex, Recorded, Row};
+use crate::row::{ColumnIndex, NumberIndex, Recorded, Row, TextIndex, Values};
 
 /// The layout of a replay.
 #[derive(Debug, Clone, Default)]
@@ -29,7 +29,7 @@ pub enum Quantity {
     /// The number in this column.
     Column(NumberIndex<Recorded>),
     /// A formula over the row; NaN where it has no value.
-    Formula(Expression),
+    Formula(Expression<Recorded>),
 }
 
 impl Quantity {
@@ -38,7 +38,7 @@ impl Quantity {
     pub fn value(&self, time: f64, row: &Row<Recorded>) -> f64 {
         match self {
             Quantity::Column(column) => row[*column],
-            Quantity::Formula(formula) => formula.value(time, row.numbers(), row.texts()),
+            Quantity::Formula(formula) => formula.value(time, row),
         }
     }
 }
@@ -49,9 +49,7 @@ impl View {
     pub fn without(&self, lacks: &[NumberIndex<Recorded>]) -> View {
         let has = |quantity: &Quantity| match quantity {
             Quantity::Column(column) => !lacks.contains(column),
-            Quantity::Formula(formula) => {
-                !formula.numbers().iter().any(|it| lacks.contains(&NumberIndex::new(*it)))
-            }
+            Quantity::Formula(formula) => !formula.numbers().iter().any(|it| lacks.contains(it)),
         };
         let mut view = self.clone();
         let whole = |it: &Pose| {
@@ -200,10 +198,56 @@ pub struct Function {
     pub label: String,
     /// Its role.
     pub role: Role,
-    /// Its y, from a row with one more number, which is its x.
-    pub y: Expression,
+    /// Its y.
+    pub y: Expression<AtX>,
     /// Whether it depends on more than x.
     pub moves: bool,
+}
+
+impl Function {
+    /// Its y at `x`, in the row at `time` [s].
+    #[must_use]
+    pub fn value(&self, time: f64, row: &Row<Recorded>, x: f64) -> f64 {
+        self.y.value(time, &RowAtX { row, x })
+    }
+}
+
+/// Marks recorded rows with one more number: the x of a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AtX;
+
+impl AtX {
+    /// The index of x, which comes before the numbers of the row.
+    pub const X: NumberIndex<AtX> = NumberIndex::new(0);
+
+    /// The index of a column of the row.
+    #[must_use]
+    pub const fn column(index: ColumnIndex<Recorded>) -> ColumnIndex<AtX> {
+        match index {
+            ColumnIndex::Number(it) => ColumnIndex::Number(NumberIndex::new(it.position() + 1)),
+            ColumnIndex::Text(it) => ColumnIndex::Text(TextIndex::new(it.position())),
+        }
+    }
+}
+
+struct RowAtX<'a> {
+    row: &'a Row<Recorded>,
+    x: f64,
+}
+
+impl Values<AtX> for RowAtX<'_> {
+    #[inline]
+    fn number(&self, index: NumberIndex<AtX>) -> Option<f64> {
+        match index.position().checked_sub(1) {
+            Some(position) => self.row.number(NumberIndex::new(position)),
+            None => Some(self.x),
+        }
+    }
+
+    #[inline]
+    fn text(&self, index: TextIndex<AtX>) -> Option<&str> {
+        self.row.text(TextIndex::new(index.position()))
+    }
 }
 
 /// One time plot.
@@ -257,7 +301,25 @@ pub enum Role {
 
 #[cfg(test)]
 mod tests {
-    use super::edges;
+    use expression::{Expression, Operand};
+
+    use super::{AtX, ColumnIndex, Function, NumberIndex, Role, Row, TextIndex, edges};
+
+    #[test]
+    fn a_curve_depends_on_x_and_on_the_row() {
+        let y = Expression::parse("x + 10 * car.b * (car.state == 'on')", &mut |name| {
+            Some(match name {
+                "x" => Operand::Number(AtX::X),
+                "car.b" => AtX::column(ColumnIndex::Number(NumberIndex::new(1))).into(),
+                _ => AtX::column(ColumnIndex::Text(TextIndex::new(0))).into(),
+            })
+        });
+        let (label, role) = (String::new(), Role::Other);
+        let curve = Function { label, role, y: y.expect("a formula"), moves: true };
+        let row = Row::from_values(vec![5.0, 7.0], vec!["on".to_owned()]);
+        assert_eq!([1.0, 2.0].map(|x| curve.value(0.0, &row, x)), [71.0, 72.0]);
+        assert!(curve.value(0.0, &Row::default(), 1.0).is_nan());
+    }
 
     #[test]
     fn the_edges_of_a_round_track_are_circles_even_with_repeated_points() {

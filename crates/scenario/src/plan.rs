@@ -18,7 +18,7 @@ use crate::signal::Signal;
 use crate::words::{Algorithm, At};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
-pub use check::{CheckPlan, ResultName, Subject};
+pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::CouplingRules;
 pub use input_chain::{FaultPlan, InputChain};
 
@@ -138,7 +138,7 @@ pub struct NodePlan {
     /// Its connected inputs that are numbers.
     pub inputs: NumberRange<Full>,
     /// The connection of each of these inputs.
-    pub links: Vec<ResolvedConnection>,
+    pub connections: Vec<ResolvedConnection>,
     /// The same for texts.
     pub texts: TextPlan,
 }
@@ -151,7 +151,7 @@ pub struct TextPlan {
     /// Its connected inputs.
     pub inputs: TextRange<Full>,
     /// The source of each connected input.
-    pub links: Vec<Source<TextIndex<Full>>>,
+    pub connections: Vec<Source<TextIndex<Full>>>,
 }
 
 /// Source of the value of an input.
@@ -169,7 +169,7 @@ pub struct ResolvedConnection {
     /// Source of the number.
     pub source: Source<NumberIndex<Full>>,
     /// Its way to the input.
-    pub treatment: InputChain,
+    pub input_chain: InputChain,
 }
 
 /// A scenario without names: what the master works with.

@@ -24,7 +24,7 @@ use recording::{Columns, Full, RunHeader, StatusTrack};
 
 pub use self::view::{by_unit, view as layout};
 use crate::build_request::Built;
-use crate::plan::{CheckPlan, Clock, NodePlan, Subject, System};
+use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
 use crate::words::Scenario;
 pub use start_override::StartOverride;
 
@@ -118,10 +118,11 @@ fn status_tracks(
     nodes: &[NodePlan],
     columns: &Columns<Full>,
 ) -> Vec<StatusTrack> {
-    let checks = checks.iter().filter(|check| check.subject == Subject::Run);
+    let checks = checks.iter().filter(|check| matches!(check.condition, Condition::Run(_)));
     let checks = checks.map(|check| StatusTrack::Check(check.name.clone()));
-    let links = nodes.iter().flat_map(|node| node.links.iter().zip(node.inputs.indices()));
-    let faulty = links.filter(|(link, _)| !link.treatment.faults.is_empty());
+    let connections =
+        nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
+    let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
     checks.chain(faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()))).collect()
 }
 

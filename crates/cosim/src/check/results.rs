@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use diagnostics::suggest;
-use scenario::plan::ResultName;
+use recording::Row;
+use scenario::plan::{ResultName, Results};
 use serde_json::Value;
 
 /// What the results say under some names: a number or a text for each; the place in the other list is left empty.
@@ -13,7 +14,7 @@ use serde_json::Value;
 pub fn look_up(
     results: &BTreeMap<String, Value>,
     names: &[ResultName],
-) -> Result<(Vec<f64>, Vec<String>), String> {
+) -> Result<Row<Results>, String> {
     let (mut numbers, mut texts) = (Vec::new(), Vec::new());
     for name in names {
         match (find(results, name)?, name.is_text) {
@@ -28,7 +29,7 @@ pub fn look_up(
             }
         }
     }
-    Ok((numbers, texts))
+    Ok(Row::from_values(numbers, texts))
 }
 
 /// What stands under a name, and its full path.
@@ -101,7 +102,7 @@ mod tests {
         let find = |path: &str| {
             let (of, path) = ("tires".to_owned(), path.to_owned());
             let name = ResultName { of, path, is_text: false };
-            look_up(&results, &[name]).map(|(numbers, _)| numbers[0])
+            look_up(&results, &[name]).map(|row| row.numbers()[0])
         };
         for (path, expected) in [
             ("front.mean.B", 15.5),
@@ -115,7 +116,7 @@ mod tests {
         let text = |path: &str| {
             let (of, path) = ("tires".to_owned(), path.to_owned());
             let name = ResultName { of, path, is_text: true };
-            look_up(&results, &[name]).map(|(_, texts)| texts[0].clone())
+            look_up(&results, &[name]).map(|row| row.texts()[0].clone())
         };
         assert_eq!(text("front.note"), Ok("weak".to_owned()));
         assert_eq!(text("front.mean.C"), Err("`tires.front.mean.C` is no text, but 2".to_owned()));

@@ -75,19 +75,19 @@ impl Sink<Full> for Record {
 
 const STEP: f64 = 0.5;
 
-/// A system of nodes with one output each. `links` are producer, consumer and end of the step.
-fn system(nodes: usize, links: &[(usize, usize, At)], steps: u64) -> System {
+/// A system of nodes with one output each. `connections` are producer, consumer and end of the step.
+fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> System {
     let mut next = nodes;
     let plans = (0..nodes).map(|place| {
-        let links: Vec<_> = links.iter().filter(|(_, to, _)| *to == place).collect();
+        let connections: Vec<_> = connections.iter().filter(|(_, to, _)| *to == place).collect();
         let first = next;
-        next += links.len();
+        next += connections.len();
         NodePlan {
             name: format!("n{place}"),
             body: Body::Signals(Vec::new()),
             outputs: NumberRange::new(place..place + 1),
             inputs: NumberRange::new(first..next),
-            links: links.iter().map(|(from, _, at)| link(*from, *at)).collect(),
+            connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
         }
     });
@@ -135,14 +135,14 @@ fn columns(count: usize, kind: ValueKind) -> Columns<Full> {
 }
 
 fn link(source: usize, at: At) -> ResolvedConnection {
-    let treatment = InputChain {
+    let input_chain = InputChain {
         factor: 1.0,
         offset: 0.0,
         effects: Chain::default(),
         faults: Vec::new(),
         accepts: Accepts::Real,
     };
-    ResolvedConnection { source: Source { index: NumberIndex::new(source), at }, treatment }
+    ResolvedConnection { source: Source { index: NumberIndex::new(source), at }, input_chain }
 }
 
 fn play(
@@ -198,9 +198,9 @@ fn units_are_converted_and_faults_begin_and_end_on_time() {
     for (kind, expected) in kinds {
         let action = kind.action().expect("an action");
         let mut system = system(2, &[(0, 1, At::End)], 5);
-        let treatment = &mut system.nodes[1].links[0].treatment;
-        treatment.factor = 2.0;
-        treatment.faults = vec![FaultPlan { from: 1.0, until: 2.0, action: action.clone() }];
+        let input_chain = &mut system.nodes[1].connections[0].input_chain;
+        input_chain.factor = 2.0;
+        input_chain.faults = vec![FaultPlan { from: 1.0, until: 2.0, action: action.clone() }];
         let nodes = vec![mock(|time, _| Ok(time)), mock(|_, inputs| Ok(inputs[0]))];
         let (record, ..) = play(&mut system, nodes);
         let seen: Vec<_> = record.rows[1..].iter().map(|row| row[1]).collect();
@@ -281,7 +281,7 @@ fn texts_travel_with_the_same_delay_as_numbers() {
                 Some(source) => TextPlan {
                     outputs: TextRange::new(place..place + 1),
                     inputs: TextRange::new(2 + place..3 + place),
-                    links: vec![Source { index: TextIndex::new(source), at }],
+                    connections: vec![Source { index: TextIndex::new(source), at }],
                 },
             };
         }
@@ -295,7 +295,7 @@ fn texts_travel_with_the_same_delay_as_numbers() {
 #[test]
 fn a_number_that_the_input_does_not_take_ends_the_run() {
     let mut system = system(2, &[(0, 1, At::End)], 4);
-    system.nodes[1].links[0].treatment.accepts = Accepts::Boolean;
+    system.nodes[1].connections[0].input_chain.accepts = Accepts::Boolean;
     let nodes = vec![mock(|time, _| Ok(if time > 1.0 { 0.5 } else { time })), mock(|_, _| Ok(0.0))];
     let (record, _, result) = play(&mut system, nodes);
     let error = result.expect_err("0.5 is no truth").to_string();

@@ -61,7 +61,7 @@ impl Node for FmuNode {
             return Ok(());
         }
         self.integers.clear();
-        // The links let nothing through but integers, which `f64` holds exactly.
+        // The connections let nothing through but integers, which `f64` holds exactly.
         self.integers.extend(rest.iter().map(|&value| value as i32));
         let (integers, booleans) = self.integers.split_at(self.inputs.integer.len());
         self.instance.set_integer(&self.inputs.integer, integers)?;

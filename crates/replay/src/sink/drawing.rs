@@ -41,7 +41,7 @@ impl Drawing {
             signals,
             texts: Texts::new(header, slot),
             states: StatusTracks::new(&header.status_tracks),
-            xy_plots: XyPlots::new(&view.xy_plots, header.columns.numbers().len(), slot),
+            xy_plots: XyPlots::new(&view.xy_plots, slot),
             scene: Scene::new(view, slot),
             events: Events::new(slot),
             clock: Clock::new(header.step, view.distance.clone()),

@@ -61,7 +61,7 @@ impl TimeGap {
             points: vec![point],
             curves: Vec::new(),
         };
-        let mut xy_plots = XyPlots::numbered(&[plot], 2, &RunSlot::default(), number);
+        let mut xy_plots = XyPlots::numbered(&[plot], &RunSlot::default(), number);
         xy_plots.describe(stream)?;
         let every = self.points.len().div_ceil(POINTS);
         let line: Vec<_> = self.points.iter().step_by(every).chain(self.points.last()).collect();

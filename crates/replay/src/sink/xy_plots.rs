@@ -36,8 +36,6 @@ struct Drawing {
     /// Curves over signals: index, time points and lines.
     curves: Vec<(usize, TimePoints, Vec<Strip>)>,
     drawn: Option<i64>,
-    /// The numbers of a row, then the x of a curve.
-    numbers: Vec<f64>,
 }
 
 /// A diagram, as the layout needs it.
@@ -54,13 +52,13 @@ pub(super) struct Shown {
 }
 
 impl XyPlots {
-    /// Diagrams of rows with `numbers` numbers.
-    pub fn new(xy_plots: &[XyPlot], numbers: usize, slot: &RunSlot) -> Self {
-        Self::numbered(xy_plots, numbers, slot, 1)
+    /// Diagrams that count from 1.
+    pub fn new(xy_plots: &[XyPlot], slot: &RunSlot) -> Self {
+        Self::numbered(xy_plots, slot, 1)
     }
 
     /// Diagrams that count from `first`.
-    pub fn numbered(xy_plots: &[XyPlot], numbers: usize, slot: &RunSlot, first: usize) -> Self {
+    pub fn numbered(xy_plots: &[XyPlot], slot: &RunSlot, first: usize) -> Self {
         let drawing = |(index, plot): (usize, &XyPlot)| {
             // Of the second run only the points are drawn; more would hide those of the first one.
             let shown = |(_, it): &(usize, &Function)| it.moves && slot.is_first();
@@ -72,7 +70,6 @@ impl XyPlots {
                 frame: frame(first + index, plot),
                 plot: plot.clone(),
                 drawn: None,
-                numbers: vec![0.0; numbers + 1],
             }
         };
         Self(xy_plots.iter().enumerate().map(drawing).collect())
@@ -199,7 +196,7 @@ impl Drawing {
                 .with_draw_order(20.0);
             stream.log_static(path.clone(), &look)?;
             if !curve.moves {
-                let strips = self.curve(curve, 0.0, &mut self.numbers.clone(), &[]);
+                let strips = self.curve(curve, 0.0, &Row::default());
                 stream.log_static(path, &LineStrips2D::update_fields().with_strips([strips]))?;
             }
         }
@@ -223,34 +220,23 @@ impl Drawing {
     }
 
     fn redraw(&mut self, time_point: TimePoint, time: f64, row: &Row<Recorded>) {
-        let (mut curves, mut numbers) =
-            (std::mem::take(&mut self.curves), std::mem::take(&mut self.numbers));
-        numbers[..row.numbers().len()].copy_from_slice(row.numbers());
+        let mut curves = std::mem::take(&mut self.curves);
         for (curve, time_points, strips) in &mut curves {
             let curve = &self.plot.curves[*curve];
             time_points.push(time_point);
-            strips.push(self.curve(curve, time, &mut numbers, row.texts()));
+            strips.push(self.curve(curve, time, row));
         }
-        (self.curves, self.numbers) = (curves, numbers);
+        self.curves = curves;
     }
 
-    /// The curve within the axes. The last of `numbers` becomes its x.
-    fn curve(
-        &self,
-        curve: &Function,
-        time: f64,
-        numbers: &mut [f64],
-        texts: &[String],
-    ) -> Vec<[f32; 2]> {
+    /// The curve within the axes.
+    fn curve(&self, curve: &Function, time: f64, row: &Row<Recorded>) -> Vec<[f32; 2]> {
         let [[x0, x1], [y0, y1]] = self.plot.ranges;
         let within = y0.min(y1)..=y0.max(y1);
         let mut strip = Vec::new();
         for piece in 0..=PIECES {
             let x = x0 + (x1 - x0) * piece as f64 / PIECES as f64;
-            if let Some(last) = numbers.last_mut() {
-                *last = x;
-            }
-            let y = curve.y.value(time, numbers, texts);
+            let y = curve.value(time, row, x);
             if within.contains(&y) {
                 strip.push(self.frame.position([x, y]));
             }

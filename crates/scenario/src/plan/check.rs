@@ -1,14 +1,19 @@
 //! A check, by columns.
 
 use expression::Expression;
+use recording::Full;
 
-/// The subject of a check.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Subject {
-    /// Signals, at each sample; the expression's columns are those of the row.
-    Run,
-    /// Results of analyses and validations; the expression's columns are these names.
-    Results(Vec<ResultName>),
+/// Marks rows of results of analyses and validations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Results;
+
+/// What has to hold, and of what.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Condition {
+    /// Of signals, at each sample.
+    Run(Expression<Full>),
+    /// Of results of analyses and validations; a row has a number and a text for each of these names.
+    Results(Expression<Results>, Vec<ResultName>),
 }
 
 /// The name of a result: `tires.least_squares.front.mean.D`.
@@ -30,9 +35,7 @@ pub struct CheckPlan {
     /// As it was written.
     pub that: String,
     /// The condition.
-    pub expression: Expression,
-    /// Its subject.
-    pub subject: Subject,
+    pub condition: Condition,
     /// First and last moment [s].
     pub during: [f64; 2],
     /// Whether the scenario gives the window; a run that ends early must not have cut it short.

@@ -1,10 +1,10 @@
 //! Turns `[[check]]` into expressions over columns.
 
 use diagnostics::{Error, Spanned, suggest};
-use expression::{Expression, Operand, ParseError};
+use expression::{Expression, NumberIndex, Operand, ParseError, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full};
 
-use crate::plan::{CheckPlan, Clock, ResultName, Subject};
+use crate::plan::{CheckPlan, Clock, Condition, ResultName, Results};
 use crate::words::{Check, Scenario};
 
 pub(super) fn resolve(
@@ -22,27 +22,7 @@ fn plan(
     columns: &Columns<Full>,
     clock: Clock,
 ) -> Result<CheckPlan, Error> {
-    let names: Vec<_> = columns.iter().map(Column::name).collect();
-    let that = check.that.get_ref();
-    let (mut signals, mut results) = (0, Vec::new());
-    let parsed = Expression::parse(that, &mut |name| {
-        if let Some(result) = result_name(scenario, name) {
-            results.push(result);
-            return Some(Operand::Result(results.len() - 1));
-        }
-        signals += 1;
-        Some(match columns.find(name)? {
-            ColumnIndex::Number(index) => Operand::Number(index.position()),
-            ColumnIndex::Text(index) => Operand::Text(index.position()),
-        })
-    });
-    let expression = parsed.map_err(|error| malformed(scenario, check, &names, error))?;
-    if !expression.is_condition() {
-        let message = format!("check `{}`: expected a comparison, found a value", check.name);
-        return Err(scenario
-            .error(&check.that, message)
-            .help("write for example `abs(plant.v_y) < 2`"));
-    }
+    let condition = condition(scenario, check, columns)?;
     if !(check.tolerance >= 0.0 && check.tolerance.is_finite()) {
         let message = format!(
             "check `{}`: the tolerance {} is not a number from 0 on",
@@ -50,33 +30,89 @@ fn plan(
         );
         return Err(scenario.error(&check.that, message));
     }
-    for place in expression.texts() {
-        if let Some(result) = results.get_mut(place) {
-            result.is_text = true;
-        }
-    }
-    let subject = if results.is_empty() { Subject::Run } else { Subject::Results(results) };
-    if subject != Subject::Run && (signals > 0 || check.during.is_some()) {
-        let message = format!("check `{}`: results of analyses have no time", check.name);
-        let place = check.during.as_ref().map_or(check.that.span(), Spanned::span);
-        return Err(scenario
-            .source
-            .error(place, message, "")
-            .help("compare signals in a check of their own, and leave `during` out of this one"));
+    if matches!(condition, Condition::Results(..)) && check.during.is_some() {
+        return Err(timeless(scenario, check));
     }
     Ok(CheckPlan {
-        subject,
         name: check.name.clone(),
-        that: that.clone(),
-        expression,
+        that: check.that.get_ref().clone(),
+        condition,
         during: during(scenario, check, clock)?,
         windowed: check.during.is_some(),
         tolerance: check.tolerance,
     })
 }
+/// Marks conditions that may mix signals with results: nothing evaluates them.
+struct Mixed;
+
+/// The condition of a check, over the run or over results.
+fn condition(
+    scenario: &Scenario,
+    check: &Check,
+    columns: &Columns<Full>,
+) -> Result<Condition, Error> {
+    let result = |number| Operand::Either(NumberIndex::new(number), TextIndex::new(number));
+    let (mut signals, mut results) = (0, Vec::new());
+    let mixed = parse::<Mixed>(scenario, check, columns, &mut |name| {
+        if let Some(result) = result_name(scenario, name) {
+            results.push(result);
+            return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)));
+        }
+        signals += 1;
+        Some(match columns.find(name)? {
+            ColumnIndex::Number(_) => Operand::Number(NumberIndex::new(0)),
+            ColumnIndex::Text(_) => Operand::Text(TextIndex::new(0)),
+        })
+    })?;
+    if !mixed.is_condition() {
+        let message = format!("check `{}`: expected a comparison, found a value", check.name);
+        return Err(scenario
+            .error(&check.that, message)
+            .help("write for example `abs(plant.v_y) < 2`"));
+    }
+    if results.is_empty() {
+        let resolve = &mut |name: &str| columns.find(name).map(Operand::from);
+        return parse(scenario, check, columns, resolve).map(Condition::Run);
+    }
+    if signals > 0 {
+        return Err(timeless(scenario, check));
+    }
+    let mut numbers = 0..results.len();
+    let condition =
+        parse::<Results>(scenario, check, columns, &mut |_| numbers.next().map(result))?;
+    for index in condition.texts() {
+        results[index.position()].is_text = true;
+    }
+    Ok(Condition::Results(condition, results))
+}
+
+fn parse<S>(
+    scenario: &Scenario,
+    check: &Check,
+    columns: &Columns<Full>,
+    resolve: &mut dyn FnMut(&str) -> Option<Operand<S>>,
+) -> Result<Expression<S>, Error> {
+    Expression::parse(check.that.get_ref(), resolve)
+        .map_err(|error| malformed(scenario, check, columns, error))
+}
+
+fn timeless(scenario: &Scenario, check: &Check) -> Error {
+    let message = format!("check `{}`: results of analyses have no time", check.name);
+    let span = check.during.as_ref().map_or(check.that.span(), Spanned::span);
+    scenario
+        .source
+        .error(span, message, "")
+        .help("compare signals in a check of their own, and leave `during` out of this one")
+}
 
 /// A mistake in the text of a check, at its place.
-fn malformed(scenario: &Scenario, check: &Check, names: &[String], error: ParseError) -> Error {
+fn malformed(
+    scenario: &Scenario,
+    check: &Check,
+    columns: &Columns<Full>,
+    error: ParseError,
+) -> Error {
+    let names: Vec<_> = columns.iter().map(Column::name).collect();
     let span = inside(scenario, &check.that, error.span);
     let unknown = error.unknown.as_deref();
     let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));

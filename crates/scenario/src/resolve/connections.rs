@@ -20,7 +20,7 @@ pub(super) struct Connection {
     /// Which end of the step the value is taken at.
     pub at: At,
     /// The way of a number; a text arrives unchanged.
-    pub treatment: Option<InputChain>,
+    pub input_chain: Option<InputChain>,
 }
 
 /// Connects the unplaced as the scenario says.
@@ -31,37 +31,37 @@ pub(super) fn connect(
     seed: u64,
     warnings: &mut Vec<String>,
 ) -> Result<Connections, Error> {
-    let mut links: Connections = unplaced
+    let mut connections: Connections = unplaced
         .iter()
         .map(|unplaced_node| unplaced_node.inputs.iter().map(|_| None).collect())
         .collect();
     for connect in &scenario.document.connect {
         let from @ (producer, output) = find(scenario, unplaced, &connect.from, Side::Output)?;
         let (consumer, input) = find(scenario, unplaced, &connect.to, Side::Input)?;
-        let slot = &mut links[consumer][input];
+        let slot = &mut connections[consumer][input];
         if slot.is_some() {
             let message = format!("`{}` is connected twice", connect.to.get_ref());
             return Err(scenario.error(&connect.to, message));
         }
         let ports = (&unplaced[producer].outputs[output], &unplaced[consumer].inputs[input]);
         let at = at(scenario, connect, &unplaced[producer])?;
-        let treatment = match types::fit(scenario, connect, ports)? {
+        let input_chain = match types::fit(scenario, connect, ports)? {
             Some(accepts) => {
-                Some(treatment(scenario, connect, ports, (accepts, clock, seed), warnings)?)
+                Some(input_chain(scenario, connect, ports, (accepts, clock, seed), warnings)?)
             }
             None => None,
         };
-        *slot = Some(Connection { from, at, treatment });
+        *slot = Some(Connection { from, at, input_chain });
     }
     for fault in &scenario.document.fault {
-        attach(scenario, unplaced, &mut links, fault)?;
+        attach(scenario, unplaced, &mut connections, fault)?;
     }
-    unconnected(scenario, unplaced, &links)?;
-    Ok(links)
+    unconnected(scenario, unplaced, &connections)?;
+    Ok(connections)
 }
 
 /// The way of a number to its input.
-fn treatment(
+fn input_chain(
     scenario: &Scenario,
     connect: &Connect,
     ports: (&Port, &Port),
@@ -165,15 +165,15 @@ fn convert(
 fn attach(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
-    links: &mut Connections,
+    connections: &mut Connections,
     fault: &Fault,
 ) -> Result<(), Error> {
     let (node, input) = find(scenario, unplaced, &fault.input, Side::Input)?;
-    let Some(connection) = &mut links[node][input] else {
+    let Some(connection) = &mut connections[node][input] else {
         let message = format!("nothing is connected to `{}`", fault.input.get_ref());
         return Err(scenario.error(&fault.input, message));
     };
-    let Some(treatment) = &mut connection.treatment else {
+    let Some(input_chain) = &mut connection.input_chain else {
         let message =
             format!("`{}` is a text, and faults act on numbers only", fault.input.get_ref());
         return Err(scenario.error(&fault.input, message));
@@ -188,7 +188,7 @@ fn attach(
         let message = format!("the fault begins at {} s and ends at {until} s", fault.from);
         return Err(scenario.error(&fault.input, message));
     }
-    treatment.faults.push(FaultPlan { from: fault.from, until, action });
+    input_chain.faults.push(FaultPlan { from: fault.from, until, action });
     Ok(())
 }
 
@@ -197,11 +197,11 @@ fn attach(
 fn unconnected(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
-    links: &Connections,
+    connections: &Connections,
 ) -> Result<(), Error> {
-    for (unplaced_node, links) in unplaced.iter().zip(links) {
+    for (unplaced_node, connections) in unplaced.iter().zip(connections) {
         let open =
-            unplaced_node.inputs.iter().zip(links).filter(|(port, link)| {
+            unplaced_node.inputs.iter().zip(connections).filter(|(port, link)| {
                 link.is_none() && !unplaced_node.started.contains(&port.name)
             });
         let open: Vec<_> = open.map(|(port, _)| port).collect();

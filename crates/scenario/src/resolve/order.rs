@@ -23,9 +23,9 @@ struct Edge {
 pub(super) fn order(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
-    links: &Connections,
+    connections: &Connections,
 ) -> Result<Vec<usize>, Error> {
-    let edges = edges(unplaced, links);
+    let edges = edges(unplaced, connections);
     sort(unplaced.len(), &edges).map_err(|cycle| {
         let labels: Vec<_> = cycle.iter().map(|&edge| edges[edge].label.as_str()).collect();
         let inputs: Vec<_> = labels.iter().filter_map(|label| label.split(" -> ").nth(1)).collect();
@@ -39,10 +39,10 @@ pub(super) fn order(
     })
 }
 
-fn edges(unplaced: &[UnplacedNode], links: &Connections) -> Vec<Edge> {
+fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
     let mut edges = Vec::new();
-    for (to, (unplaced_node, links)) in unplaced.iter().zip(links).enumerate() {
-        for (input, connection) in unplaced_node.inputs.iter().zip(links) {
+    for (to, (unplaced_node, connections)) in unplaced.iter().zip(connections).enumerate() {
+        for (input, connection) in unplaced_node.inputs.iter().zip(connections) {
             let Some(connection) =
                 connection.as_ref().filter(|connection| connection.at == At::End)
             else {

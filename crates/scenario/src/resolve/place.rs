@@ -10,7 +10,7 @@ use crate::plan::{Body, NodePlan, ResolvedConnection, Source, TextPlan};
 /// Gives each output and each connected input its column in the row: all outputs come before all inputs.
 pub(super) fn place(
     unplaced: Vec<UnplacedNode>,
-    links: Connections,
+    connections: Connections,
 ) -> (Vec<NodePlan>, Columns<Full>) {
     let mut columns = Columns::default();
     let sides = unplaced.iter().map(|unplaced_node| {
@@ -18,7 +18,8 @@ pub(super) fn place(
     });
     let outputs: Vec<_> = sides.collect();
     let mut nodes = Vec::new();
-    for ((mut unplaced_node, connections), output) in unplaced.into_iter().zip(links).zip(&outputs)
+    for ((mut unplaced_node, connections), output) in
+        unplaced.into_iter().zip(connections).zip(&outputs)
     {
         let (connected, connections): (Vec<_>, Vec<_>) = unplaced_node
             .inputs
@@ -35,16 +36,17 @@ pub(super) fn place(
             body: unplaced_node.body,
             outputs: output.numbers,
             inputs: input.numbers,
-            links: Vec::new(),
-            texts: TextPlan { outputs: output.texts, inputs: input.texts, links: Vec::new() },
+            connections: Vec::new(),
+            texts: TextPlan { outputs: output.texts, inputs: input.texts, connections: Vec::new() },
         };
-        for Connection { from: (node, port), at, treatment } in connections {
+        for Connection { from: (node, port), at, input_chain } in connections {
             // Types were compared: a number goes to a number and a text to a text.
-            match (outputs[node].ports[port], treatment) {
-                (ColumnIndex::Number(index), Some(treatment)) => {
-                    plan.links.push(ResolvedConnection { source: Source { index, at }, treatment });
+            match (outputs[node].ports[port], input_chain) {
+                (ColumnIndex::Number(index), Some(input_chain)) => {
+                    plan.connections
+                        .push(ResolvedConnection { source: Source { index, at }, input_chain });
                 }
-                (ColumnIndex::Text(index), _) => plan.texts.links.push(Source { index, at }),
+                (ColumnIndex::Text(index), _) => plan.texts.connections.push(Source { index, at }),
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),
             }
         }

@@ -2,7 +2,7 @@
 
 use diagnostics::{Error, Spanned, suggest};
 use expression::{Expression, Operand};
-use recording::view::Quantity;
+use recording::view::{AtX, Quantity};
 use recording::{Column, ColumnIndex, Columns, NumberIndex, Recorded};
 
 use super::checks::inside;
@@ -55,22 +55,26 @@ impl<'a> Names<'a> {
     /// A signal, or what is computed from signals.
     pub(super) fn quantity(&self, word: &Spanned<String>) -> Result<Quantity, Error> {
         let text = word.get_ref();
-        if self.find(text).is_some() || is_name(text) {
+        if self.columns.find(text).is_some() || is_name(text) {
             return self.column(word).map(Quantity::Column);
         }
-        self.parse(word, text, &mut |name| self.find(name)).map(Quantity::Formula)
+        self.parse(word, text, &mut |name| self.columns.find(name).map(Operand::from))
+            .map(Quantity::Formula)
     }
 
-    /// A curve over [`ABSCISSA`], which comes after the numbers of a row; and whether it depends on more than that.
-    pub(super) fn function(&self, word: &Spanned<String>) -> Result<(Expression, bool), Error> {
+    /// A curve over [`ABSCISSA`]; and whether it depends on more than that.
+    pub(super) fn function(
+        &self,
+        word: &Spanned<String>,
+    ) -> Result<(Expression<AtX>, bool), Error> {
         let text = word.get_ref();
         let mut moves = text.contains("time");
         let function = self.parse(word, text, &mut |name| {
             if name == ABSCISSA {
-                return Some(Operand::Number(self.columns.numbers().len()));
+                return Some(Operand::Number(AtX::X));
             }
             moves = true;
-            self.find(name)
+            self.columns.find(name).map(AtX::column).map(Operand::from)
         })?;
         Ok((function, moves))
     }
@@ -83,28 +87,22 @@ impl<'a> Names<'a> {
         std: &Spanned<String>,
     ) -> Result<Quantity, Error> {
         self.quantity(std)?;
-        let quoted = |word: &Spanned<String>| match self.find(word.get_ref()) {
+        let quoted = |word: &Spanned<String>| match self.columns.find(word.get_ref()) {
             Some(_) => format!("`{}`", word.get_ref()),
             None => format!("({})", word.get_ref()),
         };
         let sum = format!("{} + {sigmas} * {}", quoted(word), quoted(std));
-        self.parse(std, &sum, &mut |name| self.find(name)).map(Quantity::Formula)
-    }
-
-    fn find(&self, name: &str) -> Option<Operand> {
-        Some(match self.columns.find(name)? {
-            ColumnIndex::Number(index) => Operand::Number(index.position()),
-            ColumnIndex::Text(index) => Operand::Text(index.position()),
-        })
+        self.parse(std, &sum, &mut |name| self.columns.find(name).map(Operand::from))
+            .map(Quantity::Formula)
     }
 
     /// Parses what stands at `word`, or was made of it.
-    fn parse(
+    fn parse<S>(
         &self,
         word: &Spanned<String>,
         text: &str,
-        resolve: &mut dyn FnMut(&str) -> Option<Operand>,
-    ) -> Result<Expression, Error> {
+        resolve: &mut dyn FnMut(&str) -> Option<Operand<S>>,
+    ) -> Result<Expression<S>, Error> {
         let parsed = Expression::parse(text, resolve).map_err(|error| {
             let span = inside(self.scenario, word, error.span.clone());
             let pointed = self.scenario.source.error(span, error.message, "here");

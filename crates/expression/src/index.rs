@@ -1,4 +1,4 @@
-//! Indices of columns, each tied to a kind of row (full or recorded) and a kind of value (number or text).
+//! Indices of the values of a row, each tied to a kind of row (its space) and a kind of value (number or text).
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -12,22 +12,6 @@ pub struct Number;
 pub struct Text;
 
 /// The index of a column of kind `K` in rows of space `S`.
-///
-/// An index of a full row does not fit a recorded one:
-///
-/// ```compile_fail,E0277
-/// use recording::{Full, NumberIndex, Recorded, Row};
-/// let row = Row::<Recorded>::from_values(vec![1.0], Vec::new());
-/// row[NumberIndex::<Full>::new(0)];
-/// ```
-///
-/// An index of a text does not fit numbers:
-///
-/// ```compile_fail,E0308
-/// use recording::{Full, Row, TextIndex};
-/// let row = Row::<Full>::from_values(vec![1.0], Vec::new());
-/// let number: f64 = row[TextIndex::new(0)];
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TypedIndex<K, S> {
     position: usize,
@@ -97,4 +81,13 @@ pub enum ColumnIndex<S> {
     Number(NumberIndex<S>),
     /// Among the texts.
     Text(TextIndex<S>),
+}
+
+/// The values of a row of space `S`, as expressions over that space read them.
+pub trait Values<S> {
+    /// The number at this index; nothing when the row is shorter.
+    fn number(&self, index: NumberIndex<S>) -> Option<f64>;
+
+    /// The text at this index; nothing when the row is shorter.
+    fn text(&self, index: TextIndex<S>) -> Option<&str>;
 }
