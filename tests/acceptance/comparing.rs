@@ -40,7 +40,7 @@ fn the_time_gap_at_constant_speeds_is_the_analytic_one() {
     assert!(output.stdout.contains("both.rrd"), "{}", output.stdout);
     let python = python();
     let path = lab.path("both.rrd");
-    let rows = python.run("scalars.py", &[path.as_os_str(), "/delta".as_ref()]).stdout;
+    let rows = python.run("scalars.py", &[path.as_os_str(), "/time_gap".as_ref()]).stdout;
     let mut last = 0.0;
     for row in rows.lines() {
         let numbers: Vec<f64> = row.split(' ').map(|it| it.parse().expect("a number")).collect();
@@ -101,7 +101,7 @@ fn the_viewer_loads_a_comparison_without_warnings() {
     rerun(&["--test-receive", "--headless", "--port", "auto"]);
     let entities = rerun(&["rrd", "stats"]);
     for entity in [
-        "/delta",
+        "/time_gap",
         "/world/road",
         "/world/car",
         "/world/versus/car/body",
@@ -130,7 +130,7 @@ fn comparisons_of_equal_runs_are_equal_with_zero_time_gap() {
         .args(["one.rrd", "two.rrd"].map(|it| lab.path(it)));
     Ended::of(rerun.output().expect("it starts")).expect(0);
     let path = lab.path("one.rrd");
-    let rows = python.run("scalars.py", &[path.as_os_str(), "/delta".as_ref()]).stdout;
+    let rows = python.run("scalars.py", &[path.as_os_str(), "/time_gap".as_ref()]).stdout;
     assert!(
         rows.lines().count() == 1_001 && rows.lines().all(|row| row.ends_with(" 0.0")),
         "{rows}"

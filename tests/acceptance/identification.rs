@@ -13,6 +13,7 @@ tests! {
     a_run_starts_from_what_an_earlier_one_found,
     the_same_seed_gives_the_same_numbers,
     a_wrong_setting_is_pointed_at_before_anything_runs,
+    the_reference_of_the_plugin_is_that_of_its_schema,
 }
 
 /// Runs a scenario of a lab from the workspace, where the plugin is.
@@ -187,7 +188,6 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
     }
 }
 
-#[test]
 fn the_reference_of_the_plugin_is_that_of_its_schema() {
     let reference = in_root(&["explain", "--plugin", "identify"]);
     let path = Path::new(ROOT).join("docs/reference/identify.md");
