@@ -201,6 +201,7 @@ impl<'a> Walk<'a> {
             match kind.strip_prefix("a ").unwrap_or(&kind) {
                 "true or false" => "truth values".to_owned(),
                 "any value" => "values".to_owned(),
+                "text, one of those below" => "texts, each one of those below".to_owned(),
                 kind => match kind.split_once(' ') {
                     Some(("list" | "table", rest)) => {
                         format!("{}s {rest}", &kind[..kind.len() - rest.len() - 1])
