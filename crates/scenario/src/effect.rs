@@ -1,6 +1,6 @@
 //! Distorts a connected number the way a real sensor and its bus would.
 //!
-//! A new effect is a file with its words and its stage, its `mod` line, and a line in [`for_each_effect`].
+//! A new effect is a file with its words and its stage, its `mod` line, and a line in `for_each_effect`.
 
 mod bias;
 mod delay;

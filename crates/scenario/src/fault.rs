@@ -1,6 +1,6 @@
 //! Breaks a number on its way to an input for a while.
 //!
-//! A new kind of fault is a file with its words and its action, its `mod` line, and a line in [`for_each_fault`].
+//! A new kind of fault is a file with its words and its action, its `mod` line, and a line in `for_each_fault`.
 
 mod bias;
 mod freeze;

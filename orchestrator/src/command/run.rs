@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(required = true)]
     scenarios: Vec<PathBuf>,
     /// The folder for the files; for several scenarios, each gets a folder of its name in it
-    /// [default: target/runs/<scenario name>].
+    /// [default: target/runs/SCENARIO].
     #[arg(long)]
     out: Option<PathBuf>,
     /// Write run.csv too.

@@ -1,6 +1,6 @@
 //! Lists the shapes of a signal.
 //!
-//! A new shape is a file with its words, their check and its value, its `mod` line, and a line in [`for_each_shape`].
+//! A new shape is a file with its words, their check and its value, its `mod` line, and a line in `for_each_shape`.
 
 mod chirp;
 mod constant;
