@@ -179,12 +179,12 @@ fn an_error_points_at_the_file_with_the_mistake() {
 (&base, "title =", "extend =", "case.toml:1:", "did you mean `extends`?"),
         (CHANGED, "\"never*\"", "\"newer\"", "case.toml:5:", "unknown inherited [[check]] `newer`"),
         (CHANGED, "check = [\"n", "chek = [\"n", "case.toml:5:", "the extended scenario has no [[chek]]"),
-        (CHANGED, "[\"never*\"]", "\"never\"", "case.toml:5:", "expected a sequence"),
+        (CHANGED, "[\"never*\"]", "\"never\"", "case.toml:5:", "expected a list, found a text"),
         (&base, "\n[time]", "\n[without]\ncheck = [\"never\"]\n[time]", "case.toml:5:", "extends no other"),
         (TWICE, "ever", "never", "case.toml:3:", "2 [[check]] of this name"),
         // Words of the extending file.
         (CHANGED, "stop =", "stpo =", "case.toml:8:", "did you mean `stop`?"),
-        (CHANGED, "tire_f.D", "tire_f.G", "case.toml:12:", "no variable `tire_f.G`"),
+        (CHANGED, "tire_f.D", "tire_f.G", "case.toml:12:", "unknown variable `tire_f.G`"),
         (CHANGED, "\"plant.delta\"", "\"plant.delt\"", "case.toml:19:", "the key `from` is missing"),
         (CHANGED, "name = \"log\"", "nam = \"log\"", "case.toml:28:", "unknown key `nam`"),
         (CHANGED, "abs(plant.v_x - driver.v / 3.6)", "abs(plant.v_z)", "case.toml:25:", "did you mean `plant.v_x`?"),
@@ -213,7 +213,7 @@ fn an_error_points_at_the_file_with_the_mistake() {
         ("plant.fmu", "plan.fmu", "base/base.toml:10:", "cannot read base/plan.fmu"),
         ("body.m", "body.mm", "base/base.toml:11:", "did you mean `body.m`?"),
         ("log.csv", "lag.csv", "base/base.toml:25:", "base/lag.csv"),
-        ("driver.delta\"\nto", "driver.dleta\"\nto", "base/base.toml:30:", "no output `dleta`"),
+        ("driver.delta\"\nto", "driver.dleta\"\nto", "base/base.toml:30:", "unknown output `driver.dleta`"),
         ("\"log.*\"", "\"lag.*\"", "base/base.toml:48:", "`lag.*`"),
         ("plant.psi", "plant.pis", "base/base.toml:53:", "did you mean `plant.psi`?"),
     ];
