@@ -19,7 +19,7 @@ use crate::prior::Prior;
 use crate::profile::Profile;
 use crate::quantity::Quantity;
 
-/// PosteriorSamples over prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
+/// Ratio of posterior to prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
 pub const NARROWED: f64 = 0.3;
 /// Standard deviations by which half or double the width of the prior may move the mean.
 pub const UNMOVED: f64 = 0.25;
