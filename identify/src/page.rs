@@ -58,12 +58,12 @@ pub struct Section<'a> {
     /// What was known before.
     pub prior: &'a Prior,
     /// What was found. The first method's verdicts and band are shown.
-    pub methods: Vec<Method<'a>>,
+    pub methods: Vec<MethodSection<'a>>,
 }
 
 /// What one method found.
 #[derive(Clone, Copy, Debug)]
-pub struct Method<'a> {
+pub struct MethodSection<'a> {
     /// As "least squares".
     pub name: &'a str,
     /// The result.
@@ -113,15 +113,15 @@ fn render(page: &Page, figures: &[Figures]) -> String {
     }
     if let Some(study) = page.excitation {
         html.push_str("<h2>What excitation tells</h2>\n");
-        let told = &study.excitation;
+        let excitation = &study.excitation;
         let _ = writeln!(
             html,
             "<p class=\"faint\">Synthetic data of a known tire: {} points from slip 0 to the level, noise of {} in slip \
              and {} in the friction coefficient, seed {}.</p>",
-            told.samples,
-            significant(told.slip_std, 2),
-            significant(told.force_std, 2),
-            told.seed
+            excitation.samples,
+            significant(excitation.slip_std, 2),
+            significant(excitation.force_std, 2),
+            excitation.seed
         );
         html.push_str(&studies::excitation(study));
     }
@@ -162,7 +162,7 @@ fn write_section(html: &mut String, section: &Section, figures: &Figures) {
     if let Some(first) = section.methods.first() {
         write_verdicts(html, first.estimate, section.direction);
     }
-    let check = |first: &Method| first.estimate.posterior.as_ref()?.predictive.clone();
+    let check = |first: &MethodSection| first.estimate.posterior.as_ref()?.predictive.clone();
     if let Some(check) = section.methods.first().and_then(check) {
         html.push_str("<h3>Does the model fit?</h3>\n");
         write_check(html, &check);
@@ -258,27 +258,27 @@ fn write_methods(html: &mut String, section: &Section) {
                 UncertaintySource::Importance => "posterior (importance)",
             }
         );
-        if let Some(told) = &estimate.svi {
+        if let Some(variational) = &estimate.svi {
             let _ = write!(html, "<tr class=\"faint\"><td>its normal distribution</td>");
-            values(html, &told.mean, &told.std);
+            values(html, &variational.mean, &variational.std);
             let _ = writeln!(
                 html,
                 "<td class=\"number\">{}</td><td></td><td>{}</td><td>{}</td><td></td><td></td><td>k-hat {}</td></tr>",
-                significant(told.noise_std, 3),
-                end(told.status),
-                told.steps,
-                significant(told.diagnosis.k_hat, 2),
+                significant(variational.noise_std, 3),
+                end(variational.status),
+                variational.steps,
+                significant(variational.diagnosis.k_hat, 2),
             );
         }
     }
     html.push_str("</table>\n");
-    for told in section.methods.iter().filter_map(|method| method.estimate.svi.as_ref()) {
-        let warning = told.warning.as_deref().map_or_else(
+    for variational in section.methods.iter().filter_map(|method| method.estimate.svi.as_ref()) {
+        let warning = variational.warning.as_deref().map_or_else(
             || {
                 "The normal distribution is close to the posterior; weights make up for the rest."
                     .to_owned()
             },
-            |warning| format!("{warning} What is told is the posterior."),
+            |warning| format!("{warning} The values shown are those of the posterior."),
         );
         let _ = writeln!(html, "<p>{}</p>", escape(&warning));
     }

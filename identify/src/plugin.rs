@@ -5,7 +5,7 @@ mod curve;
 mod tires;
 
 use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
-use preparation::Recording;
+use preparation::DriveLog;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
 use tire_inference::posterior::report::UncertaintySource;
@@ -41,7 +41,7 @@ impl Analysis for Identify {
     fn check(request: &Request) -> Result<(), ConfigError> {
         match Config::read(request.config)? {
             Config::Tires(_) => {
-                let mut recording = Recording::default();
+                let mut recording = DriveLog::default();
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());
                 }
@@ -79,7 +79,7 @@ fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
 }
 
 /// What the page shows of each method.
-fn methods<'a>(found: &'a Answer) -> Vec<page::Method<'a>> {
+fn methods<'a>(found: &'a Answer) -> Vec<page::MethodSection<'a>> {
     let shown = |(method, estimate): &'a (Method, Estimate)| {
         let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
         let posterior = match (estimate.source, variational) {
@@ -87,7 +87,7 @@ fn methods<'a>(found: &'a Answer) -> Vec<page::Method<'a>> {
             _ => &found.posterior,
         };
         let gaussian = variational.map(|variational| &variational.gaussian);
-        page::Method { name: method.title(), estimate, posterior, gaussian }
+        page::MethodSection { name: method.title(), estimate, posterior, gaussian }
     };
     found.estimates.iter().map(shown).collect()
 }

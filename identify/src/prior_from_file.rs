@@ -52,7 +52,7 @@ impl Files {
 
 /// The part of a result that matters.
 #[derive(Deserialize)]
-struct Told {
+struct StoredPosterior {
     mean: BTreeMap<String, f64>,
     #[serde(default)]
     std: BTreeMap<String, f64>,
@@ -81,11 +81,11 @@ pub fn read(text: &str, curve: &str, free: &[bool; COUNT]) -> Result<Option<Norm
             format!("expected a report in JSON or a table in TOML, found neither: {what}")
         })?,
     };
-    let Some(told) = find(&file, curve)? else { return Ok(None) };
+    let Some(stored) = find(&file, curve)? else { return Ok(None) };
     let wrong = |what: String| format!("`{curve}`: {what}");
-    let told: Told =
-        serde_json::from_value(told.clone()).map_err(|error| wrong(error.to_string()))?;
-    normal(&told, free).map_err(wrong)
+    let stored: StoredPosterior =
+        serde_json::from_value(stored.clone()).map_err(|error| wrong(error.to_string()))?;
+    normal(&stored, free).map_err(wrong)
 }
 
 /// The table of a curve.
@@ -101,16 +101,16 @@ fn find<'a>(file: &'a Value, curve: &str) -> Result<Option<&'a Value>, String> {
             "expected one analysis with the curve `{curve}`, found `{one}` and `{other}`: leave the one that counts in the file"
         ));
     }
-    Ok(first.map(|(_, told)| told))
+    Ok(first.map(|(_, stored)| stored))
 }
 
-fn normal(told: &Told, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
-    let means = told.posterior.as_ref().map_or(&told.mean, |posterior| &posterior.mean);
-    let diagonal = told.covariance.is_empty();
+fn normal(stored: &StoredPosterior, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
+    let means = stored.posterior.as_ref().map_or(&stored.mean, |posterior| &posterior.mean);
+    let diagonal = stored.covariance.is_empty();
     let rows: Vec<&String> =
-        if diagonal { told.std.keys().collect() } else { told.parameters.iter().collect() };
-    let square = told.covariance.iter().all(|row| row.len() == rows.len());
-    if !diagonal && (told.covariance.len() != rows.len() || !square) {
+        if diagonal { stored.std.keys().collect() } else { stored.parameters.iter().collect() };
+    let square = stored.covariance.iter().all(|row| row.len() == rows.len());
+    if !diagonal && (stored.covariance.len() != rows.len() || !square) {
         return Err("expected a row and a column of the covariance for each parameter".to_owned());
     }
     let mut mean = [0.0; COUNT];
@@ -131,9 +131,9 @@ fn normal(told: &Told, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
         return Ok(None);
     }
     let covariance = DMatrix::from_fn(used.len(), used.len(), |k, l| match diagonal {
-        true if k == l => told.std[rows[used[k].0]].powi(2),
+        true if k == l => stored.std[rows[used[k].0]].powi(2),
         true => 0.0,
-        false => told.covariance[used[k].0][used[l].0],
+        false => stored.covariance[used[k].0][used[l].0],
     });
     let places: Vec<usize> = used.iter().map(|(_, index)| *index).collect();
     let normal = Normal::new(&places, mean, &covariance);
@@ -155,7 +155,7 @@ mod tests {
         let text = r#"{ "analyses": { "lap": { "innovations": 3 }, "tires": { "preparation": {}, "least_squares": { "front": {
             "mean": { "B": 1.0, "D": 1.0, "S_h": 0.0 }, "std": { "B": 2.0 }, "posterior": { "mean": { "B": 15.0, "D": 1.5, "S_h": 0.1 } },
             "parameters": ["B", "S_h", "D"], "covariance": [[4.0, 0.01, -0.1], [0.01, 0.001, 0.0], [-0.1, 0.0, 0.01]] } } } } }"#;
-        let normal = read(text, "front", &FREE).expect("reads").expect("is told of");
+        let normal = read(text, "front", &FREE).expect("reads").expect("has this curve");
         assert_eq!(normal.mean, [15.0, 0.0, 1.5, 0.0, 0.0, 0.0]);
         // The inverse of [4 −0.1; −0.1 0.01].
         let expected = [[0.01, 0.1], [0.1, 4.0]].map(|row| row.map(|x| x / 0.03));
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn a_bench_is_told_of_in_toml() {
         let text = "[front]\nmean = { C = 1.4, E = 0.1 }\nstd = { C = 0.1, E = 0.2 }\n";
-        let normal = read(text, "front", &FREE).expect("reads").expect("is told of");
+        let normal = read(text, "front", &FREE).expect("reads").expect("has this curve");
         let expected = Normal::diagonal(
             [0.0, 1.4, 0.0, 0.1, 0.0, 0.0],
             [f64::INFINITY, 0.1, f64::INFINITY, 0.2, f64::INFINITY, f64::INFINITY],

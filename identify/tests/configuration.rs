@@ -9,8 +9,8 @@ fn a_scenario_chooses_the_optimiser() {
     let read = |svi: &str| {
         Config::read(&format!("task = \"curve\"\ndirection = \"lateral\"\nsvi = {{ {svi} }}"))
     };
-    let told = "optimiser = \"adam\", batch = 64, start = { B = 10.0, C = 1.65, D = 1.5, E = 0.0 }";
-    let Config::Curve(curve) = read(told).expect("valid") else { panic!("a curve") };
+    let text = "optimiser = \"adam\", batch = 64, start = { B = 10.0, C = 1.65, D = 1.5, E = 0.0 }";
+    let Config::Curve(curve) = read(text).expect("valid") else { panic!("a curve") };
     let start = Some([10.0, 1.65, 1.5, 0.0, 0.0, 0.0]);
     assert_eq!(curve.svi, Optimiser::Adam(Adam { batch: Some(64), start, ..Adam::default() }));
     for (wrong, expected) in [

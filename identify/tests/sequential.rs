@@ -36,7 +36,9 @@ fn passed_on(answer: &Answer) -> Normal {
         "preparation": {}, "least_squares": { "front": answer.estimates[0].1 },
     } } });
     let free = Prior::longitudinal().free;
-    prior_from_file::read(&report.to_string(), "front", &free).expect("reads").expect("is told of")
+    prior_from_file::read(&report.to_string(), "front", &free)
+        .expect("reads")
+        .expect("has this curve")
 }
 
 #[test]

@@ -11,13 +11,13 @@ use std::time::{Duration, Instant};
 /// The workspace.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 /// Repetitions of all ways in turn. The fastest of each counts, as other programs only ever slow a run down; but a viewer that
-/// draws is such a program, so the median is told too.
+/// draws is such a program, so the median is printed too.
 const REPETITIONS: usize = 5;
 
 /// One way to record a run.
 struct Way {
     name: &'static str,
-    /// What is put in the place of the scenario's `[view]`; its own when absent.
+    /// Replacement of the scenario's `[view]`; its own when absent.
     instead_of_view: Option<&'static str>,
     replay: &'static str,
 }
@@ -73,12 +73,12 @@ fn main() {
         }
     }
     took.iter_mut().flatten().for_each(|times| times.sort_by(f64::total_cmp));
-    for (name, place) in [("fastest", 0), ("median", REPETITIONS / 2)] {
+    for (name, index) in [("fastest", 0), ("median", REPETITIONS / 2)] {
         println!("{name}, over that of recording nothing:");
         for (way, times) in ways.iter().zip(&took) {
-            let [seconds, busy] = [0, 1].map(|of| times[of][place]);
+            let [seconds, busy] = [0, 1].map(|of| times[of][index]);
             let [wall, cpu] =
-                [0, 1].map(|of| 100.0 * (times[of][place] / took[0][of][place] - 1.0));
+                [0, 1].map(|of| 100.0 * (times[of][index] / took[0][of][index] - 1.0));
             println!("{:25}{seconds:7.2} s {wall:+6.1} %  CPU {busy:6.2} s {cpu:+6.1} %", way.name);
         }
     }
@@ -155,6 +155,6 @@ fn children() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // Behind the name in brackets; the 14th and 15th word from there on, in hundredths of a second.
     let words: Vec<_> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
-    let ticks = |place: usize| words.get(place).and_then(|it| it.parse::<f64>().ok());
+    let ticks = |index: usize| words.get(index).and_then(|it| it.parse::<f64>().ok());
     (ticks(13).unwrap_or(f64::NAN) + ticks(14).unwrap_or(f64::NAN)) / 100.0
 }

@@ -77,9 +77,9 @@ pub fn run(
     });
     let request = Request { config: &plan.config, signals: signals.collect() };
     let name = &plan.name;
-    let mut bench = Bench { name, sink, folder, files, progress, failed: None };
-    let outcome = plan.plugin.run(&request, &mut bench);
-    if let Some(error) = bench.failed {
+    let mut host = AnalysisHost { name, sink, folder, files, progress, failed: None };
+    let outcome = plan.plugin.run(&request, &mut host);
+    if let Some(error) = host.failed {
         return Err(error);
     }
     let text = outcome.map_err(|what| Error::analysis(name, what.to_string()))?;
@@ -98,7 +98,7 @@ fn values(plan: &AnalysisPlan, wired: &Wired, collected: &Collected) -> Vec<f64>
 }
 
 /// The program, as a plugin sees it. What goes wrong here ends the analysis at its next sign of progress.
-struct Bench<'a> {
+struct AnalysisHost<'a> {
     name: &'a str,
     sink: &'a mut dyn Sink<Full>,
     folder: &'a Path,
@@ -107,7 +107,7 @@ struct Bench<'a> {
     failed: Option<Error>,
 }
 
-impl Bench<'_> {
+impl AnalysisHost<'_> {
     fn write(&mut self, name: &str, text: &str) -> Result<(), Error> {
         let plain = Path::new(name).file_name().is_some_and(|file| file == name);
         if !plain || is_reserved(name) {
@@ -129,7 +129,7 @@ impl Bench<'_> {
     }
 }
 
-impl Host for Bench<'_> {
+impl Host for AnalysisHost<'_> {
     fn progress(&mut self, share: f64, what: &str) -> bool {
         (self.progress)(share, what) && self.failed.is_none()
     }

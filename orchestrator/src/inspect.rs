@@ -70,7 +70,7 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
 fn entry(variable: &Variable, all: &[Variable]) -> serde_json::Value {
     let word = |name: String| name[..1].to_lowercase() + &name[1..];
     let follows = variable.dependencies.as_ref().map(|places| {
-        let names = places.iter().filter_map(|&place| all.get(place));
+        let names = places.iter().filter_map(|&index| all.get(index));
         names.map(|variable| variable.name.clone()).collect::<Vec<_>>()
     });
     let items = variable.items.iter().map(|item| (item.name.clone(), item.value.into()));
@@ -101,7 +101,7 @@ fn line(variable: &Variable, all: &[Variable], width: usize) -> String {
     let follows = match &variable.dependencies {
         Some(places) if places.is_empty() => "follows nothing".to_owned(),
         Some(places) => {
-            let names = places.iter().filter_map(|&place| all.get(place));
+            let names = places.iter().filter_map(|&index| all.get(index));
             let names: Vec<_> = names.map(|variable| variable.name.as_str()).collect();
             format!("follows {}", names.join(", "))
         }

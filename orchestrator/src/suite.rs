@@ -64,8 +64,8 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 /// # Errors
 /// With both files.
 pub fn check_names(paths: &[PathBuf]) -> Result<(), Error> {
-    for (place, path) in paths.iter().enumerate() {
-        let twin = paths[..place].iter().find(|other| other.file_stem() == path.file_stem());
+    for (index, path) in paths.iter().enumerate() {
+        let twin = paths[..index].iter().find(|other| other.file_stem() == path.file_stem());
         if let Some(twin) = twin {
             let (one, other) = (twin.display(), path.display());
             let error = Error::input(format!("{one} and {other} would write to the same folder"));

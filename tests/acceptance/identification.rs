@@ -181,8 +181,8 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
     for (old, new, at, says) in cases {
         let text = good.replacen(old, new, 1);
         assert_ne!(text, good, "{old}");
-        let place = text.find(at).unwrap_or_else(|| panic!("no {at} in {text}"));
-        let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
+        let offset = text.find(at).unwrap_or_else(|| panic!("no {at} in {text}"));
+        let line = format!("case.toml:{}:", 1 + text[..offset].matches('\n').count());
         run(&lab, &text).expect(2).says(&[says, &line]);
         assert!(!lab.has("out"), "{new}");
     }

@@ -1,4 +1,4 @@
-//! Checks that analyses get what the scenario says, and that what a plugin or its user does wrong is told.
+//! Checks the inputs of analyses, and the messages about mistakes of plugins and of their users.
 
 use std::path::Path;
 use std::process::Command;
@@ -108,8 +108,8 @@ fn what_does_not_fit_is_pointed_at() {
         (scenario(&format!("{SPEED}[[check]]\nname = \"c\"\nthat = \"odd.x > 1\"\nduring = [0.0, 1.0]\n")), "[0.0, 1.0]", "results of analyses have no time"),
     ];
     for (text, at, says) in cases {
-        let place = text.find(at).unwrap_or_else(|| panic!("no {at:?} in {text}"));
-        let line = format!("case.toml:{}:", 1 + text[..place].matches('\n').count());
+        let offset = text.find(at).unwrap_or_else(|| panic!("no {at:?} in {text}"));
+        let line = format!("case.toml:{}:", 1 + text[..offset].matches('\n').count());
         run(&lab, &text).expect(2).says(&[says, &line]);
         assert!(!lab.has("out"), "{text}");
     }

@@ -10,10 +10,10 @@ mod drive;
 
 use drive_inference::likelihood::{DriveNoise, Likelihood};
 use drive_inference::regression::Target;
-use drive_inference::smoothing::Smoothing;
+use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::{Tires, block, from_array, to_array};
 use drive_inference::validation::{Manoeuvre, compare};
-use drive_inference::{DriveOptions, Formulation, Identified, Noises, Recording, identify};
+use drive_inference::{Drive, DriveOptions, Formulation, Identified, Noises, identify};
 use numerics::statistics;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::{Parameter, TireParameters};
@@ -96,15 +96,15 @@ fn report(name: &str, found: &Identified, truth: &Tires, car: &Vehicle, seconds:
         );
     }
     for explained in &found.explained {
-        let told = &explained.report;
+        let report = &explained.report;
         println!(
             "    smoothing: log-likelihood {:.0}, a_y {:.4} m/s2",
-            told.log_likelihood, told.a_y_rmse
+            report.log_likelihood, report.a_y_rmse
         );
         let exponents =
             |values: &[f64]| -> Vec<String> { values.iter().map(|v| format!("{v:.2e}")).collect() };
-        println!("      Q {:?}, R {:?}", exponents(&told.Q), exponents(&told.R));
-        if let Some(em) = &told.em {
+        println!("      Q {:?}, R {:?}", exponents(&report.Q), exponents(&report.R));
+        if let Some(em) = &report.em {
             println!(
                 "      EM: {} passes, converged {}, {:?}",
                 em.passes, em.converged, em.violations
@@ -123,7 +123,7 @@ fn report(name: &str, found: &Identified, truth: &Tires, car: &Vehicle, seconds:
 
 /// Errors in standard deviations, and what the data themselves say of the truth: twice the rise of the cost from the optimum to
 /// it is a sample of χ² with 8 degrees of freedom, if all is well.
-fn limits(found: &Identified, truth: &Tires, car: &Vehicle, recording: &Recording) {
+fn limits(found: &Identified, truth: &Tires, car: &Vehicle, recording: &Drive) {
     let likelihood = Likelihood::new(car, std::slice::from_ref(recording));
     let Some(best) = found.formulations.last() else { return };
     let (theta, expected) = (to_array(best.tires), to_array(*truth));
@@ -148,7 +148,7 @@ fn exact(found: &Identified, truth: &Tires) {
     let (mut held, mut all) = (0, 0);
     for (name, axle) in NAMED {
         let estimate = &found.estimates[axle];
-        let Some(told) = &estimate.posterior else { return };
+        let Some(posterior) = &estimate.posterior else { return };
         let (tire, o) = (truth[axle], block(axle).start);
         let [B, C, D, E] = tire.into_array();
         let truths = [B, C, D, E, tire.stiffness()];
@@ -162,11 +162,11 @@ fn exact(found: &Identified, truth: &Tires) {
         let ratio = |i: usize| estimate.std[names[i]] / found.covariance[o + i][o + i].sqrt();
         println!(
             "    {name:5} posterior {:?}, {} evaluations in {} rounds, {:.2} of the draws count, k-hat {:.2}; standard deviations over the bound {:.2?}",
-            told.status,
-            told.cells,
-            told.levels,
-            told.effective_share,
-            told.k_hat.unwrap_or(f64::NAN),
+            posterior.status,
+            posterior.cells,
+            posterior.levels,
+            posterior.effective_share,
+            posterior.k_hat.unwrap_or(f64::NAN),
             std::array::from_fn::<f64, 4, _>(ratio)
         );
     }
@@ -176,7 +176,7 @@ fn exact(found: &Identified, truth: &Tires) {
 /// How the normal distribution of variational inference compares with the weighted draws.
 fn variational(found: &Identified) {
     for (name, axle) in NAMED {
-        let Some(told) = &found.estimates[axle].svi else { return };
+        let Some(svi) = &found.estimates[axle].svi else { return };
         let quantities: Vec<Quantity> = Parameter::ALL[..4]
             .iter()
             .map(|p| Quantity::Parameter(*p))
@@ -185,19 +185,19 @@ fn variational(found: &Identified) {
         let compared = quantities.iter().map(|quantity| {
             let draws = found.posterior[axle].values(*quantity);
             let std = statistics::std(&draws);
-            let off = (told.mean[quantity.name()] - statistics::mean(&draws)) / std;
-            (off, told.std[quantity.name()] / std)
+            let off = (svi.mean[quantity.name()] - statistics::mean(&draws)) / std;
+            (off, svi.std[quantity.name()] / std)
         });
         let (off, ratios): (Vec<f64>, Vec<f64>) = compared.unzip();
         println!(
             "    {name:5} svi {:?} in {} steps, {} evaluations, {:.2} s, gradient norm {:.1e}, k-hat {:.2}, {}trusted; means off {off:.3?} std, ratios {ratios:.3?}",
-            told.status,
-            told.steps,
-            told.evaluations,
-            told.seconds,
-            told.gradient_norm,
-            told.diagnosis.k_hat,
-            if told.trusted { "" } else { "not " },
+            svi.status,
+            svi.steps,
+            svi.evaluations,
+            svi.seconds,
+            svi.gradient_norm,
+            svi.diagnosis.k_hat,
+            if svi.trusted { "" } else { "not " },
         );
     }
 }
@@ -216,7 +216,7 @@ fn verdicts(found: &Identified) {
     }
 }
 
-fn read(path: &str) -> Result<Recording, Box<dyn std::error::Error>> {
+fn read(path: &str) -> Result<Drive, Box<dyn std::error::Error>> {
     let text = std::fs::read_to_string(path)?;
     let mut lines = text.lines();
     let head: Vec<&str> = lines.next().ok_or("an empty file")?.split(',').collect();
@@ -227,7 +227,7 @@ fn read(path: &str) -> Result<Recording, Box<dyn std::error::Error>> {
         let i = head.iter().position(|h| *h == name).ok_or(format!("no column {name}"))?;
         Ok(rows.iter().map(|row| row[i]).collect())
     };
-    Ok(Recording {
+    Ok(Drive {
         t: column("time")?,
         v_x: column("estimator.v_x_meas")?,
         v_y: column("estimator.v_y_meas")?,
@@ -248,7 +248,7 @@ struct Wishes {
 
 fn run(
     name: &str,
-    recording: &Recording,
+    recording: &Drive,
     truth: &Tires,
     car: &Vehicle,
     noise: &[f64; 4],
@@ -262,7 +262,7 @@ fn run(
     let others = [Target::SmoothedAcceleration, Target::Acceleration, Target::AxleForces];
     let compare =
         if wishes.compare { others.map(Formulation::Points).to_vec() } else { Vec::new() };
-    let smoothing = Smoothing { em_passes: wishes.em_passes };
+    let smoothing = SmootherOptions { em_passes: wishes.em_passes };
     let options = DriveOptions {
         car: *car,
         noises,
@@ -297,7 +297,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         profile: has("--profile"),
         compare: has("--compare"),
         svi: has("--svi"),
-        em_passes: after("--em").map_or(Ok(Smoothing::default().em_passes), |n| n.parse())?,
+        em_passes: after("--em").map_or(Ok(SmootherOptions::default().em_passes), |n| n.parse())?,
     };
     println!(
         "{:28} {:>9} {:>9} {:>9} {:>9}   {:>8} {:>8} {:>8} {:>8}",

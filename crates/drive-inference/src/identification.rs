@@ -17,7 +17,7 @@ use crate::options::{DriveOptions, Formulation, Noises};
 use crate::points::{self, Point};
 use crate::posterior_samples::{self, Drawn, Request};
 use crate::progress::{Progress, with_progress};
-use crate::recording::Recording;
+use crate::recording::Drive;
 use crate::regression::Target;
 use crate::smoothing::{self, Explained};
 use crate::tires::{SIZE, Tires, corners, from_array, from_vector, to_vector};
@@ -33,7 +33,7 @@ const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
 ///
 /// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was cancelled.
 pub fn identify(
-    recordings: &[Recording],
+    recordings: &[Drive],
     options: &DriveOptions,
     progress: &mut dyn FnMut(f64, &str) -> bool,
 ) -> Result<Identified, Error> {
@@ -70,7 +70,7 @@ pub fn identify(
 
 /// The nominal car along each recording.
 fn explain(
-    recordings: &[Recording],
+    recordings: &[Drive],
     options: &DriveOptions,
     noise: &DriveNoise,
     progress: &Progress,
@@ -84,7 +84,7 @@ fn explain(
 }
 
 struct Run<'a> {
-    recordings: &'a [Recording],
+    recordings: &'a [Drive],
     options: &'a DriveOptions,
     noise: DriveNoise,
     points: Vec<Vec<Point>>,
@@ -155,9 +155,9 @@ impl Run<'_> {
         Ok(best)
     }
 
-    fn search(&self, target: Target) -> search::Search {
+    fn search(&self, target: Target) -> search::PointFit {
         let [_, _, s_r, s_y] = self.noise.sensor;
-        search::Search {
+        search::PointFit {
             target,
             weights: self.options.weights,
             expected: self.options.expected(),

@@ -13,7 +13,7 @@ use crate::car::Held;
 use crate::evaluation::{Costs, Evaluation, Sums, Visit};
 use crate::filter::{Belief, Filter, Innovation, Variances};
 use crate::progress::Cancellation;
-use crate::recording::Recording;
+use crate::recording::Drive;
 use crate::tires::{self, SIZE, Tires};
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
@@ -71,8 +71,8 @@ pub struct Likelihood {
 }
 
 impl Likelihood {
-    /// Prepares recordings, which must have passed [`Recording::check`]. The car's own tires are not used.
-    pub fn new(car: &Vehicle, recordings: &[Recording]) -> Self {
+    /// Prepares recordings, which must have passed [`Drive::check`]. The car's own tires are not used.
+    pub fn new(car: &Vehicle, recordings: &[Drive]) -> Self {
         let prepared: Vec<_> = recordings.iter().map(|recording| prepare(car, recording)).collect();
         let samples = prepared.iter().map(|(_, samples)| samples.len()).sum();
         Self { car: *car, recordings: prepared, samples, cancel: Cancellation::default() }
@@ -228,7 +228,7 @@ fn start<T: Scalar>(first: &[f64; 4], noise: &Variances<T>) -> Belief<T> {
     Belief { x: [first[0], first[1], first[2], 0.0].map(constant), P }
 }
 
-fn prepare(car: &Vehicle, recording: &Recording) -> ([f64; 4], Vec<Sample>) {
+fn prepare(car: &Vehicle, recording: &Drive) -> ([f64; 4], Vec<Sample>) {
     let body = &car.body;
     let [front, rear] = body.static_loads().map(|load| load * STIFFEST);
     let pole = (body.l_f * body.l_f * front + body.l_r * body.l_r * rear) / body.I_zz

@@ -11,7 +11,7 @@ use vehicle::Vehicle;
 use crate::likelihood::DriveNoise;
 use crate::regression::{Target, Weights};
 use crate::regularisation::Expected;
-use crate::smoothing::Smoothing;
+use crate::smoothing::SmootherOptions;
 
 /// How tires are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,11 +148,11 @@ pub struct DriveOptions {
     /// The noises.
     pub noises: Noises,
     /// How states are smoothed for fits to points.
-    pub smoothing: Smoothing,
+    pub smoothing: SmootherOptions,
     /// Whether standard deviations, intervals, bands and densities come from the posterior, if there is a likelihood; else from
     /// the curvature.
     pub posterior: bool,
-    /// Whether a normal distribution is fitted to that posterior first, by variational inference: it is judged, told, and where the
+    /// Whether a normal distribution is fitted to that posterior first, by variational inference: it is judged, reported, and where the
     /// weighted draws start.
     pub svi: bool,
     /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes longer than the fit.
@@ -180,7 +180,7 @@ impl Default for DriveOptions {
             starts: 8,
             seed: 1,
             noises: Noises::Estimated,
-            smoothing: Smoothing::default(),
+            smoothing: SmootherOptions::default(),
             posterior: true,
             svi: false,
             profile: false,

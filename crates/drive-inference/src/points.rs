@@ -7,7 +7,7 @@ use preparation::samples::Samples;
 use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, NominalCar, SLIP_SPEED_FLOOR, Vehicle};
 
-use crate::recording::Recording;
+use crate::recording::Drive;
 use crate::smoothing::nominal;
 
 /// What is known at one instant under one input.
@@ -45,7 +45,7 @@ pub struct Point {
 }
 
 /// The points of a recording.
-pub fn points(car: &Vehicle, recording: &Recording, smoothed: &Smoothed<6>) -> Vec<Point> {
+pub fn points(car: &Vehicle, recording: &Drive, smoothed: &Smoothed<6>) -> Vec<Point> {
     let nominal = nominal(car);
     let last = recording.len() - 1;
     let point = |k: usize| {
@@ -99,12 +99,7 @@ fn side(car: &Vehicle, [v_x, xi_x]: [f64; 2], turned: f64, F_x: f64, delta: f64)
     Side { alpha_f: delta - turned, F_z, cos, braking: F_xf * sin }
 }
 
-fn acceleration(
-    car: &NominalCar,
-    recording: &Recording,
-    smoothed: &Smoothed<6>,
-    k: usize,
-) -> [f64; 2] {
+fn acceleration(car: &NominalCar, recording: &Drive, smoothed: &Smoothed<6>, k: usize) -> [f64; 2] {
     let state = &smoothed.states[k];
     let H: RowSVector<f64, 6> = car.measurement_jacobian(&state.mean).row(3).into_owned();
     let a_y = car.measurement(&state.mean, recording.delta[k])[3];
@@ -112,12 +107,7 @@ fn acceleration(
 }
 
 /// From the lateral force S and the yaw moment M: front (l_r S + M)/L, rear (l_f S − M)/L.
-fn forces(
-    car: &NominalCar,
-    recording: &Recording,
-    smoothed: &Smoothed<6>,
-    k: usize,
-) -> [[f64; 2]; 2] {
+fn forces(car: &NominalCar, recording: &Drive, smoothed: &Smoothed<6>, k: usize) -> [[f64; 2]; 2] {
     let state = &smoothed.states[k];
     let x = &state.mean;
     let S = car.m * car.measurement(x, recording.delta[k])[3];

@@ -86,10 +86,10 @@ mod tests {
 
     #[test]
     fn stages_are_told_in_their_order() {
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let mut progress = |share: f64, what: &str| {
-            if told.last() != Some(&(share, what.to_owned())) {
-                told.push((share, what.to_owned()));
+            if reported.last() != Some(&(share, what.to_owned())) {
+                reported.push((share, what.to_owned()));
             }
             true
         };
@@ -99,7 +99,7 @@ mod tests {
             Ok(1 + 2)
         });
         assert_eq!(sum, Ok(3));
-        assert_eq!(told, [(0.0, "one".to_owned()), (0.5, "two".to_owned())]);
+        assert_eq!(reported, [(0.0, "one".to_owned()), (0.5, "two".to_owned())]);
     }
 
     #[test]

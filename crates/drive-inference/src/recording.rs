@@ -7,7 +7,7 @@ use crate::error::Error;
 /// A row holds what was measured at the end of a step, and the inputs that were held during that step. The inputs of the first
 /// row are not used.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recording {
+pub struct Drive {
     /// Time [s], rising.
     pub t: Vec<f64>,
     /// Measured forward speed [m/s].
@@ -27,7 +27,7 @@ pub struct Recording {
 /// Fewest rows from which tires can be identified.
 pub const SHORTEST: usize = 50;
 
-impl Recording {
+impl Drive {
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.t.len()

@@ -4,7 +4,7 @@ use serde::Serialize;
 use vehicle::{Input, State, Vehicle};
 
 use crate::likelihood::DriveNoise;
-use crate::recording::Recording;
+use crate::recording::Drive;
 use crate::smoothing::rmse;
 
 /// Longest step of the integrator [s].
@@ -48,7 +48,7 @@ pub struct Replay {
 }
 
 /// Drives a car along a recording from a state at its first row.
-pub fn replay(car: &Vehicle, recording: &Recording, start: State, noise: &DriveNoise) -> Replay {
+pub fn replay(car: &Vehicle, recording: &Drive, start: State, noise: &DriveNoise) -> Replay {
     let mut state = start;
     let mut columns = [(); 4].map(|()| Vec::with_capacity(recording.len()));
     for k in 0..recording.len() {

@@ -25,7 +25,7 @@ const SAME: f64 = 1e-3;
 
 /// What a fit to points looks for, and how.
 #[derive(Clone, Copy, Debug)]
-pub struct Search {
+pub struct PointFit {
     /// What the tires have to explain.
     pub target: Target,
     /// How residuals are weighed.
@@ -77,7 +77,7 @@ pub fn starts(bounds: &Bounds, count: usize, seed: u64) -> Vec<Tires> {
     std::iter::once(at([0.5; SIZE])).chain((1..count).map(inner)).collect()
 }
 
-impl Search {
+impl PointFit {
     /// Fits to points, of which there is one list for each recording.
     ///
     /// # Errors

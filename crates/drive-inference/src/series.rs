@@ -4,7 +4,7 @@ use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, State, Vehicle};
 
 use crate::likelihood::{DriveNoise, Likelihood};
-use crate::recording::Recording;
+use crate::recording::Drive;
 use crate::tires::Tires;
 
 /// Columns of one recording, with a value for each of its rows. The first row, which starts the filter, has zero innovations.
@@ -24,21 +24,14 @@ pub struct Series {
 
 impl Series {
     /// Measured lateral acceleration as it was expected from all before it, and from the other sensors at the same time [m/s²].
-    pub fn a_y_expected<'a>(&'a self, recording: &'a Recording) -> impl Iterator<Item = f64> + 'a {
+    pub fn a_y_expected<'a>(&'a self, recording: &'a Drive) -> impl Iterator<Item = f64> + 'a {
         let measured = recording.a_y.iter();
         measured.zip(&self.innovations[3]).map(|(measured, innovation)| measured - innovation)
     }
 }
 
 impl Series {
-    fn push(
-        &mut self,
-        car: &Vehicle,
-        recording: &Recording,
-        k: usize,
-        x: [f64; 4],
-        e: [[f64; 2]; 4],
-    ) {
+    fn push(&mut self, car: &Vehicle, recording: &Drive, k: usize, x: [f64; 4], e: [[f64; 2]; 4]) {
         let state = State { v_x: x[0], v_y: x[1], r: x[2], ..State::default() };
         let motion =
             car.evaluate(&state, &Input { F_x: recording.F_x[k], delta: recording.delta[k] });
@@ -56,7 +49,7 @@ impl Series {
 /// The columns of all recordings of a likelihood.
 pub fn series(
     car: &Vehicle,
-    recordings: &[Recording],
+    recordings: &[Drive],
     likelihood: &Likelihood,
     tires: &Tires,
     noise: &DriveNoise,

@@ -9,7 +9,7 @@ use serde::Serialize;
 use vehicle::{NominalCar, Vehicle};
 
 use crate::likelihood::DriveNoise;
-use crate::recording::Recording;
+use crate::recording::Drive;
 
 /// Stiffness per load of the nominal car [1/rad]: a guess, which only decides what ξ has to make up for.
 const NOMINAL_STIFFNESS: f64 = 50.0;
@@ -30,12 +30,12 @@ pub fn nominal(car: &Vehicle) -> NominalCar {
     NominalCar { m, I_zz, l_f, l_r, C_f, C_r }
 }
 
-struct Drive<'a> {
+struct DriveModel<'a> {
     car: NominalCar,
-    recording: &'a Recording,
+    recording: &'a Drive,
 }
 
-impl Model<6, 4> for Drive<'_> {
+impl Model<6, 4> for DriveModel<'_> {
     fn transition(&self, k: usize, x: &SVector<f64, 6>) -> (SVector<f64, 6>, SMatrix<f64, 6, 6>) {
         let drive = self.recording;
         let h = drive.t[k + 1] - drive.t[k];
@@ -50,13 +50,13 @@ impl Model<6, 4> for Drive<'_> {
 
 /// How states are smoothed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Smoothing {
+pub struct SmootherOptions {
     /// How often expectation and maximisation (EM) may filter a recording to find the noises of the nominal car; 0 leaves them
     /// at what suits most drives.
     pub em_passes: usize,
 }
 
-impl Default for Smoothing {
+impl Default for SmootherOptions {
     fn default() -> Self {
         Self { em_passes: 60 }
     }
@@ -123,12 +123,12 @@ impl From<&Estimate<6, 4>> for Tuning {
 /// [`EmError::Pass`] if a covariance is lost on the way.
 pub fn explain(
     car: &Vehicle,
-    recording: &Recording,
+    recording: &Drive,
     noise: &DriveNoise,
-    options: &Smoothing,
+    options: &SmootherOptions,
     go_on: impl FnMut() -> bool,
 ) -> Result<Explained, EmError> {
-    let drive = Drive { car: nominal(car), recording };
+    let drive = DriveModel { car: nominal(car), recording };
     let measured: Vec<SVector<f64, 4>> =
         (0..recording.len()).map(|k| recording.measured(k).into()).collect();
     let mut parameters = parameters(recording, noise);
@@ -167,7 +167,7 @@ pub fn rmse(a: &[f64], b: &[f64]) -> f64 {
     (square / a.len() as f64).sqrt()
 }
 
-fn parameters(recording: &Recording, noise: &DriveNoise) -> Parameters<6, 4> {
+fn parameters(recording: &Drive, noise: &DriveNoise) -> Parameters<6, 4> {
     let h = (recording.t[recording.len() - 1] - recording.t[0]) / (recording.len() - 1) as f64;
     let diagonal = |std: [f64; 6], h: f64| {
         SMatrix::from_diagonal(&SVector::from(std.map(|std| std * std * h)))

@@ -65,10 +65,10 @@ proptest! {
 }
 
 /// A slalom with braking that takes both axles past their peaks, measured with a fixed pattern of errors.
-fn recording(car: &Vehicle, seconds: f64) -> Recording {
+fn recording(car: &Vehicle, seconds: f64) -> Drive {
     let car = car.with_tires(TIRES.front.curve(), TIRES.rear.curve());
     let mut state = State { v_x: 22.0, ..State::default() };
-    let mut recording = Recording::default();
+    let mut recording = Drive::default();
     for k in 0..(100.0 * seconds) as usize {
         let t = 0.01 * k as f64;
         let input = Input {
@@ -183,12 +183,16 @@ fn innovations_are_those_of_a_textbook_filter() {
         }
         let expected = SVector::from([prior.mean[0], prior.mean[1], prior.mean[2], linear.a_y]);
         let residual = SVector::from(recording.measured(k)) - expected;
-        let (after, told) = kalman::update(&prior, &residual, &H, &R).expect("a covariance");
+        let (after, corrected) = kalman::update(&prior, &residual, &H, &R).expect("a covariance");
         textbook = after;
         let innovation = filter.step(&mut belief, &held, 0.01, 1, &recording.measured(k));
         let squares = (0..4).map(|i| innovation.residual[i].powi(2) / innovation.variance[i]);
         let nis: f64 = squares.sum();
-        assert!((nis - told.nis).abs() < 5e-3 * told.nis.max(1.0), "{k}: {nis} {}", told.nis);
+        assert!(
+            (nis - corrected.nis).abs() < 5e-3 * corrected.nis.max(1.0),
+            "{k}: {nis} {}",
+            corrected.nis
+        );
     }
 }
 
@@ -236,7 +240,7 @@ fn rate(car: &Vehicle, tires: &Tires<f64>, x: &SVector<f64, 4>, held: &Held) -> 
 #[test]
 fn unusable_recordings_say_where() {
     let good = recording(&Vehicle::default(), 1.0);
-    let identify = |recording: &Recording| {
+    let identify = |recording: &Drive| {
         identify(std::slice::from_ref(recording), &DriveOptions::default(), &mut |_, _| true)
             .expect_err("nothing to identify from")
             .to_string()

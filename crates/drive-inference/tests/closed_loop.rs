@@ -7,11 +7,11 @@ mod drive;
 use std::sync::LazyLock;
 
 use drive_inference::regression::{Target, Weights};
-use drive_inference::smoothing::Smoothing;
+use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::to_array;
 use drive_inference::validation::{Manoeuvre, compare};
 use drive_inference::{
-    DriveNoise, DriveOptions, Formulation, Identified, Noises, Recording, Tires, identify,
+    Drive, DriveNoise, DriveOptions, Formulation, Identified, Noises, Tires, identify,
 };
 use numerics::convergence::Status;
 use tire_inference::axles::Axle;
@@ -26,15 +26,15 @@ const UNEQUAL: Tires = Tires {
 };
 
 /// Noises of the nominal car as assumed: EM is for [`prediction_errors_recover_unequal_tires`].
-const UNTUNED: Smoothing = Smoothing { em_passes: 0 };
+const UNTUNED: SmootherOptions = SmootherOptions { em_passes: 0 };
 
 /// 56 s at two speeds, past the peaks of both axles.
-static LIMIT: LazyLock<Recording> = LazyLock::new(|| {
+static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
     let car = drive::on_tires(&Vehicle::default(), &UNEQUAL);
     drive::drive(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1)
 });
 
-fn of(recording: &Recording, options: &DriveOptions) -> Identified {
+fn of(recording: &Drive, options: &DriveOptions) -> Identified {
     identify(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
 }
 
@@ -113,7 +113,7 @@ fn two_recordings_tell_more_than_one() {
     let parts = [LIMIT.slice(0..half), LIMIT.slice(half..LIMIT.len())];
     let noises = Noises::Known(DriveNoise::of_sensors(drive::USUAL));
     let options = DriveOptions { noises, smoothing: UNTUNED, ..DriveOptions::default() };
-    let std = |recordings: &[Recording]| {
+    let std = |recordings: &[Drive]| {
         let found = identify(recordings, &options, &mut |_, _| true).expect("tires");
         found.estimates.map(|estimate| estimate.std["K"]).into_array()
     };

@@ -156,12 +156,12 @@ fn damage(cases: usize) {
         let whole = case % 10 == 0;
         let mut bytes = if whole { archive.clone() } else { XML.as_bytes().to_vec() };
         for _ in 0..random.random_range(1..8) {
-            let place = random.random_range(0..bytes.len());
+            let offset = random.random_range(0..bytes.len());
             match random.random_range(0..4) {
-                0 => bytes[place] = random.random(),
-                1 => drop(bytes.drain(place..(place + 20).min(bytes.len() - 1))),
-                2 => bytes.insert(place, random.random()),
-                _ => bytes.extend_from_within(place..(place + 30).min(bytes.len())),
+                0 => bytes[offset] = random.random(),
+                1 => drop(bytes.drain(offset..(offset + 20).min(bytes.len() - 1))),
+                2 => bytes.insert(offset, random.random()),
+                _ => bytes.extend_from_within(offset..(offset + 30).min(bytes.len())),
             }
         }
         if whole {

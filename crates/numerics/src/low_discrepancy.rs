@@ -59,9 +59,9 @@ pub fn normal_points(dimension: usize, count: usize, seed: u64) -> DMatrix<f64> 
         for (pair, u) in uniform.as_chunks::<2>().0.iter().enumerate() {
             // Box and Muller.
             let (sin, cos) = (TAU * u[1]).sin_cos();
-            for (place, part) in [(2 * pair, cos), (2 * pair + 1, sin)] {
-                if place < dimension {
-                    points[(place, k)] = (-2.0 * u[0].ln()).sqrt() * part;
+            for (index, part) in [(2 * pair, cos), (2 * pair + 1, sin)] {
+                if index < dimension {
+                    points[(index, k)] = (-2.0 * u[0].ln()).sqrt() * part;
                 }
             }
         }

@@ -12,7 +12,7 @@ mod secant;
 use nalgebra::{DMatrix, DVector};
 
 use crate::convergence::Status;
-use search::Search;
+use search::Minimisation;
 
 /// A cost to second order.
 #[derive(Clone, Debug)]
@@ -118,7 +118,7 @@ pub fn minimise(
     start: &DVector<f64>,
     limits: Limits,
 ) -> Minimum {
-    let mut search = Search::new(objective, lower, upper);
+    let mut search = Minimisation::new(objective, lower, upper);
     let start = DVector::from_fn(start.len(), |i, _| start[i].clamp(lower[i], upper[i]));
     let mut point = search.at(start);
     let mut trace = vec![point.model.cost];

@@ -6,11 +6,11 @@ use numerics::convergence::Status;
 use numerics::sqp::{Inequality, Limits, Minimum, Model, Objective, minimise};
 
 /// Residuals 10 (y − x²) and 1 − x (Rosenbrock), inside a circle.
-struct Valley {
+struct Rosenbrock {
     circle: Option<f64>,
 }
 
-impl Objective for Valley {
+impl Objective for Rosenbrock {
     fn model(&self, x: &DVector<f64>) -> Model {
         let residual = dvector![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]];
         let jacobian = DMatrix::from_row_slice(2, 2, &[-20.0 * x[0], 10.0, -1.0, 0.0]);
@@ -36,7 +36,7 @@ fn solve(objective: &dyn Objective, half: f64, start: DVector<f64>) -> Minimum {
 
 #[test]
 fn the_banana_valley_is_followed_to_its_end() {
-    let end = solve(&Valley { circle: None }, 5.0, dvector![-1.2, 1.0]);
+    let end = solve(&Rosenbrock { circle: None }, 5.0, dvector![-1.2, 1.0]);
     assert_eq!(end.status, Status::Converged);
     assert_relative_eq!(end.x, dvector![1.0, 1.0], epsilon = 1e-10);
     // The trace leads from the start to the end, and downhill but for rounding.
@@ -47,7 +47,7 @@ fn the_banana_valley_is_followed_to_its_end() {
 
 #[test]
 fn bounds_hold_to_the_last_bit() {
-    let end = solve(&Valley { circle: None }, 0.7, dvector![-0.5, 0.2]);
+    let end = solve(&Rosenbrock { circle: None }, 0.7, dvector![-0.5, 0.2]);
     assert_eq!(end.status, Status::Converged);
     assert_eq!((end.x[0], end.at_bound[0], end.at_bound[1]), (0.7, true, false));
     assert_relative_eq!(end.x[1], 0.49, epsilon = 1e-10);
@@ -56,7 +56,7 @@ fn bounds_hold_to_the_last_bit() {
 #[test]
 fn a_curved_constraint_is_met_with_its_multiplier() {
     for start in [dvector![-1.2, 1.0], dvector![3.0, 3.0], dvector![0.0, 0.0]] {
-        let end = solve(&Valley { circle: Some(1.0) }, 5.0, start);
+        let end = solve(&Rosenbrock { circle: Some(1.0) }, 5.0, start);
         assert_eq!(end.status, Status::Converged, "{end:?}");
         assert_relative_eq!(end.x.norm(), 1.0, epsilon = 1e-10);
         // Gradient and radius are parallel, and the cost falls outwards.

@@ -123,9 +123,9 @@ pub fn estimate(rows: &[Row], car: &Car, settings: &Offsets) -> [Offset; 4] {
             None => OffsetSource::TooFewStraightSamples,
         };
         // Rounds that ended early leave nothing half done.
-        let told = source != OffsetSource::TooFewStraightSamples;
-        let value = if told { value[i] } else { 0.0 };
-        Offset { name, unit, value, source, samples, spread: scatter[i].filter(|_| told) }
+        let estimated = source != OffsetSource::TooFewStraightSamples;
+        let value = if estimated { value[i] } else { 0.0 };
+        Offset { name, unit, value, source, samples, spread: scatter[i].filter(|_| estimated) }
     })
 }
 

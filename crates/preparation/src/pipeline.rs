@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::mask::{self, Limits, Lost};
 use crate::offset::{self, Offset};
 use crate::points::{self, Counts, Curve, Points};
-use crate::recording::{Recording, Signal};
+use crate::recording::{DriveLog, Signal};
 use crate::row::{self, Row, Signals};
 use crate::settings::Pipeline;
 use crate::span::Span;
@@ -70,7 +70,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// If a signal is missing or unusable, a setting makes no sense, or nothing is left.
-    pub fn run(&self, recording: &Recording) -> Result<Prepared, Error> {
+    pub fn run(&self, recording: &DriveLog) -> Result<Prepared, Error> {
         self.check()?;
         if self.car.differential.is_some() {
             ["omega_rl", "omega_rr"]

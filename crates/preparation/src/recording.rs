@@ -68,11 +68,11 @@ impl Signal {
 
 /// Signals of a drive, by name: see [`SIGNALS`]. Others are allowed and ignored.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recording {
+pub struct DriveLog {
     signals: BTreeMap<String, Signal>,
 }
 
-impl Recording {
+impl DriveLog {
     /// Adds a signal with its own time stamps [s]; one of the same name is replaced.
     pub fn insert(&mut self, name: &str, time: Vec<f64>, value: Vec<f64>) {
         self.signals.insert(name.to_string(), Signal { time, value });
@@ -129,15 +129,15 @@ impl Recording {
 mod tests {
     use super::*;
 
-    fn complete() -> Recording {
-        let mut recording = Recording::default();
+    fn complete() -> DriveLog {
+        let mut recording = DriveLog::default();
         for (name, ..) in &SIGNALS[..NEEDED] {
             recording.insert(name, vec![0.0, 1.0, 2.0, 3.0, 4.0], vec![1.0; 5]);
         }
         recording
     }
 
-    fn message(recording: &Recording) -> String {
+    fn message(recording: &DriveLog) -> String {
         recording.checked().expect_err("the recording is not right").to_string()
     }
 

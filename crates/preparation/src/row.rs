@@ -45,7 +45,7 @@ pub struct Row {
 /// Filters of the signals, by sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Smoothing {
+pub struct SignalFilters {
     /// Filter of the velocities.
     pub velocity: Filter,
     /// Filter of the accelerations.
@@ -58,7 +58,7 @@ pub struct Smoothing {
     pub wheels: Filter,
 }
 
-impl Smoothing {
+impl SignalFilters {
     /// All of them, by their names in the configuration.
     pub fn filters(&self) -> [(&'static str, Filter); 5] {
         [
@@ -97,7 +97,7 @@ pub fn cut(signals: &Signals, stretch: &Span) -> Signals {
 }
 
 /// Smoothed signals of one stretch and their derivatives, at the signals' own time stamps.
-pub fn smooth(signals: &Signals, smoothing: &Smoothing) -> Signals {
+pub fn smooth(signals: &Signals, smoothing: &SignalFilters) -> Signals {
     let mut smoothed = Signals::new();
     for (&name, Signal { time, value }) in signals {
         let filter = smoothing.of(name);

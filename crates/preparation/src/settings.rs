@@ -8,7 +8,7 @@ use crate::noise::NoiseOf;
 use crate::offset::Offsets;
 use crate::outlier::Outliers;
 use crate::resample::Interpolation;
-use crate::row::Smoothing;
+use crate::row::SignalFilters;
 use crate::shift::Shifts;
 use crate::slip_resampling::SlipResampling;
 
@@ -31,7 +31,7 @@ pub struct Pipeline {
     /// Duration of the disturbance by a gear shift [s]; its rows are dropped.
     pub gear_shift: f64,
     /// Filters of the signals.
-    pub smooth: Smoothing,
+    pub smooth: SignalFilters,
     /// Interpolation to the common instants.
     pub interpolation: Interpolation,
     /// Constant errors of the sensors, known or estimated.
@@ -56,7 +56,7 @@ impl Default for Pipeline {
             drop_held: true,
             min_speed: 10.0,
             gear_shift: 0.2,
-            smooth: Smoothing::default(),
+            smooth: SignalFilters::default(),
             interpolation: Interpolation::default(),
             offsets: Offsets::default(),
             outliers: Outliers::default(),

@@ -22,7 +22,7 @@ pub enum Shifts {
         /// Share of the offset that is a shift of the slip [-]; the rest is a shift of the force.
         ///
         /// A line has two numbers, slope K and intercept c, and the curve near its centre three: K, S_h and S_v, of
-        /// which K S_h + S_v = c. Root and intercept of the line are the same offset told twice, so to apply both in
+        /// which K S_h + S_v = c. Root and intercept of the line are the same offset stated twice, so to apply both in
         /// full would shift twice as far as the data say. The paper's program halves both, which is the share 0.5: the
         /// line is met, and the offset goes half here, half there for want of a reason. Points at high slip of both
         /// signs do have one, as S_v makes the peaks differ and S_h does not: hence the joint fit is the default. 1 is

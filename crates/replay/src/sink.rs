@@ -55,7 +55,7 @@ const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// Numbers kept for a slow viewer; beyond that it misses rows.
 const LIVE_NUMBERS: usize = 1_000_000;
 
-// Okabe and Ito's colours, which can be told apart without red-green vision.
+// Okabe and Ito's colours, distinct without red-green vision.
 const REFERENCE: [u8; 3] = [230, 159, 0];
 const PLANT: [u8; 3] = [86, 180, 233];
 const ESTIMATE: [u8; 3] = [0, 158, 115];

@@ -188,11 +188,11 @@ fn ranks(count: usize, size: usize, first: usize) -> Result<(), Failure> {
             let held = 100.0 * held as f64 / count as f64;
             format!("{} {:.3} ({held:.0} %)", NAMES[i], largest_gap(&column))
         };
-        let told: Vec<String> = (0..COUNT).map(tell).collect();
+        let columns: Vec<String> = (0..COUNT).map(tell).collect();
         println!(
             "{:>5} %: KS below {critical:.3} wanted (coverage): {}",
             100.0 * level,
-            told.join(", ")
+            columns.join(", ")
         );
     }
     Ok(())

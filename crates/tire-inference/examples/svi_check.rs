@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if trusted == 0 {
             continue;
         }
-        for (k, what) in ["told", "normal distribution"].into_iter().enumerate() {
+        for (k, what) in ["reported", "normal distribution"].into_iter().enumerate() {
             let of = |i: usize| {
                 let [low, high] = ratios[k][i];
                 format!("{} {:.3} x{low:.2}-{high:.2}", NAMES[i], worst[k][i])

@@ -153,8 +153,8 @@ pub fn identify(
         let solution = again.as_ref().unwrap_or(&free);
         let estimate =
             assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
-        let (source, told) = (report.source(), Some(report.clone()));
-        estimates.push((method, Estimate { seconds, source, posterior: told, ..estimate }));
+        let (source, summary) = (report.source(), Some(report.clone()));
+        estimates.push((method, Estimate { seconds, source, posterior: summary, ..estimate }));
         unrestricted.push((method, free));
     }
     Ok(Answer { estimates, unrestricted, judgements, posterior, report, variational })
@@ -334,10 +334,10 @@ mod tests {
     }
 
     fn bayes(level: f64) -> Answer {
-        let told = Excitation { samples: 1500, slip_std: 0.0, ..Excitation::default() };
+        let excitation = Excitation { samples: 1500, slip_std: 0.0, ..Excitation::default() };
         let settings = Settings::new(Direction::Longitudinal);
         let methods = [Method::Svi, Method::Reference, Method::LeastSquares];
-        identify(&samples(&told, level), &settings, &methods).expect("fits")
+        identify(&samples(&excitation, level), &settings, &methods).expect("fits")
     }
 
     #[test]

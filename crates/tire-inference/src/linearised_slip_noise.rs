@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn the_stiffness_of_noisy_slips_is_not_biased() {
         // Noise of the slip of half a percent lowers B C D by 1.6 % where nothing is done about it.
-        let told = Excitation { samples: 20_000, slip_std: 0.005, ..Excitation::default() };
+        let excitation = Excitation { samples: 20_000, slip_std: 0.005, ..Excitation::default() };
         let stiffness = |samples: &Samples| {
             let theta =
                 least_squares(&Problem::new(samples), &FitOptions::default()).expect("fits").theta;
@@ -51,9 +51,9 @@ mod tests {
         };
         let (mut plain, mut changed) = (0.0, 0.0);
         for seed in 0..6 {
-            let samples = samples(&Excitation { seed, ..told.clone() }, 0.75);
+            let samples = samples(&Excitation { seed, ..excitation.clone() }, 0.75);
             plain += stiffness(&samples) / 6.0;
-            changed += stiffness(&with_slip_noise(&samples, &told.truth, 0.005, 0.05)) / 6.0;
+            changed += stiffness(&with_slip_noise(&samples, &excitation.truth, 0.005, 0.05)) / 6.0;
         }
         assert!(plain < 0.99 * 45.0, "{plain}");
         assert_relative_eq!(changed, 45.0, max_relative = 5e-3);

@@ -1,4 +1,4 @@
-//! Says what the noise of the force is taken to be, and estimates what nobody told of it.
+//! Says the noise of the force: its distribution, and estimates of the unknown parts of it.
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;
@@ -58,7 +58,7 @@ impl NoiseModel {
     /// # Errors
     /// If the samples or the settings leave nothing to fit, see [`FitError`].
     pub fn settle(self, settings: Settings, samples: &Samples) -> Result<Settings, FitError> {
-        let told = match self {
+        let fixed = match self {
             Self::Square => Some(Loss::Square),
             Self::Huber { threshold } => Some(Loss::Huber { threshold }),
             Self::StudentT { freedom: Some(freedom), scale: Some(scale) } => {
@@ -66,7 +66,7 @@ impl NoiseModel {
             }
             Self::StudentT { .. } => None,
         };
-        if let Some(loss) = told {
+        if let Some(loss) = fixed {
             return Ok(Settings { loss, ..settings });
         }
         let mut fit = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
@@ -87,10 +87,10 @@ impl NoiseModel {
 
     /// Student's distribution that makes residuals with their weights most likely, near one that was found before.
     fn likeliest(self, residuals: &[[f64; 2]], before: Loss) -> Loss {
-        let Self::StudentT { freedom: told, scale: known } = self else { return before };
+        let Self::StudentT { freedom: given, scale: known } = self else { return before };
         let (mut freedom, mut scale) = match before {
             Loss::StudentT { freedom, scale } => (freedom, scale),
-            _ => (told.unwrap_or(FIRST_FREEDOM), known.unwrap_or(spread(residuals))),
+            _ => (given.unwrap_or(FIRST_FREEDOM), known.unwrap_or(spread(residuals))),
         };
         let whole: f64 = residuals.iter().map(|[_, weight]| weight).sum();
         for _ in 0..20 {
@@ -100,7 +100,7 @@ impl NoiseModel {
                 scale = ((freedom + 1.0) / freedom * squares.sum::<f64>() / whole).sqrt();
             }
         }
-        if told.is_none() {
+        if given.is_none() {
             let log_likelihood = |log_freedom: f64| {
                 let freedom = log_freedom.exp();
                 let loss = Loss::StudentT { freedom, scale };
@@ -195,9 +195,9 @@ mod tests {
 
     #[test]
     fn freedom_and_scale_of_the_noise_are_found() {
-        let told =
+        let excitation =
             Excitation { samples: 4000, slip_std: 0.0, force_std: 0.0, ..Excitation::default() };
-        let mut samples = samples(&told, 0.5);
+        let mut samples = samples(&excitation, 0.5);
         let noise = StudentT::new(3.0).expect("a distribution");
         let mut random = Pcg64::new(1, 1);
         samples.force.iter_mut().for_each(|force| *force += 0.04 * noise.sample(&mut random));

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use drive_inference::likelihood::DriveNoise;
 use drive_inference::regression::Weights;
-use drive_inference::smoothing::Smoothing;
+use drive_inference::smoothing::SmootherOptions;
 use drive_inference::{DriveOptions, Formulation, Noises};
 use plugin::ConfigError;
 use schemars::JsonSchema;
@@ -221,7 +221,7 @@ impl ClosedLoop {
             starts: self.starts,
             seed: self.seed,
             noises: self.noise.map_or(Noises::Estimated, |noise| Noises::Known(noise.all())),
-            smoothing: Smoothing { em_passes: self.em_passes },
+            smoothing: SmootherOptions { em_passes: self.em_passes },
             posterior: self.posterior,
             svi: self.svi,
             profile: self.profile,

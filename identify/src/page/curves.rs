@@ -121,7 +121,7 @@ fn trace(section: &Section) -> Option<Plot> {
         .zip(COLOURS.into_iter().cycle())
         .map(|(method, class)| {
             let estimate = method.estimate;
-            let bound = estimate.svi.as_ref().map(|told| told.elbo_trace.as_slice());
+            let bound = estimate.svi.as_ref().map(|variational| variational.elbo_trace.as_slice());
             let values = bound.unwrap_or(&estimate.convergence.trace);
             let last = values.last().copied().unwrap_or(f64::NAN);
             let distances = values.iter().map(|value| (value - last).abs()).enumerate();

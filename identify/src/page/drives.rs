@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use drive_inference::replay::Replay;
-use drive_inference::{Identified, Recording};
+use drive_inference::{Drive, Identified};
 use numerics::text::significant;
 
 use crate::page::axis::Axis;
@@ -16,9 +16,9 @@ pub struct Drives<'a> {
     /// What was found.
     pub found: &'a Identified,
     /// The drives.
-    pub recordings: &'a [Recording],
+    pub recordings: &'a [Drive],
     /// Drives that were not used, by name, and how the identified car went along them.
-    pub replays: &'a [(&'a str, &'a Recording, &'a Replay)],
+    pub replays: &'a [(&'a str, &'a Drive, &'a Replay)],
 }
 
 const WIDE: [f64; 2] = [1080.0, 320.0];
@@ -49,16 +49,16 @@ pub fn drives(drives: &Drives) -> String {
 }
 
 fn innovations(html: &mut String, found: &Identified) {
-    let told = &found.innovations;
-    let chance = significant(2.0 / (0.5 * told.expected_cost).sqrt(), 2);
+    let innovations = &found.innovations;
+    let chance = significant(2.0 / (0.5 * innovations.expected_cost).sqrt(), 2);
     let _ = writeln!(
         html,
         "<p class=\"faint\">Innovations are what the measurements differ by from their prediction by the identified car. \
          Over their standard deviations they have a mean square of 1 and no autocorrelation beyond ±{chance} if car and \
          noises are right. Half their sum is {} of {} that are expected.</p>\n\
          <table>\n<tr><th>Sensor</th><th>Noise</th><th>Mean square</th><th>Autocorrelation</th></tr>",
-        significant(told.cost, 5),
-        significant(told.expected_cost, 5)
+        significant(innovations.cost, 5),
+        significant(innovations.expected_cost, 5)
     );
     for (i, (name, unit)) in SENSORS.into_iter().enumerate() {
         let _ = writeln!(
@@ -66,8 +66,8 @@ fn innovations(html: &mut String, found: &Identified) {
             "<tr><td>{name}</td><td class=\"number\">{} {unit}</td><td class=\"number\">{}</td>\
              <td class=\"number\">{}</td></tr>",
             significant(found.noise.sensor[i], 3),
-            significant(told.mean_square[i], 4),
-            significant(told.autocorrelation[i], 2)
+            significant(innovations.mean_square[i], 4),
+            significant(innovations.autocorrelation[i], 2)
         );
     }
     html.push_str("</table>\n");
@@ -75,10 +75,10 @@ fn innovations(html: &mut String, found: &Identified) {
 
 /// A line for each drive, of a value for each of its rows.
 fn lines<'a>(
-    recordings: &'a [Recording],
+    recordings: &'a [Drive],
     values: impl Fn(usize) -> Vec<f64> + 'a,
 ) -> Vec<Vec<(f64, f64)>> {
-    let line = |(k, recording): (usize, &Recording)| -> Vec<(f64, f64)> {
+    let line = |(k, recording): (usize, &Drive)| -> Vec<(f64, f64)> {
         recording.t.iter().copied().zip(values(k)).collect()
     };
     recordings.iter().enumerate().map(line).collect()
@@ -98,7 +98,7 @@ fn acceleration(drives: &Drives) -> String {
     ];
     let highest = measured.iter().flatten().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let Some(&(middle, _)) = highest else { return String::new() };
-    let ends = |recording: &Recording| [recording.t[0], recording.t[recording.len() - 1]];
+    let ends = |recording: &Drive| [recording.t[0], recording.t[recording.len() - 1]];
     let first = recordings.first().map_or(0.0, |recording| ends(recording)[0]);
     let last = recordings.last().map_or(0.0, |recording| ends(recording)[1]);
     let draw = |from: f64, until: f64, title: &str| {
@@ -148,8 +148,8 @@ fn smoothing(html: &mut String, drives: &Drives) {
          <th>EM</th></tr>\n",
     );
     for (recording, explained) in drives.recordings.iter().zip(&drives.found.explained) {
-        let told = &explained.report;
-        let em = match &told.em {
+        let report = &explained.report;
+        let em = match &report.em {
             Some(em) => {
                 let end = if em.converged { "converged" } else { "stopped" };
                 let falls = match em.violations.len() {
@@ -167,8 +167,8 @@ fn smoothing(html: &mut String, drives: &Drives) {
             significant(recording.t[0], 4),
             significant(recording.t[recording.len() - 1], 4),
             recording.len(),
-            significant(told.a_y_rmse, 3),
-            significant(told.log_likelihood, 6)
+            significant(report.a_y_rmse, 3),
+            significant(report.log_likelihood, 6)
         );
     }
     html.push_str("</table>\n");
@@ -198,7 +198,7 @@ fn smoothing(html: &mut String, drives: &Drives) {
     html.push_str(&plot.figure("Log-likelihood while EM finds the noises"));
 }
 
-fn validation(html: &mut String, replays: &[(&str, &Recording, &Replay)]) {
+fn validation(html: &mut String, replays: &[(&str, &Drive, &Replay)]) {
     html.push_str(
         "<p class=\"faint\">It starts in the smoothed state and gets the inputs alone. Errors are over the size of what was \
          measured; of them the noise of the sensors explains the part in brackets.</p>\n<table>\n\

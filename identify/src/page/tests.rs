@@ -72,7 +72,7 @@ fn found() -> Found {
 
 fn page(found: &Found, title: &str) -> String {
     let (estimate, posterior) = (&found.estimate, &found.posterior);
-    let method = Method { name: "least <squares>", estimate, posterior, gaussian: None };
+    let method = MethodSection { name: "least <squares>", estimate, posterior, gaussian: None };
     let section = Section {
         name: "front axle & more",
         direction: Direction::Longitudinal,
@@ -179,7 +179,7 @@ fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
     let answer = identify(&samples, &settings, &[Asked::Svi]).expect("fits");
     let (_, estimate) = &answer.estimates[0];
     let gaussian = answer.variational.as_ref().map(|variational| &variational.gaussian);
-    let method = Method { name: "SVI", estimate, posterior: &answer.posterior, gaussian };
+    let method = MethodSection { name: "SVI", estimate, posterior: &answer.posterior, gaussian };
     let section = Section {
         name: "",
         direction: Direction::Longitudinal,

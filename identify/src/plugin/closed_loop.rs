@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use drive_inference::replay::{Replay, replay};
 use drive_inference::{
-    DriveOptions, Fitted, Identified, Recording, SHORTEST, Tires, identify, smoothing,
+    Drive, DriveOptions, Fitted, Identified, SHORTEST, Tires, identify, smoothing,
 };
 use plugin::{Host, Request};
 use preparation::direction::Direction;
@@ -32,7 +32,7 @@ const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
 ///
 /// # Errors
 /// When one is missing, or they are not at the same times.
-pub(super) fn recording(request: &Request) -> Result<Recording, String> {
+pub(super) fn recording(request: &Request) -> Result<Drive, String> {
     let mut columns = Vec::new();
     let mut time: &[f64] = &[];
     for name in SIGNALS {
@@ -49,13 +49,13 @@ pub(super) fn recording(request: &Request) -> Result<Recording, String> {
     let mut columns = columns.into_iter();
     let mut next = || columns.next().unwrap_or_default();
     let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|_| next());
-    Ok(Recording { t: time.to_vec(), v_x, v_y, r, a_y, F_x, delta })
+    Ok(Drive { t: time.to_vec(), v_x, v_y, r, a_y, F_x, delta })
 }
 
 /// A drive that was not used, and how the identified car went along it.
 pub(super) struct Validation {
     name: String,
-    recording: Recording,
+    recording: Drive,
     replay: Replay,
 }
 
@@ -92,7 +92,7 @@ pub(super) fn closed_loop(
 }
 
 /// The stretches that tires are identified from.
-fn used(config: &ClosedLoop, recording: &Recording) -> Result<Vec<Recording>, String> {
+fn used(config: &ClosedLoop, recording: &Drive) -> Result<Vec<Drive>, String> {
     let mut marked = vec![config.windows.is_empty(); recording.len()];
     let mut mark = |window, value| {
         let rows = marked.iter_mut().zip(recording.during(window));
@@ -111,7 +111,7 @@ fn used(config: &ClosedLoop, recording: &Recording) -> Result<Vec<Recording>, St
 }
 
 /// The rows of a window that is kept for validation.
-fn kept(window: &HoldOut, recording: &Recording) -> Result<Recording, String> {
+fn kept(window: &HoldOut, recording: &Drive) -> Result<Drive, String> {
     let HoldOut { name, from, until } = window;
     let rows = recording.stretches(&recording.during([*from, *until]));
     rows.into_iter().next().ok_or_else(|| {
@@ -122,7 +122,7 @@ fn kept(window: &HoldOut, recording: &Recording) -> Result<Recording, String> {
     })
 }
 
-fn extent(recording: &Recording) -> String {
+fn extent(recording: &Drive) -> String {
     match (recording.t.first(), recording.t.last()) {
         (Some(first), Some(last)) => format!("goes from {first} to {last} s"),
         _ => "is empty".to_owned(),
@@ -132,7 +132,7 @@ fn extent(recording: &Recording) -> String {
 /// Lets the identified car drive what was kept.
 fn validation(
     name: String,
-    recording: Recording,
+    recording: Drive,
     options: &DriveOptions,
     found: &Identified,
 ) -> Result<Validation, String> {
@@ -150,7 +150,7 @@ fn validation(
 
 fn report(
     options: &DriveOptions,
-    used: &[Recording],
+    used: &[Drive],
     found: &Identified,
     validations: &[Validation],
 ) -> Value {
@@ -175,7 +175,7 @@ fn report(
 /// Leaves the page, with the deciding formulation first.
 fn draw(
     options: &DriveOptions,
-    used: &[Recording],
+    used: &[Drive],
     found: &Identified,
     validations: &[Validation],
     host: &mut dyn Host,
@@ -194,14 +194,15 @@ fn draw(
     let sections = axles.into_iter().map(|(name, axle)| {
         let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
         let gaussian = found.gaussian.as_ref().map(|axles| &axles[axle]);
-        let first = page::Method { name: decisive, estimate, posterior, gaussian };
-        let rest =
-            others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| page::Method {
+        let first = page::MethodSection { name: decisive, estimate, posterior, gaussian };
+        let rest = others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| {
+            page::MethodSection {
                 name: fitted.formulation.title(),
                 estimate,
                 posterior: &none,
                 gaussian: None,
-            });
+            }
+        });
         Section {
             name,
             direction: Direction::Lateral,

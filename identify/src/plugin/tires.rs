@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, Points, Prepared, Recording, Stage};
+use preparation::{Column, DriveLog, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
@@ -57,7 +57,7 @@ pub(super) fn tires(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "preparing the points")?;
-    let mut recording = Recording::default();
+    let mut recording = DriveLog::default();
     for signal in &request.signals {
         recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
     }

@@ -203,17 +203,17 @@ mod tests {
     }
 
     fn built(script: &str) -> (Result<usize, String>, Vec<String>) {
-        let mut told = Vec::new();
+        let mut messages = Vec::new();
         let result = build(shell(script), "plant-fmu, controller", &mut |progress| {
-            told.push(match progress {
+            messages.push(match progress {
                 BuildProgress::Building { packages, activity, .. } => {
                     format!("{packages}: {activity}")
                 }
                 BuildProgress::Done { packages, .. } => format!("{packages} done"),
             });
         });
-        told.dedup();
-        (result.map(|artifacts| artifacts.len()), told)
+        messages.dedup();
+        (result.map(|artifacts| artifacts.len()), messages)
     }
 
     #[test]
@@ -223,26 +223,26 @@ mod tests {
             "echo '    Blocking waiting for file lock' >&2; echo '   Compiling plant-fmu v0.1.0 (/home)' >&2; \
              echo '{artifact}'; echo '    Finished `dev`' >&2"
         );
-        let (artifacts, told) = built(&script);
+        let (artifacts, messages) = built(&script);
         assert_eq!(artifacts, Ok(1));
         let expected = ["Blocking waiting for file lock", "Compiling plant-fmu v0.1.0"]
             .map(|activity| format!("plant-fmu, controller: {activity}"));
-        assert_eq!(told[..2], expected);
-        assert_eq!(told.last().map(String::as_str), Some("plant-fmu, controller done"));
+        assert_eq!(messages[..2], expected);
+        assert_eq!(messages.last().map(String::as_str), Some("plant-fmu, controller done"));
     }
 
     #[test]
     fn a_build_with_nothing_to_do_is_silent() {
-        let (artifacts, told) = built("echo '    Finished `dev`' >&2");
-        assert_eq!((artifacts, told), (Ok(0), Vec::new()));
+        let (artifacts, messages) = built("echo '    Finished `dev`' >&2");
+        assert_eq!((artifacts, messages), (Ok(0), Vec::new()));
     }
 
     #[test]
     fn a_failed_build_gives_the_messages_of_the_compiler_alone() {
         let script = "echo '   Compiling a v1.0.0' >&2; echo 'error[E0308]: mismatched types' >&2; \
                       echo '  --> src/lib.rs' >&2; exit 101";
-        let (result, told) = built(script);
+        let (result, messages) = built(script);
         assert_eq!(result, Err("error[E0308]: mismatched types\n  --> src/lib.rs\n".to_owned()));
-        assert_eq!(told.last().map(String::as_str), Some("plant-fmu, controller done"));
+        assert_eq!(messages.last().map(String::as_str), Some("plant-fmu, controller done"));
     }
 }

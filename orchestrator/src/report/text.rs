@@ -45,11 +45,11 @@ impl RunReport {
             .then(|| count(failed, self.validations.len(), "validation"));
         match (self.verdict, &self.error) {
             (Ending::Pass | Ending::Fail, _) => {
-                let told: Vec<_> = checks.into_iter().chain(validations).collect();
-                if told.is_empty() {
+                let parts: Vec<_> = checks.into_iter().chain(validations).collect();
+                if parts.is_empty() {
                     "done, nothing was checked".to_owned()
                 } else {
-                    told.join(", ")
+                    parts.join(", ")
                 }
             }
             (Ending::Error, Some(error)) => {

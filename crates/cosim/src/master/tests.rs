@@ -78,14 +78,14 @@ const STEP: f64 = 0.5;
 /// A system of nodes with one output each. `connections` are producer, consumer and end of the step.
 fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> System {
     let mut next = nodes;
-    let plans = (0..nodes).map(|place| {
-        let connections: Vec<_> = connections.iter().filter(|(_, to, _)| *to == place).collect();
+    let plans = (0..nodes).map(|index| {
+        let connections: Vec<_> = connections.iter().filter(|(_, to, _)| *to == index).collect();
         let first = next;
         next += connections.len();
         NodePlan {
-            name: format!("n{place}"),
+            name: format!("n{index}"),
             body: Body::Signals(Vec::new()),
-            outputs: NumberRange::new(place..place + 1),
+            outputs: NumberRange::new(index..index + 1),
             inputs: NumberRange::new(first..next),
             connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
@@ -273,14 +273,14 @@ fn texts_travel_with_the_same_delay_as_numbers() {
         let mut system = system(3, &[], 3);
         system.order = order.to_vec();
         system.columns = columns(5, ValueKind::String);
-        for (place, plan) in system.nodes.iter_mut().enumerate() {
+        for (index, plan) in system.nodes.iter_mut().enumerate() {
             plan.outputs = NumberRange::default();
             plan.inputs = NumberRange::default();
-            plan.texts = match place.checked_sub(1) {
+            plan.texts = match index.checked_sub(1) {
                 None => TextPlan { outputs: TextRange::new(0..1), ..TextPlan::default() },
                 Some(source) => TextPlan {
-                    outputs: TextRange::new(place..place + 1),
-                    inputs: TextRange::new(2 + place..3 + place),
+                    outputs: TextRange::new(index..index + 1),
+                    inputs: TextRange::new(2 + index..3 + index),
                     connections: vec![Source { index: TextIndex::new(source), at }],
                 },
             };

@@ -7,7 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use drive_inference::{Recording, Tires};
+use drive_inference::{Drive, Tires};
 use kalman::{Gaussian, discretise, predict, update};
 use nalgebra::{SMatrix, SVector};
 use rand::SeedableRng;
@@ -124,7 +124,7 @@ impl Observer {
 }
 
 /// What sensors record while a car follows a reference.
-pub fn drive(car: &Vehicle, reference: &Reference, noise: &[f64; 4], seed: u64) -> Recording {
+pub fn drive(car: &Vehicle, reference: &Reference, noise: &[f64; 4], seed: u64) -> Drive {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut state = State { v_x: reference[0][0], ..State::default() };
     let [C_f, C_r] = car.body.static_loads().map(|load| 50.0 * load);
@@ -132,7 +132,7 @@ pub fn drive(car: &Vehicle, reference: &Reference, noise: &[f64; 4], seed: u64) 
     let nominal = NominalCar { m, I_zz, l_f, l_r, C_f, C_r };
     let mut observer = Observer::new(nominal, state.v_x, noise);
     let mut input = Input::default();
-    let mut recording = Recording::default();
+    let mut recording = Drive::default();
     for k in 0..reference.len() {
         if k > 0 {
             state = car.advance(&state, &input, STEP, 0.002);

@@ -178,7 +178,7 @@ impl Instance {
         let living = std::mem::take(&mut self.states.lock().living);
         let dropped = std::mem::take(&mut self.states.lock().dropped);
         for State(pointer) in living.into_values().chain(dropped) {
-            // Nobody is left who could be told of a failure.
+            // A failure has no receiver left.
             let _ = self.free_state(pointer);
         }
     }

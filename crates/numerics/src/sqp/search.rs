@@ -22,7 +22,7 @@ pub struct Point {
 }
 
 /// What a minimisation carries along.
-pub struct Search<'a> {
+pub struct Minimisation<'a> {
     objective: &'a dyn Objective,
     lower: &'a DVector<f64>,
     upper: &'a DVector<f64>,
@@ -31,7 +31,7 @@ pub struct Search<'a> {
     secant: Secant,
 }
 
-impl<'a> Search<'a> {
+impl<'a> Minimisation<'a> {
     pub fn new(
         objective: &'a dyn Objective,
         lower: &'a DVector<f64>,

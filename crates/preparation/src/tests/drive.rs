@@ -2,7 +2,7 @@
 
 use vehicle::{Aero, Input, MagicFormula, Motion, State, Vehicle};
 
-use crate::{Car, Outliers, Pipeline, Recording, SlipResampling};
+use crate::{Car, DriveLog, Outliers, Pipeline, SlipResampling};
 
 /// A car that the pipeline must not confuse with its defaults: downforce, and unlike axles.
 pub fn car() -> Vehicle {
@@ -78,8 +78,8 @@ pub fn simulate(vehicle: &Vehicle, seconds: f64, side: f64) -> Vec<Instant> {
 
 /// What the sensors show: every signal at its own rate, `every` so many instants: velocities 200 Hz, accelerations and
 /// yaw rate 400 Hz, steering 100 Hz, shifted in phase.
-pub fn record(drive: &[Instant]) -> Recording {
-    let mut recording = Recording::default();
+pub fn record(drive: &[Instant]) -> DriveLog {
+    let mut recording = DriveLog::default();
     let mut signal = |name: &str, first: usize, every: usize, of: &dyn Fn(&Instant) -> f64| {
         let rows = || drive.iter().skip(first).step_by(every);
         recording.insert(name, rows().map(|i| i.time).collect(), rows().map(of).collect());

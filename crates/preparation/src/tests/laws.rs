@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use crate::tests::drive::{Instant, car, pipeline, record, simulate, symmetric};
 use crate::{
-    Error, OffsetSource, Outliers, Pipeline, Points, Prepared, Recording, SIGNALS, Shifts,
+    DriveLog, Error, OffsetSource, Outliers, Pipeline, Points, Prepared, SIGNALS, Shifts,
     SlipResampling,
 };
 
@@ -14,10 +14,10 @@ fn drive() -> Vec<Instant> {
 }
 
 fn changed(
-    recording: &Recording,
+    recording: &DriveLog,
     name: &str,
     change: impl Fn(usize, f64, f64) -> Option<(f64, f64)>,
-) -> Recording {
+) -> DriveLog {
     let mut recording = recording.clone();
     let signal = recording.get(name).expect("it is there").clone();
     let rows = signal.time.iter().zip(&signal.value).enumerate();
@@ -26,13 +26,13 @@ fn changed(
     recording
 }
 
-fn later(recording: &Recording, by: f64) -> Recording {
+fn later(recording: &DriveLog, by: f64) -> DriveLog {
     let present: Vec<_> =
         SIGNALS.iter().map(|s| s.0).filter(|n| recording.get(n).is_some()).collect();
     present.iter().fold(recording.clone(), |r, name| changed(&r, name, |_, t, v| Some((t + by, v))))
 }
 
-fn run(pipeline: &Pipeline, recording: &Recording) -> Prepared {
+fn run(pipeline: &Pipeline, recording: &DriveLog) -> Prepared {
     pipeline.run(recording).expect("the recording can be prepared")
 }
 
@@ -204,10 +204,10 @@ fn two_step_shifts_are_told_and_not_applied() {
     let recording = record(&drive());
     let two_step = Shifts::TwoStep { limit: 0.015, horizontal_share: 0.5 };
     let joint = run(&pipeline(&car()), &recording);
-    let told = run(&Pipeline { shifts: two_step, ..pipeline(&car()) }, &recording);
-    assert_eq!(joint.front.lateral.samples, told.front.lateral.samples);
+    let separate = run(&Pipeline { shifts: two_step, ..pipeline(&car()) }, &recording);
+    assert_eq!(joint.front.lateral.samples, separate.front.lateral.samples);
     assert!(joint.front.lateral.shift.is_none());
-    assert!(told.front.lateral.shift.is_some_and(|s| s.K > 10.0));
+    assert!(separate.front.lateral.shift.is_some_and(|s| s.K > 10.0));
 }
 
 #[test]

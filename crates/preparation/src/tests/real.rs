@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use vehicle::{Aero, Body, MagicFormula};
 
 use crate::samples::Samples;
-use crate::{Car, OffsetSource, Pipeline, Points, Prepared, Recording};
+use crate::{Car, DriveLog, OffsetSource, Pipeline, Points, Prepared};
 
 /// The recording of a 1964 Ferrari 250 LM that `scenarios/replay_250lm.toml` replays; `TRACKSIDE_DATA` names another
 /// folder to look in.
@@ -15,7 +15,7 @@ fn path() -> PathBuf {
     folder.join("revs_250lm.csv")
 }
 
-fn recording() -> Option<Recording> {
+fn recording() -> Option<DriveLog> {
     let text = std::fs::read_to_string(path()).ok()?;
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next()?.split(',').collect();
@@ -26,7 +26,7 @@ fn recording() -> Option<Recording> {
         rows.iter().map(|row| row.get(i).copied()).collect()
     };
     let time = column("t_s")?;
-    let mut recording = Recording::default();
+    let mut recording = DriveLog::default();
     for (name, source) in [
         ("v_x", "vx_mps"),
         ("v_y", "vy_mps"),

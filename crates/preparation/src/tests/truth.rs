@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use vehicle::{Input, slip_ratio};
 
 use crate::tests::drive::{Instant, car, pipeline, record, simulate, symmetric};
-use crate::{Car, Filter, Offsets, Pipeline, Prepared, Smoothing};
+use crate::{Car, Filter, Offsets, Pipeline, Prepared, SignalFilters};
 
 fn column<'a>(prepared: &'a Prepared, stage: &str, name: &str) -> (&'a [f64], &'a [f64]) {
     let stage = prepared.stages.iter().find(|s| s.name == stage).expect("the stage was run");
@@ -16,9 +16,9 @@ fn column<'a>(prepared: &'a Prepared, stage: &str, name: &str) -> (&'a [f64], &'
 }
 
 /// Filters that are narrow enough to follow a noiseless simulation.
-fn narrow() -> Smoothing {
+fn narrow() -> SignalFilters {
     let filter = Filter::SavitzkyGolay { window: 0.025, order: 4 };
-    Smoothing {
+    SignalFilters {
         velocity: filter,
         acceleration: filter,
         yaw_rate: filter,
@@ -136,7 +136,7 @@ fn wheel_speeds_give_slip_ratios() {
 fn offsets_of_the_sensors_are_found_and_taken_off() {
     let vehicle = symmetric();
     let drive = simulate(&vehicle, 24.0, 1.0);
-    let disturb = |name: &str, by: f64, recording: &mut crate::Recording| {
+    let disturb = |name: &str, by: f64, recording: &mut crate::DriveLog| {
         let signal = recording.get(name).expect("it is there").clone();
         recording.insert(name, signal.time, signal.value.iter().map(|v| v + by).collect());
     };

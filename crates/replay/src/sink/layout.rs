@@ -168,7 +168,7 @@ impl Layout {
             1 => tabs.pop().map(ContainerLike::from),
             _ => Some(Tabs::new(tabs.into_iter().map(ContainerLike::from)).into()),
         };
-        let states = self.states.then(|| self.lanes(properties));
+        let states = self.states.then(|| self.status_timeline(properties));
         let shares = match (&plots, &states) {
             (Some(_), Some(_)) => vec![visible as f32, 1.0],
             _ => vec![1.0],
@@ -200,7 +200,7 @@ impl Layout {
     }
 
     /// Checks, faults and texts over time.
-    fn lanes(&self, properties: &mut Properties) -> ContainerLike {
+    fn status_timeline(&self, properties: &mut Properties) -> ContainerLike {
         let texts = self.texts.iter().map(|path| format!("+ {path}"));
         let contents =
             status_tracks::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);

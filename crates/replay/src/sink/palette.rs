@@ -5,8 +5,8 @@ use recording::view::Role;
 
 use super::{ESTIMATE, LIMIT, MEASUREMENT, PLANT, REFERENCE, WHITE};
 
-/// Colours of curves without a role: Okabe and Ito's purple and yellow, and two more; all can be told
-/// apart without red-green vision.
+/// Colours of curves without a role: Okabe and Ito's purple and yellow, and two more; all are distinct
+/// without red-green vision.
 const OTHERS: [[u8; 3]; 4] = [[204, 121, 167], [240, 228, 66], [136, 136, 238], WHITE];
 
 /// Gives every curve of one view its own colour.

@@ -40,7 +40,7 @@ impl RunSlot {
         }
     }
 
-    /// The colour of what has this colour in the first run: lighter, so that roles are still told.
+    /// The colour of what has this colour in the first run: lighter, so that roles stay recognisable.
     pub fn color(&self, color: Color) -> Color {
         if self.is_first() {
             return color;

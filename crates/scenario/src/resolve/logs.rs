@@ -55,14 +55,18 @@ fn wrong_word<'a>(wanted: &Wanted<'a>, error: &TableError) -> &'a Spanned<String
 
 /// The unit of a column: that of the scenario or that of the file, which must not contradict each other.
 /// A unit of the file that is not known here gives way.
-fn unit(scenario: &Scenario, column: &Column, told: Option<&str>) -> Result<Option<String>, Error> {
-    let Some(word) = &column.unit else { return Ok(told.map(str::to_owned)) };
+fn unit(
+    scenario: &Scenario,
+    column: &Column,
+    recorded: Option<&str>,
+) -> Result<Option<String>, Error> {
+    let Some(word) = &column.unit else { return Ok(recorded.map(str::to_owned)) };
     let (written, name) = (word.get_ref(), column.column.get_ref());
     let known = super::unit::unit(scenario, word)?;
-    match told.map(|told| (told, Unit::parse(told))) {
-        Some((told, Ok(unit))) if unit != known => {
+    match recorded.map(|recorded| (recorded, Unit::parse(recorded))) {
+        Some((recorded, Ok(unit))) if unit != known => {
             let message =
-                format!("`{name}` was recorded in [{told}], and is said to be in [{written}]");
+                format!("`{name}` was recorded in [{recorded}], and is said to be in [{written}]");
             let help = "leave `unit` out: the recording's is taken, and connections convert";
             Err(scenario.error(word, message).help(help))
         }

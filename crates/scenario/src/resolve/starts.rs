@@ -23,9 +23,9 @@ pub(super) fn starts(
     let outer = |given: &StartOverride, written: &mut BTreeMap<_, _>| {
         let StartOverride { variable, value, .. } = given;
         let value = typed(variables, variable, value);
-        let (place, start) =
+        let (index, start) =
             start(variable, &value, variables).map_err(|message| given.error(&message))?;
-        written.insert(place, start);
+        written.insert(index, start);
         Ok(())
     };
     for given in overrides.defaults.iter().filter(of_this) {
@@ -34,16 +34,16 @@ pub(super) fn starts(
     for (name, value) in &node.start {
         let at = |message: String| scenario.error(name, message);
         flatten(name.get_ref(), value.get_ref(), &mut |name, value| {
-            let (place, start) = start(name, value, variables).map_err(at)?;
-            written.insert(place, start);
+            let (index, start) = start(name, value, variables).map_err(at)?;
+            written.insert(index, start);
             Ok(())
         })?;
     }
     for given in overrides.starts.iter().filter(of_this) {
         outer(given, &mut written)?;
     }
-    let inputs = written.keys().filter(|place| variables[**place].causality == Causality::Input);
-    let started = inputs.map(|place| variables[*place].name.clone()).collect();
+    let inputs = written.keys().filter(|index| variables[**index].causality == Causality::Input);
+    let started = inputs.map(|index| variables[*index].name.clone()).collect();
     Ok((written.into_values().collect(), started))
 }
 
@@ -78,11 +78,11 @@ fn start(
     value: &toml::Value,
     variables: &[Variable],
 ) -> Result<(usize, Start), String> {
-    let Some(place) = variables.iter().position(|variable| variable.name == name) else {
+    let Some(index) = variables.iter().position(|variable| variable.name == name) else {
         let known = variables.iter().map(|variable| variable.name.as_str());
         return Err(suggest::unknown("variable", name, known).to_string());
     };
-    let variable = &variables[place];
+    let variable = &variables[index];
     let settable = variable.start.is_some() && variable.variability != Variability::Constant;
     if !settable {
         return Err(format!("`{name}` is computed by the FMU and takes no start value"));
@@ -104,7 +104,7 @@ fn start(
             return Err(format!("`{name}` is {kind:?}, found {} {value}", value.type_str()));
         }
     };
-    Ok((place, Start { reference: variable.reference, value }))
+    Ok((index, Start { reference: variable.reference, value }))
 }
 
 /// The value of an item of an enumeration, which is written by name or by value.

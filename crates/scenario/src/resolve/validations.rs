@@ -10,14 +10,14 @@ use crate::words::Scenario;
 /// Makes sure that each validation has a name of its own, which a folder can have.
 pub(super) fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(), Error> {
     let document = &scenario.document;
-    for (place, validation) in document.validation.iter().enumerate() {
+    for (index, validation) in document.validation.iter().enumerate() {
         let name = validation.name.get_ref();
         let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
         if !plain || is_reserved(name) {
             let message = format!("expected a name that a folder can have, found `{name}`");
             return Err(scenario.error(&validation.name, message));
         }
-        let before = document.validation[..place].iter().map(|other| &other.name);
+        let before = document.validation[..index].iter().map(|other| &other.name);
         let analyses = document.analysis.iter().map(|analysis| &analysis.name);
         let mut others = before.chain(analyses).map(Spanned::get_ref);
         if others.any(|other| other == name) || nodes.iter().any(|node| node.name == *name) {

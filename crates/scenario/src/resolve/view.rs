@@ -13,7 +13,7 @@ use super::quantity::Names;
 use super::unit;
 use crate::words::{self, Scenario};
 
-/// More curves than this in one plot cannot be told apart.
+/// More curves than this in one plot cannot be distinguished.
 const CURVES: usize = 8;
 /// Default positions of the axles ahead of the position, in lengths of the body.
 const AXLES: [f64; 2] = [0.30, -0.29];
@@ -184,7 +184,7 @@ fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plo
     let mut series = Vec::new();
     for curve in &written.signals {
         let quantity = names.quantity(&curve.signal)?;
-        let told = match (&curve.unit, &quantity) {
+        let unit = match (&curve.unit, &quantity) {
             (Some(word), _) => {
                 unit::unit(scenario, word)?;
                 Some(word.get_ref().as_str())
@@ -192,17 +192,17 @@ fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plo
             (None, Quantity::Column(column)) => names.unit(*column),
             (None, Quantity::Formula(_)) => None,
         };
-        let own = told.and_then(|unit| Unit::parse(unit).ok());
+        let own = unit.and_then(|unit| Unit::parse(unit).ok());
         let (factor, offset) = match (&wanted, own) {
             (Some(wanted), Some(own)) => Unit::conversion(&own, wanted).ok_or_else(|| {
-                let (signal, told) = (curve.signal.get_ref(), told.unwrap_or("1"));
+                let (signal, unit) = (curve.signal.get_ref(), unit.unwrap_or("1"));
                 let axis = axis.as_deref().unwrap_or("1");
-                let message = format!("`{signal}` [{told}] cannot be shown in {axis}");
+                let message = format!("`{signal}` [{unit}] cannot be shown in {axis}");
                 scenario.error(&curve.signal, message)
             })?,
             _ => (1.0, 0.0),
         };
-        axis = axis.or_else(|| told.map(str::to_owned));
+        axis = axis.or_else(|| unit.map(str::to_owned));
         let label = curve.label.clone().unwrap_or_else(|| curve.signal.get_ref().clone());
         let line = |quantity, bound| {
             let (label, role) = (label.clone(), curve.role);

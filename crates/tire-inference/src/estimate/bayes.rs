@@ -72,8 +72,8 @@ impl Bayes<'_> {
 
     /// The numbers of its corrected draws, or those of the posterior where it is not to be trusted.
     pub fn svi(&self, variational: &Variational) -> Estimate {
-        let told = &variational.report;
-        let base = if told.trusted {
+        let report = &variational.report;
+        let base = if report.trusted {
             let prior = &self.settings.prior;
             let Summary { mean, std, interval } = Summary::of(&variational.corrected, prior);
             let free: Vec<_> = prior.free().collect();
@@ -82,7 +82,7 @@ impl Bayes<'_> {
                 std,
                 interval,
                 covariance: variational.corrected.covariance(&free),
-                noise_std: told.noise_std,
+                noise_std: report.noise_std,
                 source: UncertaintySource::Svi,
                 posterior: Some(self.report.clone()),
                 ..self.plain.clone()
@@ -91,15 +91,15 @@ impl Bayes<'_> {
             self.reference()
         };
         let convergence = Convergence {
-            status: told.status,
-            iterations: told.steps,
-            evaluations: told.evaluations,
+            status: report.status,
+            iterations: report.steps,
+            evaluations: report.evaluations,
             kkt_residual: None,
             // The evidence lower bound is reported with the normal distribution.
             trace: Vec::new(),
             ..self.best.convergence.clone()
         };
-        Estimate { convergence, seconds: told.seconds, svi: Some(told.clone()), ..base }
+        Estimate { convergence, seconds: report.seconds, svi: Some(report.clone()), ..base }
     }
 
     /// Optima that the data do not rule out, or modes of the posterior, whichever are more.

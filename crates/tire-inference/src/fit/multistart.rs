@@ -15,7 +15,7 @@ const FEASIBLE: f64 = 1e-9;
 const SAME: f64 = 1e-3;
 
 /// The best minimum, and what all starts together say.
-pub struct Search {
+pub struct Multistart {
     pub best: Minimum,
     /// One minimum of each kind, best first.
     pub optima: Vec<Minimum>,
@@ -23,7 +23,7 @@ pub struct Search {
     pub evaluations: usize,
 }
 
-impl Search {
+impl Multistart {
     pub fn convergence(&self) -> Convergence {
         Convergence {
             status: self.best.status,
@@ -63,7 +63,7 @@ pub fn search(
     upper: &DVector<f64>,
     starts: &[DVector<f64>],
     options: &FitOptions,
-) -> Result<Search, FitError> {
+) -> Result<Multistart, FitError> {
     let limits = Limits { iterations: options.iterations, ..Limits::default() };
     let minimise =
         |objective, start: &DVector<f64>| sqp::minimise(objective, lower, upper, start, limits);
@@ -94,7 +94,7 @@ pub fn search(
         .min_by(|a, b| a.kkt_residual.total_cmp(&b.kkt_residual))
         .unwrap_or(&minima[0])
         .clone();
-    Ok(Search { best, optima, starts: starts.len(), evaluations })
+    Ok(Multistart { best, optima, starts: starts.len(), evaluations })
 }
 
 /// Minima with a cost and without violations, best first; at least one.

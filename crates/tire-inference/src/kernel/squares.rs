@@ -37,8 +37,8 @@ impl pulp::WithSimd for Squares<'_> {
                 }
             }
             let from = index * BLOCK / PARTIAL_SUMS;
-            for (place, f) in f[..slips.len()].as_chunks::<PARTIAL_SUMS>().0.iter().enumerate() {
-                let (weights, forces) = (&weights[from + place], &forces[from + place]);
+            for (index, f) in f[..slips.len()].as_chunks::<PARTIAL_SUMS>().0.iter().enumerate() {
+                let (weights, forces) = (&weights[from + index], &forces[from + index]);
                 let mut residual = [0.0; PARTIAL_SUMS];
                 for k in 0..PARTIAL_SUMS {
                     residual[k] = weights[k] * f[k] - forces[k];
@@ -46,7 +46,7 @@ impl pulp::WithSimd for Squares<'_> {
                 }
                 for (slopes, by) in slopes.iter_mut().zip(&by) {
                     for k in 0..PARTIAL_SUMS {
-                        slopes[k] += residual[k] * by[place * PARTIAL_SUMS + k];
+                        slopes[k] += residual[k] * by[index * PARTIAL_SUMS + k];
                     }
                 }
             }

@@ -16,10 +16,10 @@ fn error(samples: &Samples, change: impl Fn(&mut Problem)) -> FitError {
 #[test]
 fn samples_that_make_no_fit_are_refused_with_a_way_out() {
     let good = sweep(&TRUTH, [0.0, 0.75], 100, 0.05, 1);
-    let told = |samples: &Samples| error(samples, |_| {}).to_string();
-    assert!(told(&Samples::default()).contains("no samples"));
+    let message_of = |samples: &Samples| error(samples, |_| {}).to_string();
+    assert!(message_of(&Samples::default()).contains("no samples"));
     let few = sweep(&TRUTH, [0.0, 0.75], 4, 0.05, 1);
-    let message = told(&few);
+    let message = message_of(&few);
     assert!(
         message.contains("4 samples") && message.contains("at least 5") && message.contains("hold"),
         "{message}"
@@ -29,13 +29,13 @@ fn samples_that_make_no_fit_are_refused_with_a_way_out() {
     assert_eq!(error(&none, |_| {}), FitError::TooFew { found: 0, free: 4 });
     let mut broken = good.clone();
     broken.force[17] = f64::NAN;
-    let message = told(&broken);
+    let message = message_of(&broken);
     assert!(message.contains("force[17]") && message.contains("remove"), "{message}");
     let mut negative = good.clone();
     negative.weight[3] = -1.0;
     assert_eq!(error(&negative, |_| {}), FitError::Weight { row: 3, value: -1.0 });
     let same = Samples::new(vec![0.03; 50], good.force[..50].to_vec());
-    assert!(told(&same).contains("0.03") && told(&same).contains("other slips"));
+    assert!(message_of(&same).contains("0.03") && message_of(&same).contains("other slips"));
     let mut short = good;
     short.weight.pop();
     assert!(matches!(error(&short, |_| {}), FitError::Columns { weight: 99, .. }));

@@ -158,10 +158,14 @@ fn the_covariance_is_the_spread_of_repeated_fits() {
         let spread = (solutions.iter().map(|s| (s.theta[k] - mean).powi(2)).sum::<f64>()
             / (repeats - 1) as f64)
             .sqrt();
-        let told = (solutions.iter().filter_map(|s| s.std(parameter)).map(|s| s * s).sum::<f64>()
-            / repeats as f64)
-            .sqrt();
+        let reported =
+            (solutions.iter().filter_map(|s| s.std(parameter)).map(|s| s * s).sum::<f64>()
+                / repeats as f64)
+                .sqrt();
         // The standard deviation of a standard deviation of 300 values is 4 %.
-        assert!((told / spread - 1.0).abs() < 0.15, "{parameter:?}: told {told}, found {spread}");
+        assert!(
+            (reported / spread - 1.0).abs() < 0.15,
+            "{parameter:?}: reported {reported}, found {spread}"
+        );
     }
 }

@@ -26,8 +26,8 @@ fn both_modes_have_their_masses() {
                 panic!("{number}: {:?}", found.report.modes)
             };
             assert!((first.mass + second.mass - 1.0).abs() < 0.01);
-            let told = if second.mean[3] > between { second.mass } else { first.mass };
-            assert!((told - expected).abs() < 0.03, "{number}: {told} instead of {expected}");
+            let mass = if second.mean[3] > between { second.mass } else { first.mass };
+            assert!((mass - expected).abs() < 0.03, "{number}: {mass} instead of {expected}");
         }
     }
 }

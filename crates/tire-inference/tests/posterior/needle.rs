@@ -16,16 +16,16 @@ const NOISE: f64 = 1e-5;
 
 /// Slips on both sides, so that the shifts are known.
 fn both_sides() -> Samples {
-    let told = Excitation {
+    let excitation = Excitation {
         truth: TRUTH,
         samples: 600,
         slip_std: 0.0,
         force_std: NOISE,
         ..Excitation::default()
     };
-    let mut one = samples(&told, 0.4);
+    let mut one = samples(&excitation, 0.4);
     let mirrored = Theta::from([TRUTH[0], TRUTH[1], TRUTH[2], TRUTH[3], -TRUTH[4], -TRUTH[5]]);
-    let other = samples(&Excitation { truth: mirrored, seed: 5, ..told }, 0.4);
+    let other = samples(&Excitation { truth: mirrored, seed: 5, ..excitation }, 0.4);
     for (slip, force) in other.slip.iter().zip(&other.force) {
         one.push(-slip, -force, 1.0);
     }

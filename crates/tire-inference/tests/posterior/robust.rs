@@ -19,8 +19,8 @@ const TRUTH: [f64; 6] = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
 
 /// With a twentieth of the samples far off.
 fn spoilt(count: usize, seed: u64) -> Samples {
-    let told = Excitation { samples: count, slip_std: 0.0, seed, ..Excitation::default() };
-    let mut samples = samples(&told, 0.5);
+    let excitation = Excitation { samples: count, slip_std: 0.0, seed, ..Excitation::default() };
+    let mut samples = samples(&excitation, 0.5);
     samples.force.iter_mut().skip(seed as usize % 20).step_by(20).for_each(|force| *force += 0.6);
     samples
 }

@@ -1,6 +1,6 @@
 //! Shows in the recording what was found along each drive: states, slip angles, innovations, accelerations.
 
-use drive_inference::{Identified, Recording};
+use drive_inference::{Drive, Identified};
 use plugin::{Host, Signal};
 use tire_inference::axles::Axle;
 use vehicle::Vehicle;
@@ -30,12 +30,7 @@ fn group(name: &str, time: &[f64], columns: impl IntoIterator<Item = Column>, ho
 }
 
 /// Records everything, one drive after the other in the same columns.
-pub(super) fn record(
-    car: &Vehicle,
-    recordings: &[Recording],
-    found: &Identified,
-    host: &mut dyn Host,
-) {
+pub(super) fn record(car: &Vehicle, recordings: &[Drive], found: &Identified, host: &mut dyn Host) {
     let time: Vec<f64> = recordings.iter().flat_map(|recording| &recording.t).copied().collect();
     let all =
         |of: &dyn Fn(usize) -> Vec<f64>| (0..recordings.len()).flat_map(of).collect::<Vec<f64>>();
@@ -64,7 +59,7 @@ pub(super) fn record(
 fn smoothed(
     car: &Vehicle,
     time: &[f64],
-    recordings: &[Recording],
+    recordings: &[Drive],
     found: &Identified,
     host: &mut dyn Host,
 ) {

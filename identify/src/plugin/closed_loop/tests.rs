@@ -6,7 +6,7 @@ mod drive;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use drive_inference::{Formulation, Recording, Tires};
+use drive_inference::{Drive, Formulation, Tires};
 use plugin::{Analysis, Host, Request, Signal};
 use serde_json::Value;
 use tire_inference::parameters::TireParameters;
@@ -20,7 +20,7 @@ const UNEQUAL: Tires = Tires {
 };
 
 /// 30 s at one speed, past the peaks of both axles.
-static LIMIT: LazyLock<Recording> = LazyLock::new(|| {
+static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
     let car = drive::on_tires(&Vehicle::default(), &UNEQUAL);
     drive::drive(&car, &drive::limit(&[25.0], 9.0), &drive::USUAL, 1)
 });
@@ -70,13 +70,13 @@ impl Host for Log {
     }
 }
 
-fn request<'a>(recording: &'a Recording, config: &'a str) -> Request<'a> {
+fn request<'a>(recording: &'a Drive, config: &'a str) -> Request<'a> {
     let columns = recording.columns().into_iter().filter(|(name, _)| *name != "t");
     let signal = |(name, values)| Signal { name, unit: "", time: &recording.t, values };
     Request { config, signals: columns.map(signal).collect() }
 }
 
-fn run(recording: &Recording, config: &str, log: &mut Log) -> Result<Value, String> {
+fn run(recording: &Drive, config: &str, log: &mut Log) -> Result<Value, String> {
     let config = format!("task = \"closed_loop\"\n{config}");
     let request = request(recording, &config);
     Identify::check(&request).map_err(|error| error.to_string())?;
@@ -255,8 +255,8 @@ fn a_mistake_is_named_by_its_key() {
     let part = LIMIT.slice(0..200);
     for (config, says) in cases {
         let text = format!("task = \"closed_loop\"\n{config}");
-        let told = Identify::check(&request(&part, &text)).expect_err(config).to_string();
-        assert!(told.contains(says), "{config}: {told}");
+        let error = Identify::check(&request(&part, &text)).expect_err(config).to_string();
+        assert!(error.contains(says), "{config}: {error}");
     }
     for (config, says) in [
         ("windows = [[100.0, 200.0]]", "the recording goes from 0 to 1.99 s"),
@@ -265,7 +265,7 @@ fn a_mistake_is_named_by_its_key() {
             "`lap`: expected 50 rows or more from 1.9 to 9 s",
         ),
     ] {
-        let told = run(&part, config, &mut Log::default()).expect_err(config);
-        assert!(told.contains(says), "{config}: {told}");
+        let error = run(&part, config, &mut Log::default()).expect_err(config);
+        assert!(error.contains(says), "{config}: {error}");
     }
 }

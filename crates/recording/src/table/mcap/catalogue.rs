@@ -88,8 +88,8 @@ fn samples(file: &Mcap, channels: &[&Arc<Channel<'static>>]) -> BTreeMap<u16, Ve
     let mut samples = BTreeMap::new();
     // What is wrong with the rest of the file is not the matter here.
     let _ = file.messages(&mut |header, data| {
-        if let Some(place) = open.iter().position(|id| *id == header.channel_id) {
-            samples.insert(open.swap_remove(place), data.to_vec());
+        if let Some(index) = open.iter().position(|id| *id == header.channel_id) {
+            samples.insert(open.swap_remove(index), data.to_vec());
         }
         Ok(!open.is_empty())
     });

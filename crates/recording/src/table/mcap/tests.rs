@@ -208,11 +208,11 @@ fn a_damaged_recording_is_refused_or_read_as_it_was() {
     let whole = std::fs::read(&ramp("sound").0).expect("it has been written");
     let expected: Vec<_> = (0..100).map(f64::from).collect();
     let mut refused = 0;
-    for place in (8..whole.len()).step_by(5) {
+    for index in (8..whole.len()).step_by(5) {
         let mut bytes = whole.clone();
-        bytes[place] ^= 0x55;
+        bytes[index] ^= 0x55;
         match Scrap::new("damaged", &bytes).read(None, &["/x.x"]) {
-            Ok(table) => assert_eq!(table.column(0), expected, "{place}"),
+            Ok(table) => assert_eq!(table.column(0), expected, "{index}"),
             Err(error) => {
                 refused += 1;
                 assert!(!error.to_string().is_empty());
