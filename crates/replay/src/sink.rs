@@ -28,6 +28,7 @@ mod flush_worker;
 mod frame;
 mod ground;
 mod layout;
+mod outline;
 mod palette;
 mod properties;
 mod road;
@@ -47,6 +48,8 @@ mod xy_plots;
 /// Replayed rows per second of simulated time at most: more than any screen shows, and a fifth of the data of a controller at
 /// 1 kHz. `run.mcap` has all rows.
 const RATE: f64 = 200.0;
+/// Pictures per second of simulated time at most, of the scene and the diagrams.
+const FRAME_RATE: f64 = 50.0;
 /// Rows of a batch to a file: enough to make the cost per batch small.
 const FILE_BATCH: usize = 5_000;
 /// Wall-clock time between batches to a viewer: often enough for the eye, and seldom enough for a fast run, as the cost of a batch

@@ -3,7 +3,6 @@
 use re_sdk::{RecordingStream, RecordingStreamResult};
 use recording::{Event, NumberIndex, Recorded, Row, RunHeader, StatusChange};
 
-use super::RATE;
 use super::events::Events;
 use super::run_slot::RunSlot;
 use super::scene::Scene;
@@ -12,6 +11,7 @@ use super::status_tracks::StatusTracks;
 use super::texts::Texts;
 use super::timeline::{Clock, TimePoint, TimePoints};
 use super::xy_plots::XyPlots;
+use super::{FRAME_RATE, RATE};
 
 /// The drawing of a run, with its unsent rows.
 pub(super) struct Drawing {
@@ -23,8 +23,10 @@ pub(super) struct Drawing {
     pub events: Events,
     pub clock: Clock,
     pub time_points: TimePoints,
-    /// Every so many-th row is replayed, and the last one.
-    stride: u64,
+    /// Those of the scene and the diagrams.
+    frames: TimePoints,
+    /// Every so many-th row is replayed, and every so many-th row moves the scene; the last one does both.
+    strides: [u64; 2],
     last: u64,
 }
 
@@ -46,7 +48,8 @@ impl Drawing {
             events: Events::new(slot),
             clock: Clock::new(header.step, view.distance.clone()),
             time_points: TimePoints::default(),
-            stride: ((1.0 / RATE / header.step + 1e-9) as u64).max(1),
+            frames: TimePoints::default(),
+            strides: strides(header.step),
             last: (header.stop / header.step).round() as u64,
         };
         (drawing, charts)
@@ -64,15 +67,20 @@ impl Drawing {
     pub fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Option<TimePoint> {
         let time_point = self.clock.row(time, row);
         self.texts.push(time_point, row.texts());
-        if !tick.is_multiple_of(self.stride) && tick != self.last {
+        let [due, moves] =
+            self.strides.map(|stride| tick.is_multiple_of(stride) || tick == self.last);
+        if moves {
+            self.frames.push(time_point);
+            self.xy_plots.push(time_point, time, row);
+            if let Some(scene) = &mut self.scene {
+                scene.push(time_point, time, row);
+            }
+        }
+        if !due {
             return None;
         }
         self.time_points.push(time_point);
         self.signals.push(time, row);
-        self.xy_plots.push(time_point, time, row);
-        if let Some(scene) = &mut self.scene {
-            scene.push(time_point, time, row);
-        }
         Some(time_point)
     }
 
@@ -96,9 +104,10 @@ impl Drawing {
         if self.time_points.is_empty() {
             return Ok(());
         }
-        let axes = self.time_points.axes();
+        self.signals.send(stream, &self.time_points)?;
         self.time_points.clear();
-        self.signals.send(stream, &axes)?;
+        let axes = self.frames.axes();
+        self.frames.clear();
         self.xy_plots.send(stream, &axes)?;
         if let Some(scene) = &mut self.scene {
             scene.send(stream, &axes)?;
@@ -118,5 +127,26 @@ impl Drawing {
         self.states.forget_past();
         self.events.forget_past();
         dropped
+    }
+}
+
+/// Every so many-th row is replayed, and a multiple of that moves the scene, with rows every `step` [s].
+fn strides(step: f64) -> [u64; 2] {
+    let every = |rate: f64, step: f64| ((1.0 / rate / step + 1e-9) as u64).max(1);
+    let row = every(RATE, step);
+    [row, row * every(FRAME_RATE, step * row as f64)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::strides;
+
+    #[test]
+    fn scenes_move_as_fast_as_the_eye_sees_at_most() {
+        for (step, expected) in
+            [(0.001, [5, 20]), (0.002, [2, 10]), (0.01, [1, 2]), (0.1, [1, 1]), (0.003, [1, 6])]
+        {
+            assert_eq!(strides(step), expected, "{step} s");
+        }
     }
 }

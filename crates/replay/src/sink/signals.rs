@@ -9,7 +9,9 @@ use recording::{
     Column, Columns, Derived, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
 };
 
+use super::outline::{self, Course, Span};
 use super::run_slot::RunSlot;
+use super::timeline::TimePoints;
 
 /// One curve of a plot, as the layout needs it.
 pub(super) struct Line {
@@ -45,7 +47,10 @@ struct Curve {
     quantity: Quantity,
     factor: f64,
     offset: f64,
+    course: Course,
     samples: Vec<f64>,
+    /// The range of all samples so far.
+    span: Span,
 }
 
 /// Every scalar entity of a recording.
@@ -68,7 +73,7 @@ impl Signals {
         let mut curves: Vec<Curve> = own()
             .map(|(column, it)| {
                 let path = slot.path(signal_path(it));
-                Curve::new(path, Quantity::Column(column), 1.0, 0.0)
+                Curve::new(path, Quantity::Column(column), (1.0, 0.0), course(it.kind))
             })
             .collect();
         let names = own().map(|(_, it)| slot.label(&name_with_unit(it))).collect();
@@ -99,21 +104,27 @@ impl Signals {
         }
     }
 
-    /// Sends the collected samples over these time axes, and forgets them.
+    /// Sends the collected samples of these time points, without those that no eye would miss, and forgets them.
     pub fn send(
         &mut self,
         stream: &RecordingStream,
-        axes: &[TimeColumn],
+        time_points: &TimePoints,
     ) -> RecordingStreamResult<()> {
+        let times = time_points.seconds();
         for curve in &mut self.curves {
-            let scalars = Scalars::new(curve.samples.drain(..));
-            stream.send_columns(
-                curve.path.clone(),
-                axes.to_vec(),
-                scalars.columns_of_unit_batches()?,
-            )?;
+            curve.span = curve.span.with(curve.samples.iter().copied());
+            let kept = outline::kept(&times, &curve.samples, curve.course, curve.span);
+            let scalars = Scalars::new(kept.iter().map(|&index| curve.samples[index]));
+            let axes = time_points.axes_of(&kept);
+            curve.samples.clear();
+            stream.send_columns(curve.path.clone(), axes, scalars.columns_of_unit_batches()?)?;
         }
         Ok(())
+    }
+
+    /// The range of the samples of an entity so far.
+    pub fn span(&self, path: &EntityPath) -> Option<[f64; 2]> {
+        self.curves.iter().find(|curve| curve.path == *path)?.span.ends()
     }
 }
 
@@ -158,8 +169,13 @@ pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
 }
 
 impl Curve {
-    fn new(path: EntityPath, quantity: Quantity, factor: f64, offset: f64) -> Self {
-        Self { path, quantity, factor, offset, samples: Vec::new() }
+    fn new(
+        path: EntityPath,
+        quantity: Quantity,
+        (factor, offset): (f64, f64),
+        course: Course,
+    ) -> Self {
+        Self { path, quantity, factor, offset, course, samples: Vec::new(), span: Span::default() }
     }
 }
 
@@ -209,20 +225,29 @@ fn chart(
         let path = if covered { plot_path(number, rank) } else { natural };
         let made = path == plot_path(number, rank);
         let path = slot.path(path);
+        let course = column(it).map_or(Course::Straight, |index| course(columns[index].kind));
         if made {
-            curves.push(Curve::new(path.clone(), it.quantity.clone(), it.factor, it.offset));
+            let scale = (it.factor, it.offset);
+            curves.push(Curve::new(path.clone(), it.quantity.clone(), scale, course));
         }
         lines.push(Line {
             path,
             slot: slot.clone(),
             label: it.label.clone(),
             role: it.role,
-            stepped: column(it).is_some_and(|index| columns[index].kind != ValueKind::Real),
+            stepped: course == Course::Stepped,
             bound: it.bound,
         });
     }
     let (title, group) = (plot.title.clone(), plot.group.clone());
     Chart { title, group, range: plot.range, lines }
+}
+
+fn course(kind: ValueKind) -> Course {
+    match kind {
+        ValueKind::Real => Course::Straight,
+        _ => Course::Stepped,
+    }
 }
 
 fn natural_path(

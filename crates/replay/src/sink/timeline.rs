@@ -49,18 +49,32 @@ impl TimePoints {
         self.0.drain(..self.0.len().saturating_sub(count));
     }
 
+    /// Simulated times [s].
+    pub fn seconds(&self) -> Vec<f64> {
+        self.0.iter().map(|it| 1e-9 * it.time as f64).collect()
+    }
+
     /// The axes of every column; a column without one of them would vanish from that timeline.
     pub fn axes(&self) -> Vec<TimeColumn> {
-        let mut axes = vec![
-            TimeColumn::new_duration_nanos(TIME, self.0.iter().map(|it| it.time)),
-            TimeColumn::new_sequence(STEP, self.0.iter().map(|it| it.step)),
-        ];
-        if self.0.iter().all(|it| it.distance.is_some()) {
-            let distances = self.0.iter().filter_map(|it| it.distance);
-            axes.push(TimeColumn::new_sequence(DISTANCE, distances));
-        }
-        axes
+        axes(self.0.iter())
     }
+
+    /// The axes of a column of some of the time points.
+    pub fn axes_of(&self, indices: &[usize]) -> Vec<TimeColumn> {
+        axes(indices.iter().map(|&index| &self.0[index]))
+    }
+}
+
+fn axes<'a>(time_points: impl Iterator<Item = &'a TimePoint> + Clone) -> Vec<TimeColumn> {
+    let mut axes = vec![
+        TimeColumn::new_duration_nanos(TIME, time_points.clone().map(|it| it.time)),
+        TimeColumn::new_sequence(STEP, time_points.clone().map(|it| it.step)),
+    ];
+    if time_points.clone().all(|it| it.distance.is_some()) {
+        let distances = time_points.filter_map(|it| it.distance);
+        axes.push(TimeColumn::new_sequence(DISTANCE, distances));
+    }
+    axes
 }
 
 impl FromIterator<TimePoint> for TimePoints {
