@@ -1,4 +1,4 @@
-//! Makes the FMUs that the tests need: ours and the example packed, one that misbehaves compiled, archives with something wrong.
+//! Makes the FMUs of the tests: ours packed, one that misbehaves compiled, archives with mistakes.
 
 use std::fs::File;
 use std::io::{Read as _, Write as _};
