@@ -1,4 +1,4 @@
-//! Writes `tires.html`: what was found of the tires on one page that needs nothing but a browser.
+//! Writes `tires.html`: the identified tires on one page that needs nothing but a browser.
 
 mod curves;
 mod drives;
