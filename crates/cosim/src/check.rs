@@ -11,6 +11,9 @@ use scenario::plan::{CheckPlan, Condition, ResultName, Results};
 use serde::Serialize;
 use serde_json::Value;
 
+/// Share of its window in which the verdict of a check on a window as a whole is shown at least.
+const DECIDED: f64 = 0.02;
+
 /// What became of a check.
 #[derive(Debug, Clone, Serialize)]
 pub struct Verdict {
@@ -81,7 +84,7 @@ impl Checks {
         }
     }
 
-    /// Notices the status of the conditions on a window as a whole: their verdict holds for all of it.
+    /// Notices the status of the conditions on a window as a whole, from the moment that decided them.
     pub fn conclude(&mut self, verdicts: &[Verdict]) {
         let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
             matches!(&plan.condition, Condition::Run(condition) if condition.is_reduction())
@@ -89,7 +92,9 @@ impl Checks {
         let both = |(_, verdict): (_, &Verdict)| {
             let state = if verdict.passed { Status::Holds } else { Status::Violated };
             let [from, to] = verdict.during;
-            [(from, state), (to, Status::Idle)]
+            // Without a moment the end decides. A block of no width would not be seen.
+            let moment = verdict.at.unwrap_or(to).min(to - DECIDED * (to - from)).max(from);
+            [(moment, state), (to, Status::Idle)]
                 .map(|(time, state)| change(&verdict.name, time, state))
         };
         self.notices.extend(judged.flat_map(both));
@@ -126,11 +131,12 @@ impl Sink<Full> for Checks {
             let Judge::Run(monitor) = judge else { continue };
             let [from, to] = plan.during;
             let inside = time > from - self.slack && time < to + self.slack;
-            let holds = inside.then(|| monitor.sample(time, row)).flatten();
-            let now = holds.map_or(Status::Idle, |holds| match holds {
-                true => Status::Holds,
-                false => Status::Violated,
-            });
+            let now = match inside.then(|| monitor.sample(time, row)) {
+                None => Status::Idle,
+                Some(None) => Status::Pending,
+                Some(Some(true)) => Status::Holds,
+                Some(Some(false)) => Status::Violated,
+            };
             if now != std::mem::replace(state, now) {
                 self.notices.push(change(&plan.name, time, now));
             }

@@ -18,6 +18,7 @@
 //! count` of one argument and `quantile(x, p)`.
 #![forbid(unsafe_code)]
 
+mod bound;
 mod function;
 mod index;
 mod monitor;
@@ -33,6 +34,7 @@ use std::ops::Range;
 use function::Function;
 use reducer::Reducer;
 
+pub use bound::Bound;
 pub use index::{
     ColumnIndex, Number, NumberIndex, NumberRange, Text, TextIndex, TextRange, TypedIndex,
     TypedRange, Values,

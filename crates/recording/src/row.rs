@@ -334,6 +334,12 @@ impl Selection {
         Columns { numbers: numbers.collect(), texts: texts.collect(), space: PhantomData }
     }
 
+    /// The recorded column of a full one, if it is recorded.
+    #[must_use]
+    pub fn recorded(&self, index: NumberIndex<Full>) -> Option<NumberIndex<Recorded>> {
+        self.numbers.iter().position(|it| *it == index).map(NumberIndex::new)
+    }
+
     /// Puts the recorded values of a full row into `recorded`, without allocating for numbers.
     pub fn pick(&self, full: &Row<Full>, recorded: &mut Row<Recorded>) {
         recorded.numbers.clear();

@@ -86,6 +86,8 @@ impl StatusTrack {
 pub enum Status {
     /// Outside of its window.
     Idle,
+    /// The check is about its window as a whole, and not decided yet.
+    Pending,
     /// The check holds.
     Holds,
     /// The check does not hold.

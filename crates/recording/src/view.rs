@@ -21,6 +21,19 @@ pub struct View {
     pub xy_plots: Vec<XyPlot>,
     /// The time plots, from top to bottom.
     pub plots: Vec<Plot>,
+    /// Limits of checks, to be drawn in the plots of their signals.
+    pub limits: Vec<Limit>,
+}
+
+/// A constant that a check compares a signal with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// The signal.
+    pub column: NumberIndex<Recorded>,
+    /// The constant, in the unit of the signal.
+    pub value: f64,
+    /// First and last moment of the check [s].
+    pub during: [f64; 2],
 }
 
 /// A number that each row gives.

@@ -18,6 +18,7 @@ use timeline::TimePoints;
 use transport::Transport;
 
 mod arrows;
+mod axis;
 mod card;
 mod comparison_drawing;
 mod course;
@@ -28,6 +29,7 @@ mod flush_worker;
 mod frame;
 mod ground;
 mod layout;
+mod legend;
 mod outline;
 mod palette;
 mod properties;
@@ -183,7 +185,8 @@ impl RerunSink {
             return Ok(());
         }
         self.send()?;
-        let end = || -> RecordingStreamResult<()> {
+        let mut end = || -> RecordingStreamResult<()> {
+            self.drawing.signals.send_limits(&stream, &self.drawing.clock)?;
             let mut speeds = None;
             let mut bounds = None;
             if let Some(scene) = &self.drawing.scene {
@@ -192,7 +195,8 @@ impl RerunSink {
             }
             // A connected viewer keeps the layout of its user, unless there are new views.
             let added = !self.layout.derived.is_empty() || !self.layout.diagrams.is_empty();
-            if added || !self.layout.live && self.drawing.scene.is_some() {
+            if added || !self.layout.live {
+                self.layout.fit(|path| self.drawing.signals.span(path));
                 self.layout.send(&stream, bounds)?;
             }
             stream.log_static("run", &self.card.finished(summary, completed, speeds))
@@ -237,11 +241,10 @@ impl Sink for RerunSink {
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
         self.add(|sink, stream| {
-            let name = format!("{}: {}", derived.analysis, derived.group);
-            sink.layout.derived.push((name, signals::derived_charts(derived)));
+            sink.layout.add(derived);
             let clock = &sink.drawing.clock;
             let time_points: TimePoints = derived.time.iter().map(|time| clock.at(*time)).collect();
-            signals::add(stream, derived, &time_points.axes())
+            signals::add(stream, derived, &time_points)
         })
     }
 

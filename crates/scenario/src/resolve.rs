@@ -94,7 +94,8 @@ impl System {
             view: View::default(),
             folder,
         };
-        let view = view::view(scenario, &header)?;
+        let limits = view::limits(&checks, &recorded);
+        let view = View { limits, ..view::view(scenario, &header)? };
         let header = RunHeader { view, ..header };
         let coupling = document.coupling.algorithm;
         Ok(System {

@@ -150,6 +150,8 @@ impl Pair {
         let bounds = scenes.filter_map(|scene| scene.bounds()).reduce(|a, b| a.with(b));
         let number = self.layout.xy_plots.len() + 1;
         self.layout.xy_plots.extend(time_gap.send(stream, number, &self.title)?);
+        self.layout.fit(|path| self.first.signals.span(path).or(self.other.signals.span(path)));
+        self.first.signals.send_limits(stream, &self.first.clock)?;
         self.layout.send(stream, bounds)?;
         stream.log_static("run", &TextDocument::from_markdown(card))
     }
@@ -177,7 +179,9 @@ fn overlaid(time_gap: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> 
         };
         let title = format!("{title} [s]");
         let group = charts.first().and_then(|chart| chart.group.clone());
-        charts.insert(0, Chart { title, group, range: None, lines: vec![line] });
+        let legend = EntityPath::from(format!("legends/{TIME_GAP}"));
+        let lines = vec![line];
+        charts.insert(0, Chart { title, group, range: None, span: None, legend, lines });
     }
     charts
 }

@@ -46,7 +46,7 @@ impl Drawing {
             xy_plots: XyPlots::new(&view.xy_plots, slot),
             scene: Scene::new(view, slot),
             events: Events::new(slot),
-            clock: Clock::new(header.step, view.distance.clone()),
+            clock: Clock::new(view.distance.clone()),
             time_points: TimePoints::default(),
             frames: TimePoints::default(),
             strides: strides(header.step),

@@ -12,28 +12,30 @@ use re_sdk_types::blueprint::archetypes::{
     VisibleTimeRanges, VisualBounds2D,
 };
 use re_sdk_types::blueprint::components::{
-    BackgroundKind, Corner2D, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
+    BackgroundKind, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
 };
 use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn};
 use re_sdk_types::components::Color;
 use re_sdk_types::components::InterpolationMode;
 use re_sdk_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
+use recording::Derived;
 use recording::view::Role;
 
 use super::diagrams::{Diagrams, Group};
+use super::legend::Legend;
 use super::palette::{Palette, faded};
 use super::properties::Properties;
 use super::run_slot::OTHER;
-use super::signals::{Chart, Line};
+use super::signals::{Chart, Line, derived_charts};
 use super::timeline::{DISTANCE, TIME};
-use super::trace::Bounds;
+use super::trace::{Bounds, MAP_ASPECT, visible};
 use super::xy_plots::Shown;
-use super::{arrows, status_tracks};
+use super::{arrows, axis, status_tracks};
 
 /// Plots that are visible at once; the last slot holds the rest as tabs.
 const PLOTS_VISIBLE: usize = 5;
-/// Width by height of the map, which decides how high its camera is.
-const MAP_ASPECT: f32 = 2.2;
+/// Width of the plots with their legends in a window of usual size [px].
+const PLOTS_WIDTH: f32 = 790.0;
 /// Half the viewer's vertical field of view: tan(55 deg / 2).
 const HALF_VIEW: f32 = 0.5206;
 
@@ -41,8 +43,8 @@ const HALF_VIEW: f32 = 0.5206;
 pub(super) struct Layout {
     pub application: ApplicationId,
     pub charts: Vec<Chart>,
-    /// Columns of analyses: a name and its plots.
-    pub derived: Vec<(String, Vec<Chart>)>,
+    /// Columns of analyses: the plots of each group, by analysis and group.
+    pub derived: Vec<(String, Vec<(String, Vec<Chart>)>)>,
     /// Diagrams of one quantity over another.
     pub xy_plots: Vec<Shown>,
     /// Diagrams of analyses.
@@ -60,12 +62,33 @@ pub(super) struct Layout {
 }
 
 impl Layout {
+    /// Adds plots of columns of an analysis.
+    pub fn add(&mut self, derived: &Derived) {
+        let group = (derived.group.to_owned(), derived_charts(derived));
+        match self.derived.iter_mut().find(|(analysis, _)| analysis == derived.analysis) {
+            Some((_, groups)) => groups.push(group),
+            None => self.derived.push((derived.analysis.to_owned(), vec![group])),
+        }
+    }
+
+    /// Fits the axes to the values of the entities. Until then the viewer chooses their ends.
+    pub fn fit(&mut self, span: impl Fn(&EntityPath) -> Option<[f64; 2]>) {
+        for chart in &mut self.charts {
+            let spans: Vec<_> = chart.lines.iter().map(|line| span(&line.path)).collect();
+            spans.into_iter().for_each(|span| chart.widen(span));
+        }
+    }
+
     /// Sends the layout. The map shows `bounds` as a whole; without them it follows the body.
     pub fn send(
         &self,
         stream: &RecordingStream,
         bounds: Option<Bounds>,
     ) -> RecordingStreamResult<()> {
+        let derived = self.derived.iter().flat_map(|(_, groups)| groups).flat_map(|it| &it.1);
+        for chart in self.charts.iter().chain(derived) {
+            Legend::of(chart).describe(stream, &chart.legend)?;
+        }
         let mut properties = Properties::default();
         let root = self.with_diagrams(&mut properties, bounds);
         let (play, repeat) = match self.live {
@@ -94,7 +117,7 @@ impl Layout {
             return run;
         }
         let found = self.diagrams.analyses().into_iter().map(|(analysis, groups)| {
-            let name = format!("Found: {analysis}");
+            let name = analysis;
             let mut pairs = Vec::new();
             for pair in groups.chunks(2) {
                 let columns: Vec<_> = pair.iter().map(|it| group(properties, it)).collect();
@@ -118,17 +141,17 @@ impl Layout {
             Some(length) => {
                 let (chase, map) = (chase(properties, length), map(properties, bounds));
                 let left = Vertical::new([chase, map, texts]);
-                left.with_row_shares(vec![1.2, 1.0, 0.75]).into()
+                left.with_row_shares(vec![1.1, 0.9, 1.0]).into()
             }
             None => texts,
         };
         let mut columns = vec![(left, if self.body.is_some() { 1.0 } else { 0.5 })];
         if !self.xy_plots.is_empty() {
             let xy_plots: Vec<_> = self.xy_plots.iter().map(|it| xy_plot(properties, it)).collect();
-            columns.push((Vertical::new(xy_plots).into(), 0.65));
+            columns.push((Vertical::new(xy_plots).into(), 0.62));
         }
         if !self.charts.is_empty() || !self.derived.is_empty() || self.states {
-            columns.push((self.right(properties), 1.25));
+            columns.push((self.right(properties), 1.5));
         }
         let (columns, shares): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         Horizontal::new(columns).with_column_shares(shares).into()
@@ -140,9 +163,13 @@ impl Layout {
         if !self.charts.is_empty() || self.states {
             tabs.push(Vertical::new([self.run(properties)]).with_name("Run").into());
         }
-        for (name, charts) in &self.derived {
-            let plots: Vec<_> = charts.iter().map(|it| plot(properties, it)).collect();
-            tabs.push(Vertical::new(plots).with_name(name.as_str()).into());
+        for (analysis, groups) in &self.derived {
+            let groups = groups.iter().map(|(group, charts)| {
+                let plots = charts.iter().map(|it| self.plot(properties, it));
+                Vertical::new(plots.collect::<Vec<_>>()).with_name(group.as_str()).into()
+            });
+            let groups: Vec<ContainerLike> = groups.collect();
+            tabs.push(Tabs::new(groups).with_name(analysis.as_str()).into());
         }
         match <[ContainerLike; 1]>::try_from(tabs) {
             Ok([only]) => only,
@@ -159,7 +186,7 @@ impl Layout {
             .iter()
             .map(|group| {
                 let charts = self.charts.iter().filter(|it| it.group == **group);
-                let plots = stacked(charts.map(|it| plot(properties, it)).collect(), visible);
+                let plots = stacked(charts.map(|it| self.plot(properties, it)).collect(), visible);
                 plots.with_name(group.as_deref().unwrap_or("Plots"))
             })
             .collect();
@@ -174,6 +201,23 @@ impl Layout {
             _ => vec![1.0],
         };
         Vertical::new(plots.into_iter().chain(states)).with_row_shares(shares).into()
+    }
+
+    /// A plot with its legend to the right.
+    fn plot(&self, properties: &mut Properties, chart: &Chart) -> ContainerLike {
+        let legend = Legend::of(chart);
+        let view = Spatial2DView::new("Legend")
+            .with_origin(chart.legend.clone())
+            .with_contents([format!("+ {}", chart.legend)]);
+        let bounds = Range2D { x_range: [0.0, legend.width()].into(), y_range: [0.0, 1.0].into() };
+        let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
+        // All of them have one width, so that the times of all plots are below each other.
+        let widths = self.charts.iter().chain([chart]).map(|it| Legend::of(it).pixels());
+        let width = widths.fold(0.0, f32::max).min(0.5 * PLOTS_WIDTH);
+        Horizontal::new([plot(properties, chart), view])
+            .with_column_shares(vec![PLOTS_WIDTH - width, width])
+            .with_name(chart.title.as_str())
+            .into()
     }
 
     /// The run card, the events and the scenario.
@@ -264,16 +308,18 @@ fn past(seconds: f64) -> VisibleTimeRanges {
 fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
     let contents = chart.lines.iter().map(|it| format!("+ {}", it.path));
     let mut view = TimeSeriesView::new(chart.title.as_str()).with_contents(contents);
+    // It would hide curves; there is one beside the plot.
+    let legend = PlotLegend::new().with_visible(false);
     let mut palette = Palette::default();
     for line in &chart.lines {
         let color = line.slot.color(palette.color(line.role, &line.label));
         let style = style(line, color);
         view = view.with_override(line.path.clone(), style.visualizer());
     }
-    let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
     let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
     let axis = ScalarAxis::new();
-    let axis = chart.range.map_or(axis.clone(), |range| axis.with_range(range));
+    let range = chart.range.or(chart.span.map(axis::readable));
+    let axis = range.map_or(axis.clone(), |range| axis.with_range(range));
     properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked), ("ScalarAxis", &axis)])
 }
 
@@ -309,6 +355,7 @@ fn chase(properties: &mut Properties, length: f32) -> ContainerLike {
         "- /world/car/marker".to_owned(),
         "- /world/car/heading".to_owned(),
         "- /world/path/marks".to_owned(),
+        "- /world/path/scale".to_owned(),
         format!("- /world/{OTHER}/car/marker"),
         format!("- /world/{OTHER}/car/heading"),
     ]);
@@ -338,13 +385,9 @@ fn map(properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
 
 /// Looks straight down at all of `bounds`, with the longer edge of them from left to right.
 fn above(eye: EyeControls3D, bounds: Bounds) -> EyeControls3D {
-    let [width, depth] = [0, 1].map(|axis| bounds.high[axis] - bounds.low[axis]);
-    let [x, y] = [0, 1].map(|axis| 0.5 * (bounds.high[axis] + bounds.low[axis]));
-    let up = if depth > width { [-1.0, 0.0] } else { [0.0, 1.0] };
-    let (wide, tall) = (width.max(depth), width.min(depth));
-    // 20 % and 10 m of margin around the line.
-    let height = 1.2 * tall.max(wide / MAP_ASPECT) + 10.0;
-    let distance = 0.5 * height / HALF_VIEW;
+    let ((wide, tall, turned), [x, y]) = (bounds.laid(), bounds.center());
+    let up = if turned { [-1.0, 0.0] } else { [0.0, 1.0] };
+    let distance = visible(wide, tall, MAP_ASPECT) / HALF_VIEW;
     // Exactly above its target the eye would have no upward direction.
     let aside = -1e-3 * distance;
     eye.with_eye_up([up[0], up[1], 0.0])

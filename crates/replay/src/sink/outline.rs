@@ -1,9 +1,9 @@
 //! Finds the samples that a curve needs to look as it does with all of them.
 
-/// A dropped sample is at most this share of the range of all samples beside the drawn line: less than a pixel on any screen.
-const TOLERANCE: f64 = 1e-3;
+/// A dropped sample is at most this share of the range of all samples beside the drawn line: a pixel of a plot of 800 pixels.
+const TOLERANCE: f64 = 1.25e-3;
 /// Time between kept samples at most [s]. It keeps lines straight over distance, where time has no constant speed.
-const GAP: f64 = 0.2;
+const GAP: f64 = 0.4;
 
 /// How a curve goes from one sample to the next.
 #[derive(Clone, Copy, PartialEq)]
@@ -142,6 +142,6 @@ mod tests {
         assert_eq!(thinned(&[], Course::Straight), [0; 0]);
         assert_eq!(thinned(&[1.0], Course::Stepped), [0]);
         // Constant: one sample in each gap.
-        assert_eq!(thinned(&[1.0; 41], Course::Straight).len(), 4);
+        assert_eq!(thinned(&[1.0; 81], Course::Straight).len(), 4);
     }
 }

@@ -16,7 +16,7 @@ use super::palette::faded;
 use super::road::Road;
 use super::run_slot::RunSlot;
 use super::timeline::TimePoint;
-use super::trace::{Bounds, STRIP_SAMPLES, Trace};
+use super::trace::{Bounds, STRIP_SAMPLES, Trace, speed_color};
 use super::{PLANT, WHITE};
 
 /// Length of the heading's arrow on a map that follows the car [m].
@@ -24,6 +24,8 @@ const HEADING_LEAST: f32 = 15.0;
 
 const MARK: [u8; 3] = [190, 190, 195];
 const TIRE: [u8; 3] = [78, 78, 84];
+/// Colours of the scale.
+const SCALE_PARTS: usize = 32;
 /// How opaque the body of another run is, of 255.
 const GHOST: u8 = 120;
 const GLASS: [u8; 3] = [28, 44, 58];
@@ -155,7 +157,32 @@ impl Scene {
             .with_show_labels(true)
             .with_colors([MARK])
             .with_radii([Radius::new_ui_points(2.5)]);
-        stream.log_static("world/path/marks", &marks)
+        stream.log_static("world/path/marks", &marks)?;
+        self.draw_scale(stream)
+    }
+
+    /// Draws the scale of the driven line's colours below the line.
+    fn draw_scale(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        let (Some((slow, fast)), Some(bounds)) = (self.speeds(), self.bounds()) else {
+            return Ok(());
+        };
+        let (from, to) = bounds.below();
+        let at = |share: f32| [0, 1, 2].map(|axis| from[axis] + share * (to[axis] - from[axis]));
+        let parts = (0..SCALE_PARTS).map(|part| part as f32 / SCALE_PARTS as f32);
+        let strips = parts.clone().map(|share| [at(share), at(share + 1.0 / SCALE_PARTS as f32)]);
+        let scale = LineStrips3D::new(strips)
+            .with_colors(parts.map(speed_color))
+            .with_radii([Radius::new_ui_points(4.0)]);
+        stream.log_static("world/path/scale/colors", &scale)?;
+        let digits = if fast - slow < 3.0 { 1 } else { 0 };
+        let speed = |share: f32| format!("{:.digits$} km/h", 3.6 * (slow + share * (fast - slow)));
+        let ends = [0.0, 1.0];
+        let ends = Points3D::new(ends.map(at))
+            .with_labels(ends.map(speed))
+            .with_show_labels(true)
+            .with_colors([MARK])
+            .with_radii([Radius::new_ui_points(0.0)]);
+        stream.log_static("world/path/scale/ends", &ends)
     }
 
     fn draw_line(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {

@@ -1,17 +1,16 @@
 //! Collects recorded numbers in columns and assigns an entity to each curve of a plot.
 
 use re_sdk::EntityPathPart;
-use re_sdk::log::TimeColumn;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::{Scalars, SeriesLines};
-use recording::view::{Plot, Quantity, Role, Series};
+use recording::view::{Limit, Plot, Quantity, Role, Series};
 use recording::{
     Column, Columns, Derived, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
 };
 
 use super::outline::{self, Course, Span};
 use super::run_slot::RunSlot;
-use super::timeline::TimePoints;
+use super::timeline::{Clock, TimePoints};
 
 /// One curve of a plot, as the layout needs it.
 pub(super) struct Line {
@@ -37,8 +36,20 @@ pub(super) struct Chart {
     pub group: Option<String>,
     /// The ends of its axis, when they are given.
     pub range: Option<[f64; 2]>,
+    /// The lowest and the highest value of its curves and limits, once they are known.
+    pub span: Option<[f64; 2]>,
+    /// The entity of its legend.
+    pub legend: EntityPath,
     /// Its curves.
     pub lines: Vec<Line>,
+}
+
+impl Chart {
+    /// Makes room for values up to these ends.
+    pub fn widen(&mut self, ends: Option<[f64; 2]>) {
+        let known = [self.span, ends].into_iter().flatten().flatten();
+        self.span = Span::default().with(known).ends();
+    }
 }
 
 /// One scalar entity with its unsent samples.
@@ -58,6 +69,15 @@ pub(super) struct Signals {
     curves: Vec<Curve>,
     /// Names of the curves of columns, which come first.
     names: Vec<String>,
+    limits: Vec<Level>,
+}
+
+/// A limit in a plot.
+struct Level {
+    path: EntityPath,
+    value: f64,
+    /// Its ends [s].
+    during: [f64; 2],
 }
 
 impl Signals {
@@ -77,14 +97,18 @@ impl Signals {
             })
             .collect();
         let names = own().map(|(_, it)| slot.label(&name_with_unit(it))).collect();
-        let charts = header
-            .view
-            .plots
-            .iter()
-            .enumerate()
-            .map(|(number, plot)| chart((number, plot), columns, slot, &mut curves))
-            .collect();
-        (Self { curves, names }, charts)
+        let mut limits = Vec::new();
+        let plots = header.view.plots.iter().enumerate();
+        let charts = plots.map(|(number, plot)| {
+            let mut chart = chart((number, plot), columns, slot, &mut curves);
+            // Of two runs the first one has the limits.
+            if slot.is_first() {
+                add_limits(&mut chart, (number, plot), &header.view.limits, &mut limits);
+            }
+            chart
+        });
+        let charts = charts.collect();
+        (Self { curves, names, limits }, charts)
     }
 
     /// Names every column with its unit, for plots made by hand.
@@ -122,24 +146,43 @@ impl Signals {
         Ok(())
     }
 
+    /// Sends the limits of checks, after the last row.
+    pub fn send_limits(
+        &self,
+        stream: &RecordingStream,
+        clock: &Clock,
+    ) -> RecordingStreamResult<()> {
+        self.limits.iter().try_for_each(|limit| {
+            let time_points: TimePoints = limit.during.iter().map(|end| clock.at(*end)).collect();
+            let columns = Scalars::new([limit.value; 2]).columns_of_unit_batches()?;
+            stream.send_columns(limit.path.clone(), time_points.axes(), columns)
+        })
+    }
+
     /// The range of the samples of an entity so far.
     pub fn span(&self, path: &EntityPath) -> Option<[f64; 2]> {
-        self.curves.iter().find(|curve| curve.path == *path)?.span.ends()
+        let limit = self.limits.iter().find(|limit| limit.path == *path);
+        let curve = || self.curves.iter().find(|curve| curve.path == *path)?.span.ends();
+        limit.map(|limit| [limit.value; 2]).or_else(curve)
     }
 }
 
-/// Sends columns of an analysis, beside the signals of the nodes.
+/// Sends columns of an analysis, beside the signals of the nodes and thinned like them.
 pub(super) fn add(
     stream: &RecordingStream,
     derived: &Derived,
-    axes: &[TimeColumn],
+    time_points: &TimePoints,
 ) -> RecordingStreamResult<()> {
+    let times = time_points.seconds();
     for (column, signal) in derived.columns().zip(derived.columns) {
         let path = entity(["signals", derived.analysis, derived.group, signal.name]);
         let name = name_with_unit(&column);
         stream.log_static(path.clone(), &SeriesLines::new().with_names([name.as_str()]))?;
-        let scalars = Scalars::new(signal.values.iter().copied());
-        stream.send_columns(path, axes.to_vec(), scalars.columns_of_unit_batches()?)?;
+        let span = Span::default().with(signal.values.iter().copied());
+        let kept = outline::kept(&times, signal.values, Course::Straight, span);
+        let scalars = Scalars::new(kept.iter().map(|&index| signal.values[index]));
+        let axes = time_points.axes_of(&kept);
+        stream.send_columns(path, axes, scalars.columns_of_unit_batches()?)?;
     }
     Ok(())
 }
@@ -157,13 +200,17 @@ pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
             stepped: false,
             bound: false,
         };
-        match charts.iter_mut().find(|chart| chart.title == title) {
-            Some(chart) => chart.lines.push(line),
-            None => {
-                let (title, lines) = (title.to_owned(), vec![line]);
-                charts.push(Chart { title, group: None, range: None, lines });
-            }
-        }
+        let known = charts.iter().position(|chart| chart.title == title);
+        let index = known.unwrap_or_else(|| {
+            let number = (charts.len() + 1).to_string();
+            let legend = entity(["legends", derived.analysis, derived.group, &number]);
+            let (title, lines) = (title.to_owned(), Vec::new());
+            charts.push(Chart { title, group: None, range: None, span: None, legend, lines });
+            charts.len() - 1
+        });
+        let chart = &mut charts[index];
+        chart.widen(Span::default().with(signal.values.iter().copied()).ends());
+        chart.lines.push(line);
     }
     charts
 }
@@ -240,7 +287,34 @@ fn chart(
         });
     }
     let (title, group) = (plot.title.clone(), plot.group.clone());
-    Chart { title, group, range: plot.range, lines }
+    let legend = entity(["legends", &(number + 1).to_string()]);
+    Chart { title, group, range: plot.range, span: None, legend, lines }
+}
+
+/// Draws the limits of checks in a plot of their signals, below the curves.
+fn add_limits(
+    chart: &mut Chart,
+    (number, plot): (usize, &Plot),
+    known: &[Limit],
+    limits: &mut Vec<Level>,
+) {
+    for series in plot.series.iter().filter(|series| !series.bound) {
+        let own = known.iter().filter(|limit| Some(limit.column) == column(series));
+        for limit in own {
+            let rank = format!("limit{:03}", limits.len() + 1);
+            let path = entity(["plots", &(number + 1).to_string(), &rank]);
+            let value = limit.value * series.factor + series.offset;
+            limits.push(Level { path: path.clone(), value, during: limit.during });
+            chart.lines.push(Line {
+                path,
+                slot: RunSlot::default(),
+                label: "limit".to_owned(),
+                role: Role::Limit,
+                stepped: false,
+                bound: false,
+            });
+        }
+    }
 }
 
 fn course(kind: ValueKind) -> Course {

@@ -6,7 +6,7 @@ use re_sdk_types::components::Color;
 use recording::{Status, StatusChange, StatusTrack};
 
 use super::timeline::{TimePoint, TimePoints};
-use super::{ESTIMATE, LIMIT, REFERENCE};
+use super::{ESTIMATE, LIMIT, MEASUREMENT, REFERENCE};
 
 /// The roots of the tracks: checks, and inputs with faults.
 pub(super) const GROUPS: [&str; 2] = ["checks", "faults"];
@@ -39,8 +39,9 @@ impl StatusTracks {
     /// Sends the colour of each status.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in &self.0 {
-            let colors = [ESTIMATE, LIMIT, REFERENCE].map(Color::from);
-            let states = [Status::Holds, Status::Violated, Status::Active].map(word);
+            let colors = [MEASUREMENT, ESTIMATE, LIMIT, REFERENCE].map(Color::from);
+            let states =
+                [Status::Pending, Status::Holds, Status::Violated, Status::Active].map(word);
             let look = StateConfiguration::new().with_values(states).with_colors(colors);
             stream.log_static(track.path.clone(), &look)?;
         }
@@ -92,6 +93,7 @@ fn path(number: usize, track: &StatusTrack) -> EntityPath {
 fn word(status: Status) -> &'static str {
     match status {
         Status::Idle => "",
+        Status::Pending => "pending",
         Status::Holds => "holds",
         Status::Violated => "violated",
         Status::Active => "fault",

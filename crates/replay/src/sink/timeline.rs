@@ -8,8 +8,6 @@ use super::thinned::Thinned;
 
 /// Timeline of the simulated time.
 pub(super) const TIME: &str = "sim_time";
-/// Timeline of communication points.
-const STEP: &str = "step";
 /// Timeline of the distance, in whole centimetres.
 pub(super) const DISTANCE: &str = "distance_cm";
 
@@ -18,7 +16,6 @@ pub(super) const DISTANCE: &str = "distance_cm";
 pub(super) struct TimePoint {
     /// Simulated time [ns].
     pub time: i64,
-    step: i64,
     /// [cm]
     distance: Option<i64>,
 }
@@ -66,10 +63,8 @@ impl TimePoints {
 }
 
 fn axes<'a>(time_points: impl Iterator<Item = &'a TimePoint> + Clone) -> Vec<TimeColumn> {
-    let mut axes = vec![
-        TimeColumn::new_duration_nanos(TIME, time_points.clone().map(|it| it.time)),
-        TimeColumn::new_sequence(STEP, time_points.clone().map(|it| it.step)),
-    ];
+    let times = time_points.clone().map(|it| it.time);
+    let mut axes = vec![TimeColumn::new_duration_nanos(TIME, times)];
     if time_points.clone().all(|it| it.distance.is_some()) {
         let distances = time_points.filter_map(|it| it.distance);
         axes.push(TimeColumn::new_sequence(DISTANCE, distances));
@@ -85,14 +80,12 @@ impl FromIterator<TimePoint> for TimePoints {
 
 /// Computes the time points of rows and of events between them.
 pub(super) struct Clock {
-    /// Communication step [s].
-    step: f64,
     odometer: Option<Odometer>,
 }
 
 impl Clock {
-    pub fn new(step: f64, distance: Option<Distance>) -> Self {
-        Self { step, odometer: distance.map(Odometer::new) }
+    pub fn new(distance: Option<Distance>) -> Self {
+        Self { odometer: distance.map(Odometer::new) }
     }
 
     /// The time point of a row; rows come in the order of their time [s].
@@ -111,7 +104,7 @@ impl Clock {
     /// The time point of a time [s] up to the last row.
     pub fn at(&self, time: f64) -> TimePoint {
         let distance = self.odometer.as_ref().map(|it| (it.at(time) * 100.0).round() as i64);
-        TimePoint { time: nanoseconds(time), step: (time / self.step).round() as i64, distance }
+        TimePoint { time: nanoseconds(time), distance }
     }
 }
 
@@ -176,7 +169,7 @@ mod tests {
 
     /// 300 s around a circle of 100 m at 20 m/s, in steps of 10 ms: more rows than are kept.
     fn distances(source: Distance) -> Vec<Option<i64>> {
-        let mut clock = Clock::new(0.01, Some(source));
+        let mut clock = Clock::new(Some(source));
         for step in 0..=30_000 {
             let time = 0.01 * f64::from(step);
             let (sin, cos) = (0.2 * time).sin_cos();
@@ -184,8 +177,8 @@ mod tests {
             clock.row(time, &Row::from_values(numbers, Vec::new()));
         }
         let distance = |time| {
-            let TimePoint { time: nanoseconds, step, distance } = clock.at(time);
-            assert_eq!((nanoseconds, step), ((time * 1e9) as i64, (time * 100.0) as i64));
+            let TimePoint { time: nanoseconds, distance } = clock.at(time);
+            assert_eq!(nanoseconds, (time * 1e9) as i64);
             distance
         };
         [0.0, 123.0, 299.0, 300.0].map(distance).to_vec()

@@ -21,7 +21,39 @@ pub(super) struct Bounds {
     pub high: [f32; 2],
 }
 
+/// Half the visible height of a map of this width and height [m]: 20 % and 10 m of margin around the line.
+pub(super) fn visible(wide: f32, tall: f32, aspect: f32) -> f32 {
+    0.5 * (1.2 * tall.max(wide / aspect) + 10.0)
+}
+
+/// Width by height of the map, which decides how high its camera is.
+pub(super) const MAP_ASPECT: f32 = 2.2;
+
 impl Bounds {
+    /// Width and height of the rectangle on a map with the longer edge from left to right, and whether this is the edge
+    /// along y.
+    pub fn laid(self) -> (f32, f32, bool) {
+        let [width, depth] = [0, 1].map(|axis: usize| self.high[axis] - self.low[axis]);
+        (width.max(depth), width.min(depth), depth > width)
+    }
+
+    /// The centre.
+    pub fn center(self) -> [f32; 2] {
+        [0, 1].map(|axis: usize| 0.5 * (self.high[axis] + self.low[axis]))
+    }
+
+    /// The ends of a line along the lower edge of such a map.
+    pub fn below(self) -> ([f32; 3], [f32; 3]) {
+        let (wide, tall, turned) = self.laid();
+        let [x, y] = self.center();
+        let (down, aside) = (0.7 * visible(wide, tall, MAP_ASPECT), 0.3 * wide.max(tall));
+        match turned {
+            // x points down and y to the right.
+            true => ([x + down, y - aside, 0.0], [x + down, y + aside, 0.0]),
+            false => ([x - aside, y - down, 0.0], [x + aside, y - down, 0.0]),
+        }
+    }
+
     /// The rectangle that holds both.
     pub fn with(self, other: Bounds) -> Bounds {
         let axes = [0, 1];
@@ -121,7 +153,7 @@ impl Trace {
 }
 
 /// Viridis without its darkest part, which is lost on a dark background.
-fn speed_color(share: f32) -> Color {
+pub(super) fn speed_color(share: f32) -> Color {
     const STOPS: [[f32; 3]; 5] = [
         [62.0, 74.0, 180.0],
         [38.0, 130.0, 142.0],

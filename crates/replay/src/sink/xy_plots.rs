@@ -13,14 +13,17 @@ use super::palette::{Palette, faded};
 use super::run_slot::RunSlot;
 use super::timeline::{TimePoint, TimePoints};
 
-/// Width by height of a diagram without a circle; with one, both axes have the same scale.
-const ASPECT: f64 = 1.1;
+/// Width by height of the place for all diagrams of a run, one below the other.
+const PLACE: f64 = 0.46;
 /// Straight pieces of a curve.
 const PIECES: usize = 160;
-/// Height of a line of text in a diagram of height 1.
-const LINE: f32 = 0.05;
+/// Height of a line of text in a place of height 1.
+const LINE: f64 = 0.026;
 /// Spaces between ticks of an axis at most.
 const TICKS: f64 = 6.0;
+/// Entities of a diagram: the points, and the same points for their trails.
+const POINTS: &str = "points";
+const TRAILS: &str = "trails";
 /// Curves over signals are drawn again after this time [ns].
 const REDRAW: i64 = 100_000_000;
 
@@ -31,8 +34,8 @@ struct Drawing {
     slot: RunSlot,
     plot: XyPlot,
     frame: Frame,
-    /// Positions of each point.
-    points: Vec<Vec<[f32; 2]>>,
+    /// Positions of the points, row by row.
+    points: Vec<[f32; 2]>,
     /// Curves over signals: index, time points and lines.
     curves: Vec<(usize, TimePoints, Vec<Strip>)>,
     drawn: Option<i64>,
@@ -65,9 +68,9 @@ impl XyPlots {
             let moving = plot.curves.iter().enumerate().filter(shown);
             Drawing {
                 slot: slot.clone(),
-                points: vec![Vec::new(); plot.points.len()],
+                points: Vec::new(),
                 curves: moving.map(|(it, _)| (it, TimePoints::default(), Vec::new())).collect(),
-                frame: frame(first + index, plot),
+                frame: frame(first + index, plot, xy_plots.len()),
                 plot: plot.clone(),
                 drawn: None,
             }
@@ -91,8 +94,8 @@ impl XyPlots {
             title: it.plot.title.clone(),
             root: it.frame.root.clone(),
             width: it.frame.width,
-            line: LINE,
-            trails: (0..it.points.len()).map(|point| it.path("trails", point)).collect(),
+            line: it.frame.line,
+            trails: vec![it.below(TRAILS)],
             trail: it.plot.trail,
         };
         self.0.iter().map(shown).collect()
@@ -114,11 +117,9 @@ impl XyPlots {
 
     pub fn push(&mut self, time_point: TimePoint, time: f64, row: &Row<Recorded>) {
         for it in &mut self.0 {
-            for point in 0..it.points.len() {
-                let [x, y] =
-                    it.plot.points[point].coordinates.each_ref().map(|of| of.value(time, row));
-                let position = it.frame.position([x, y]);
-                it.points[point].push(position);
+            for point in &it.plot.points {
+                let coordinates = point.coordinates.each_ref().map(|of| of.value(time, row));
+                it.points.push(it.frame.position(coordinates));
             }
             if !it.curves.is_empty()
                 && it.drawn.is_none_or(|drawn| time_point.time >= drawn + REDRAW)
@@ -136,20 +137,15 @@ impl XyPlots {
         axes: &[TimeColumn],
     ) -> RecordingStreamResult<()> {
         for it in &mut self.0 {
-            for point in 0..it.points.len() {
-                let positions = std::mem::take(&mut it.points[point]);
-                let points = Points2D::update_fields().with_positions(positions);
-                // The same points twice: as themselves and as their trail.
-                for path in [it.path("points", point), it.path("trails", point)] {
-                    stream.send_columns(
-                        path,
-                        axes.to_vec(),
-                        points.clone().columns_of_unit_batches()?,
-                    )?;
-                }
+            let count = it.plot.points.len();
+            let rows = it.points.len() / count.max(1);
+            let points = Points2D::update_fields().with_positions(it.points.drain(..));
+            // The same points twice: as themselves and as their trails.
+            for what in [POINTS, TRAILS].into_iter().filter(|_| rows > 0) {
+                let columns = points.clone().columns(std::iter::repeat_n(count, rows))?;
+                stream.send_columns(it.below(what), axes.to_vec(), columns)?;
             }
-            let paths: Vec<_> =
-                it.curves.iter().map(|(curve, ..)| it.path("curves", *curve)).collect();
+            let paths: Vec<_> = it.curves.iter().map(|(curve, ..)| it.curve_path(*curve)).collect();
             for ((_, time_points, strips), path) in it.curves.iter_mut().zip(paths) {
                 let lines = LineStrips2D::update_fields().with_strips(strips.drain(..));
                 let axes = time_points.axes();
@@ -162,8 +158,12 @@ impl XyPlots {
 }
 
 impl Drawing {
-    fn path(&self, what: &str, number: usize) -> EntityPath {
-        self.slot.below(&self.frame.root, &format!("{what}/{}", number + 1))
+    fn below(&self, what: &str) -> EntityPath {
+        self.slot.below(&self.frame.root, what)
+    }
+
+    fn curve_path(&self, number: usize) -> EntityPath {
+        self.below(&format!("curves/{}", number + 1))
     }
 
     fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
@@ -175,21 +175,22 @@ impl Drawing {
         let XyPlot { points, curves, circle, .. } = &self.plot;
         let mut palette = Palette::default();
         let mut legend = Vec::new();
-        for (number, point) in points.iter().enumerate() {
+        for point in points {
             let color = self.slot.color(palette.color(point.role, &point.label));
             legend.push((color, self.slot.label(&point.label)));
-            for (what, radius, opacity) in [("points", 5.0, 255), ("trails", 2.0, 110)] {
-                let look = Points2D::update_fields()
-                    .with_colors([faded(color, opacity)])
-                    .with_radii([Radius::new_ui_points(radius)])
-                    .with_draw_order(if what == "points" { 40.0 } else { 30.0 });
-                stream.log_static(self.path(what, number), &look)?;
-            }
+        }
+        let looks = [(TRAILS, 2.5, 150, 30.0), (POINTS, 5.0, 255, 40.0)];
+        for (what, radius, opacity, order) in looks {
+            let look = Points2D::update_fields()
+                .with_colors(legend.iter().map(|(color, _)| faded(*color, opacity)))
+                .with_radii([Radius::new_ui_points(radius)])
+                .with_draw_order(order);
+            stream.log_static(self.below(what), &look)?;
         }
         for (number, curve) in curves.iter().enumerate().filter(|_| first) {
             let color = palette.color(curve.role, &curve.label);
             legend.push((color, curve.label.clone()));
-            let path = self.path("curves", number);
+            let path = self.curve_path(number);
             let look = LineStrips2D::update_fields()
                 .with_colors([color])
                 .with_radii([Radius::new_ui_points(1.0)])
@@ -245,14 +246,18 @@ impl Drawing {
     }
 }
 
-fn frame(number: usize, plot: &XyPlot) -> Frame {
+/// The frame of one of `count` diagrams. It fills its place; with a circle both axes have the same scale.
+fn frame(number: usize, plot: &XyPlot, count: usize) -> Frame {
+    let line = LINE * count as f64;
+    // Around the axes there are six lines of text in width and eight in height.
+    let width = PLACE * count as f64 * (1.0 + 8.0 * line) - 6.0 * line;
     let [x, y] = plot.ranges.map(|[from, to]| (to - from).abs());
     Frame {
         root: format!("xy_plots/{number}"),
         labels: plot.labels.clone(),
         ranges: plot.ranges,
-        width: if plot.circle.is_some() { x / y } else { ASPECT },
-        line: LINE,
+        width: if plot.circle.is_some() { x / y } else { width },
+        line: line as f32,
         ticks: TICKS,
     }
 }

@@ -3,14 +3,15 @@
 use diagnostics::{Error, Spanned};
 use recording::table::{TableError, columns};
 use recording::view::{
-    Arrow, Distance, Function, Plot, Point, Pose, Quantity, Role, Series, Track, View, XyPlot,
-    edges,
+    Arrow, Distance, Function, Limit, Plot, Point, Pose, Quantity, Role, Series, Track, View,
+    XyPlot, edges,
 };
-use recording::{Column, Direction, NumberIndex, Recorded, RunHeader};
+use recording::{Column, Direction, NumberIndex, Recorded, RunHeader, Selection};
 use units::Unit;
 
 use super::quantity::Names;
 use super::unit;
+use crate::plan::{CheckPlan, Condition};
 use crate::words::{self, Scenario};
 
 /// More curves than this in one plot cannot be distinguished.
@@ -32,7 +33,24 @@ pub fn view(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
         arrows: written.arrow.iter().map(|it| arrow(&names, it)).collect::<Result<_, _>>()?,
         xy_plots: written.xy_plot.iter().map(|it| xy_plot(&names, it)).collect::<Result<_, _>>()?,
         plots: if plots.is_empty() { by_unit(header.columns.numbers()) } else { plots },
+        limits: Vec::new(),
     })
+}
+
+/// The constants that checks compare recorded signals with.
+pub fn limits(checks: &[CheckPlan], recorded: &Selection) -> Vec<Limit> {
+    let mut limits = Vec::new();
+    for check in checks {
+        let Condition::Run(condition) = &check.condition else { continue };
+        for bound in condition.bounds() {
+            let Some(column) = recorded.recorded(bound.of) else { continue };
+            let limit = Limit { column, value: bound.value, during: check.during };
+            if !limits.contains(&limit) {
+                limits.push(limit);
+            }
+        }
+    }
+    limits
 }
 
 fn pose(names: &Names, written: &words::Pose) -> Result<Pose, Error> {
