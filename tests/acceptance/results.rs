@@ -150,6 +150,6 @@ fn the_report_says_what_the_run_was_made_with() {
     assert_eq!(report["fmus"][0]["sha256"], hash("plant.fmu")["sha256"]);
     assert_eq!(
         (&report["checks"][0]["file"], &report["checks"][0]["line"]),
-        (&"case.toml".into(), &12.into())
+        (&"case.toml".into(), &13.into())
     );
 }
