@@ -3,24 +3,29 @@
 mod results;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use diagnostics::Error;
 use expression::{Monitor, Outcome};
 use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack};
 use scenario::plan::{CheckPlan, Condition, ResultName, Results};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// Share of its window in which the verdict of a check on a window as a whole is shown at least.
 const DECIDED: f64 = 0.02;
 
 /// What became of a check.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Verdict {
     /// What the check is called.
     pub name: String,
     /// What had to hold.
     pub that: String,
+    /// The file that it is written in.
+    pub file: PathBuf,
+    /// Its line there, from 1 on.
+    pub line: usize,
     /// Whether it did.
     pub passed: bool,
     /// First and last moment of the window [s].
@@ -186,6 +191,8 @@ fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
     Verdict {
         name: plan.name.clone(),
         that: plan.that.clone(),
+        file: plan.file.clone(),
+        line: plan.line,
         passed: outcome.passed,
         during: plan.during,
         tolerance: plan.tolerance,

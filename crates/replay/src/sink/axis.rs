@@ -1,8 +1,8 @@
 //! Chooses the ends of an axis so that the viewer writes several numbers on it.
 
 /// The viewer puts numbers at multiples of a power of ten, and needs some space for each: so many spaces fit into a plot among
-/// five.
-const SPACES: f64 = 5.5;
+/// five on a screen of 1080 pixels.
+const SPACES: f64 = 7.0;
 /// Numbers at least.
 const NUMBERS: f64 = 3.0;
 /// Space above and below the curves, as a share of their range.
@@ -45,7 +45,7 @@ mod tests {
             let exponent = ((high - low) / SPACES).log10().ceil();
             let step = 10.0_f64.powf(exponent);
             let numbers = (high / step).floor() - (low / step).ceil() + 1.0;
-            assert!((3.0..=6.0).contains(&numbers), "{ends:?}: {low} {high} {numbers}");
+            assert!((3.0..=8.0).contains(&numbers), "{ends:?}: {low} {high} {numbers}");
         }
         assert_eq!(readable([0.0, 20.0]), [-1.0, 21.0]);
     }

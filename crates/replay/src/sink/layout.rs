@@ -28,7 +28,7 @@ use super::properties::Properties;
 use super::run_slot::OTHER;
 use super::signals::{Chart, Line, derived_charts};
 use super::timeline::{DISTANCE, TIME};
-use super::trace::{Bounds, MAP_ASPECT, visible};
+use super::trace::Bounds;
 use super::xy_plots::Shown;
 use super::{arrows, axis, status_tracks};
 
@@ -36,6 +36,8 @@ use super::{arrows, axis, status_tracks};
 const PLOTS_VISIBLE: usize = 5;
 /// Width of the plots with their legends in a window of usual size [px].
 const PLOTS_WIDTH: f32 = 790.0;
+/// Width of a legend at least, for its title [px].
+const KEY_WIDTH: f32 = 130.0;
 /// Half the viewer's vertical field of view: tan(55 deg / 2).
 const HALF_VIEW: f32 = 0.5206;
 
@@ -206,14 +208,14 @@ impl Layout {
     /// A plot with its legend to the right.
     fn plot(&self, properties: &mut Properties, chart: &Chart) -> ContainerLike {
         let legend = Legend::of(chart);
-        let view = Spatial2DView::new("Legend")
+        let view = Spatial2DView::new("Key")
             .with_origin(chart.legend.clone())
             .with_contents([format!("+ {}", chart.legend)]);
         let bounds = Range2D { x_range: [0.0, legend.width()].into(), y_range: [0.0, 1.0].into() };
         let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
         // All of them have one width, so that the times of all plots are below each other.
         let widths = self.charts.iter().chain([chart]).map(|it| Legend::of(it).pixels());
-        let width = widths.fold(0.0, f32::max).min(0.5 * PLOTS_WIDTH);
+        let width = widths.fold(KEY_WIDTH, f32::max).min(0.5 * PLOTS_WIDTH);
         Horizontal::new([plot(properties, chart), view])
             .with_column_shares(vec![PLOTS_WIDTH - width, width])
             .with_name(chart.title.as_str())
@@ -385,9 +387,8 @@ fn map(properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
 
 /// Looks straight down at all of `bounds`, with the longer edge of them from left to right.
 fn above(eye: EyeControls3D, bounds: Bounds) -> EyeControls3D {
-    let ((wide, tall, turned), [x, y]) = (bounds.laid(), bounds.center());
-    let up = if turned { [-1.0, 0.0] } else { [0.0, 1.0] };
-    let distance = visible(wide, tall, MAP_ASPECT) / HALF_VIEW;
+    let ([x, y], up, half) = bounds.map();
+    let distance = half / HALF_VIEW;
     // Exactly above its target the eye would have no upward direction.
     let aside = -1e-3 * distance;
     eye.with_eye_up([up[0], up[1], 0.0])

@@ -166,7 +166,7 @@ impl Scene {
         let (Some((slow, fast)), Some(bounds)) = (self.speeds(), self.bounds()) else {
             return Ok(());
         };
-        let (from, to) = bounds.below();
+        let [from, to] = bounds.below();
         let at = |share: f32| [0, 1, 2].map(|axis| from[axis] + share * (to[axis] - from[axis]));
         let parts = (0..SCALE_PARTS).map(|part| part as f32 / SCALE_PARTS as f32);
         let strips = parts.clone().map(|share| [at(share), at(share + 1.0 / SCALE_PARTS as f32)]);

@@ -21,37 +21,29 @@ pub(super) struct Bounds {
     pub high: [f32; 2],
 }
 
-/// Half the visible height of a map of this width and height [m]: 20 % and 10 m of margin around the line.
-pub(super) fn visible(wide: f32, tall: f32, aspect: f32) -> f32 {
-    0.5 * (1.2 * tall.max(wide / aspect) + 10.0)
-}
-
 /// Width by height of the map, which decides how high its camera is.
-pub(super) const MAP_ASPECT: f32 = 2.2;
+const MAP_ASPECT: f32 = 2.2;
 
 impl Bounds {
-    /// Width and height of the rectangle on a map with the longer edge from left to right, and whether this is the edge
-    /// along y.
-    pub fn laid(self) -> (f32, f32, bool) {
+    /// A map of the rectangle, with its longer edge from left to right: the middle, what points up, and half the height
+    /// [m]. A margin is around the rectangle, most of it below for the scale of colours.
+    pub fn map(self) -> ([f32; 2], [f32; 2], f32) {
         let [width, depth] = [0, 1].map(|axis: usize| self.high[axis] - self.low[axis]);
-        (width.max(depth), width.min(depth), depth > width)
+        let [x, y] = [0, 1].map(|axis: usize| 0.5 * (self.high[axis] + self.low[axis]));
+        let (wide, tall) = (width.max(depth), width.min(depth));
+        let half = 0.5 * (1.5 * tall.max(wide / MAP_ASPECT) + 10.0);
+        let up = if depth > width { [-1.0, 0.0] } else { [0.0, 1.0] };
+        ([x - 0.2 * half * up[0], y - 0.2 * half * up[1]], up, half)
     }
 
-    /// The centre.
-    pub fn center(self) -> [f32; 2] {
-        [0, 1].map(|axis: usize| 0.5 * (self.high[axis] + self.low[axis]))
-    }
-
-    /// The ends of a line along the lower edge of such a map.
-    pub fn below(self) -> ([f32; 3], [f32; 3]) {
-        let (wide, tall, turned) = self.laid();
-        let [x, y] = self.center();
-        let (down, aside) = (0.7 * visible(wide, tall, MAP_ASPECT), 0.3 * wide.max(tall));
-        match turned {
-            // x points down and y to the right.
-            true => ([x + down, y - aside, 0.0], [x + down, y + aside, 0.0]),
-            false => ([x - aside, y - down, 0.0], [x + aside, y - down, 0.0]),
-        }
+    /// The ends of a line from left to right in the lower part of the map.
+    pub fn below(self) -> [[f32; 3]; 2] {
+        let ([x, y], up, half) = self.map();
+        let right = [up[1], -up[0]];
+        [-0.8, 0.8].map(|aside| {
+            let at = |axis: usize, from: f32| from + half * (aside * right[axis] - 0.72 * up[axis]);
+            [at(0, x), at(1, y), 0.0]
+        })
     }
 
     /// The rectangle that holds both.
