@@ -1,5 +1,6 @@
 //! Sums up a run: as `report.json` for programs, and as words for people.
 
+mod page;
 mod previous_run;
 mod provenance;
 mod text;
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use cosim::check::Verdict;
 use cosim::master::Progress;
-use diagnostics::Error;
+use diagnostics::{Error, Source};
 use scenario::Scenario;
 use scenario::plan::{REPORT, System};
 use scenario::words::Validation;
@@ -17,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 pub use provenance::{FileReport, FmuReport, Provenance, Versions};
 
-pub(crate) use previous_run::{OWN_FILES, PARTIAL, PreviousRun, PreviousValidation};
+pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -208,11 +209,14 @@ impl RunReport {
         )
     }
 
-    /// Writes `report.json`; it appears when it is complete, and as the last file of a run.
+    /// Writes `report.html` with the files of the scenario, and `report.json`, which appears when it is complete, and as the last
+    /// file of a run.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn write(&self) -> Result<(), Error> {
+    pub fn write(&self, source: &Source) -> Result<(), Error> {
+        let page = self.folder.join(PAGE);
+        std::fs::write(&page, self.page(source)).map_err(|error| Error::output(&page, error))?;
         let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
         write_json(&partial, self)?;
         std::fs::rename(&partial, &path).map_err(|error| Error::output(&path, error))

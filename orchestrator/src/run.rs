@@ -78,7 +78,7 @@ impl Job<'_> {
         recorder.conclude(&report)?;
         report.warnings.extend(recorder.warnings().chain(progress.ended));
         report.took(begin.elapsed().as_secs_f64());
-        report.write()?;
+        report.write(&self.scenario.source)?;
         match failure {
             Some(error) => Err(error),
             None => Ok(Run { report, _recorder: recorder }),

@@ -110,7 +110,7 @@ fn the_viewer_loads_a_comparison_without_warnings() {
         "/versus/signals/plant/outputs/v_x",
         "/versus/signals/other/outputs/signal",
         "/versus/plots/1/1",
-        "/xy_plots/1/versus/points/1",
+        "/xy_plots/1/versus/points",
     ] {
         assert!(entities.contains(entity), "no {entity}");
     }

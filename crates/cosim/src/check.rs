@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use diagnostics::Error;
-use expression::{Monitor, Outcome};
+use expression::{Monitor, Outcome, Trace};
 use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack};
 use scenario::plan::{CheckPlan, Condition, ResultName, Results};
 use serde::{Deserialize, Serialize};
@@ -38,6 +38,8 @@ pub struct Verdict {
     pub margin: Option<f64>,
     /// The time of the worst sample [s].
     pub at: Option<f64>,
+    /// The time of the first sample at which it did not hold [s]; none for a check on its window as a whole.
+    pub first: Option<f64>,
     /// The left side of the comparison there.
     pub value: Option<f64>,
     /// The right side of the comparison there.
@@ -45,6 +47,9 @@ pub struct Verdict {
     /// Why it failed, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// What was compared over time, for a picture.
+    #[serde(skip)]
+    pub trace: Trace,
 }
 
 /// The judge of a check: of the samples of the run, or of results by these names.
@@ -116,6 +121,7 @@ impl Checks {
                 }
             };
             let mut verdict = verdict(plan, &monitor.verdict());
+            verdict.trace = monitor.trace().clone();
             if plan.windowed && self.reached < plan.during[1] - self.slack {
                 verdict.passed = false;
                 let reached = self.reached;
@@ -167,7 +173,7 @@ fn judge_results(
     if let Ok(row) = &found {
         monitor.sample(0.0, row);
     }
-    let verdict = verdict(plan, &Outcome { at: None, ..monitor.verdict() });
+    let verdict = verdict(plan, &Outcome { at: None, first: None, ..monitor.verdict() });
     match found {
         Ok(_) => verdict,
         Err(reason) => Verdict { reason: Some(reason), ..verdict },
@@ -199,8 +205,10 @@ fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
         samples: outcome.samples,
         margin: outcome.margin,
         at: outcome.at,
+        first: outcome.first,
         value: outcome.value,
         limit: outcome.limit,
         reason,
+        trace: Trace::default(),
     }
 }

@@ -2,6 +2,9 @@
 
 use super::{Expression, Node, NumberIndex, Operator, Relation};
 
+/// Reductions whose result is the value of one sample.
+const PICKS: [&str; 4] = ["max", "min", "first", "last"];
+
 /// A bound of one signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound<S> {
@@ -18,6 +21,18 @@ impl<S> Expression<S> {
         let mut bounds = Vec::new();
         self.condition(&self.root, &mut bounds);
         bounds
+    }
+
+    /// The constant that the only reduction is compared with, if the reduction picks a sample; not a number otherwise.
+    pub(crate) fn limit_of_samples(&self) -> f64 {
+        let (Node::Compare(_, sides), [only]) = (&self.root, self.reductions.as_slice()) else {
+            return f64::NAN;
+        };
+        let limit = match (&sides[0], &sides[1]) {
+            (Node::Reduced(_), other) | (other, Node::Reduced(_)) => constant(other),
+            _ => None,
+        };
+        limit.filter(|_| PICKS.contains(&only.reducer.name)).unwrap_or(f64::NAN)
     }
 
     fn condition(&self, node: &Node, bounds: &mut Vec<Bound<S>>) {
@@ -65,10 +80,10 @@ impl<S> Expression<S> {
                 };
                 self.side(inner, value, bounds);
             }
-            // The value of one sample; a mean or a sum is no bound of the signal.
+            // A mean or a sum has no bound of the signal.
             Node::Reduced(index) => {
                 let reduction = &self.reductions[*index];
-                if ["max", "min", "first", "last"].contains(&reduction.reducer.name) {
+                if PICKS.contains(&reduction.reducer.name) {
                     self.side(&reduction.argument, value, bounds);
                 }
             }

@@ -27,6 +27,7 @@ mod reducer;
 #[cfg(test)]
 mod tests;
 mod token;
+mod trace;
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -40,6 +41,7 @@ pub use index::{
     TypedRange, Values,
 };
 pub use monitor::{Monitor, Outcome};
+pub use trace::{Trace, TracePoint, Traced};
 
 /// One parsed condition, with its signals resolved to values of rows of space `S`; it is evaluated over such rows only.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,6 +7,7 @@ use super::{
     TextSide, Values,
 };
 use crate::reducer;
+use crate::trace::{Trace, Traced};
 
 /// The judgement of a condition at one sample, or over the window.
 #[derive(Debug, Clone, Copy)]
@@ -243,6 +244,8 @@ pub struct Outcome {
     pub margin: Option<f64>,
     /// Time [s] of the worst sample, or where the only reduction, if it picks a sample, found it.
     pub at: Option<f64>,
+    /// Time [s] of the first sample at which the condition did not hold; none for one about the window.
+    pub first: Option<f64>,
     /// The left side of the deciding comparison there.
     pub value: Option<f64>,
     /// The right side of the deciding comparison there.
@@ -258,6 +261,10 @@ pub struct Monitor<S> {
     tolerance: f64,
     samples: u64,
     worst: Option<(f64, Judgement)>,
+    first: Option<f64>,
+    trace: Trace,
+    /// The limit of the only reduction in the trace.
+    limit: f64,
     accumulators: Vec<Accumulator>,
 }
 
@@ -268,7 +275,21 @@ impl<S> Monitor<S> {
     #[must_use]
     pub fn new(expression: Expression<S>, tolerance: f64) -> Self {
         let accumulators = expression.reductions.iter().map(Accumulator::new).collect();
-        Self { expression, tolerance, samples: 0, worst: None, accumulators }
+        let traced = match (&expression.root, expression.is_reduction()) {
+            (_, true) => Traced::Reduced,
+            (Node::Compare(..), false) => Traced::Sides,
+            _ => Traced::Margins,
+        };
+        Self {
+            limit: expression.limit_of_samples(),
+            expression,
+            tolerance,
+            samples: 0,
+            worst: None,
+            first: None,
+            trace: Trace::new(traced),
+            accumulators,
+        }
     }
 
     /// Takes one sample of the window. Returns whether the condition holds at this sample, unless it is one about the window.
@@ -277,13 +298,26 @@ impl<S> Monitor<S> {
         let sample = Sample::new(time, row);
         if self.expression.is_reduction() {
             let reductions = self.expression.reductions.iter();
+            let alone = self.accumulators.len() == 1;
             for (reduction, accumulator) in reductions.zip(&mut self.accumulators) {
-                accumulator.push(time, sample.value(&reduction.argument));
+                let value = sample.value(&reduction.argument);
+                accumulator.push(time, value);
+                if alone {
+                    self.trace.push(time, value, self.limit);
+                }
             }
             return None;
         }
         let judgement = sample.judge(&self.expression.root, true, self.tolerance);
         let holds = judgement.passed && !judgement.margin.is_nan();
+        if !holds {
+            self.first.get_or_insert(time);
+        }
+        let (value, limit) = match self.trace.of() {
+            Traced::Margins => (judgement.margin, 0.0),
+            Traced::Sides | Traced::Reduced => (judgement.value, judgement.limit),
+        };
+        self.trace.push(time, value, limit);
         if matches!(&self.worst, Some((_, worst)) if worst.margin.is_nan()) {
             return Some(holds);
         }
@@ -292,6 +326,12 @@ impl<S> Monitor<S> {
             self.worst = Some((time, judgement));
         }
         Some(holds)
+    }
+
+    /// What was compared at the samples so far; nothing for several reductions.
+    #[must_use]
+    pub fn trace(&self) -> &Trace {
+        &self.trace
     }
 
     /// The outcome after the samples so far.
@@ -314,6 +354,7 @@ impl<S> Monitor<S> {
             samples: self.samples,
             margin: number(|judgement| judgement.margin).filter(|margin| margin.is_finite()),
             at,
+            first: self.first,
             value: number(|judgement| judgement.value),
             limit: number(|judgement| judgement.limit),
             nan,

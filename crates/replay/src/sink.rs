@@ -19,6 +19,7 @@ use transport::Transport;
 
 mod arrows;
 mod axis;
+mod cameras;
 mod card;
 mod comparison_drawing;
 mod course;

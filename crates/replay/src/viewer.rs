@@ -10,12 +10,17 @@ use crate::comparison::Comparison;
 /// The version of the recordings; a viewer reads only its own version.
 pub const VERSION: &str = "0.36.3";
 
-/// Opens a run, which is a folder with `run.rrd` or the recording itself, and waits until the viewer is closed.
+/// What to know before the first start of the viewer.
+const TELEMETRY: &str = "the viewer sends anonymous usage data from its second start on; `rerun analytics disable` \
+                         switches this off";
+
+/// Opens a run, which is a folder with `run.rrd` or the recording itself, and waits until the viewer is closed. `note` gets what a
+/// user should know before.
 ///
 /// # Errors
 /// When there is no such recording, no viewer or one of another version, and when the viewer fails.
-pub fn view(run: &Path) -> Result<(), Error> {
-    open(&recording(run)?)
+pub fn view(run: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
+    open(&recording(run)?, note)
 }
 
 /// Puts two runs into one recording and opens it, or with `save` only writes it. `note` gets its oddities.
@@ -41,12 +46,17 @@ pub fn compare(
         return Err(error);
     }
     comparison.notes.iter().for_each(|it| note(it));
-    if save.is_some() { Ok(()) } else { open(&path) }
+    if save.is_some() { Ok(()) } else { open(&path, note) }
 }
 
 /// Opens a recording.
-fn open(recording: &Path) -> Result<(), Error> {
+fn open(recording: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
     let viewer = find()?;
+    let variable = |name| std::env::var_os(name).filter(|it| !it.is_empty()).map(PathBuf::from);
+    let settings = variable("XDG_CONFIG_HOME").or(variable("HOME").map(|it| it.join(".config")));
+    if settings.is_some_and(|settings| is_first_start(&settings)) {
+        note(TELEMETRY);
+    }
     let status = Command::new(viewer).arg(recording).status();
     let status =
         status.map_err(|error| Error::input(format!("cannot start the viewer: {error}")))?;
@@ -55,6 +65,11 @@ fn open(recording: &Path) -> Result<(), Error> {
     }
     let error = Error::input(format!("the viewer ended with {status}"));
     Err(error.help("without a graphics card: apt install mesa-vulkan-drivers"))
+}
+
+/// Whether the viewer has never run with these settings of a user.
+fn is_first_start(settings: &Path) -> bool {
+    !settings.join("rerun/analytics.json").exists()
 }
 
 /// The recording of a run.
@@ -89,4 +104,19 @@ fn find() -> Result<&'static str, Error> {
     let message =
         format!("the Rerun viewer on the search path is version {found}, expected {VERSION}");
     Err(Error::input(message).help(install))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_first_start;
+
+    #[test]
+    fn the_first_start_is_that_without_settings_of_the_viewer() {
+        let settings = tempfile::tempdir().expect("a folder");
+        assert!(is_first_start(settings.path()));
+        std::fs::create_dir(settings.path().join("rerun")).expect("a folder");
+        assert!(is_first_start(settings.path()));
+        std::fs::write(settings.path().join("rerun/analytics.json"), "{}").expect("a file");
+        assert!(!is_first_start(settings.path()));
+    }
 }

@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 
 #[cfg(feature = "rerun")]
 fn view(run: &Path) -> Result<u8, Error> {
-    replay::viewer::view(run).map(|()| 0)
+    replay::viewer::view(run, &mut |note| eprintln!("note: {note}")).map(|()| 0)
 }
 
 #[cfg(not(feature = "rerun"))]

@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 
 /// The report while it is written; until then, what a killed run leaves of it.
 pub(crate) const PARTIAL: &str = "report.json.partial";
+/// The report for people.
+pub(crate) const PAGE: &str = "report.html";
 /// The files about a run that are no recordings.
-pub(crate) const OWN_FILES: [&str; 3] = [REPORT, PARTIAL, "report.html"];
+pub(crate) const OWN_FILES: [&str; 3] = [REPORT, PARTIAL, PAGE];
 
 /// What a run leaves in its folder besides the usual files.
 #[derive(Default, Serialize, Deserialize)]

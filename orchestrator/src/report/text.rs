@@ -32,7 +32,7 @@ impl RunReport {
         text
     }
 
-    fn headline(&self) -> String {
+    pub(super) fn headline(&self) -> String {
         let count = |failed: usize, all: usize, what: &str| match (failed, all) {
             (0, 1) => format!("the {what} passed"),
             (0, _) => format!("all {all} {what}s passed"),
@@ -108,6 +108,6 @@ fn lines(checks: &[Verdict], indent: &str) -> String {
     text
 }
 
-fn seconds(value: f64) -> String {
+pub(super) fn seconds(value: f64) -> String {
     if value < 1.0 { format!("{:.0} ms", value * 1e3) } else { format!("{value:.1} s") }
 }

@@ -47,6 +47,6 @@ mod tests {
             let numbers = (high / step).floor() - (low / step).ceil() + 1.0;
             assert!((3.0..=8.0).contains(&numbers), "{ends:?}: {low} {high} {numbers}");
         }
-        assert_eq!(readable([0.0, 20.0]), [-1.0, 21.0]);
+        assert_eq!(readable([0.0, 40.0]), [-2.0, 42.0]);
     }
 }

@@ -2,18 +2,15 @@
 
 use re_sdk::blueprint::{
     Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,
-    Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
-    TimeSeriesView, Vertical, VisualizableArchetype,
+    StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel, TimeSeriesView, Vertical,
+    VisualizableArchetype,
 };
 use re_sdk::{ApplicationId, EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::SeriesLines;
 use re_sdk_types::blueprint::archetypes::{
-    Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
-    VisibleTimeRanges, VisualBounds2D,
+    PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, VisibleTimeRanges, VisualBounds2D,
 };
-use re_sdk_types::blueprint::components::{
-    BackgroundKind, Eye3DKind, LinkAxis, LoopMode, PanelState, PlayState,
-};
+use re_sdk_types::blueprint::components::{LinkAxis, LoopMode, PanelState, PlayState};
 use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn};
 use re_sdk_types::components::Color;
 use re_sdk_types::components::InterpolationMode;
@@ -21,6 +18,7 @@ use re_sdk_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, Vi
 use recording::Derived;
 use recording::view::Role;
 
+use super::cameras::{chase, map};
 use super::diagrams::{Diagrams, Group};
 use super::legend::Legend;
 use super::palette::{Palette, faded};
@@ -30,7 +28,7 @@ use super::signals::{Chart, Line, derived_charts};
 use super::timeline::{DISTANCE, TIME};
 use super::trace::Bounds;
 use super::xy_plots::Shown;
-use super::{arrows, axis, status_tracks};
+use super::{axis, status_tracks};
 
 /// Plots that are visible at once; the last slot holds the rest as tabs.
 const PLOTS_VISIBLE: usize = 5;
@@ -38,8 +36,6 @@ const PLOTS_VISIBLE: usize = 5;
 const PLOTS_WIDTH: f32 = 790.0;
 /// Width of a legend at least, for its title [px].
 const KEY_WIDTH: f32 = 130.0;
-/// Half the viewer's vertical field of view: tan(55 deg / 2).
-const HALF_VIEW: f32 = 0.5206;
 
 /// The layout of a recording.
 pub(super) struct Layout {
@@ -343,66 +339,4 @@ fn style(line: &Line, color: Color) -> SeriesLines {
         true => style.with_interpolation_mode(InterpolationMode::StepAfter),
         false => style,
     }
-}
-
-/// The camera is fixed to the body, because the origin of the view is the body.
-fn chase(properties: &mut Properties, length: f32) -> ContainerLike {
-    let eye = EyeControls3D::new()
-        .with_kind(Eye3DKind::Orbital)
-        .with_position([-1.6 * length, 0.0, 0.95 * length])
-        .with_look_target([0.5 * length, 0.0, 0.1 * length])
-        .with_eye_up([0.0, 0.0, 1.0]);
-    let view = Spatial3DView::new("Chase camera").with_origin("/world/car").with_contents([
-        "+ /world/**".to_owned(),
-        "- /world/car/marker".to_owned(),
-        "- /world/car/heading".to_owned(),
-        "- /world/path/marks".to_owned(),
-        "- /world/path/scale".to_owned(),
-        format!("- /world/{OTHER}/car/marker"),
-        format!("- /world/{OTHER}/car/heading"),
-    ]);
-    // The viewer's own grid would move with the origin of the view, which is the body.
-    spatial(properties, view, &eye, &LineGrid3D::new().with_visible(false))
-}
-
-fn map(properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
-    // The ground is a patch around the car; seen from high above the viewer's own grid does better.
-    let view = Spatial3DView::new("Map (top)").with_origin("/world").with_contents([
-        "+ /world/**".to_owned(),
-        "- /world/ground".to_owned(),
-        format!("- /{}/**", arrows::ROOT),
-    ]);
-    let grid = LineGrid3D::new().with_spacing(10.0).with_color([54, 54, 62, 255]);
-    let eye = EyeControls3D::new().with_kind(Eye3DKind::Orbital);
-    let eye = match bounds {
-        Some(bounds) => above(eye, bounds),
-        None => eye
-            .with_eye_up([0.0, 1.0, 0.0])
-            .with_position([0.0, -1.0, 200.0])
-            .with_look_target([0.0, 0.0, 0.0])
-            .with_tracking_entity("/world/car/frame"),
-    };
-    spatial(properties, view, &eye, &grid)
-}
-
-/// Looks straight down at all of `bounds`, with the longer edge of them from left to right.
-fn above(eye: EyeControls3D, bounds: Bounds) -> EyeControls3D {
-    let ([x, y], up, half) = bounds.map();
-    let distance = half / HALF_VIEW;
-    // Exactly above its target the eye would have no upward direction.
-    let aside = -1e-3 * distance;
-    eye.with_eye_up([up[0], up[1], 0.0])
-        .with_position([x + aside * up[0], y + aside * up[1], distance])
-        .with_look_target([x, y, 0.0])
-}
-
-fn spatial(
-    properties: &mut Properties,
-    view: Spatial3DView,
-    eye: &EyeControls3D,
-    grid: &LineGrid3D,
-) -> ContainerLike {
-    let background = Background::new(BackgroundKind::SolidColor).with_color([18, 18, 22, 255]);
-    properties
-        .add(view, [("EyeControls3D", eye), ("LineGrid3D", grid), ("Background", &background)])
 }

@@ -1,0 +1,111 @@
+//! Keeps what a check compares over time in bounded memory, for a picture.
+
+/// Points at most; beyond that, neighbours are merged.
+const MOST: usize = 600;
+
+/// What is compared during some samples in a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TracePoint {
+    /// Time of the first of them [s].
+    pub time: f64,
+    /// The lowest and the highest value.
+    pub value: [f64; 2],
+    /// The lowest and the highest limit; not a number without one.
+    pub limit: [f64; 2],
+}
+
+impl TracePoint {
+    fn with(self, later: Self) -> Self {
+        // These leave out what is no number.
+        let both = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let (value, limit) = (both(self.value, later.value), both(self.limit, later.limit));
+        Self { time: self.time, value, limit }
+    }
+}
+
+/// What a trace is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Traced {
+    /// The sides of the only comparison.
+    #[default]
+    Sides,
+    /// The quantity that the only reduction reduces; the limit of its samples, if it picks one.
+    Reduced,
+    /// Distances to failing, whose limit is 0: sides of several comparisons do not compare.
+    Margins,
+}
+
+/// What is compared over time, merged as it grows.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    of: Traced,
+    points: Vec<TracePoint>,
+    /// Samples of a point, and how many the last one has.
+    samples: [u32; 2],
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Self::new(Traced::default())
+    }
+}
+
+impl Trace {
+    /// An empty trace.
+    #[must_use]
+    pub fn new(of: Traced) -> Self {
+        Self { of, points: Vec::new(), samples: [1, 1] }
+    }
+
+    /// What it is of.
+    #[must_use]
+    pub fn of(&self) -> Traced {
+        self.of
+    }
+
+    /// The points, at rising times.
+    #[must_use]
+    pub fn points(&self) -> &[TracePoint] {
+        &self.points
+    }
+
+    pub(crate) fn push(&mut self, time: f64, value: f64, limit: f64) {
+        let point = TracePoint { time, value: [value; 2], limit: [limit; 2] };
+        let [of_each, of_last] = &mut self.samples;
+        match self.points.last_mut() {
+            Some(last) if of_last < of_each => {
+                *last = last.with(point);
+                *of_last += 1;
+            }
+            _ => {
+                if self.points.len() == MOST {
+                    let pairs = self.points.chunks(2);
+                    self.points = pairs.map(|it| it[0].with(it[it.len() - 1])).collect();
+                    *of_each *= 2;
+                }
+                self.points.push(point);
+                *of_last = 1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trace_is_bounded_and_loses_no_peak() {
+        let mut trace = Trace::default();
+        for sample in 0..100_000_u32 {
+            let peak = if sample == 77_777 { 50.0 } else { 0.0 };
+            trace.push(f64::from(sample), peak - f64::from(sample % 2), 3.0);
+        }
+        let points = trace.points();
+        assert!((MOST / 2..=MOST).contains(&points.len()), "{} points", points.len());
+        assert!(points.windows(2).all(|pair| pair[0].time < pair[1].time));
+        let high = points.iter().find(|it| it.value[1] > 1.0).expect("the peak");
+        assert!((high.time - 77_777.0).abs() <= 256.0 && high.value[1] >= 49.0, "{high:?}");
+        assert!(points.iter().all(|it| it.value[0] == -1.0 && it.limit == [3.0; 2]));
+    }
+}

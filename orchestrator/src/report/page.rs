@@ -1,0 +1,191 @@
+//! Writes `report.html`: a run on one page that needs nothing but a browser, to be handed on.
+
+mod checks;
+
+use std::fmt::Write as _;
+
+use diagnostics::Source;
+use html_page::escape;
+
+use super::text::seconds;
+use super::{Ending, RunReport, Validated};
+
+impl RunReport {
+    /// The page; `source` are the files of the scenario.
+    #[must_use]
+    pub(super) fn page(&self, source: &Source) -> String {
+        let mut html = String::new();
+        self.write_verdict(&mut html);
+        checks::write(&mut html, &self.checks);
+        self.write_validations(&mut html);
+        self.write_analyses(&mut html);
+        self.write_run(&mut html);
+        for file in source.files() {
+            let name = escape(&file.path.display().to_string());
+            let _ = writeln!(
+                html,
+                "<details><summary>{name}</summary><pre>{}</pre></details>",
+                lines(&file.text)
+            );
+        }
+        html_page::page(&self.title, include_str!("page/style.css"), &html)
+    }
+
+    fn write_verdict(&self, html: &mut String) {
+        let _ = writeln!(
+            html,
+            "<p class=\"banner {}\"><b>{}</b> {}</p>",
+            class(self.verdict),
+            word(self.verdict),
+            escape(&self.headline())
+        );
+        if let Some(error) = &self.error {
+            let _ = writeln!(html, "<pre class=\"error\">{}</pre>", lines(error));
+        }
+        for warning in &self.warnings {
+            let _ = writeln!(html, "<p class=\"warning\"><b>Warning</b> {}</p>", escape(warning));
+        }
+    }
+
+    fn write_validations(&self, html: &mut String) {
+        for Validated { name, scenario, verdict, error, checks, .. } in &self.validations {
+            let _ = writeln!(
+                html,
+                "<h2>Validation <a href=\"{}/report.html\">{}</a></h2>\n<p class=\"faint\">{}</p>\n\
+                 <p class=\"banner {}\"><b>{}</b> {}</p>",
+                link(name),
+                escape(name),
+                escape(&scenario.display().to_string()),
+                class(*verdict),
+                word(*verdict),
+                escape(error.as_deref().unwrap_or_default())
+            );
+            checks::write_table(html, checks);
+        }
+    }
+
+    fn write_analyses(&self, html: &mut String) {
+        if self.analyses.is_empty() {
+            return;
+        }
+        html.push_str("<h2>Analyses</h2>\n<ul>\n");
+        for file in &self.files {
+            let _ = writeln!(html, "<li><a href=\"{}\">{}</a></li>", link(file), escape(file));
+        }
+        html.push_str("</ul>\n");
+        for (name, result) in &self.analyses {
+            let text = serde_json::to_string_pretty(result).unwrap_or_default();
+            let _ = writeln!(
+                html,
+                "<details><summary>Result of {}</summary><pre>{}</pre></details>",
+                escape(name),
+                lines(&text)
+            );
+        }
+    }
+
+    fn write_run(&self, html: &mut String) {
+        let made = &self.provenance;
+        let versions = &made.versions;
+        html.push_str("<h2>Run</h2>\n<table class=\"facts\">\n");
+        let mut row = |name: &str, value: &str| {
+            if !value.is_empty() {
+                let _ =
+                    writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
+            }
+        };
+        row("Scenario", &self.scenario);
+        row("Simulated", &format!("{} in {} steps", seconds(self.sim_seconds), self.steps));
+        let wall = seconds(self.wall_seconds);
+        row("Took", &format!("{wall}, {:.0} times real time", self.realtime_factor));
+        row("Command", &made.command.join(" "));
+        row("Set from outside", &made.set.join(", "));
+        row("Seed", &format!("{} ({})", made.seed, made.generator));
+        row(
+            "Versions",
+            &format!(
+                "trackside {}, FMI {}, plugins {}, {} on {}",
+                versions.trackside,
+                versions.fmi,
+                versions.plugin_interface,
+                versions.os,
+                versions.arch
+            ),
+        );
+        html.push_str("</table>\n");
+        self.write_hashes(html);
+    }
+
+    /// The hashes of all that was read.
+    fn write_hashes(&self, html: &mut String) {
+        let made = &self.provenance;
+        html.push_str(
+            "<table class=\"hashes\">\n<tr><th>Made of</th><th></th><th>SHA-256</th></tr>\n",
+        );
+        let mut row = |what: &str, name: &str, sha256: &str| {
+            let (what, name, sha256) = (escape(what), escape(name), escape(sha256));
+            let _ = writeln!(
+                html,
+                "<tr><td>{what}</td><td>{name}</td><td><code>{sha256}</code></td></tr>"
+            );
+        };
+        for fmu in &made.fmus {
+            row("FMU", &format!("{} {}", fmu.name, fmu.guid), &fmu.sha256);
+        }
+        let files = [("plugin", &made.plugins), ("scenario", &made.sources), ("data", &made.data)];
+        for (what, file) in
+            files.iter().flat_map(|(what, files)| files.iter().map(move |it| (what, it)))
+        {
+            row(what, &file.path.display().to_string(), &file.sha256);
+        }
+        html.push_str("</table>\n");
+    }
+}
+
+fn word(ending: Ending) -> &'static str {
+    match ending {
+        Ending::Pass => "PASSED",
+        Ending::Fail => "FAILED",
+        Ending::Error => "ERROR",
+    }
+}
+
+fn class(ending: Ending) -> &'static str {
+    match ending {
+        Ending::Pass => "pass",
+        Ending::Fail => "fail",
+        Ending::Error => "stop",
+    }
+}
+
+/// Lines of text, for an element that keeps them.
+fn lines(text: &str) -> String {
+    text.lines().map(escape).collect::<Vec<_>>().join("\n")
+}
+
+/// A link to a file beside the page.
+fn link(name: &str) -> String {
+    let safe = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    let encoded = name.bytes().map(|byte| match safe(byte) {
+        true => char::from(byte).to_string(),
+        false => format!("%{byte:02X}"),
+    });
+    // Not a scheme, such as `javascript:`.
+    format!("./{}", encoded.collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_stay_beside_the_page() {
+        assert_eq!(link("tires.html"), "./tires.html");
+        assert_eq!(link("a b\"<\u{e9}>:?"), "./a%20b%22%3C%C3%A9%3E%3A%3F");
+    }
+
+    #[test]
+    fn lines_of_text_stay_lines_and_text() {
+        assert_eq!(lines("a = 1\n\tb < 2\n"), "a = 1\n b &lt; 2");
+    }
+}
