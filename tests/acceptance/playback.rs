@@ -12,6 +12,7 @@ tests! {
     an_invalid_use_of_a_recording_is_reported_with_its_line,
     recordings_of_other_programs_are_played_back_at_their_own_rates: Python,
     an_analysis_gets_the_messages_of_a_recording_one_by_one: Python,
+    a_log_in_another_dialect_and_sign_convention_is_played_back_in_si: Compiler,
 }
 
 const DRIVER: &str = r#"
@@ -173,4 +174,32 @@ fn an_analysis_gets_the_messages_of_a_recording_one_by_one() {
     Ended::of(output.expect("it starts")).expect(0);
     // Six of eleven messages at 10 Hz; between them nothing is made up.
     assert_eq!(lab.report("out")["analyses"]["average"]["mean"], 6.0 / 11.0);
+}
+
+/// A German log: steering wheel to the right in degrees, a sparse speed, milliseconds, a line of units.
+const LOG: &str = "# 12,3;\"pit\r\nZeit;Lenkrad;v_x\r\nms;deg;km/h\r\n1000;-16,5;36,0\r\n1100;-32,0;\r\n1200;-48,0;72,0\r\n";
+
+fn a_log_in_another_dialect_and_sign_convention_is_played_back_in_si() {
+    let lab = Lab::new();
+    lab.write("log.csv", LOG);
+    let steer = r#"{ column = "Lenkrad", unit = "deg", gain = 0.0625, offset = 0.03125, sign = -1 }"#;
+    let table = format!("path = \"log.csv\"\ntime = \"Zeit\"\ngaps = \"interpolate\"\ncolumns = {{ delta = {steer}, v = {{ column = \"v_x\" }} }}\n");
+    let text = Scenario::new().time(0.1, 0.2).section(&format!("[[table]]\nname = \"log\"\n{table}"));
+    run(&lab, &text.clone().text(), "out").expect(0);
+    assert_eq!(column(&lab, "out/run.csv", "log.delta"), ["1.0625", "2.03125", "3.03125"]);
+    assert_eq!(column(&lab, "out/run.csv", "log.v"), ["36", "54", "72"]);
+    // The same for analyses, of the log and of the run; the mean of [m/s] is in [rad] for this plugin.
+    let mean = "[[analysis]]\nname = \"NAME\"\ncrate = \"plugin\"\nexample = \"mean\"\n";
+    let of_run = "signals = { x = { from = \"log.delta\", gain = 2, offset = 1.0, sign = -1 } }";
+    let of_log = format!("[analysis.table]\n{}", table.replace("delta = ", "x = ").replace(", v = { column = \"v_x\" }", ""));
+    let text = text.section(&(mean.replace("NAME", "run") + of_run));
+    let text = text.section(&(mean.replace("NAME", "log") + &of_log)).text();
+    let file = lab.write("case.toml", text);
+    let mut command = trackside(Path::new(ROOT));
+    let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
+    Ended::of(output.expect("it starts")).expect(0);
+    let mean = |name: &str| lab.report("out")["analyses"][name]["mean"].as_f64().expect("a mean");
+    let expected = (1.0625 + 2.03125 + 3.03125) / 3.0;
+    assert!((mean("log") - expected).abs() < 1e-12, "{}", mean("log"));
+    assert!((mean("run") - (1.0 - 2.0 * expected)).abs() < 1e-12, "{}", mean("run"));
 }

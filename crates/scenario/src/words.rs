@@ -21,7 +21,7 @@ use crate::signal::Part;
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
 pub use nodes::{Column, Fmu, Table};
-pub use results::{Analysis, AnalysisTable, Check, Validation};
+pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
 /// A scenario as it was written.

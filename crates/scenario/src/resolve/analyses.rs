@@ -6,14 +6,15 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Spanned, suggest};
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
+use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full};
 use units::Unit;
 
-use super::logs::{self, Wanted as Columns};
+use super::logs;
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisTable, Scenario};
+use crate::words::{Analysis, AnalysisSignal, AnalysisTable, ScaledSignal, Scenario};
 
 pub(super) fn resolve(
     scenario: &Scenario,
@@ -41,10 +42,7 @@ fn plan(
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let plugin = load(scenario, analysis, plugins)?;
-    let read = |AnalysisTable { path, time, origin, columns }: &AnalysisTable| {
-        let wanted = Columns { path, time: time.as_ref(), origin: *origin, columns };
-        logs::read(scenario, &wanted, warnings)
-    };
+    let read = |table: &AnalysisTable| logs::read(scenario, &table.into(), warnings);
     let (log, units) = match analysis.table.as_ref().map(read).transpose()? {
         Some(log) => (Some(log.table), log.units),
         None => (None, Vec::new()),
@@ -52,15 +50,16 @@ fn plan(
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
         let wanted = wanted(scenario, &plugin, name)?;
-        let full = signal.get_ref();
-        let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == *full) else {
+        let (full, place, scaling) = taken(scenario, signal)?;
+        let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == full) else {
             let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
             let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
-            return Err(unknown.at(&scenario.source, signal.span()));
+            return Err(unknown.at(&scenario.source, place));
         };
         let unit = column.unit.as_deref();
-        let written = (signal.span(), full.as_str());
-        wired.push(wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?);
+        let written = (place, full);
+        let wire = wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?;
+        wired.push(scaled(wire, scaling));
     }
     for (column, (name, entry)) in
         analysis.table.iter().flat_map(|table| &table.columns).enumerate()
@@ -128,6 +127,33 @@ fn wanted<'a>(
     let names = known.iter().map(|wanted| wanted.name.as_str());
     let unknown = suggest::unknown("signal of the plugin", name.get_ref(), names);
     Err(unknown.at(&scenario.source, name.span()))
+}
+
+/// The name of a signal of the run, its place, and its gain, offset and sign.
+fn taken<'a>(
+    scenario: &Scenario,
+    signal: &'a Spanned<AnalysisSignal>,
+) -> Result<(&'a str, Range<usize>, Scaling), Error> {
+    match signal.get_ref() {
+        AnalysisSignal::Name(name) => Ok((name, signal.span(), Scaling::default())),
+        AnalysisSignal::Scaled(ScaledSignal { from, gain, offset, sign }) => {
+            let scaling = logs::scaling(scenario, [gain, offset, sign])?;
+            Ok((from.get_ref(), from.span(), scaling))
+        }
+    }
+}
+
+/// The unit conversion follows gain, offset and sign.
+fn scaled(wired: Wired, scaling: Scaling) -> Wired {
+    let Scaling { gain, offset, sign } = scaling;
+    match scaling == Scaling::default() {
+        true => wired,
+        false => Wired {
+            factor: sign * gain * wired.factor,
+            offset: offset * wired.factor + wired.offset,
+            ..wired
+        },
+    }
 }
 
 /// Converts to the unit that the plugin wants.
