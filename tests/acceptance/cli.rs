@@ -88,7 +88,7 @@ fn set_changes_the_result() {
     let speed = |out: &str, more: &[&str]| {
         let arguments = [&["run", "good.toml", "--csv", "--out", out], more].concat();
         lab.trackside(&arguments).expect(0);
-        last(&lab.read(&format!("{out}/run.csv")), "plant.v_x")
+        last(&lab.table(&format!("{out}/run.csv")), "plant.v_x")
     };
     let (light, heavy) = (speed("a", &[]), speed("b", &["--set", "plant.body.m=1600"]));
     assert!(light > heavy + 0.1, "{light} m/s against {heavy} m/s");

@@ -142,7 +142,14 @@ impl Track {
             Err(what) => return Err(RecordingError::Schema { path, topic, what }),
         };
         let channel = channel.clone();
-        Ok(Track { channel, reader, fields: vec![], messages: vec![], columns: vec![], gaps: vec![] })
+        Ok(Track {
+            channel,
+            reader,
+            fields: vec![],
+            messages: vec![],
+            columns: vec![],
+            gaps: vec![],
+        })
     }
 
     /// Takes a message. Whether a column is in JSON is first seen here.
@@ -167,7 +174,9 @@ impl Track {
                 }
             })?;
             if value.is_infinite() {
-                let what = format!("expected a finite number in `{column}`, found {value}; remove the message");
+                let what = format!(
+                    "expected a finite number in `{column}`, found {value}; remove the message"
+                );
                 return Err(wrong(what));
             }
             if value.is_nan() {
@@ -226,7 +235,12 @@ fn recorded(file: &Mcap, tracks: &mut [Track], columns: Vec<Place>) -> Recorded 
             seconds(last)
         )
     });
-    Recorded { columns: columns.collect(), clocks, zero: seconds(first), warnings: warning.into_iter().collect() }
+    Recorded {
+        columns: columns.collect(),
+        clocks,
+        zero: seconds(first),
+        warnings: warning.into_iter().collect(),
+    }
 }
 
 #[cfg(test)]

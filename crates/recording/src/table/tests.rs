@@ -89,6 +89,7 @@ fn errors_name_the_line_and_the_column() {
         let error = read(name, text, &["v"]).expect_err(name).to_string();
         assert!(error.contains(part), "{name}: {error}");
     }
-    let missing = Table::read("no/such/file.csv", &Wanted::plain("t", &[])).expect_err("it does not exist");
+    let missing =
+        Table::read("no/such/file.csv", &Wanted::plain("t", &[])).expect_err("it does not exist");
     assert!(missing.to_string().starts_with("cannot open"), "{missing}");
 }

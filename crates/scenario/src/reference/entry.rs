@@ -197,18 +197,16 @@ impl<'a> Walk<'a> {
         if !choices(schema).is_empty() {
             return "a text, one of those below".to_owned();
         }
-        let plural = |kind: &str| {
-            match kind.strip_prefix("a ").unwrap_or(kind) {
-                "true or false" => "truth values".to_owned(),
-                "any value" => "values".to_owned(),
-                "text, one of those below" => "texts, each one of those below".to_owned(),
-                kind => match kind.split_once(' ') {
-                    Some(("list" | "table", rest)) => {
-                        format!("{}s {rest}", &kind[..kind.len() - rest.len() - 1])
-                    }
-                    _ => format!("{kind}s"),
-                },
-            }
+        let plural = |kind: &str| match kind.strip_prefix("a ").unwrap_or(kind) {
+            "true or false" => "truth values".to_owned(),
+            "any value" => "values".to_owned(),
+            "text, one of those below" => "texts, each one of those below".to_owned(),
+            kind => match kind.split_once(' ') {
+                Some(("list" | "table", rest)) => {
+                    format!("{}s {rest}", &kind[..kind.len() - rest.len() - 1])
+                }
+                _ => format!("{kind}s"),
+            },
         };
         let plural = |inner: &Value| match self.kind(inner).split_once(" or a ") {
             Some((one, other)) => format!("{} or {}", plural(one), plural(other)),

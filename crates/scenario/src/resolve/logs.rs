@@ -1,4 +1,4 @@
-//! Reads the recorded files that a scenario names, and says which of its words does not fit the file.
+//! Reads the recorded files of a scenario, and points at the word that does not fit the file.
 
 use std::collections::BTreeMap;
 
@@ -114,7 +114,8 @@ pub(super) fn scaling(
     if let Some(word) = sign {
         scaling.sign = *word.get_ref();
         if scaling.sign.abs() != 1.0 {
-            let message = format!("`sign` is 1 or -1, found {}: factors are a `gain`", scaling.sign);
+            let message =
+                format!("`sign` is 1 or -1, found {}: factors are a `gain`", scaling.sign);
             return wrong(word, message);
         }
     }

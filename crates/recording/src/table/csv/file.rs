@@ -12,10 +12,22 @@ use crate::table::wanted::{Decimal, Dialect, Separator};
 
 /// First bytes of files that are given for CSV at times, and a remedy.
 const FORMATS: [(&[u8], &str, &str); 8] = [
-    (b"\xff\xfe", "text in UTF-16", "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`"),
-    (b"\xfe\xff", "text in UTF-16", "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`"),
+    (
+        b"\xff\xfe",
+        "text in UTF-16",
+        "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`",
+    ),
+    (
+        b"\xfe\xff",
+        "text in UTF-16",
+        "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`",
+    ),
     (b"MDF ", "an MDF measurement", "export it as CSV"),
-    (b"PK\x03\x04", "a ZIP archive or an Excel workbook", "export the sheet as CSV, or unpack the archive"),
+    (
+        b"PK\x03\x04",
+        "a ZIP archive or an Excel workbook",
+        "export the sheet as CSV, or unpack the archive",
+    ),
     (b"\x1f\x8b", "compressed by gzip", "unpack it, as in `gunzip -k log.csv.gz`"),
     (b"MATLAB", "a MAT file", "write its signals as CSV, as with `writetable` in MATLAB"),
     (b"\x89HDF", "an HDF5 file", "export its signals as CSV"),
@@ -75,19 +87,18 @@ impl<'a> CsvFile<'a> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let named = FORMATS.iter().find(|(magic, ..)| bytes.starts_with(magic));
         let binary = bytes.iter().take(1 << 12).any(|byte| *byte == 0);
-        let zeros: (&[u8], _, _) =
-            (&[], "no text, or text in UTF-16", "save it as UTF-8");
+        let zeros: (&[u8], _, _) = (&[], "no text, or text in UTF-16", "save it as UTF-8");
         if let Some((_, found, cure)) = named.copied().or(binary.then_some(zeros)) {
             return Err(CsvError::NoText { path: path.to_owned(), found, cure });
         }
         let empty = || CsvError::Empty { path: path.to_owned(), found: "nothing" };
-        let header =
-            header::find(bytes, titles, dialect.separator).ok_or_else(empty)?;
+        let header = header::find(bytes, titles, dialect.separator).ok_or_else(empty)?;
         let begin = header.end;
         let mut file = CsvFile { path, bytes, header, units: Vec::new(), begin };
         if file.header.is_numbers {
             let names = (1..file.header.titles.len()).map(|k| format!("x{k}"));
-            let example = std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
+            let example =
+                std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
             let line = file.line(file.header.begin);
             return Err(CsvError::NoTitles { path: path.to_owned(), line, example });
         }
@@ -100,7 +111,8 @@ impl<'a> CsvFile<'a> {
         let mut reader = reader(&self.bytes[self.begin..], self.header.separator);
         let mut record = ::csv::ByteRecord::new();
         let found = reader.read_byte_record(&mut record).unwrap_or(false);
-        let cells: Vec<_> = record.iter().map(|cell| (text(cell), unit_cell(&text(cell)))).collect();
+        let cells: Vec<_> =
+            record.iter().map(|cell| (text(cell), unit_cell(&text(cell)))).collect();
         let seen = || {
             let proper = |unit: &Option<Option<String>>| unit.as_ref().is_some_and(Option::is_some);
             let any = cells.iter().any(|(_, unit)| proper(unit));
@@ -164,8 +176,11 @@ impl<'a> CsvFile<'a> {
 
     /// The cells of the wanted columns. Rows without any content are left out, and so is a last one that was cut off.
     pub fn rows(&self, places: &[usize]) -> Result<Rows, CsvError> {
-        let mut rows =
-            Rows { begins: Vec::new(), columns: vec![Texts::default(); places.len()], warning: None };
+        let mut rows = Rows {
+            begins: Vec::new(),
+            columns: vec![Texts::default(); places.len()],
+            warning: None,
+        };
         let mut reader = reader(&self.bytes[self.begin..], self.header.separator);
         let mut record = ::csv::ByteRecord::new();
         let expected = self.header.titles.len();

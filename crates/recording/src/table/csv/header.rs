@@ -28,11 +28,7 @@ struct Line<'a> {
 
 /// Finds the first of the lines with the most wanted titles. Without any, the titles are the first of the widest lines: those
 /// above it are comments, or notes about the drive. `None` when the file has no line.
-pub(super) fn find(
-    bytes: &[u8],
-    wanted: &[&str],
-    separator: Option<Separator>,
-) -> Option<Header> {
+pub(super) fn find(bytes: &[u8], wanted: &[&str], separator: Option<Separator>) -> Option<Header> {
     let separators = match separator {
         Some(separator) => vec![separator],
         None => Separator::ALL.to_vec(),

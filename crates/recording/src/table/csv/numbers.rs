@@ -82,8 +82,7 @@ impl<'a> Cells<'a> {
         let mut values = Vec::with_capacity(self.rows.begins.len());
         let mut gap = None;
         for (row, text) in self.rows.column(column).enumerate() {
-            let wrong =
-                |expected, hint| self.wrong((row, column), text, expected, hint);
+            let wrong = |expected, hint| self.wrong((row, column), text, expected, hint);
             values.push(match cell(text, self.decimal) {
                 Cell::Number(value) => value,
                 Cell::Gap => {
@@ -146,15 +145,18 @@ impl<'a> Cells<'a> {
         let Some(written) = self.file.unit(self.places[column]) else {
             return Ok(said.map_or(1.0, |unit| unit.factor));
         };
-        let is_time = |unit: &Unit| {
-            Unit::parse("s").is_ok_and(|second| unit.same_dimension(&second))
-        };
+        let is_time =
+            |unit: &Unit| Unit::parse("s").is_ok_and(|second| unit.same_dimension(&second));
         let known = Unit::parse(&spelled(&written)).ok().filter(is_time);
         let why = match (known, said) {
-            (Some(known), Some(said)) if known != said => "and `time_unit` is another one: leave it out",
+            (Some(known), Some(said)) if known != said => {
+                "and `time_unit` is another one: leave it out"
+            }
             (Some(known), _) => return Ok(known.factor),
             (None, Some(said)) => return Ok(said.factor),
-            (None, None) => "which is no unit of time that is known here: say `time_unit = \"ms\"`, for example",
+            (None, None) => {
+                "which is no unit of time that is known here: say `time_unit = \"ms\"`, for example"
+            }
         };
         let (path, _, column) = self.place(0, column);
         Err(CsvError::TimeUnit { path, column, unit: written, why })

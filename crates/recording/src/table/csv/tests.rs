@@ -186,7 +186,11 @@ fn gain_offset_and_sign_follow_the_formula() {
 fn a_file_that_was_cut_off_is_read_without_its_last_line() {
     let table = read("t,v,w\n0,1,2\n1,2,3\n2,3", &Wanted::plain("t", &["v"])).expect("a table");
     assert_eq!(table.column(0), [1.0, 2.0]);
-    assert!(table.warnings()[0].contains("line 4 of log.csv is left out"), "{:?}", table.warnings());
+    assert!(
+        table.warnings()[0].contains("line 4 of log.csv is left out"),
+        "{:?}",
+        table.warnings()
+    );
 }
 
 proptest! {
