@@ -4,34 +4,46 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use diagnostics::{Error, Spanned, suggest};
+use diagnostics::{Error, Mistakes, Spanned, suggest};
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
 use recording::table::Scaling;
-use recording::{Columns as RunColumns, Full};
+use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
-use super::logs;
+use super::{Notes, logs};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisSignal, AnalysisTable, ScaledSignal, Scenario};
+use crate::words::{Analysis, AnalysisSignal, Column, ScaledSignal, Scenario};
 
 pub(super) fn resolve(
     scenario: &Scenario,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
     columns: &RunColumns<Full>,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<AnalysisPlan>, Error> {
+    (mistakes, warnings): Notes,
+) -> Vec<AnalysisPlan> {
     let analyses = &scenario.document.analysis;
-    for (i, analysis) in analyses.iter().enumerate() {
-        let name = analysis.name.get_ref();
-        let twice = analyses[..i].iter().any(|other| other.name.get_ref() == name);
-        if twice || columns.iter().any(|column| column.node == *name) {
-            let message = format!("something else is called `{name}` already");
-            return Err(scenario.error(&analysis.name, message));
-        }
+    let plans = analyses.iter().enumerate().filter_map(|(index, analysis)| {
+        mistakes.take(unique(scenario, &analyses[..index], analysis, columns));
+        mistakes.take(plan(scenario, analysis, plugins, columns, warnings))
+    });
+    plans.collect()
+}
+
+/// Checks refer to results by the names of analyses.
+fn unique(
+    scenario: &Scenario,
+    before: &[Analysis],
+    analysis: &Analysis,
+    columns: &RunColumns<Full>,
+) -> Result<(), Error> {
+    let name = analysis.name.get_ref();
+    let twice = before.iter().any(|other| other.name.get_ref() == name);
+    if twice || columns.iter().any(|column| column.node == *name) {
+        let message = format!("something else is called `{name}` already");
+        return Err(scenario.error(&analysis.name, message));
     }
-    analyses.iter().map(|analysis| plan(scenario, analysis, plugins, columns, warnings)).collect()
+    Ok(())
 }
 
 fn plan(
@@ -41,48 +53,79 @@ fn plan(
     columns: &RunColumns<Full>,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
-    let plugin = load(scenario, analysis, plugins)?;
-    let read = |table: &AnalysisTable| logs::read(scenario, &table.into(), warnings);
-    let (log, units) = match analysis.table.as_ref().map(read).transpose()? {
-        Some(log) => (Some(log.table), log.units),
-        None => (None, Vec::new()),
+    let mut mistakes = Mistakes::default();
+    let read = |table| logs::read(scenario, &logs::Words::from(table), warnings);
+    let log = analysis.table.as_ref().map(read);
+    let log = mistakes.take(log.transpose()).flatten();
+    let Some(plugin) = mistakes.take(load(scenario, analysis, plugins)) else {
+        return Err(mistakes.finish().err().unwrap_or_else(Error::follow_up));
     };
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
-        let wanted = wanted(scenario, &plugin, name)?;
-        let (full, place, scaling) = taken(scenario, signal)?;
-        let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == full) else {
-            let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
-            let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
-            return Err(unknown.at(&scenario.source, place));
-        };
-        let unit = column.unit.as_deref();
-        let written = (place, full);
-        let wire = wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?;
-        wired.push(scaled(wire, scaling));
+        let wanted = wanted(scenario, &plugin, name);
+        let taken = taken(scenario, signal).and_then(|(full, place, scaling)| {
+            let (index, unit) = column(scenario, columns, (full, place.clone()))?;
+            Ok((index, unit, (place, full), scaling))
+        });
+        let made = Mistakes::both(wanted, taken).and_then(|(wanted, taken)| {
+            let (index, unit, written, scaling) = taken;
+            let wired = wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?;
+            Ok(scaled(wired, scaling))
+        });
+        wired.extend(mistakes.take(made));
     }
-    for (column, (name, entry)) in
-        analysis.table.iter().flat_map(|table| &table.columns).enumerate()
+    for (place, (name, entry)) in analysis.table.iter().flat_map(|table| &table.columns).enumerate()
     {
-        let wanted = wanted(scenario, &plugin, name)?;
-        if wired.iter().any(|other| other.name == wanted.name) {
-            let message = format!("`{}` comes from the run already", wanted.name);
-            return Err(scenario.error(name, message));
-        }
-        let entry = entry.get_ref();
-        let unit = units[column].as_deref();
-        let place = entry.unit.as_ref().unwrap_or(&entry.column).span();
-        let written = (place, entry.column.get_ref().as_str());
-        wired.push(wire(scenario, wanted, Origin::Log(column), unit, written, warnings)?);
+        let wanted = wanted(scenario, &plugin, name)
+            .and_then(|wanted| from_log(scenario, analysis, name, wanted));
+        let unit = log.as_ref().map(|log| log.units[place].as_deref());
+        let made = Mistakes::both(wanted, unit.ok_or_else(Error::follow_up));
+        let made = made.and_then(|(wanted, unit)| {
+            let Column { column, unit: word, .. } = entry.get_ref();
+            let written = (word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
+            wire(scenario, wanted, Origin::Log(place), unit, written, warnings)
+        });
+        wired.extend(mistakes.take(made));
     }
-    complete(scenario, analysis, &plugin, &wired)?;
+    mistakes.take(complete(scenario, analysis, &plugin));
+    let sound = mistakes.finish();
+    let config = config(scenario, analysis, &plugin, &wired, sound.is_ok());
+    let ((), config) = Mistakes::both(sound, config)?;
     Ok(AnalysisPlan {
         name: analysis.name.get_ref().clone(),
-        config: config(scenario, analysis, &plugin, &wired)?,
+        config,
         plugin,
         wired,
-        log,
+        log: log.map(|log| log.table),
     })
+}
+
+/// The number that a word names, and its unit.
+fn column<'a>(
+    scenario: &Scenario,
+    columns: &'a RunColumns<Full>,
+    (full, place): (&str, Range<usize>),
+) -> Result<(NumberIndex<Full>, Option<&'a str>), Error> {
+    if let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == full) {
+        return Ok((index, column.unit.as_deref()));
+    }
+    let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
+    let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
+    Err(unknown.at(&scenario.source, place))
+}
+
+/// Refuses a column of a file under the name of a signal of the run.
+fn from_log<'a>(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    name: &Spanned<String>,
+    wanted: &'a Wanted,
+) -> Result<&'a Wanted, Error> {
+    if analysis.signals.contains_key(name) {
+        let message = format!("`{}` comes from the run already", wanted.name);
+        return Err(scenario.error(name, message));
+    }
+    Ok(wanted)
 }
 
 fn load(
@@ -196,29 +239,27 @@ fn wire(
 }
 
 /// Whether the plugin gets all that it cannot do without.
-fn complete(
-    scenario: &Scenario,
-    analysis: &Analysis,
-    plugin: &Plugin,
-    wired: &[Wired],
-) -> Result<(), Error> {
-    let given = |wanted: &&Wanted| wired.iter().any(|wired| wired.name == wanted.name);
-    let mut missing = plugin.needs().iter().filter(|wanted| wanted.required && !given(wanted));
-    let Some(Wanted { name, description, unit, .. }) = missing.next() else { return Ok(()) };
-    let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
-    let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-    let help = format!(
-        "add it{unit} to [analysis.signals], such as {name} = \"node.variable\", or to the columns of [analysis.table]"
-    );
-    Err(scenario.error(&analysis.name, message).help(help))
+fn complete(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<(), Error> {
+    let from_log = analysis.table.iter().flat_map(|table| table.columns.keys());
+    let given: Vec<_> = analysis.signals.keys().chain(from_log).map(Spanned::get_ref).collect();
+    let missing = plugin.needs().iter().filter(|it| it.required && !given.contains(&&it.name));
+    let errors = missing.map(|Wanted { name, description, unit, .. }| {
+        let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
+        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+        scenario.error(&analysis.name, message).help(format!(
+            "add it{unit} to [analysis.signals], such as {name} = \"node.variable\", or to the columns of [analysis.table]"
+        ))
+    });
+    errors.collect::<Mistakes>().finish()
 }
 
-/// The configuration as text, if the plugin agrees to it.
+/// The configuration as text, if the plugin agrees to it. Of signals that are not `sound` it hears nothing.
 fn config(
     scenario: &Scenario,
     analysis: &Analysis,
     plugin: &Plugin,
     wired: &[Wired],
+    sound: bool,
 ) -> Result<String, Error> {
     let mut table =
         analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
@@ -234,28 +275,34 @@ fn config(
     })?;
     let signals =
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
-    let checked = plugin.check(&Request { config: &text, signals: signals.collect() });
-    checked.map_err(|error| refused(scenario, analysis, plugin, &error))?;
-    Ok(text)
+    let request = Request { config: &text, signals: signals.collect() };
+    let Err(error) = plugin.check(&request) else { return Ok(text) };
+    findings(scenario, analysis, plugin)?;
+    // The plugin may miss a signal whose mistake is told already.
+    Err(if sound { refused(scenario, analysis, &error) } else { Error::follow_up() })
 }
 
-/// The error of a plugin that refuses its configuration, at the key that it blames. The schema knows what a misspelt key was
-/// meant to be.
-fn refused(
-    scenario: &Scenario,
-    analysis: &Analysis,
-    plugin: &Plugin,
-    error: &ConfigError,
-) -> Error {
-    let name = analysis.name.get_ref();
+/// The place of an analysis in the list of them.
+fn place_in_list(scenario: &Scenario, analysis: &Analysis) -> String {
     let analyses = &scenario.document.analysis;
-    let index = analyses.iter().take_while(|it| !std::ptr::eq(*it, analysis)).count().to_string();
+    analyses.iter().take_while(|it| !std::ptr::eq(*it, analysis)).count().to_string()
+}
+
+/// The words of the configuration that break the plugin's schema, which knows what a misspelt key was meant to be.
+fn findings(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<(), Error> {
     let schema = plugin.config_schema().and_then(|text| serde_json::from_str(text).ok());
-    let schema = schema.map(|schema| schema::plain(&schema));
-    let findings = schema.map(|schema| scenario.findings(&["analysis", &index, "config"], &schema));
-    if let Some(Finding { span, message, help, .. }) = findings.into_iter().flatten().next() {
-        return scenario.source.error(span, format!("`{name}`: {message}"), "").hint(help);
-    }
+    let Some(schema) = schema.map(|schema| schema::plain(&schema)) else { return Ok(()) };
+    let (name, index) = (analysis.name.get_ref(), place_in_list(scenario, analysis));
+    let found = scenario.findings(&["analysis", &index, "config"], &schema).into_iter();
+    let errors = found.map(|Finding { span, message, help, .. }| {
+        scenario.source.error(span, format!("`{name}`: {message}"), "").hint(help)
+    });
+    errors.collect::<Mistakes>().finish()
+}
+
+/// The error of a plugin that refuses its configuration, at the key that it blames.
+fn refused(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -> Error {
+    let (name, index) = (analysis.name.get_ref(), place_in_list(scenario, analysis));
     let keys: Vec<_> = error.path.iter().map(String::as_str).collect();
     let under = |tables: &[&str]| {
         let path = [&["analysis", &index], tables, &keys].concat();
@@ -277,5 +324,5 @@ fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error>
         })?;
         Ok((name.get_ref().clone(), text.into()))
     };
-    analysis.files.iter().map(read).collect()
+    Ok(Mistakes::all(analysis.files.iter().map(read))?.into_iter().collect())
 }

@@ -1,6 +1,6 @@
 //! Turns `[[check]]` into expressions over columns.
 
-use diagnostics::{Error, Spanned, suggest};
+use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, NumberIndex, Operand, ParseError, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full};
 
@@ -10,38 +10,58 @@ use crate::words::{Check, Scenario};
 pub(super) fn resolve(
     scenario: &Scenario,
     columns: &Columns<Full>,
-    clock: Clock,
+    clock: Option<Clock>,
 ) -> Result<Vec<CheckPlan>, Error> {
-    let plan = |check| plan(scenario, check, columns, clock);
-    scenario.document.check.iter().map(plan).collect()
+    let checks = &scenario.document.check;
+    Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
+        let unique = unique(scenario, &checks[..index], check);
+        let plan = plan(scenario, check, columns, clock);
+        Mistakes::both(unique, plan).map(|(_, plan)| plan)
+    }))
+}
+
+/// Reports and test results tell checks by their names.
+fn unique(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Error> {
+    let name = check.name.get_ref();
+    if before.iter().any(|other| other.name.get_ref() == name) {
+        let message = format!("there are two checks called `{name}`");
+        return Err(scenario.source.error(check.name.span(), message, "the second one"));
+    }
+    Ok(())
 }
 
 fn plan(
     scenario: &Scenario,
     check: &Check,
     columns: &Columns<Full>,
-    clock: Clock,
+    clock: Option<Clock>,
 ) -> Result<CheckPlan, Error> {
-    let condition = condition(scenario, check, columns)?;
-    if !(check.tolerance >= 0.0 && check.tolerance.is_finite()) {
-        let message = format!(
-            "check `{}`: the tolerance {} is not a number from 0 on",
-            check.name, check.tolerance
-        );
-        return Err(scenario.error(&check.that, message));
-    }
-    if matches!(condition, Condition::Results(..)) && check.during.is_some() {
-        return Err(timeless(scenario, check));
-    }
+    let condition = condition(scenario, check, columns);
+    let during = match (&condition, &check.during) {
+        (Ok(Condition::Results(..)), Some(_)) => Err(timeless(scenario, check)),
+        _ => during(scenario, check, clock),
+    };
+    let numbers = Mistakes::both(tolerance(scenario, check), during);
+    let (condition, (tolerance, during)) = Mistakes::both(condition, numbers)?;
     Ok(CheckPlan {
-        name: check.name.clone(),
+        name: check.name.get_ref().clone(),
         that: check.that.get_ref().clone(),
         condition,
-        during: during(scenario, check, clock)?,
+        during,
         windowed: check.during.is_some(),
-        tolerance: check.tolerance,
+        tolerance,
     })
 }
+
+fn tolerance(scenario: &Scenario, check: &Check) -> Result<f64, Error> {
+    if check.tolerance >= 0.0 && check.tolerance.is_finite() {
+        return Ok(check.tolerance);
+    }
+    let (name, tolerance) = (check.name.get_ref(), check.tolerance);
+    let message = format!("check `{name}`: the tolerance {tolerance} is not a number from 0 on");
+    Err(scenario.error(&check.that, message))
+}
+
 /// Marks conditions that may mix signals with results: nothing evaluates them.
 struct Mixed;
 
@@ -65,7 +85,8 @@ fn condition(
         })
     })?;
     if !mixed.is_condition() {
-        let message = format!("check `{}`: expected a comparison, found a value", check.name);
+        let message =
+            format!("check `{}`: expected a comparison, found a value", check.name.get_ref());
         return Err(scenario
             .error(&check.that, message)
             .help("write for example `abs(plant.v_y) < 2`"));
@@ -97,7 +118,7 @@ fn parse<S>(
 }
 
 fn timeless(scenario: &Scenario, check: &Check) -> Error {
-    let message = format!("check `{}`: results of analyses have no time", check.name);
+    let message = format!("check `{}`: results of analyses have no time", check.name.get_ref());
     let span = check.during.as_ref().map_or(check.that.span(), Spanned::span);
     scenario
         .source
@@ -118,8 +139,9 @@ fn malformed(
     let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
     let closest =
         unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
-    let message = format!("check `{}`: {}", check.name, error.message);
-    scenario.source.error(span, message, "here").hint(closest.or(error.help).or(hint))
+    let message = format!("check `{}`: {}", check.name.get_ref(), error.message);
+    let pointed = scenario.source.error(span, message, "here");
+    pointed.hint(closest.or(error.help).or(hint)).about_unknown(error.unknown)
 }
 
 /// The result that a name means when it begins with an analysis or a validation.
@@ -134,7 +156,8 @@ fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
     })
 }
 
-fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], Error> {
+fn during(scenario: &Scenario, check: &Check, clock: Option<Clock>) -> Result<[f64; 2], Error> {
+    let clock = clock.ok_or_else(Error::follow_up)?;
     let Some(written) = &check.during else { return Ok([0.0, clock.stop()]) };
     let [from, to] = *written.get_ref();
     let stop = scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref());
@@ -144,7 +167,7 @@ fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], 
     }
     let message = format!(
         "check `{}`: expected a window within 0 .. {stop} s, found {from} .. {to} s",
-        check.name
+        check.name.get_ref()
     );
     Err(scenario.error(written, message))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, Mistakes, Spanned};
 use recording::table::{Dialect, Gaps, Scaling, Table, TableError, Wanted, WantedColumn};
 use units::Unit;
 
@@ -60,7 +60,7 @@ pub(super) fn read(
     warnings.extend_from_slice(table.warnings());
     let units = words.columns.values().zip(0..);
     let units = units.map(|(column, place)| unit(scenario, column.get_ref(), table.unit(place)));
-    Ok(Log { units: units.collect::<Result<_, _>>()?, table })
+    Ok(Log { units: Mistakes::all(units)?, table })
 }
 
 fn wanted(scenario: &Scenario, words: &Words) -> Result<Wanted, Error> {
@@ -76,7 +76,7 @@ fn wanted(scenario: &Scenario, words: &Words) -> Result<Wanted, Error> {
     Ok(Wanted {
         time: words.time.map(|time| time.get_ref().clone()),
         time_unit: words.time_unit.map(|word| time_unit(scenario, word)).transpose()?,
-        columns: words.columns.iter().map(column).collect::<Result<_, _>>()?,
+        columns: Mistakes::all(words.columns.iter().map(column))?,
         dialect: words.dialect,
     })
 }

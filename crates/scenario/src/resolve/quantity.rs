@@ -106,10 +106,8 @@ impl<'a> Names<'a> {
         let parsed = Expression::parse(text, resolve).map_err(|error| {
             let span = inside(self.scenario, word, error.span.clone());
             let pointed = self.scenario.source.error(span, error.message, "here");
-            match error.unknown.and_then(|name| self.hint(&name)).or(error.help) {
-                Some(help) => pointed.help(help),
-                None => pointed,
-            }
+            let help = error.unknown.as_deref().and_then(|name| self.hint(name)).or(error.help);
+            pointed.hint(help).about_unknown(error.unknown)
         })?;
         if parsed.is_reduction() {
             let message = "expected a value at each moment, found one of the run as a whole";

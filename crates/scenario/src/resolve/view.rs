@@ -1,6 +1,6 @@
 //! Turns `[view]` into a layout by columns.
 
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, Mistakes, Spanned};
 use recording::table::{TableError, columns};
 use recording::view::{
     Arrow, Distance, Function, Plot, Point, Pose, Quantity, Role, Series, Track, View, XyPlot,
@@ -19,34 +19,58 @@ const CURVES: usize = 8;
 const AXLES: [f64; 2] = [0.30, -0.29];
 
 /// The layout that the scenario asks for; without plots there is one for each unit of each node.
+///
+/// # Errors
+/// All that does not fit, with its places in the file.
 pub fn view(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
     let written = &scenario.document.view;
-    let names = Names::new(scenario, &header.columns);
-    let pose = written.pose.as_ref().map(|it| pose(&names, it)).transpose()?;
-    let plots = written.plot.iter().map(|it| plot(scenario, &names, it));
-    let plots = plots.collect::<Result<Vec<_>, _>>()?;
+    let names = &Names::new(scenario, &header.columns);
+    let mut mistakes = Mistakes::default();
+    let pose = written.pose.as_ref().map(|it| pose(names, it)).transpose();
+    // The path of a pose that is wrong cannot be followed, and the pose is what is told.
+    let along = pose.as_ref().ok().and_then(Option::as_ref);
+    let distance = mistakes.take(distance(names, written, along));
+    let pose = mistakes.take(pose);
+    let track = written.track.as_ref().map(|it| track(scenario, names, it)).transpose();
+    let track = mistakes.take(track);
+    let arrows = mistakes.take(Mistakes::all(written.arrow.iter().map(|it| arrow(names, it))));
+    let xy_plots = written.xy_plot.iter().map(|it| xy_plot(names, it));
+    let xy_plots = mistakes.take(Mistakes::all(xy_plots));
+    let plots = written.plot.iter().map(|it| plot(scenario, names, it));
+    let plots = mistakes.take(Mistakes::all(plots)).unwrap_or_default();
+    mistakes.finish()?;
     Ok(View {
-        distance: distance(&names, written, pose.as_ref())?,
-        pose,
-        track: written.track.as_ref().map(|it| track(scenario, &names, it)).transpose()?,
-        arrows: written.arrow.iter().map(|it| arrow(&names, it)).collect::<Result<_, _>>()?,
-        xy_plots: written.xy_plot.iter().map(|it| xy_plot(&names, it)).collect::<Result<_, _>>()?,
+        distance: distance.flatten(),
+        pose: pose.flatten(),
+        track: track.flatten(),
+        arrows: arrows.unwrap_or_default(),
+        xy_plots: xy_plots.unwrap_or_default(),
         plots: if plots.is_empty() { by_unit(header.columns.numbers()) } else { plots },
     })
 }
 
 fn pose(names: &Names, written: &words::Pose) -> Result<Pose, Error> {
     let find = |word: &Spanned<String>| names.column(word);
+    let maybe = |word: &Option<Spanned<String>>| word.as_ref().map(find).transpose();
+    let place = Mistakes::both(find(&written.x), find(&written.y));
+    let place = Mistakes::both(place, find(&written.heading));
+    let motion = Mistakes::both(maybe(&written.steer), maybe(&written.speed));
+    let (((x, y), heading), (steer, speed)) = Mistakes::both(place, motion)?;
     Ok(Pose {
-        x: find(&written.x)?,
-        y: find(&written.y)?,
-        heading: find(&written.heading)?,
-        steer: written.steer.as_ref().map(find).transpose()?,
-        speed: written.speed.as_ref().map(find).transpose()?,
+        x,
+        y,
+        heading,
+        steer,
+        speed,
         length: written.length,
         width: written.width,
         axles: written.axles.unwrap_or(AXLES.map(|share| share * written.length)),
     })
+}
+
+/// The two coordinates of a point.
+fn point(names: &Names, [x, y]: [&Spanned<String>; 2]) -> Result<[Quantity; 2], Error> {
+    Mistakes::both(names.quantity(x), names.quantity(y)).map(|(x, y)| [x, y])
 }
 
 fn distance(
@@ -78,12 +102,11 @@ fn track(
         (None, None, Some(_)) => None,
         _ => return Err(wrong("expected the two edges of the track, or its center")),
     };
-    let quantities = |words: &[Spanned<String>; 2]| {
-        Ok::<_, Error>([names.quantity(&words[0])?, names.quantity(&words[1])?])
-    };
+    let quantities = |[x, y]: &[Spanned<String>; 2]| point(names, [x, y]);
     match (path, sides, center, half_width, widths) {
         (None, Some([left, right]), _, None, None) => {
-            Ok(Track::Sides([quantities(left)?, quantities(right)?]))
+            let (left, right) = Mistakes::both(quantities(left), quantities(right))?;
+            Ok(Track::Sides([left, right]))
         }
         (None, None, Some(center), Some(half), None) => {
             Ok(Track::Center(quantities(center)?, [*half; 2]))
@@ -136,90 +159,100 @@ fn read<const N: usize>(
 fn arrow(names: &Names, written: &words::Arrow) -> Result<Arrow, Error> {
     let quantity =
         |word: &Option<Spanned<String>>| word.as_ref().map(|word| names.quantity(word)).transpose();
-    let scale = *written.scale.get_ref();
-    if !(scale.is_finite() && scale != 0.0) {
-        return Err(names.error(&written.scale, format!("expected a length in m, found {scale}")));
-    }
-    Ok(Arrow {
-        label: written.label.clone(),
-        role: written.role,
-        at: written.at,
-        vector: [quantity(&written.x)?, quantity(&written.y)?],
-        turn: quantity(&written.turn)?,
-        scale,
-    })
+    let scale = match *written.scale.get_ref() {
+        scale if scale.is_finite() && scale != 0.0 => Ok(scale),
+        scale => Err(names.error(&written.scale, format!("expected a length in m, found {scale}"))),
+    };
+    let vector = Mistakes::both(quantity(&written.x), quantity(&written.y));
+    let rest = Mistakes::both(quantity(&written.turn), scale);
+    let ((x, y), (turn, scale)) = Mistakes::both(vector, rest)?;
+    let words::Arrow { label, role, at, .. } = written;
+    Ok(Arrow { label: label.clone(), role: *role, at: *at, vector: [x, y], turn, scale })
 }
 
 fn xy_plot(names: &Names, written: &words::XyPlot) -> Result<XyPlot, Error> {
     let axes = [&written.x, &written.y];
-    for axis in axes {
-        let [from, to] = *axis.range.get_ref();
-        if !(from.is_finite() && to.is_finite() && from != to) {
+    let ranges = axes.map(|axis| match *axis.range.get_ref() {
+        [from, to] if from.is_finite() && to.is_finite() && from != to => Ok(()),
+        [from, to] => {
             let message = format!("expected two different ends of an axis, found {from} and {to}");
-            return Err(names.error(&axis.range, message));
+            Err(names.error(&axis.range, message))
         }
-    }
-    let point = |it: &words::Point| {
-        let coordinates = [names.quantity(&it.x)?, names.quantity(&it.y)?];
+    });
+    let points = Mistakes::all(written.points.iter().map(|it| {
+        let coordinates = point(names, [&it.x, &it.y])?;
         Ok(Point { label: it.label.clone(), role: it.role, coordinates })
-    };
-    let function = |it: &words::Function| {
+    }));
+    let curves = Mistakes::all(written.curves.iter().map(|it| {
         let (y, moves) = names.function(&it.y)?;
         Ok(Function { label: it.label.clone(), role: it.role, y, moves })
-    };
+    }));
+    let shown = Mistakes::both(points, curves);
+    let (_, (points, curves)) = Mistakes::both(Mistakes::all(ranges), shown)?;
     Ok(XyPlot {
         title: written.title.clone(),
         labels: axes.map(|axis| axis.label.clone()),
         ranges: axes.map(|axis| *axis.range.get_ref()),
         circle: written.circle,
         trail: written.trail,
-        points: written.points.iter().map(point).collect::<Result<_, Error>>()?,
-        curves: written.curves.iter().map(function).collect::<Result<_, Error>>()?,
+        points,
+        curves,
     })
 }
 
 fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plot, Error> {
-    let wanted = written.unit.as_ref().map(|word| unit::unit(scenario, word)).transpose()?;
-    let mut axis = written.unit.as_ref().map(|unit| unit.get_ref().clone());
-    let mut series = Vec::new();
-    for curve in &written.signals {
-        let quantity = names.quantity(&curve.signal)?;
-        let unit = match (&curve.unit, &quantity) {
-            (Some(word), _) => {
-                unit::unit(scenario, word)?;
-                Some(word.get_ref().as_str())
-            }
-            (None, Quantity::Column(column)) => names.unit(*column),
-            (None, Quantity::Formula(_)) => None,
-        };
-        let own = unit.and_then(|unit| Unit::parse(unit).ok());
-        let (factor, offset) = match (&wanted, own) {
-            (Some(wanted), Some(own)) => Unit::conversion(&own, wanted).ok_or_else(|| {
-                let (signal, unit) = (curve.signal.get_ref(), unit.unwrap_or("1"));
-                let axis = axis.as_deref().unwrap_or("1");
-                let message = format!("`{signal}` [{unit}] cannot be shown in {axis}");
-                scenario.error(&curve.signal, message)
-            })?,
-            _ => (1.0, 0.0),
-        };
-        axis = axis.or_else(|| unit.map(str::to_owned));
-        let label = curve.label.clone().unwrap_or_else(|| curve.signal.get_ref().clone());
-        let line = |quantity, bound| {
-            let (label, role) = (label.clone(), curve.role);
-            Series { quantity, factor, offset, label, role, bound }
-        };
-        if let Some(std) = &curve.std {
-            for sigmas in [2.0, -2.0] {
-                series.push(line(names.shifted(&curve.signal, sigmas, std)?, true));
-            }
-        }
-        series.push(line(quantity, false));
-    }
-    let title = match axis {
+    let wanted = written.unit.as_ref().map(|word| Ok((word, unit::unit(scenario, word)?)));
+    let wanted = wanted.transpose();
+    // Without the unit of the axis there are still names to judge.
+    let axis = wanted.as_ref().ok().and_then(Option::as_ref);
+    let curves = written.signals.iter().map(|it| curve(scenario, names, it, axis));
+    let curves = Mistakes::all(curves);
+    let (wanted, curves) = Mistakes::both(wanted, curves)?;
+    let shown = wanted.map(|(word, _)| word.get_ref().clone());
+    let shown = shown.or_else(|| curves.iter().find_map(|(unit, _)| unit.clone()));
+    let title = match shown {
         Some(unit) => format!("{} [{unit}]", written.title),
         None => written.title.clone(),
     };
+    let series = curves.into_iter().flat_map(|(_, series)| series).collect();
     Ok(Plot { title, group: None, range: written.range, series })
+}
+
+/// The lines of a curve on an axis with this unit, and the unit of its own.
+fn curve(
+    scenario: &Scenario,
+    names: &Names,
+    written: &words::Curve,
+    axis: Option<&(&Spanned<String>, Unit)>,
+) -> Result<(Option<String>, Vec<Series>), Error> {
+    let quantity = names.quantity(&written.signal);
+    let unit = written.unit.as_ref().map(|word| unit::unit(scenario, word).map(|_| word.get_ref()));
+    let (quantity, unit) = Mistakes::both(quantity, unit.transpose())?;
+    let unit = match (unit, &quantity) {
+        (Some(unit), _) => Some(unit.as_str()),
+        (None, Quantity::Column(column)) => names.unit(*column),
+        (None, Quantity::Formula(_)) => None,
+    };
+    let own = unit.and_then(|unit| Unit::parse(unit).ok());
+    let (factor, offset) = match (axis, own) {
+        (Some((axis, wanted)), Some(own)) => Unit::conversion(&own, wanted).ok_or_else(|| {
+            let (signal, unit) = (written.signal.get_ref(), unit.unwrap_or("1"));
+            let message = format!("`{signal}` [{unit}] cannot be shown in {}", axis.get_ref());
+            scenario.error(&written.signal, message)
+        })?,
+        _ => (1.0, 0.0),
+    };
+    let label = written.label.clone().unwrap_or_else(|| written.signal.get_ref().clone());
+    let line = |quantity, bound| {
+        let (label, role) = (label.clone(), written.role);
+        Series { quantity, factor, offset, label, role, bound }
+    };
+    let bound = |(std, sigmas)| names.shifted(&written.signal, sigmas, std);
+    let bounds = written.std.iter().flat_map(|std| [(std, 2.0), (std, -2.0)]).map(bound);
+    let mut series: Vec<_> =
+        Mistakes::all(bounds)?.into_iter().map(|quantity| line(quantity, true)).collect();
+    series.push(line(quantity, false));
+    Ok((unit.map(str::to_owned), series))
 }
 
 /// Plots of all outputs among these columns, one for each unit of each node.
