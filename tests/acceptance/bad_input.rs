@@ -93,7 +93,7 @@ const MISTAKES: &[Mistake] = &[
     ("unit = \"rad\" }", "unit = \"rad\", gain = 0.0 }", "gain", &["expected a gain other than 0, found 0"]),
     ("unit = \"rad\" }", "unit = \"rad\", gain = nan }", "gain", &["expected a gain other than 0, found NaN"]),
     ("unit = \"rad\" }", "unit = \"rad\", offset = inf }", "offset", &["expected a number, found inf"]),
-    ("unit = \"rad\" }", "unit = \"rad\", sign = -2 }", "sign", &["`sign` is 1 or -1, found -2", "`gain`"]),
+    ("unit = \"rad\" }", "unit = \"rad\", sign = -2 }", "sign = -2", &["`sign` is 1 or -1, found -2", "`gain`"]),
     ("unit = \"rad\" }", "unit = \"rad\", gaps = \"hld\" }", "gaps", &["unknown value `hld`", "did you mean `hold`?"]),
     ("time = \"t\"", "time = \"t\"\ntime_unit = \"m\"", "time_unit", &["`m` is a unit of m, not of time", "expected s, ms"]),
     ("time = \"t\"", "time = \"t\"\nseparator = \"|\"", "separator", &["unknown value `|`"]),

@@ -226,14 +226,14 @@ fn a_log_in_another_dialect_and_sign_convention_is_played_back_in_si() {
         "[analysis.table]\n{}",
         table.replace("delta = ", "x = ").replace(", v = { column = \"v_x\" }", "")
     );
-    let text = text.section(&(mean.replace("NAME", "run") + of_run));
-    let text = text.section(&(mean.replace("NAME", "log") + &of_log)).text();
+    let text = text.section(&(mean.replace("NAME", "driven") + of_run));
+    let text = text.section(&(mean.replace("NAME", "logged") + &of_log)).text();
     let file = lab.write("case.toml", text);
     let mut command = trackside(Path::new(ROOT));
     let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
     Ended::of(output.expect("it starts")).expect(0);
     let mean = |name: &str| lab.report("out")["analyses"][name]["mean"].as_f64().expect("a mean");
     let expected = (1.0625 + 2.03125 + 3.03125) / 3.0;
-    assert!((mean("log") - expected).abs() < 1e-12, "{}", mean("log"));
-    assert!((mean("run") - (1.0 - 2.0 * expected)).abs() < 1e-12, "{}", mean("run"));
+    assert!((mean("logged") - expected).abs() < 1e-12, "{}", mean("logged"));
+    assert!((mean("driven") - (1.0 - 2.0 * expected)).abs() < 1e-12, "{}", mean("driven"));
 }

@@ -12,6 +12,7 @@ use diagnostics::suggest::{closest_question, shortened};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use self::csv::{CsvColumn, whole};
 pub use self::csv::{CsvError, columns};
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;

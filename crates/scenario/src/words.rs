@@ -1,5 +1,6 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
+mod baseline;
 mod connect;
 mod extend;
 mod fault;
@@ -18,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::schema;
 use crate::signal::Part;
+pub use baseline::{Baseline, Tube};
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
 pub use nodes::{Column, Fmu, Table};
@@ -91,6 +93,9 @@ pub struct Document {
     /// Conditions on signals and results.
     #[serde(default)]
     pub check: Vec<Check>,
+    /// Recordings that the run is compared with.
+    #[serde(default)]
+    pub baseline: Vec<Baseline>,
     /// Choice of the recorded variables.
     #[serde(default)]
     pub record: Record,

@@ -65,6 +65,44 @@ pub fn columns(
     Ok((0..places.len()).map(|k| cells.complete(k)).collect::<Result<_, _>>()?)
 }
 
+/// A CSV file with the time in its first column, such as `run.csv`.
+#[derive(Debug)]
+pub(crate) struct Whole {
+    /// Time stamps [s].
+    pub times: Vec<f64>,
+    pub columns: Vec<CsvColumn>,
+}
+
+/// A column: its numbers if all cells are numbers, or else its texts.
+#[derive(Debug)]
+pub(crate) struct CsvColumn {
+    pub name: String,
+    pub unit: Option<String>,
+    pub numbers: Option<Vec<f64>>,
+    pub texts: Vec<String>,
+}
+
+/// Reads all columns; numbers that are missing are NaN.
+pub(crate) fn whole(path: &Path) -> Result<Whole, TableError> {
+    let bytes =
+        std::fs::read(path).map_err(|source| TableError::Open { path: path.to_owned(), source })?;
+    let file = CsvFile::open(path, &bytes, &[], &Dialect::default())?;
+    let places: Vec<_> = (0..file.header.titles.len()).collect();
+    let rows = file.rows(&places)?;
+    let cells = Cells::new(&file, &rows, &places, None)?;
+    let column = |place: usize| {
+        let numbers = cells.numbers(place).ok().map(|numbers| numbers.values);
+        let texts = match &numbers {
+            Some(_) => Vec::new(),
+            None => rows.column(place).map(str::to_owned).collect(),
+        };
+        let name = file.header.titles[place].plain.clone();
+        CsvColumn { name, unit: file.unit(place), numbers, texts }
+    };
+    let times = cells.stamps(0, &Wanted::default())?;
+    Ok(Whole { times, columns: (1..places.len()).map(column).collect() })
+}
+
 /// A text of the file, which may be of Western Windows.
 fn text(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {

@@ -41,7 +41,7 @@ pub(super) fn find(bytes: &[u8], wanted: &[&str], separator: Option<Separator>) 
             let found = wanted.iter().filter(|name| header.has(name)).count();
             // Titles may be numbers, if these are wanted.
             header.is_numbers &= found == 0;
-            if found == wanted.len() {
+            if found == wanted.len() && found > 0 {
                 return Some(header);
             }
             if found > best.as_ref().map_or(0, |(most, _)| *most) {
