@@ -1,6 +1,7 @@
 //! Sums up a run: as `report.json` for programs, and as words for people.
 
 mod previous_run;
+mod provenance;
 mod text;
 
 use std::collections::BTreeMap;
@@ -9,15 +10,17 @@ use std::path::{Path, PathBuf};
 use cosim::check::Verdict;
 use cosim::master::Progress;
 use diagnostics::Error;
-use fmu_import::sha256;
 use scenario::Scenario;
-use scenario::plan::{Body, REPORT, System};
-use serde::Serialize;
+use scenario::plan::{REPORT, System};
+use scenario::words::Validation;
+use serde::{Deserialize, Serialize};
 
-pub(crate) use previous_run::PreviousRun;
+pub use provenance::{FileReport, FmuReport, Provenance, Versions};
+
+pub(crate) use previous_run::{OWN_FILES, PARTIAL, PreviousRun, PreviousValidation};
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ending {
     /// All checks passed.
@@ -56,14 +59,9 @@ pub struct RunReport {
     pub realtime_factor: f64,
     /// The effort of each node, in the order of the file.
     pub nodes: Vec<NodeReport>,
-    /// The seed of every random stream.
-    pub seed: u64,
-    /// The generator of the random streams.
-    pub generator: &'static str,
-    /// The files that the scenario was read from, first the one that was to be run.
-    pub sources: Vec<SourceReport>,
-    /// The FMUs that took part.
-    pub fmus: Vec<FmuReport>,
+    /// What it was made with.
+    #[serde(flatten)]
+    pub provenance: Provenance,
     /// The files that analyses left beside the report.
     pub files: Vec<String>,
     /// Where the files are.
@@ -127,42 +125,10 @@ pub struct NodeReport {
     pub seconds: f64,
 }
 
-/// A file that the scenario was read from.
-#[derive(Debug, Clone, Serialize)]
-pub struct SourceReport {
-    /// Where it is, as it was named.
-    pub path: PathBuf,
-    /// SHA-256 of its text.
-    pub sha256: String,
-}
-
-/// An FMU that took part.
-#[derive(Debug, Clone, Serialize)]
-pub struct FmuReport {
-    /// The node's name.
-    pub name: String,
-    /// The identity that it states.
-    pub guid: String,
-    /// SHA-256 of the archive.
-    pub sha256: String,
-}
-
 impl RunReport {
     /// What is known before the run: everything but how it went.
     #[must_use]
     pub fn new(scenario: &Scenario, system: &System) -> Self {
-        let sources = scenario.source.files().map(|file| SourceReport {
-            path: file.path.clone(),
-            sha256: sha256(file.text.as_bytes()),
-        });
-        let fmus = system.nodes.iter().filter_map(|node| match &node.body {
-            Body::Fmu { fmu, .. } => Some(FmuReport {
-                name: node.name.clone(),
-                guid: fmu.description.guid.clone(),
-                sha256: fmu.sha256.clone(),
-            }),
-            _ => None,
-        });
         let node = |name: &str| NodeReport { name: name.to_owned(), calls: 0, seconds: 0.0 };
         RunReport {
             scenario: system.header.scenario.clone(),
@@ -177,10 +143,7 @@ impl RunReport {
             wall_seconds: 0.0,
             realtime_factor: 0.0,
             nodes: system.nodes.iter().map(|plan| node(&plan.name)).collect(),
-            seed: system.header.seed,
-            generator: "Pcg64",
-            sources: sources.collect(),
-            fmus: fmus.collect(),
+            provenance: Provenance::new(scenario, system),
             files: Vec::new(),
             folder: system.header.folder.clone(),
             warnings: system.warnings.clone(),
@@ -226,16 +189,32 @@ impl RunReport {
         self.realtime_factor = self.sim_seconds / wall_seconds;
     }
 
+    /// Writes what a later run needs to clean up when this one is killed: the files of analyses so far, and the folders of
+    /// `validations`.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub(crate) fn sketch(&self, validations: &[Validation]) -> Result<(), Error> {
+        let validations =
+            validations.iter().map(|it| PreviousValidation { name: it.name.get_ref().clone() });
+        write_json(
+            &self.folder.join(PARTIAL),
+            &PreviousRun {
+                scenario: self.scenario.clone(),
+                verdict: "error".to_owned(),
+                files: self.files.clone(),
+                validations: validations.collect(),
+            },
+        )
+    }
+
     /// Writes `report.json`; it appears when it is complete, and as the last file of a run.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn write(&self) -> Result<(), Error> {
-        let path = self.folder.join(REPORT);
-        let partial = self.folder.join(format!("{REPORT}.partial"));
-        let text =
-            serde_json::to_string_pretty(self).map_err(|error| Error::output(&path, error))?;
-        std::fs::write(&partial, text + "\n").map_err(|error| Error::output(&partial, error))?;
+        let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
+        write_json(&partial, self)?;
         std::fs::rename(&partial, &path).map_err(|error| Error::output(&path, error))
     }
 
@@ -248,4 +227,9 @@ impl RunReport {
             Ending::Error => 3,
         }
     }
+}
+
+fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| Error::output(path, error))?;
+    std::fs::write(path, text + "\n").map_err(|error| Error::output(path, error))
 }
