@@ -87,7 +87,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "fmu-conformance", "fmu-export", "fmu-import", "plugin", "recording", "replay", "scenario", "unified-features"]),
+    ("orchestrator", &["cosim", "diagnostics", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "recording", "replay", "scenario", "unified-features"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -97,7 +97,15 @@ const MISTAKES: &[Mistake] = &[
     ("unit = \"rad\" }", "unit = \"rad\", gaps = \"hld\" }", "gaps", &["unknown value `hld`", "did you mean `hold`?"]),
     ("time = \"t\"", "time = \"t\"\ntime_unit = \"m\"", "time_unit", &["`m` is a unit of m, not of time", "expected s, ms"]),
     ("time = \"t\"", "time = \"t\"\nseparator = \"|\"", "separator", &["unknown value `|`"]),
-    ("log.csv", "gaps.csv", "gaps.csv\"", &["`steer` has no value in 1 rows of gaps.csv, the first one in line 3", "gaps = \"hold\""]),
+    ("log.csv", "gaps.csv", "columns =", &["`steer` has no value in 1 row of gaps.csv, the first one in line 3", "gaps = \"hold\""]),
+    // Baselines.
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"none.mcap\"\n[[check]]", "recording =", &["there is no baseline none.mcap", "`trackside run case.toml --bless` writes it"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"plant.fmu\"\n[[check]]", "recording =", &["expected a recording `*.mcap` or `*.csv`, found `plant.fmu`"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"log.mcap\"\n[[check]]", "recording =", &["log.mcap"]),
+    ("[[check]]", "[[baseline]]\nname = \"drives on\"\nrecording = \"b.csv\"\n[[check]]", "name = \"drives on\"\nrec", &["there is another check or baseline called `drives on`"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"b.csv\"\nsignals = [\"plant.v_z\"]\n[[check]]", "plant.v_z", &["unknown signal `plant.v_z`", "did you mean `plant.v_x`?"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"b.csv\"\nrelative = -0.1\n[[check]]", "name = \"b\"", &["from 0 on as `relative` of the tube, found -0.1"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"b.csv\"\nduring = [0.05, 0.2]\n[[check]]", "during =", &["expected a window from 0 to 0.1 s, found 0.05 to 0.2 s"]),
     // Checks and the rest.
     ("plant.v_x < 30", "plant.v_z < 30", "plant.v_z", &["plant.v_z", "did you mean `plant.v_x`?"]),
     ("plant.v_x > 10 and plant.v_x < 30", "plant.v_x", "that =", &["expected a comparison"]),
@@ -187,6 +195,7 @@ fn lab() -> Lab {
     lab.write("words.csv", "t,steer\n0,0\n1,left\n");
     lab.write("gaps.csv", "t,steer\n0,0\n0.5,\n1,0.01\n");
     lab.write("text.fmu", "no archive");
+    lab.write("log.mcap", "no recording");
     let whole = std::fs::read(&plant).expect("an FMU");
     lab.write("cut.fmu", &whole[..whole.len() / 2]);
     let windows = |name: &str, bytes| Some((name.replace("linux64", "win64"), bytes));

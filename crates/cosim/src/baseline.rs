@@ -30,6 +30,9 @@ pub struct BaselineOutcome {
     pub picture: Option<String>,
     /// First and last compared moment [s].
     pub during: [f64; 2],
+    /// The file that it is written in, and its line there.
+    #[serde(skip)]
+    pub place: (PathBuf, usize),
     /// What was not compared.
     #[serde(skip)]
     pub warnings: Vec<String>,
@@ -166,7 +169,8 @@ impl Baselines {
         let during = plan.during.unwrap_or([begin, end]);
         let reason = self.reason((plan, golden), during, signals.len());
         let (name, recording) = (plan.name.clone(), plan.path.clone());
-        BaselineOutcome { name, recording, reason, signals, picture: None, during, warnings }
+        let place = (plan.file.clone(), plan.line);
+        BaselineOutcome { name, recording, reason, signals, picture: None, during, place, warnings }
     }
 
     /// Why the comparison fails as a whole.
@@ -348,6 +352,8 @@ impl BaselineOutcome {
         Verdict {
             name: self.name.clone(),
             that: format!("{} signals as in {}", self.signals.len(), self.recording.display()),
+            file: self.place.0.clone(),
+            line: self.place.1,
             passed: failed.is_empty() && self.reason.is_none(),
             during: self.during,
             tolerance: 0.0,

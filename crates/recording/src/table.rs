@@ -76,8 +76,8 @@ pub enum TableError {
     },
     /// Rows have no value.
     #[error(
-        "`{column}` has no value in {count} rows of {}, the first one in {place}: say `gaps = \"hold\"` for the last value, \
-         or `gaps = \"interpolate\"` for the line between its neighbours, or fill them in the file", path.display()
+        "`{column}` has no value in {count} row{} of {}, the first one in {place}: say `gaps = \"hold\"` for the last value, \
+         or `gaps = \"interpolate\"` for the line between its neighbours, or fill them in the file", if *count == 1 { "" } else { "s" }, path.display()
     )]
     Gaps {
         /// The file.

@@ -172,6 +172,11 @@ impl Scenario {
         played.chain(logs.map(|log| &log.path))
     }
 
+    /// The words that name recordings which the run is compared with.
+    pub fn baseline_files(&self) -> impl Iterator<Item = &Spanned<String>> {
+        self.document.baseline.iter().map(|baseline| &baseline.recording)
+    }
+
     /// An error at a word of the scenario.
     pub fn error<T>(&self, at: &Spanned<T>, message: impl Into<String>) -> Error {
         self.source.error(at.span(), message, "")

@@ -26,6 +26,9 @@ pub struct Arguments {
     /// Write run.csv too.
     #[arg(long)]
     csv: bool,
+    /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
+    #[arg(long)]
+    bless: bool,
     /// Set a start value: `plant.body.m=800`, or `@FILE` for a TOML file of them. May be repeated.
     #[arg(long, value_name = "NODE.VARIABLE=VALUE")]
     set: Vec<String>,
@@ -90,6 +93,7 @@ impl Arguments {
         Ok(RunOptions {
             out: None,
             csv: self.csv,
+            bless: self.bless,
             overrides: StartOverrides { starts, seed: self.seed, ..StartOverrides::default() },
             replay: match self.rerun {
                 ReplayArg::Save => Replay::Save,

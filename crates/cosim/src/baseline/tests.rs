@@ -41,6 +41,8 @@ fn plan() -> BaselinePlan {
         name: "as before".to_owned(),
         path: "golden/run.mcap".into(),
         place: 0..0,
+        file: "case.toml".into(),
+        line: 1,
         during: None,
         signals,
         chosen: false,

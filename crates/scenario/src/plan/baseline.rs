@@ -15,6 +15,10 @@ pub struct BaselinePlan {
     pub path: PathBuf,
     /// Place of the word that names it in the scenario.
     pub place: Range<usize>,
+    /// The file that it is written in.
+    pub file: PathBuf,
+    /// Its line there, from 1 on.
+    pub line: usize,
     /// First and last moment [s], if the scenario gives a window.
     pub during: Option<[f64; 2]>,
     /// The compared signals.

@@ -46,7 +46,10 @@ fn plan(
     let during = during(scenario, baseline, clock);
     let form = form(scenario, baseline);
     let (signals, (during, ())) = Mistakes::both(signals, Mistakes::both(during, form))?;
+    let (file, line) = scenario.source.line(baseline.name.span().start);
     Ok(BaselinePlan {
+        file: file.to_owned(),
+        line,
         name: baseline.name.get_ref().clone(),
         path: scenario.source.resolve(&baseline.recording),
         place,
