@@ -1,6 +1,7 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
 mod baseline;
+mod change;
 mod connect;
 mod extend;
 mod fault;
@@ -20,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::schema;
 use crate::signal::Part;
 pub use baseline::{Baseline, Tube};
+pub(crate) use change::{Change, converted, quantity};
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
 pub use nodes::{Column, Fmu, Table};
