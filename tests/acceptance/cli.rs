@@ -127,7 +127,7 @@ fn set_reaches_signals_effects_and_faults() {
         let arguments =
             ["run", "driven.toml", "--csv", "--out", "out", "--rerun", "off", "--set", set];
         lab.trackside(&arguments).expect(0);
-        let value = last(&lab.read("out/run.csv"), column);
+        let value = last(&lab.table("out/run.csv"), column);
         let near = if column == "plant.v_x" { 0.1 } else { 1e-9 };
         assert!((value - expected).abs() < near, "{set}: {column} is {value}, expected {expected}");
         assert_eq!(lab.report("out")["set"], serde_json::json!([set]));
