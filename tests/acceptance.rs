@@ -26,6 +26,9 @@ mod python;
 // Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
+// Golden recordings.
+#[path = "acceptance/baselines.rs"]
+mod baselines;
 // Mistakes of users, and the messages about them.
 #[path = "acceptance/bad_input.rs"]
 mod bad_input;
@@ -73,6 +76,9 @@ mod lengths;
 #[cfg(feature = "rerun")]
 #[path = "acceptance/live.rs"]
 mod live;
+// The report as a page.
+#[path = "acceptance/pages.rs"]
+mod pages;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
@@ -102,6 +108,7 @@ fn main() -> ExitCode {
     let mut tests = Vec::new();
     architecture::register(&mut tests);
     bad_input::register(&mut tests);
+    baselines::register(&mut tests);
     cli::register(&mut tests);
     #[cfg(feature = "rerun")]
     comparing::register(&mut tests);

@@ -76,7 +76,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),
-    ("recording", &["diagnostics", "expression", "plugin"]),
+    ("recording", &["diagnostics", "expression", "plugin", "units"]),
     ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "units"]),
     ("cosim", &["diagnostics", "expression", "fmu-import", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),

@@ -46,6 +46,9 @@ fn rerun(python: &Python, words: &[&str], files: &[PathBuf]) -> Ended {
 fn the_viewer_loads_the_replay_without_warnings() {
     let python = python();
     let replay = [limit_handling().path("run/run.rrd")];
+    // 26 MB with all samples.
+    let size = std::fs::metadata(&replay[0]).expect("a file").len();
+    assert!(size <= 8_000_000, "{size} bytes");
     rerun(python, &["rrd", "verify"], &replay).expect(0);
     rerun(python, &["--test-receive", "--headless", "--port", "auto"], &replay).expect(0);
 }

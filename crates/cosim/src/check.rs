@@ -180,6 +180,11 @@ fn judge_results(
     }
 }
 
+/// Six decimals; a number too long to be read has an exponent.
+fn digits(value: &f64) -> String {
+    if value.abs() < 1e9 { format!("{value:.6}") } else { format!("{value:.6e}") }
+}
+
 fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
     let reason =
         match outcome {
@@ -188,7 +193,8 @@ fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
             Outcome { nan: true, .. } => Some("it is not a number".to_owned()),
             Outcome { value: Some(value), limit: Some(limit), at, .. } => {
                 let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
-                Some(format!("{value:.6} against {limit:.6}{place}"))
+                let [value, limit] = [value, limit].map(digits);
+                Some(format!("{value} against {limit}{place}"))
             }
             Outcome { at, .. } => Some(at.map_or("it does not hold".to_owned(), |at| {
                 format!("it does not hold at {at:.3} s")

@@ -2,12 +2,15 @@
 
 mod accepts;
 mod analysis;
+mod baseline;
 mod check;
 mod coupling;
 mod input_chain;
 
+use std::ops::Range;
 use std::sync::Arc;
 
+use diagnostics::Error;
 use fmu_import::Fmu;
 use recording::table::Table;
 use recording::{
@@ -18,6 +21,7 @@ use crate::signal::Signal;
 use crate::words::{Algorithm, At};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
+pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
 pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::CouplingRules;
 pub use input_chain::{FaultPlan, InputChain};
@@ -83,12 +87,33 @@ impl Ports {
 }
 
 /// A start value of an FMU.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Start {
-    /// The value reference.
+    /// The variable.
+    pub name: String,
+    /// Its value reference.
     pub reference: u32,
     /// The value, of the variable's type.
     pub value: StartValue,
+    /// Its place in a scenario; none when the command line gives it.
+    pub place: Option<WordPlace>,
+}
+
+/// A place in the files of a scenario.
+pub type WordPlace = (Arc<diagnostics::Source>, Range<usize>);
+
+impl Start {
+    /// The error of an FMU called `node` that refuses the value, at the word that gives it.
+    #[must_use]
+    pub fn refused(&self, node: &str, what: &str) -> Error {
+        let name = &self.name;
+        match &self.place {
+            Some((source, place)) => {
+                source.error(place.clone(), format!("`{node}` refuses `{name}`: {what}"), "")
+            }
+            None => Error::input(format!("--set {node}.{name}: the FMU refuses it: {what}")),
+        }
+    }
 }
 
 /// A value of any type of FMI 2.0.
@@ -189,6 +214,8 @@ pub struct System {
     pub analyses: Vec<AnalysisPlan>,
     /// The checks.
     pub checks: Vec<CheckPlan>,
+    /// The recordings that it is compared with.
+    pub baselines: Vec<BaselinePlan>,
     /// The recorded variables.
     pub recorded: Selection,
     /// Header of the recordings, with the recorded columns.

@@ -1,6 +1,7 @@
 //! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
 
 mod analyses;
+mod baselines;
 mod checks;
 mod connections;
 mod logs;
@@ -41,12 +42,12 @@ fn source(scenario: &Scenario) -> TextSource {
     source
 }
 
-/// Start values and the seed from outside the scenario.
+/// Start values and other words from outside the scenario, and the seed.
 #[derive(Debug, Clone, Default)]
 pub struct StartOverrides {
     /// Start values that give way to those of the scenario.
     pub defaults: Vec<StartOverride>,
-    /// Start values that those of the scenario give way to.
+    /// Values that those of the scenario give way to.
     pub starts: Vec<StartOverride>,
     /// The seed.
     pub seed: Option<u64>,
@@ -71,13 +72,15 @@ impl System {
         overrides: &StartOverrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
+        let (changed, starts) = start_override::apply(scenario, overrides)?;
+        let scenario = changed.as_ref().unwrap_or(scenario);
         let document = &scenario.document;
         let seed = overrides.seed.unwrap_or(document.seed);
         let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
         let clock = mistakes.take(clock(scenario));
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
-        let unplaced = nodes::unplaced(scenario, &built.archives, overrides, timed, notes);
+        let unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
         let notes = (&mut mistakes, &mut warnings);
         let connections = connections::connect(scenario, &unplaced, timed, notes);
         let order = mistakes.take(order::order(scenario, &unplaced, &connections));
@@ -86,6 +89,7 @@ impl System {
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, notes);
         mistakes.take(validations::check_names(scenario, &nodes));
         let checks = mistakes.take(checks::resolve(scenario, &columns, clock)).unwrap_or_default();
+        let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         mistakes.take(recorded::check(scenario, &columns));
         let recorded = recorded::selection(scenario, &columns);
         let header = RunHeader {
@@ -115,6 +119,7 @@ impl System {
             columns,
             analyses,
             checks,
+            baselines: baselines.unwrap_or_default(),
             recorded,
             header: RunHeader { view, ..header },
             warnings,

@@ -17,6 +17,7 @@ impl RunReport {
         let mut html = String::new();
         self.write_verdict(&mut html);
         checks::write(&mut html, &self.checks);
+        self.write_baselines(&mut html);
         self.write_validations(&mut html);
         self.write_analyses(&mut html);
         self.write_run(&mut html);
@@ -44,6 +45,20 @@ impl RunReport {
         }
         for warning in &self.warnings {
             let _ = writeln!(html, "<p class=\"warning\"><b>Warning</b> {}</p>", escape(warning));
+        }
+    }
+
+    /// The pictures of baselines that the run left, inside the page.
+    fn write_baselines(&self, html: &mut String) {
+        for baseline in &self.baselines {
+            let Some(picture) = &baseline.picture else { continue };
+            let Ok(svg) = std::fs::read_to_string(self.folder.join(picture)) else { continue };
+            let name = escape(&baseline.name);
+            let _ = writeln!(
+                html,
+                "<h3>Baseline {name}</h3>\n<p><img alt=\"run and tube of {name}\" src=\"data:image/svg+xml,{}\"/></p>",
+                encoded(&svg)
+            );
         }
     }
 
@@ -165,13 +180,21 @@ fn lines(text: &str) -> String {
 
 /// A link to a file beside the page.
 fn link(name: &str) -> String {
-    let safe = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
-    let encoded = name.bytes().map(|byte| match safe(byte) {
-        true => char::from(byte).to_string(),
-        false => format!("%{byte:02X}"),
-    });
     // Not a scheme, such as `javascript:`.
-    format!("./{}", encoded.collect::<String>())
+    format!("./{}", encoded(name))
+}
+
+/// Text as a part of a URL.
+fn encoded(text: &str) -> String {
+    let safe = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    let mut encoded = String::with_capacity(text.len());
+    for byte in text.bytes() {
+        match safe(byte) {
+            true => encoded.push(byte.into()),
+            false => _ = write!(encoded, "%{byte:02X}"),
+        }
+    }
+    encoded
 }
 
 #[cfg(test)]

@@ -5,17 +5,16 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use diagnostics::suggest::{self, Unknown};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::{Item, Type, Variable};
 use fmu_import::{Causality, Fmu};
 use recording::ValueKind;
 use units::Unit;
 
-use super::logs::{self, Log, Wanted};
+use super::logs::{self, Log};
 use super::starts::starts;
 use super::types::recorded_kind;
-use super::{Notes, StartOverrides};
+use super::{Notes, StartOverrides, start_override};
 use crate::build_request::BuildRequest;
 use crate::plan::{Body, Clock, Ports};
 use crate::signal::{Part, Signal};
@@ -71,13 +70,7 @@ pub(super) fn unplaced(
         let node = mistakes.take_named(fmu.name.get_ref(), node);
         unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
-    for given in overrides.all() {
-        let names = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
-        if !names.clone().any(|name| name == given.node) {
-            let Unknown { message, help, .. } = suggest::unknown("FMU", &given.node, names);
-            mistakes.push(given.error(&message).hint(help));
-        }
-    }
+    mistakes.take(start_override::check_nodes(scenario, overrides));
     let is_empty =
         document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
@@ -208,9 +201,8 @@ fn table(
     table: &words::Table,
     warnings: &mut Vec<String>,
 ) -> Result<UnplacedNode, Error> {
-    let words::Table { path, time, origin, columns, .. } = table;
-    let wanted = Wanted { path, time: time.as_ref(), origin: *origin, columns };
-    let Log { table: mut read, units } = logs::read(scenario, &wanted, warnings)?;
+    let columns = &table.columns;
+    let Log { table: mut read, units } = logs::read(scenario, &table.into(), warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for ((name, column), unit) in columns.iter().zip(units) {
