@@ -126,6 +126,7 @@ fn main() -> ExitCode {
     live::register(&mut tests);
     lengths::register(&mut tests);
     memory::register(&mut tests);
+    pages::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);
     recordings::register(&mut tests);

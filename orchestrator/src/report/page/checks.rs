@@ -66,7 +66,7 @@ fn picture(check: &Verdict, size: [f64; 2]) -> Option<String> {
     let [from, to] = check.during;
     let limits = points.iter().flat_map(|point| point.limit);
     let (label, limit) = match check.trace.of() {
-        Traced::Sides => ("left side", "right side: the limit"),
+        Traced::Sides => ("left side", "limit"),
         Traced::Reduced => ("quantity", "limit"),
         Traced::Margins => ("margin", "violated below"),
     };
