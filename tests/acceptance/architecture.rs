@@ -71,7 +71,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
     ("kalman", &[]),
     ("numerics", &[]),
     ("diagnostics", &[]),
-    ("expression", &["diagnostics"]),
+    ("expression", &["diagnostics", "units"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),
