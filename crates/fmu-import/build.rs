@@ -1,5 +1,4 @@
-//! Compiles the two things that Rust cannot do: a function with any number of arguments, which an FMU's
-//! logger is, and a handler that runs when a foreign library has crashed.
+//! Compiles the two functions that need C: the logger with its variable number of arguments, and the handler of crashes.
 
 fn main() {
     let sources = ["src/logger.c", "src/crash.c"];

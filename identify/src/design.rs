@@ -1,4 +1,4 @@
-//! Tells at which slips to drive so that the data tell most about a tire: D-optimal experiments.
+//! Finds the slips with the most information about a tire: D-optimal experiments.
 //!
 //! A design is a set of slips with shares of the measurements. The best one has the largest determinant of the
 //! information about B, C, D and E; by the theorem of Kiefer and Wolfowitz (1960) that is the one whose prediction has

@@ -1,18 +1,15 @@
-//! Writes `tires.html`: what was found of the tires on one page that needs nothing but a browser.
+//! Writes `tires.html`: the identified tires on one page that needs nothing but a browser.
 
-mod axis;
 mod curves;
 mod drives;
-mod escape;
-mod plot;
 mod replay;
 mod studies;
-mod svg;
 
 use std::fmt::Write;
 
 use curves::Figures;
 pub use drives::Drives;
+use html_page::escape;
 use numerics::convergence::Status;
 use numerics::text::{significant, with_std};
 use plugin::Host;
@@ -26,7 +23,6 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::ByName;
 use tire_inference::verdict::Verdict;
 
-use crate::page::escape::escape;
 use crate::studies::{excitation, sensitivity};
 
 /// All that the page shows. What is absent has no section.
@@ -85,13 +81,7 @@ pub fn leave(page: &Page, host: &mut dyn Host) {
 
 /// The page, with the figures of its sections.
 fn render(page: &Page, figures: &[Figures]) -> String {
-    let title = escape(page.title);
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\"><head><meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title>\n\
-         <style>\n{}</style></head>\n<body>\n<h1>{title}</h1>\n",
-        include_str!("page/style.css")
-    );
+    let mut html = String::new();
     if page.drives.is_some() {
         let mut first = page.sections.iter().filter_map(|section| section.methods.first());
         let exact = first.all(|method| method.estimate.source == UncertaintySource::Importance);
@@ -141,8 +131,7 @@ fn render(page: &Page, figures: &[Figures]) -> String {
         }
         html.push_str("</table>\n");
     }
-    html.push_str("</body></html>\n");
-    html
+    html_page::page(page.title, "", &html)
 }
 
 fn write_section(html: &mut String, section: &Section, figures: &Figures) {

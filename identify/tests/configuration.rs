@@ -1,4 +1,4 @@
-//! Checks that the configuration of a scenario means what it says, and that an error names its key.
+//! Checks the meaning of each configuration key, and that an error names its key.
 
 use identify::config::Config;
 use tire_inference::variational::Optimiser;

@@ -1,4 +1,4 @@
-//! Checks that runs can be identified one after the other, each starting from what those before it found.
+//! Checks that runs can be identified one after the other, each starting from the results of the earlier ones.
 
 use identify::prior_from_file;
 use numerics::statistics::{mean, std};

@@ -1,5 +1,5 @@
-//! Tells what recording costs: the limit handling at 1 kHz, without recordings, with each of them, and with a viewer that
-//! watches, which comes from the Python environment that the acceptance tests make.
+//! Measures the cost of recording: the limit handling at 1 kHz without recordings, with each of them, and with a viewer. The
+//! viewer comes from the Python environment of the acceptance tests.
 //!
 //! `cargo bench --workspace --bench recording`; with `--profile dev` nothing is compiled anew.
 

@@ -1,4 +1,4 @@
-//! Says with which values the scenarios run that validate what a run found.
+//! Determines the start values of the scenarios that validate a run.
 
 use std::path::PathBuf;
 

@@ -63,7 +63,7 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 23] = [
+const ARROWS: [(&str, &[&str]); 24] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
@@ -71,6 +71,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
     ("kalman", &[]),
     ("numerics", &[]),
     ("diagnostics", &[]),
+    ("html-page", &[]),
     ("expression", &["diagnostics", "units"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
@@ -82,7 +83,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
     ("preparation", &["numerics", "vehicle"]),
     ("tire-inference", &["numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
-    ("identify", &["drive-inference", "numerics", "plugin", "preparation", "tire-inference", "vehicle"]),
+    ("identify", &["drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "vehicle"]),
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),

@@ -1,4 +1,4 @@
-//! Checks `trackside conform`: our FMUs keep every rule, and an FMU that breaks one is found to break that one.
+//! Checks `trackside conform`: our FMUs keep every rule, and each broken rule is found.
 
 use super::fixture::Scenario;
 use super::fmus::{changed, deviate, example, ours};

@@ -1,4 +1,4 @@
-//! Checks that the same scenario gives the same numbers, another seed others, and a report that is complete.
+//! Checks that a scenario gives the same numbers on every run, another seed gives others, and the report is complete.
 
 use super::harness::{limit_handling, record};
 

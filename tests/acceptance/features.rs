@@ -1,4 +1,4 @@
-//! Asserts that cargo compiles no dependency twice: each selection of packages that a user builds gives it the same features.
+//! Asserts that cargo compiles no dependency twice: every selection of packages resolves to the same features.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;

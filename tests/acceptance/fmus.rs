@@ -1,4 +1,4 @@
-//! Makes the FMUs that the tests need: ours and the example packed, one that misbehaves compiled, archives with something wrong.
+//! Makes the FMUs of the tests: ours packed, one that misbehaves compiled, archives with mistakes.
 
 use std::fs::File;
 use std::io::{Read as _, Write as _};
@@ -59,10 +59,12 @@ pub fn relay() -> &'static [u8] {
 
 fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     let sources = Path::new(ROOT).join("tests/acceptance/fmu");
+    let shared = Path::new(ROOT).join("crates/fmu-import/tests/support");
     let lab = Lab::new();
     let library = lab.path("library.so");
     let mut cc = Command::new("cc");
     cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
+    cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
     let output = cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).output();
     Ended::of(output.expect("a C compiler")).expect(0);
     let xml = std::fs::read(sources.join(format!("{name}.xml"))).expect("the description");

@@ -1,4 +1,4 @@
-//! Checks that tires come out of recordings as they went in, that scipy finds the same, and that mistakes are pointed at.
+//! Checks that identification recovers known tires, agrees with scipy, and points at mistakes.
 
 use std::collections::BTreeSet;
 use std::path::Path;

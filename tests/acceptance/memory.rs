@@ -53,6 +53,7 @@ fn our_fmus_have_no_invalid_memory_access_and_no_leak() {
     let host = lab.path("host");
     let mut cc = Command::new("cc");
     cc.args(["-O1", "-g", "-Wall", "-Werror"]);
+    cc.arg("-I").arg(Path::new(ROOT).join("crates/fmu-import/tests/support"));
     cc.arg(Path::new(ROOT).join("tests/acceptance/fmu/host.c")).arg("-ldl").arg("-o").arg(&host);
     Ended::of(cc.output().expect("a C compiler")).expect(0);
     for (name, derivatives) in [("plant", true), ("controller", false), ("estimator", false)] {

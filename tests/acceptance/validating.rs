@@ -1,4 +1,4 @@
-//! Checks that validations run with the result of an analysis, that their verdicts count, and that mistakes are reported before anything runs.
+//! Checks validations: they use the results of an analysis, count, and show mistakes before anything runs.
 
 use super::fixture::Scenario;
 use super::fmus::ours;

@@ -3,8 +3,7 @@
 //! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
 mod fmu;
-mod signals;
-mod table;
+mod source;
 
 use std::any::Any;
 
@@ -13,8 +12,7 @@ use fmu_import::{CallError, Message};
 use scenario::plan::{Body, Clock, NodePlan, System};
 
 pub use fmu::FmuNode;
-pub use signals::SignalNode;
-pub use table::TableNode;
+pub use source::{Source, SourceNode};
 
 /// A node of the run. The master calls [`enter`](Node::enter), then [`set`](Node::set) and
 /// [`get`](Node::get) in the order of the data flow, then [`ready`](Node::ready), then `set`,
@@ -119,8 +117,8 @@ fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, CallError> {
             let ports = (inputs.clone(), outputs.clone());
             Box::new(FmuNode::new(fmu, &plan.name, *log, starts, ports)?)
         }
-        Body::Signals(signals) => Box::new(SignalNode::new(std::mem::take(signals))),
-        Body::Table(table) => Box::new(TableNode::new(table.clone())),
+        Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
+        Body::Table(table) => Box::new(SourceNode::new(table.clone())),
     })
 }
 

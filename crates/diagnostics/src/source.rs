@@ -1,4 +1,4 @@
-//! Holds the text files that a scenario is made of, so that errors can point into them.
+//! Holds the text files of a scenario, so that errors can point into them.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! One step of the extended Kalman filter that has the Magic Formula inside, for numbers that carry derivatives.
+//! One step of the extended Kalman filter with the Magic Formula inside, generic over numbers with derivatives.
 //!
 //! The mean moves by the trapezoidal rule of fourth order, x₁ = x₀ + h/2 (f₀ + f₁) + h²/12 (A₀ f₀ − A₁ f₁), with one step of
 //! Newton's method from a Taylor series of third order. Its covariance moves with the derivative of that,

@@ -1,4 +1,4 @@
-//! Holds what was recorded of a drive: measured motion and the inputs that acted.
+//! Holds one drive: measured motion and the inputs that acted.
 
 use crate::error::Error;
 

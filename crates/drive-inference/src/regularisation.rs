@@ -1,4 +1,4 @@
-//! Adds to a cost of both tires what is expected of them: typical values, and tires that are alike.
+//! Adds prior expectations to a cost of both tires: typical values, and similarity of the two axles.
 
 use nalgebra::DVector;
 use numerics::sqp;

@@ -1,4 +1,4 @@
-//! Columns along a recording that show what was identified: states, slip angles, innovations, lateral acceleration.
+//! Columns of an identification along its recording: states, slip angles, innovations, lateral acceleration.
 
 use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, State, Vehicle};

@@ -1,4 +1,4 @@
-//! Smooths the states of a drive with the nominal car, whose lumped disturbances stand for all that its linear tires leave out.
+//! Smooths the states of a drive with the nominal car; lumped disturbances stand for the errors of its linear tires.
 
 use kalman::{
     Em, EmError, Estimate, Gaussian, Model, Parameters, Smoothed, extended, forward, linearise,

@@ -1,4 +1,4 @@
-//! Checks which variables may be set when, and that references to no variable do no harm.
+//! Checks in which states variables can be set, and that unknown references do no harm.
 
 use fmu_import::description::{Type, Variable};
 use fmu_import::{CallError, Causality, Initial, Instance, Variability};

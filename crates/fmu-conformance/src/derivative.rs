@@ -1,4 +1,4 @@
-//! Checks that derivatives which an FMU claims to have are there and are those of its outputs.
+//! Checks that the claimed derivatives exist and agree with differences of the outputs.
 
 use fmu_import::description::Variable;
 use fmu_import::{CallError, Causality, Instance};

@@ -1,4 +1,4 @@
-//! Checks what an FMU makes of the experiment that is set up: that there is one, and where it stops.
+//! Checks that an FMU accepts the experiment, and its stop time.
 
 use super::test_driver::{STEPS, TestDriver};
 use super::{Check, Rule, Verdict, broken};

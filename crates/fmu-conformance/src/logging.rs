@@ -1,4 +1,4 @@
-//! Checks how an FMU logs: what it hands to the logger, when, and under which name.
+//! Checks the messages of an FMU: their content, their time and their categories.
 
 use std::sync::Arc;
 

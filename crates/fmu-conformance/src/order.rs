@@ -1,4 +1,4 @@
-//! Checks that calls which FMI 2.0 does not allow in a state of an instance are refused and do no harm.
+//! Checks that calls outside of their states are refused and do no harm.
 
 use std::collections::BTreeMap;
 

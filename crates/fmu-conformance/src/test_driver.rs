@@ -1,4 +1,4 @@
-//! Drives instances with inputs that are the same on every run, and notes what comes out.
+//! Drives instances with the same inputs on every run, and notes their outputs.
 
 use std::sync::Arc;
 use std::time::Duration;

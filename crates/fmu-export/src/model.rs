@@ -1,4 +1,4 @@
-//! Defines what a model is: the trait that an FMU is made of, and how its calls fail.
+//! Defines a model: the trait behind an FMU, and the failures of its calls.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -1,4 +1,4 @@
-//! Says what a call to an FMU did instead of succeeding, how a step ended, and what the FMU logged.
+//! Results of calls to an FMU: failures, ends of steps, and log messages.
 
 /// What a call to an FMU did instead of succeeding.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! Holds what an FMU says about itself, in words that all versions of FMI share.
+//! Holds the description of an FMU, in words common to all versions of FMI.
 
 use units::Unit;
 

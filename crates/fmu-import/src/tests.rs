@@ -1,4 +1,4 @@
-//! Opens archives that somebody made to do harm, and a great many that chance made.
+//! Opens hostile archives, and many archives with random damage.
 
 use std::io::{Cursor, Write as _};
 

@@ -1,4 +1,4 @@
-//! Draws from a posterior that takes milliseconds to evaluate: importance sampling that learns from its own draws.
+//! Adaptive importance sampling, for posteriors that take milliseconds to evaluate.
 //!
 //! Each round draws from a mixture of t distributions, one for each mode, and counts all draws so far as those of the mixture of all
 //! rounds (Cornuet, Marin, Mira and Robert, "Adaptive multiple importance sampling", Scand. J. Stat. 39 (2012)). The next round's

@@ -1,4 +1,4 @@
-//! What an algorithm calculates with: a plain number, several at once, or one that carries derivatives.
+//! The numbers of an algorithm: plain, several at once, or with derivatives.
 //!
 //! All sums of products are fused, as one rounding each, on every machine alike.
 

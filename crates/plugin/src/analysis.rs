@@ -1,4 +1,4 @@
-//! Defines what a plugin author writes, and what the program offers to it.
+//! Defines the two sides of an analysis: the author's part, and the program's services to it.
 
 use serde::de::DeserializeOwned;
 

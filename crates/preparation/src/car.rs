@@ -1,4 +1,4 @@
-//! Says what of a car turns its motion into forces: masses, lengths, air, wheels, and who drives and brakes.
+//! The data of a car that turn its motion into forces: masses, lengths, air, wheels, driven and braked axles.
 #![allow(non_snake_case, reason = "forces and moments are written as in the equations")]
 
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! Says what is wrong with a recording or with the settings of its preparation, where, and what to do.
+//! Mistakes in a recording or in the settings of its preparation: the mistake, its place, its cure.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! Rejects points whose force does not belong to their slip, however high that slip is.
+//! Rejects points whose force does not fit their slip, at any slip.
 
 use std::ops::Range;
 

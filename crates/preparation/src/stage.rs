@@ -1,4 +1,4 @@
-//! Keeps what went into and what came out of each step of the preparation, to be looked at.
+//! Keeps the input and output of each step of the preparation, for diagrams.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Drives known cars, prepares what their sensors show, and compares with what their tires did.
+//! Drives known cars, prepares their sensor signals, and compares the result with their true tire forces.
 #![allow(non_snake_case, reason = "forces are written as in the equations")]
 
 mod drive;

@@ -1,4 +1,4 @@
-//! Requests for FMUs and plugins that are built from packages, and the files that come of them.
+//! Requests for FMUs and plugins built from packages, and the files that result.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

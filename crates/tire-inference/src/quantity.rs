@@ -1,4 +1,4 @@
-//! Names what is reported about a tire: its parameters and what follows from them.
+//! Names the reported quantities of a tire: its parameters and their consequences.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::collections::BTreeMap;

@@ -1,6 +1,7 @@
 //! Plots what was found of one tire: its curve with the data and the band, the densities of its parameters, and how the fits
 //! came to their ends.
 
+use html_page::{Axis, Class, Plot};
 use numerics::statistics::{quantile, std};
 use plugin::Host;
 use preparation::samples::Samples;
@@ -9,8 +10,6 @@ use tire_inference::parameters::{Parameter, Theta, curve, theta};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::quantity::Quantity;
 
-use crate::page::axis::Axis;
-use crate::page::plot::{Class, Plot};
 use crate::page::{Section, replay, unit};
 
 /// Colours of the methods, in their order.

@@ -4,11 +4,8 @@ use std::fmt::Write;
 
 use drive_inference::replay::Replay;
 use drive_inference::{Drive, Identified};
+use html_page::{Axis, Class, Plot, escape};
 use numerics::text::significant;
-
-use crate::page::axis::Axis;
-use crate::page::escape::escape;
-use crate::page::plot::{Class, Plot};
 
 /// What was identified from drives.
 #[derive(Clone, Debug)]

@@ -1,8 +1,7 @@
 //! Hands plots over as diagrams for the replay.
 
+use html_page::{Axis, Class, Plot};
 use plugin::{Diagram, Host, Layer, Role, Shape};
-
-use crate::page::plot::{self, Class, Plot};
 
 /// A dashed line of two points is drawn in so many pieces; and how many dashes a line has.
 const PIECES: usize = 60;
@@ -22,16 +21,15 @@ pub fn show(plot: &Plot, (group, title): (&str, &str), methods: &[&str], host: &
     let layers = plot.layers.iter().zip(&columns).map(|(layer, columns)| {
         let (role, name) = meaning(layer.class, methods);
         let shape = match layer.shape {
-            plot::Shape::Line | plot::Shape::Dash => Shape::Line,
-            plot::Shape::Band => Shape::Band,
-            plot::Shape::Dot(_) => Shape::Points,
+            html_page::Shape::Line | html_page::Shape::Dash => Shape::Line,
+            html_page::Shape::Band => Shape::Band,
+            html_page::Shape::Dot(_) => Shape::Points,
         };
         let Columns { x, lower, upper } = columns;
         Layer { name, shape, role, x, y: lower, upper }
     });
     let labels = [&plot.x, &plot.y].map(|axis| axis.linear_label());
-    let ends =
-        |axis: &crate::page::axis::Axis| [axis.low(), axis.high()].map(|end| axis.on_linear(end));
+    let ends = |axis: &Axis| [axis.low(), axis.high()].map(|end| axis.on_linear(end));
     host.diagram(
         group,
         &Diagram {
@@ -43,13 +41,13 @@ pub fn show(plot: &Plot, (group, title): (&str, &str), methods: &[&str], host: &
     );
 }
 
-fn columns(plot: &Plot, layer: &plot::Layer) -> Columns {
+fn columns(plot: &Plot, layer: &html_page::Layer) -> Columns {
     let mut points: Vec<(f64, [f64; 2])> = layer
         .points
         .iter()
         .map(|&(x, ends)| (plot.x.on_linear(x), ends.map(|end| plot.y.on_linear(end))))
         .collect();
-    if layer.shape == plot::Shape::Dash {
+    if layer.shape == html_page::Shape::Dash {
         if let [(x0, [y0, _]), (x1, [y1, _])] = points[..] {
             let between = |i: usize| {
                 let share = i as f64 / PIECES as f64;

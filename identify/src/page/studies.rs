@@ -1,11 +1,10 @@
 //! Draws the studies: estimates over the excitation, and sensitivities over slip.
 
+use html_page::{Axis, Class, Plot};
 use tire_inference::parameters::Parameter;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 
-use crate::page::axis::Axis;
-use crate::page::plot::{Class, Plot};
 use crate::studies::{excitation, sensitivity};
 
 const SIZE: [f64; 2] = [530.0, 290.0];

@@ -1,4 +1,4 @@
-//! Tells which parameter matters at which slip: the paper's Figure 4.
+//! Finds the influence of each parameter at each slip: the paper's Figure 4.
 
 use serde::Serialize;
 use tire_inference::parameters::{Theta, by_parameter, theta};

@@ -5,22 +5,14 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "fmi2.h"
+
 #if defined BREAKS
 #define IS(deviation) (strcmp(BREAKS, deviation) == 0)
 #else
 #define IS(deviation) 0
 #endif
 
-typedef void Logger(void *, const char *, int, const char *, const char *, ...);
-typedef struct {
-    Logger *logger;
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*step_finished)(void *, int);
-    void *environment;
-} Callbacks;
-
-enum { OK, WARNING, DISCARD, ERROR, FATAL };
 enum { INSTANTIATED = 1, INITIALIZATION = 2, COMPLETE = 4, TERMINATED = 8, FAILED = 16 };
 enum { ALIVE = 31 };
 
@@ -68,7 +60,6 @@ static void remove_temporary_files(void) {
     if (system("rm -r \"$TMPDIR\"") != 0) abort();
 }
 
-const char *fmi2GetTypesPlatform(void) { return "default"; }
 const char *fmi2GetVersion(void) { return IS("another version") ? "1.0" : "2.0"; }
 int fmi2SetDebugLogging(void *c, int on, size_t n, const char *const *categories) {
     if (n > 0 && IS("a category is refused")) return fail(c, "no such category");
@@ -280,8 +271,3 @@ int fmi2GetRealOutputDerivatives(void *c, const unsigned *reference, size_t n, c
     return fail(c, "not supported");
 }
 
-int fmi2GetStatus(void *c, int kind, int *value) { return DISCARD; }
-int fmi2GetRealStatus(void *c, int kind, double *value) { return DISCARD; }
-int fmi2GetIntegerStatus(void *c, int kind, int *value) { return DISCARD; }
-int fmi2GetBooleanStatus(void *c, int kind, int *value) { return DISCARD; }
-int fmi2GetStringStatus(void *c, int kind, const char **value) { return DISCARD; }

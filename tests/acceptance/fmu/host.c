@@ -6,15 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 256, STEPS = 100 };
+#include "fmi2.h"
 
-typedef struct {
-    void (*logger)(void *, const char *, int, const char *, const char *, ...);
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*step_finished)(void *, int);
-    void *environment;
-} Callbacks;
+enum { MOST = 256, STEPS = 100 };
 
 static void *library;
 

@@ -4,13 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-typedef struct {
-    void (*logger)(void *, const char *, int, const char *, const char *, ...);
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*step_finished)(void *, int);
-    void *environment;
-} Callbacks;
+#include "fmi2.h"
 
 typedef struct {
     const Callbacks *callbacks;
@@ -20,11 +14,7 @@ typedef struct {
     char text[256];
 } Model;
 
-enum { OK, DISCARD = 2, ERROR = 3, N = 0, MODE = 1, GEAR = 2 };
-
-const char *fmi2GetTypesPlatform(void) { return "default"; }
-const char *fmi2GetVersion(void) { return "2.0"; }
-int fmi2SetDebugLogging(void *m, int on, size_t n, const char *const *categories) { return OK; }
+enum { N, MODE, GEAR };
 
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
                       const Callbacks *callbacks, int visible, int logging) {
@@ -98,28 +88,3 @@ int fmi2SetString(void *c, const unsigned *reference, size_t n, const char *cons
     return OK;
 }
 
-int fmi2GetFMUstate(void *m, void **state) { return ERROR; }
-int fmi2SetFMUstate(void *m, void *state) { return ERROR; }
-int fmi2FreeFMUstate(void *m, void **state) { return ERROR; }
-int fmi2SerializedFMUstateSize(void *m, void *state, size_t *size) { return ERROR; }
-int fmi2SerializeFMUstate(void *m, void *state, char *bytes, size_t size) { return ERROR; }
-int fmi2DeSerializeFMUstate(void *m, const char *bytes, size_t size, void **state) { return ERROR; }
-int fmi2GetDirectionalDerivative(void *m, const unsigned *unknown, size_t unknowns,
-                                 const unsigned *known, size_t knowns, const double *change,
-                                 double *value) {
-    return ERROR;
-}
-int fmi2SetRealInputDerivatives(void *m, const unsigned *reference, size_t n, const int *order,
-                                const double *value) {
-    return ERROR;
-}
-int fmi2GetRealOutputDerivatives(void *m, const unsigned *reference, size_t n, const int *order,
-                                 double *value) {
-    return ERROR;
-}
-
-int fmi2GetStatus(void *m, int kind, int *value) { return DISCARD; }
-int fmi2GetRealStatus(void *m, int kind, double *value) { return DISCARD; }
-int fmi2GetIntegerStatus(void *m, int kind, int *value) { return DISCARD; }
-int fmi2GetBooleanStatus(void *m, int kind, int *value) { return DISCARD; }
-int fmi2GetStringStatus(void *m, int kind, const char **value) { return DISCARD; }

@@ -1,4 +1,4 @@
-//! Steps nodes made of closures and looks at every row: who sees what, when, and what ends a run.
+//! Steps nodes made of closures and checks each row: values, their times, and the ends of runs.
 
 use fmu_import::{Message, MessageLevel};
 use recording::view::View;

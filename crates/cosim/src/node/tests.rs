@@ -6,7 +6,7 @@ use recording::table::Table;
 use scenario::plan::Clock;
 use scenario::signal::Part;
 
-use super::{Node, NodeState, SignalNode, TableNode};
+use super::{Node, NodeState, SourceNode};
 
 const CLOCK: Clock = Clock { step: 0.01, steps: 20 };
 
@@ -45,7 +45,7 @@ fn signals_repeat_their_steps_from_a_saved_state() {
         let part: Part = toml::from_str(text).expect("a signal");
         part.build(1, CLOCK.stop()).expect("a signal")
     });
-    restores(SignalNode::new(signals.into()), 2);
+    restores(SourceNode::new(signals.to_vec()), 2);
 }
 
 #[test]
@@ -54,5 +54,5 @@ fn a_table_repeats_its_steps_from_a_saved_state() {
     file.write_all(b"t,v\n0,1\n0.045,3\n0.06,-7\n0.1,2.5\n").expect("a file");
     let columns = [("log.v".to_owned(), "v".to_owned())];
     let table = Table::read(file.path(), Some("t"), &columns).expect("a table");
-    restores(TableNode::new(table), 1);
+    restores(SourceNode::new(table), 1);
 }

@@ -150,7 +150,7 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("$psi < 5degrees", "degrees", "did you mean `deg`?", ""),
     ("$psi < 5 °", "°", "did you mean `deg`?", ""),
     ("$a_y < 2 G", "G", "did you mean `g0`?", ""),
-    ("$v < 5 m/degC", "degC", "unknown signal `degC`", ""),
+    ("$v < 5 m/degC", "m/degC", "can only stand alone: write `K`", ""),
     ("$v < 5 $v", "$v", "expected an operator", ""),
     ("$v < 5 m s", "s", "expected an operator", ""),
 ];

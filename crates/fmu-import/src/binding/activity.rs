@@ -1,4 +1,4 @@
-//! Notes which call of which FMU is going on: for a report of calls that do not return, and for a last word when the program dies.
+//! Notes the current call of each FMU, for reports of hanging calls and of crashes.
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;

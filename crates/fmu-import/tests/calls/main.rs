@@ -1,4 +1,4 @@
-//! Checks what instances do with FMUs that misbehave, some of them in processes of their own and under valgrind.
+//! Tests calls to FMUs that misbehave, some of them in processes of their own and under valgrind.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};

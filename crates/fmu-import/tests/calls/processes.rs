@@ -1,4 +1,4 @@
-//! Checks what happens to a process in which an FMU crashes, and lets valgrind look at one in which none does.
+//! Tests processes in which an FMU crashes, and one without a crash under valgrind.
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,4 +1,4 @@
-//! Reads the recorded files that a scenario names, and says which of its words does not fit the file.
+//! Reads the recorded files of a scenario, and points at the word that does not fit the file.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Finds the order in which the nodes step, so that each gets what it needs as fresh as it needs it.
+//! Finds the order of the nodes in a step: each gets its inputs as fresh as it needs them.
 
 use diagnostics::Error;
 

@@ -1,4 +1,4 @@
-//! Resolves what a layout shows: names of recorded signals, and what is computed from them.
+//! Resolves the quantities of a layout: recorded signals and formulas of them.
 
 use diagnostics::{Error, Spanned, suggest};
 use expression::{Expression, Operand};

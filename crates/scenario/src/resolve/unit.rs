@@ -1,4 +1,4 @@
-//! Reads the unit that a word names, and suggests the one that was probably meant.
+//! Reads a unit from a word of the file, with a suggestion for a misspelt one.
 
 use diagnostics::{Error, Spanned, suggest};
 use units::{Unit, UnitError};

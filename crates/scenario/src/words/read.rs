@@ -1,4 +1,4 @@
-//! Reads a scenario from its file and those that it extends, and the scenarios that it is validated by.
+//! Reads a scenario with its base files and its validation scenarios.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Tells what a slip really was, given that it was measured with noise: mean and variance of the true slip at each measured one.
+//! Estimates true slips from noisy ones: mean and variance of the true slip at each measured one.
 //!
 //! The density of the true slips is a row of weights on a fine grid, estimated from all measured slips by expectation
 //! maximisation (deconvolution of Richardson and Lucy). With it the conditional mean is x + σ² d/dx ln p(x) for a density p of the

@@ -1,4 +1,4 @@
-//! Says what is wrong with a problem before any optimiser sees it, and what to do about it.
+//! Mistakes in a problem, found before any optimiser runs, with their cures.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! Compares the samples with what the posterior says that they should be: does the model fit?
+//! Compares the samples with the predictions of the posterior: does the model fit?
 //!
 //! All that is compared are residuals over their standard deviation, each draw with a noise of its own: given the curve, S/σ² is
 //! χ² distributed. Of Student's noise, whose scale is known, residuals first become the normal deviates that are as far out.

@@ -1,5 +1,5 @@
-//! Draws from the posterior under noise that is not normal: as if it were normal, with what each sample then counts, and weights
-//! that correct the draws.
+//! Draws from the posterior under noise that is not normal: normal noise with a weight for each sample proposes the draws, and
+//! importance weights correct them.
 //!
 //! Near the best curve a loss is a square with a weight for each sample, and that can be compressed. The square is as wide
 //! as the loss is on average over the samples; the weights of the draws are those of the likelihood itself, sample by

@@ -1,4 +1,4 @@
-//! Problems that cannot be fitted, and what is said about them.
+//! Problems without a fit, and the messages about them.
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;

@@ -1,4 +1,4 @@
-//! Asserts what fits promise: known answers, laws, and errors that tell what to do.
+//! Asserts the promises of fits: known answers, laws, and errors with a cure.
 mod errors;
 mod kernel;
 mod laws;

@@ -1,4 +1,4 @@
-//! What recordings of other writers may be like, and what may be wrong with them.
+//! Recordings of other writers, and damaged ones.
 
 mod protobuf;
 

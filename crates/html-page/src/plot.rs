@@ -1,16 +1,18 @@
 //! Holds what a plot shows: lines, bands and points between axes. Who draws it decides how it looks.
 
-use crate::page::axis::Axis;
+use crate::axis::Axis;
 
 /// A plot. Points that are no numbers are left out.
 #[derive(Clone, Debug)]
 pub struct Plot {
-    pub(super) x: Axis,
-    pub(super) y: Axis,
-    /// On the page [px].
-    pub(super) size: [f64; 2],
+    /// The axis to the right.
+    pub x: Axis,
+    /// The axis upwards.
+    pub y: Axis,
+    /// On the page [px]: width, height.
+    pub size: [f64; 2],
     /// From back to front.
-    pub(super) layers: Vec<Layer>,
+    pub layers: Vec<Layer>,
 }
 
 /// Classes of the page's CSS: colours by the role of what is drawn.
@@ -19,21 +21,26 @@ pub type Class = &'static str;
 /// One thing that a plot shows.
 #[derive(Clone, Debug)]
 pub struct Layer {
-    pub(super) shape: Shape,
-    pub(super) class: Class,
+    /// How it is drawn.
+    pub shape: Shape,
+    /// Its colour.
+    pub class: Class,
     /// In the legend, unless it is empty.
-    pub(super) name: String,
+    pub name: String,
     /// x, and the lower and the upper end of y, which are the same but for bands.
-    pub(super) points: Vec<(f64, [f64; 2])>,
+    pub points: Vec<(f64, [f64; 2])>,
 }
 
 /// How a layer is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
+    /// A line.
     Line,
+    /// A dashed line.
     Dash,
+    /// The area between two lines.
     Band,
-    /// With this radius on the page [px].
+    /// Points of this radius on the page [px].
     Dot(f64),
 }
 

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::page::escape::escape;
-use crate::page::plot::{Layer, Plot, Shape};
+use crate::escape::escape;
+use crate::plot::{Layer, Plot, Shape};
 
 /// Space for the labels of the axes [px]: left, right, top, bottom.
 const MARGIN: [f64; 4] = [58.0, 14.0, 10.0, 44.0];
@@ -153,7 +153,7 @@ impl Plot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::page::axis::Axis;
+    use crate::axis::Axis;
 
     fn plot() -> Plot {
         Plot::new([300.0, 200.0], Axis::linear("x <s>", 0.0, 1.0), Axis::about("y", [-1.0, 1.0]))

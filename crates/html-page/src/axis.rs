@@ -1,7 +1,5 @@
 //! Places values on an axis and finds round ones for its ticks.
 
-use numerics::text::significant;
-
 /// An axis of a plot.
 #[derive(Clone, Debug)]
 pub struct Axis {
@@ -77,7 +75,7 @@ impl Axis {
                 [1.0, 2.0, 5.0].map(|mantissa| mantissa * 10.0_f64.powi(decade))
             });
             let inside = round.filter(|tick| (self.low * 0.999..=self.high * 1.001).contains(tick));
-            return inside.map(|tick| (tick, significant(tick, 1))).collect();
+            return inside.map(|tick| (tick, power(tick))).collect();
         }
         let rough = (self.high - self.low) / about;
         let decade = 10.0_f64.powf(rough.log10().floor());
@@ -90,6 +88,15 @@ impl Axis {
             .map(|k| k as f64 * step)
             .map(|tick| (tick, format!("{tick:.decimals$}")))
             .collect()
+    }
+}
+
+/// A number of one digit, with an exponent where zeros would be many.
+fn power(value: f64) -> String {
+    let decade = value.log10().floor();
+    match decade {
+        -4.0..6.0 => format!("{value:.*}", (-decade).max(0.0) as usize),
+        _ => format!("{value:.0e}"),
     }
 }
 
@@ -107,6 +114,7 @@ mod tests {
             texts(Axis::logarithmic("", 1.0, 100.0)),
             ["1", "2", "5", "10", "20", "50", "100"]
         );
+        assert_eq!(texts(Axis::logarithmic("", 3e-5, 3e-4)), ["5e-5", "0.0001", "0.0002"]);
     }
 
     #[test]

@@ -1,0 +1,72 @@
+//! Shows a source of values over time as a node. Its state is its time.
+
+use fmu_import::CallError;
+use recording::table::Table;
+use scenario::plan::Clock;
+use scenario::signal::Signal;
+
+use super::{Node, NodeState};
+
+/// Values over time, without memory.
+pub trait Source {
+    /// Fills the outputs with the values at `time` [s].
+    fn values(&mut self, time: f64, outputs: &mut [f64]);
+}
+
+/// Generated signals, one output each.
+impl Source for Vec<Signal> {
+    fn values(&mut self, time: f64, outputs: &mut [f64]) {
+        for (output, signal) in outputs.iter_mut().zip(self.iter()) {
+            *output = signal.value(time);
+        }
+    }
+}
+
+/// A recorded table, with one output for each column.
+impl Source for Table {
+    fn values(&mut self, time: f64, outputs: &mut [f64]) {
+        for (column, output) in outputs.iter_mut().enumerate() {
+            *output = self.value(column, time);
+        }
+    }
+}
+
+/// A source as a node.
+#[derive(Debug)]
+pub struct SourceNode<S> {
+    source: S,
+    time: f64,
+}
+
+impl<S: Source> SourceNode<S> {
+    /// Begins at time 0.
+    #[must_use]
+    pub fn new(source: S) -> Self {
+        SourceNode { source, time: 0.0 }
+    }
+}
+
+impl<S: Source> Node for SourceNode<S> {
+    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+        self.source.values(self.time, outputs);
+        Ok(())
+    }
+
+    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        self.time = clock.at(tick + 1);
+        Ok(())
+    }
+
+    fn can_save(&self) -> bool {
+        true
+    }
+
+    fn save(&mut self) -> Result<NodeState, CallError> {
+        Ok(NodeState::new(self.time))
+    }
+
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        self.time = *state.get()?;
+        Ok(())
+    }
+}
