@@ -2,13 +2,17 @@
 
 mod analyses;
 mod checks;
+mod connection_units;
 mod connections;
+mod declared_units;
 mod logs;
 mod nodes;
 mod order;
 mod place;
+mod port;
 mod quantity;
 mod recorded;
+mod signal_units;
 mod start_override;
 mod starts;
 mod types;
@@ -22,7 +26,8 @@ use diagnostics::{Error, Source as TextSource};
 use recording::view::View;
 use recording::{Columns, Full, RunHeader, StatusTrack};
 
-pub use self::view::{by_unit, view as layout};
+use self::signal_units::SignalUnits;
+pub use self::view::{by_unit, layout};
 use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
 use crate::words::Scenario;
@@ -72,14 +77,17 @@ impl System {
         let clock = clock(scenario)?;
         let seed = overrides.seed.unwrap_or(document.seed);
         let mut warnings = Vec::new();
-        let unplaced =
+        let mut unplaced =
             nodes::unplaced(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
-        let connections = connections::connect(scenario, &unplaced, clock, seed, &mut warnings)?;
+        connection_units::declare(scenario, &mut unplaced)?;
+        let connections = connections::connect(scenario, &unplaced, clock, seed)?;
+        let units = SignalUnits::of_nodes(&unplaced);
         let order = order::order(scenario, &unplaced, &connections)?;
         let (nodes, columns) = place::place(unplaced, connections);
-        let analyses = analyses::resolve(scenario, &built.plugins, &columns, &mut warnings)?;
+        let analyses =
+            analyses::resolve(scenario, &built.plugins, (&columns, &units), &mut warnings)?;
         validations::check_names(scenario, &nodes)?;
-        let checks = checks::resolve(scenario, &columns, clock)?;
+        let checks = checks::resolve(scenario, (&columns, &units), clock)?;
         let recorded = recorded::selection(scenario, &columns)?;
         let header = RunHeader {
             scenario: scenario.name.clone(),
@@ -94,7 +102,7 @@ impl System {
             view: View::default(),
             folder,
         };
-        let view = view::view(scenario, &header)?;
+        let view = view::view(scenario, &header, &units)?;
         let header = RunHeader { view, ..header };
         let coupling = document.coupling.algorithm;
         Ok(System {

@@ -5,23 +5,28 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use diagnostics::{Error, Spanned, suggest};
+use expression::SignalUnit;
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
 use recording::{Columns as RunColumns, Full};
 use units::Unit;
 
 use super::logs::{self, Wanted as Columns};
+use super::signal_units::{SignalUnits, cure};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
 use crate::words::{Analysis, AnalysisTable, Scenario};
 
+/// The columns of the run and their units.
+type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);
+
 pub(super) fn resolve(
     scenario: &Scenario,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-    columns: &RunColumns<Full>,
+    signals: Signals,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<AnalysisPlan>, Error> {
-    let analyses = &scenario.document.analysis;
+    let (analyses, columns) = (&scenario.document.analysis, signals.0);
     for (i, analysis) in analyses.iter().enumerate() {
         let name = analysis.name.get_ref();
         let twice = analyses[..i].iter().any(|other| other.name.get_ref() == name);
@@ -30,14 +35,14 @@ pub(super) fn resolve(
             return Err(scenario.error(&analysis.name, message));
         }
     }
-    analyses.iter().map(|analysis| plan(scenario, analysis, plugins, columns, warnings)).collect()
+    analyses.iter().map(|analysis| plan(scenario, analysis, plugins, signals, warnings)).collect()
 }
 
 fn plan(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-    columns: &RunColumns<Full>,
+    signals: Signals,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let plugin = load(scenario, analysis, plugins)?;
@@ -49,18 +54,20 @@ fn plan(
         Some(log) => (Some(log.table), log.units),
         None => (None, Vec::new()),
     };
+    let (run, run_units) = signals;
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
         let wanted = wanted(scenario, &plugin, name)?;
         let full = signal.get_ref();
-        let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == *full) else {
-            let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
+        let Some((index, _)) = run.numbers().find(|(_, it)| it.name() == *full) else {
+            let names: Vec<_> = run.numbers().map(|(_, it)| it.name()).collect();
             let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
             return Err(unknown.at(&scenario.source, signal.span()));
         };
-        let unit = column.unit.as_deref();
+        let unit = run_units.of(full);
         let written = (signal.span(), full.as_str());
-        wired.push(wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?);
+        let cure = |unit: &str| cure(scenario, full, unit);
+        wired.push(wire(scenario, wanted, (Origin::Run(index), unit), written, &cure)?);
     }
     for (column, (name, entry)) in
         analysis.table.iter().flat_map(|table| &table.columns).enumerate()
@@ -71,10 +78,19 @@ fn plan(
             return Err(scenario.error(name, message));
         }
         let entry = entry.get_ref();
-        let unit = units[column].as_deref();
         let place = entry.unit.as_ref().unwrap_or(&entry.column).span();
         let written = (place, entry.column.get_ref().as_str());
-        wired.push(wire(scenario, wanted, Origin::Log(column), unit, written, warnings)?);
+        let cure = |unit: &str| {
+            format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
+        };
+        let unit = match &units[column] {
+            None => SignalUnit::Missing,
+            Some(name) => {
+                let unit = read_unit(scenario, &written, name);
+                SignalUnit::Known(unit.map_err(|error| error.help(cure("m/s")))?, name.clone())
+            }
+        };
+        wired.push(wire(scenario, wanted, (Origin::Log(column), unit), written, &cure)?);
     }
     complete(scenario, analysis, &plugin, &wired)?;
     Ok(AnalysisPlan {
@@ -130,14 +146,13 @@ fn wanted<'a>(
     Err(unknown.at(&scenario.source, name.span()))
 }
 
-/// Converts to the unit that the plugin wants.
+/// Converts to the unit that the plugin wants. `cure` says where a missing unit is declared.
 fn wire(
     scenario: &Scenario,
     wanted: &Wanted,
-    origin: Origin,
-    unit: Option<&str>,
-    (place, signal): (Range<usize>, &str),
-    warnings: &mut Vec<String>,
+    (origin, unit): (Origin, SignalUnit),
+    written: (Range<usize>, &str),
+    cure: &dyn Fn(&str) -> String,
 ) -> Result<Wired, Error> {
     let wired = |unit: &str, (factor, offset)| Wired {
         name: wanted.name.clone(),
@@ -147,26 +162,37 @@ fn wire(
         offset,
     };
     let Wanted { name, unit: to, .. } = wanted;
-    let Some(from) = unit else {
-        if !to.is_empty() {
-            warnings.push(format!("`{signal}` has no unit, `{name}` takes it as [{to}]"));
-        }
-        return Ok(wired(to, (1.0, 0.0)));
-    };
     if to.is_empty() {
-        return Ok(wired(from, (1.0, 0.0)));
+        let own = if let SignalUnit::Known(_, own) = &unit { own } else { "" };
+        return Ok(wired(own, (1.0, 0.0)));
     }
-    let parse = |unit: &str| {
-        Unit::parse(unit).map_err(|error| {
-            scenario.source.error(place.clone(), format!("`{signal}`: {error}"), "")
-        })
-    };
-    let conversion = Unit::conversion(&parse(from)?, &parse(to)?);
-    let conversion = conversion.ok_or_else(|| {
-        let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{from}]");
-        scenario.source.error(place.clone(), message, "")
-    })?;
-    Ok(wired(to, conversion))
+    let known = read_unit(scenario, &written, to)?;
+    let (place, signal) = written;
+    match unit {
+        SignalUnit::Known(from, own) => {
+            let conversion = Unit::conversion(&from, &known).ok_or_else(|| {
+                let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{own}]");
+                let help = format!("{} is not {}", from.dimension(), known.dimension());
+                scenario.source.error(place, message, "").help(help)
+            })?;
+            Ok(wired(to, conversion))
+        }
+        SignalUnit::Missing if known != Unit::ONE => {
+            let message = format!("`{name}` is wanted in [{to}], and `{signal}` has no unit");
+            Err(scenario.source.error(place, message, "").help(cure(to)))
+        }
+        SignalUnit::Missing | SignalUnit::Plain => Ok(wired(to, (1.0, 0.0))),
+    }
+}
+
+/// A unit that a signal or a plugin has.
+fn read_unit(
+    scenario: &Scenario,
+    (place, signal): &(Range<usize>, &str),
+    unit: &str,
+) -> Result<Unit, Error> {
+    Unit::parse(unit)
+        .map_err(|error| scenario.source.error(place.clone(), format!("`{signal}`: {error}"), ""))
 }
 
 /// Whether the plugin gets all that it cannot do without.

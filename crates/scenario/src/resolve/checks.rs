@@ -1,28 +1,32 @@
 //! Turns `[[check]]` into expressions over columns.
 
 use diagnostics::{Error, Spanned, suggest};
-use expression::{Expression, NumberIndex, Operand, ParseError, TextIndex};
+use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full};
 
+use super::signal_units::{SignalUnits, cure};
 use crate::plan::{CheckPlan, Clock, Condition, ResultName, Results};
 use crate::words::{Check, Scenario};
 
+/// The columns of the run and their units.
+type Signals<'a> = (&'a Columns<Full>, &'a SignalUnits);
+
 pub(super) fn resolve(
     scenario: &Scenario,
-    columns: &Columns<Full>,
+    signals: Signals,
     clock: Clock,
 ) -> Result<Vec<CheckPlan>, Error> {
-    let plan = |check| plan(scenario, check, columns, clock);
+    let plan = |check| plan(scenario, check, signals, clock);
     scenario.document.check.iter().map(plan).collect()
 }
 
 fn plan(
     scenario: &Scenario,
     check: &Check,
-    columns: &Columns<Full>,
+    signals: Signals,
     clock: Clock,
 ) -> Result<CheckPlan, Error> {
-    let condition = condition(scenario, check, columns)?;
+    let condition = condition(scenario, check, signals)?;
     if !(check.tolerance >= 0.0 && check.tolerance.is_finite()) {
         let message = format!(
             "check `{}`: the tolerance {} is not a number from 0 on",
@@ -49,20 +53,21 @@ struct Mixed;
 fn condition(
     scenario: &Scenario,
     check: &Check,
-    columns: &Columns<Full>,
+    (columns, units): Signals,
 ) -> Result<Condition, Error> {
     let result = |number| Operand::Either(NumberIndex::new(number), TextIndex::new(number));
     let (mut signals, mut results) = (0, Vec::new());
     let mixed = parse::<Mixed>(scenario, check, columns, &mut |name| {
         if let Some(result) = result_name(scenario, name) {
             results.push(result);
-            return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)));
+            return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)).into());
         }
         signals += 1;
-        Some(match columns.find(name)? {
+        let operand = match columns.find(name)? {
             ColumnIndex::Number(_) => Operand::Number(NumberIndex::new(0)),
             ColumnIndex::Text(_) => Operand::Text(TextIndex::new(0)),
-        })
+        };
+        Some(Signal { operand, unit: units.of(name) })
     })?;
     if !mixed.is_condition() {
         let message = format!("check `{}`: expected a comparison, found a value", check.name);
@@ -71,15 +76,19 @@ fn condition(
             .help("write for example `abs(plant.v_y) < 2`"));
     }
     if results.is_empty() {
-        let resolve = &mut |name: &str| columns.find(name).map(Operand::from);
+        let resolve = &mut |name: &str| {
+            let operand = columns.find(name)?.into();
+            Some(Signal { operand, unit: units.of(name) })
+        };
         return parse(scenario, check, columns, resolve).map(Condition::Run);
     }
     if signals > 0 {
         return Err(timeless(scenario, check));
     }
     let mut numbers = 0..results.len();
-    let condition =
-        parse::<Results>(scenario, check, columns, &mut |_| numbers.next().map(result))?;
+    let condition = parse::<Results>(scenario, check, columns, &mut |_| {
+        numbers.next().map(|number| result(number).into())
+    })?;
     for index in condition.texts() {
         results[index.position()].is_text = true;
     }
@@ -90,7 +99,7 @@ fn parse<S>(
     scenario: &Scenario,
     check: &Check,
     columns: &Columns<Full>,
-    resolve: &mut dyn FnMut(&str) -> Option<Operand<S>>,
+    resolve: &mut dyn FnMut(&str) -> Option<Signal<S>>,
 ) -> Result<Expression<S>, Error> {
     Expression::parse(check.that.get_ref(), resolve)
         .map_err(|error| malformed(scenario, check, columns, error))
@@ -118,8 +127,9 @@ fn malformed(
     let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
     let closest =
         unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
+    let cure = error.unitless.map(|it| cure(scenario, &it.signal, &it.other));
     let message = format!("check `{}`: {}", check.name, error.message);
-    scenario.source.error(span, message, "here").hint(closest.or(error.help).or(hint))
+    scenario.source.error(span, message, "here").hint(closest.or(cure).or(error.help).or(hint))
 }
 
 /// The result that a name means when it begins with an analysis or a validation.

@@ -1,10 +1,10 @@
 //! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
 
-use diagnostics::{Error, Spanned, suggest};
-use units::Unit;
+use diagnostics::Error;
 
 use super::nodes::{Port, UnplacedNode};
-use super::types;
+use super::port::{Side, find};
+use super::{connection_units, types};
 use crate::effect::{Chain, Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
 use crate::words::{At, Connect, Fault, Scenario};
@@ -29,12 +29,12 @@ pub(super) fn connect(
     unplaced: &[UnplacedNode],
     clock: Clock,
     seed: u64,
-    warnings: &mut Vec<String>,
 ) -> Result<Connections, Error> {
     let mut connections: Connections = unplaced
         .iter()
         .map(|unplaced_node| unplaced_node.inputs.iter().map(|_| None).collect())
         .collect();
+    connection_units::judge_nodes(scenario, unplaced)?;
     for connect in &scenario.document.connect {
         let from @ (producer, output) = find(scenario, unplaced, &connect.from, Side::Output)?;
         let (consumer, input) = find(scenario, unplaced, &connect.to, Side::Input)?;
@@ -46,9 +46,7 @@ pub(super) fn connect(
         let ports = (&unplaced[producer].outputs[output], &unplaced[consumer].inputs[input]);
         let at = at(scenario, connect, &unplaced[producer])?;
         let input_chain = match types::fit(scenario, connect, ports)? {
-            Some(accepts) => {
-                Some(input_chain(scenario, connect, ports, (accepts, clock, seed), warnings)?)
-            }
+            Some(accepts) => Some(input_chain(scenario, connect, ports, (accepts, clock, seed))?),
             None => None,
         };
         *slot = Some(Connection { from, at, input_chain });
@@ -66,9 +64,8 @@ fn input_chain(
     connect: &Connect,
     ports: (&Port, &Port),
     (accepts, clock, seed): (Accepts, Clock, u64),
-    warnings: &mut Vec<String>,
 ) -> Result<InputChain, Error> {
-    let (factor, offset) = convert(scenario, connect, ports, warnings)?;
+    let (factor, offset) = connection_units::convert(scenario, connect, ports)?;
     let context =
         Context { communication_step: clock.step, stream: stream_seed(seed, connect.to.get_ref()) };
     let effects: Vec<_> = connect.effects().into_iter().map(|(.., effect)| effect).collect();
@@ -96,69 +93,6 @@ fn at(scenario: &Scenario, connect: &Connect, producer: &UnplacedNode) -> Result
         (Some(at), _) => Ok(*at.get_ref()),
         (None, Body::Fmu { .. }) => Ok(rules.default_at),
         (None, _) => Ok(At::Start),
-    }
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
-    Input,
-    Output,
-}
-
-/// The node and the port that a word names.
-fn find(
-    scenario: &Scenario,
-    unplaced: &[UnplacedNode],
-    word: &Spanned<String>,
-    side: Side,
-) -> Result<(usize, usize), Error> {
-    let full = word.get_ref();
-    let Some((node, variable)) = full.split_once('.') else {
-        return Err(scenario.error(word, format!("expected `node.variable`, found `{full}`")));
-    };
-    let Some(place) = unplaced.iter().position(|unplaced_node| unplaced_node.name == node) else {
-        let known = unplaced.iter().map(|unplaced_node| unplaced_node.name.as_str());
-        return Err(suggest::unknown("node", node, known).at(&scenario.source, word.span()));
-    };
-    let unplaced_node = &unplaced[place];
-    let (ports, others, name) = match side {
-        Side::Input => (&unplaced_node.inputs, &unplaced_node.outputs, "input"),
-        Side::Output => (&unplaced_node.outputs, &unplaced_node.inputs, "output"),
-    };
-    if let Some(port) = ports.iter().position(|port| port.name == variable) {
-        return Ok((place, port));
-    }
-    if others.iter().any(|port| port.name == variable) {
-        return Err(scenario
-            .error(word, format!("`{full}` is no {name} of `{node}`"))
-            .help("`from` names an output, `to` an input"));
-    }
-    let known: Vec<_> = ports.iter().map(|port| format!("{node}.{}", port.name)).collect();
-    let unknown = suggest::unknown(name, full, known.iter().map(String::as_str));
-    Err(unknown.at(&scenario.source, word.span()))
-}
-
-/// The factor and the offset that turn the unit of `from` into that of `to`.
-fn convert(
-    scenario: &Scenario,
-    connect: &Connect,
-    (from, to): (&Port, &Port),
-    warnings: &mut Vec<String>,
-) -> Result<(f64, f64), Error> {
-    let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
-    let (Some(from_name), Some(to_name)) = (&from.unit, &to.unit) else { return Ok((1.0, 0.0)) };
-    match (&from.dimension, &to.dimension) {
-        (Some(from), Some(to)) => Unit::conversion(from, to).ok_or_else(|| {
-            let message =
-                format!("cannot connect {names}: [{from_name}] is no unit of [{to_name}]");
-            let help = format!("{} is not {}", from.dimension(), to.dimension());
-            scenario.error(&connect.to, message).help(help)
-        }),
-        _ if from_name == to_name => Ok((1.0, 0.0)),
-        _ => {
-            warnings.push(format!("{names}: [{from_name}] and [{to_name}] cannot be compared, the value is handed over as it is"));
-            Ok((1.0, 0.0))
-        }
     }
 }
 

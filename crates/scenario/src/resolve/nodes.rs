@@ -13,6 +13,7 @@ use recording::ValueKind;
 use units::Unit;
 
 use super::StartOverrides;
+use super::declared_units::{DeclaredUnits, declared_units};
 use super::logs::{self, Log, Wanted};
 use super::starts::starts;
 use super::types::recorded_kind;
@@ -235,9 +236,10 @@ fn fmu(
     let fmu = Fmu::open(&path).map_err(|error| scenario.error(word, error.to_string()))?;
     fmu.library().map_err(|error| scenario.error(word, error.to_string()))?;
     let variables = &fmu.description.variables;
+    let declared = declared_units(scenario, node, variables)?;
     let ports = |causality| -> Vec<Port> {
-        let mut ports: Vec<_> =
-            fmu.description.with(causality).map(|place| port(variables, place)).collect();
+        let places = fmu.description.with(causality);
+        let mut ports: Vec<_> = places.map(|place| port(variables, place, &declared)).collect();
         ports.sort_by_key(|port| recorded_kind(port.kind) as u8);
         ports
     };
@@ -261,8 +263,9 @@ fn fmu(
     })
 }
 
-fn port(variables: &[Variable], place: usize) -> Port {
+fn port(variables: &[Variable], place: usize, declared: &DeclaredUnits) -> Port {
     let variable = &variables[place];
+    let unit = declared.get(&place);
     let follows = variable.dependencies.as_ref().map(|places| {
         places
             .iter()
@@ -275,8 +278,8 @@ fn port(variables: &[Variable], place: usize) -> Port {
         kind: variable.kind,
         typed: true,
         items: variable.items.clone(),
-        unit: variable.unit.clone(),
-        dimension: variable.dimension,
+        unit: unit.map(|(_, name)| name.clone()).or_else(|| variable.unit.clone()),
+        dimension: unit.map(|(unit, _)| *unit).or(variable.dimension),
         description: variable.description.clone(),
         reference: variable.reference,
         follows,

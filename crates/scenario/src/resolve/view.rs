@@ -10,6 +10,7 @@ use recording::{Column, Direction, NumberIndex, Recorded, RunHeader};
 use units::Unit;
 
 use super::quantity::Names;
+use super::signal_units::SignalUnits;
 use super::unit;
 use crate::words::{self, Scenario};
 
@@ -18,10 +19,22 @@ const CURVES: usize = 8;
 /// Default positions of the axles ahead of the position, in lengths of the body.
 const AXLES: [f64; 2] = [0.30, -0.29];
 
+/// The layout that the scenario of a recording asks for.
+///
+/// # Errors
+/// When the recording lacks what the scenario wants to show.
+pub fn layout(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
+    view(scenario, header, &SignalUnits::of_recording(&header.columns))
+}
+
 /// The layout that the scenario asks for; without plots there is one for each unit of each node.
-pub fn view(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
+pub(super) fn view(
+    scenario: &Scenario,
+    header: &RunHeader,
+    units: &SignalUnits,
+) -> Result<View, Error> {
     let written = &scenario.document.view;
-    let names = Names::new(scenario, &header.columns);
+    let names = Names::new(scenario, &header.columns, units);
     let pose = written.pose.as_ref().map(|it| pose(&names, it)).transpose()?;
     let plots = written.plot.iter().map(|it| plot(scenario, &names, it));
     let plots = plots.collect::<Result<Vec<_>, _>>()?;
@@ -180,29 +193,23 @@ fn xy_plot(names: &Names, written: &words::XyPlot) -> Result<XyPlot, Error> {
 
 fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plot, Error> {
     let wanted = written.unit.as_ref().map(|word| unit::unit(scenario, word)).transpose()?;
-    let mut axis = written.unit.as_ref().map(|unit| unit.get_ref().clone());
+    let wanted = wanted.zip(written.unit.as_ref());
+    let mut axis = wanted.map(|(unit, word)| (Some(unit), word.get_ref().clone()));
     let mut series = Vec::new();
     for curve in &written.signals {
         let quantity = names.quantity(&curve.signal)?;
-        let unit = match (&curve.unit, &quantity) {
-            (Some(word), _) => {
-                unit::unit(scenario, word)?;
-                Some(word.get_ref().as_str())
+        let own = curve_unit(scenario, names, curve, &quantity)?;
+        let (factor, offset) = match (conversion(&quantity, own.as_ref(), axis.as_ref()), &own) {
+            (Some(conversion), _) => conversion,
+            (None, Some((_, own))) if wanted.is_some() => {
+                let signal = curve.signal.get_ref();
+                let axis = axis.as_ref().map_or("1", |(_, name)| name);
+                let message = format!("`{signal}` [{own}] cannot be shown in {axis}");
+                return Err(scenario.error(&curve.signal, message));
             }
-            (None, Quantity::Column(column)) => names.unit(*column),
-            (None, Quantity::Formula(_)) => None,
-        };
-        let own = unit.and_then(|unit| Unit::parse(unit).ok());
-        let (factor, offset) = match (&wanted, own) {
-            (Some(wanted), Some(own)) => Unit::conversion(&own, wanted).ok_or_else(|| {
-                let (signal, unit) = (curve.signal.get_ref(), unit.unwrap_or("1"));
-                let axis = axis.as_deref().unwrap_or("1");
-                let message = format!("`{signal}` [{unit}] cannot be shown in {axis}");
-                scenario.error(&curve.signal, message)
-            })?,
             _ => (1.0, 0.0),
         };
-        axis = axis.or_else(|| unit.map(str::to_owned));
+        axis = axis.or(own);
         let label = curve.label.clone().unwrap_or_else(|| curve.signal.get_ref().clone());
         let line = |quantity, bound| {
             let (label, role) = (label.clone(), curve.role);
@@ -216,10 +223,56 @@ fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plo
         series.push(line(quantity, false));
     }
     let title = match axis {
-        Some(unit) => format!("{} [{unit}]", written.title),
+        Some((_, unit)) => format!("{} [{unit}]", written.title),
         None => written.title.clone(),
     };
     Ok(Plot { title, group: None, range: written.range, series })
+}
+
+/// A unit with its name; one whose name is known only cannot be converted.
+type NamedUnit = (Option<Unit>, String);
+
+/// The unit of a curve: the one that is written, which must not contradict that of its signals.
+fn curve_unit(
+    scenario: &Scenario,
+    names: &Names,
+    curve: &words::Curve,
+    quantity: &Quantity,
+) -> Result<Option<NamedUnit>, Error> {
+    let own = names.unit(quantity);
+    let Some(word) = &curve.unit else { return Ok(own) };
+    let unit = unit::unit(scenario, word)?;
+    let said = word.get_ref();
+    match own {
+        Some((Some(known), own)) if conversion_of(quantity, &known, &unit) != Some((1.0, 0.0)) => {
+            let signal = curve.signal.get_ref();
+            let message = format!("`{signal}` is in [{own}], and is said to be in [{said}]");
+            Err(scenario.error(word, message).help("leave `unit` out: the diagram converts"))
+        }
+        _ => Ok(Some((Some(unit), said.clone()))),
+    }
+}
+
+/// Factor and offset from one unit to the other; in formulas an angle counts as a plain number.
+fn conversion_of(quantity: &Quantity, from: &Unit, to: &Unit) -> Option<(f64, f64)> {
+    match quantity {
+        Quantity::Column(_) => Unit::conversion(from, to),
+        Quantity::Formula(_) => Unit::conversion(&from.without_angle(), &to.without_angle()),
+    }
+}
+
+/// Factor and offset from the unit of a curve to that of its axis, or to its own in SI units when it is the first one.
+fn conversion(
+    quantity: &Quantity,
+    own: Option<&NamedUnit>,
+    axis: Option<&NamedUnit>,
+) -> Option<(f64, f64)> {
+    let (Some((Some(from), name)), axis) = (own, axis) else { return Some((1.0, 0.0)) };
+    let to = match axis {
+        Some((unit, _)) => *unit,
+        None => Unit::parse(name).ok(),
+    };
+    to.map_or(Some((1.0, 0.0)), |to| conversion_of(quantity, from, &to))
 }
 
 /// Plots of all outputs among these columns, one for each unit of each node.
