@@ -85,6 +85,9 @@ mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
+// Folders of results, and all that can happen to them.
+#[path = "acceptance/results.rs"]
+mod results;
 // States of FMUs that are saved and restored.
 #[path = "acceptance/state.rs"]
 mod state;
@@ -119,6 +122,7 @@ fn main() -> ExitCode {
     playback::register(&mut tests);
     plugins::register(&mut tests);
     recordings::register(&mut tests);
+    results::register(&mut tests);
     state::register(&mut tests);
     types::register(&mut tests);
     validating::register(&mut tests);

@@ -115,6 +115,10 @@ impl AnalysisHost<'_> {
             return Err(Error::analysis(self.name, what));
         }
         let path: PathBuf = self.folder.join(name);
+        // The files of the earlier run are gone by now.
+        if !self.files.iter().any(|known| known == name) && path.symlink_metadata().is_ok() {
+            return Err(Error::output(&path, "there is such a file already, and no run wrote it"));
+        }
         std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
         if !self.files.iter().any(|known| known == name) {
             self.files.push(name.to_owned());

@@ -60,10 +60,22 @@ impl Command {
     }
 }
 
-/// Prints an error and returns its exit code.
+/// Mistakes that are printed; the others are counted.
+const PRINTED: usize = 20;
+
+/// Prints an error, or each of several, and returns the exit code.
 fn report_error(error: Error) -> u8 {
     let code = error.exit_code();
-    eprintln!("{:?}", miette::Report::new(error));
+    let errors = error.split();
+    let (count, more) = (errors.len(), errors.len().saturating_sub(PRINTED));
+    for error in errors.into_iter().take(PRINTED) {
+        eprintln!("{:?}", miette::Report::new(error));
+    }
+    match (count, more) {
+        (..=1, _) => {}
+        (_, 0) => eprintln!("{count} mistakes"),
+        _ => eprintln!("and {more} more, {count} mistakes"),
+    }
     code
 }
 

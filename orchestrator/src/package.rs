@@ -53,14 +53,14 @@ impl Workspace {
         into: Option<&Path>,
         progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
-        self.check(products)?;
+        products.iter().try_for_each(|product| self.check(product))?;
         pack(&self.build(products, progress)?, products, into)
     }
 
     /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
     ///
     /// # Errors
-    /// When a package or example is unknown, does not compile, or makes no FMU.
+    /// When a package does not compile, or makes no FMU.
     pub fn make(
         &self,
         fmus: &[BuildRequest],
@@ -68,7 +68,6 @@ impl Workspace {
         progress: OnProgress,
     ) -> Result<Built, BuildError> {
         let products = [fmus, plugins].concat();
-        self.check(&products)?;
         let mut libraries = self.build(&products, progress)?;
         let archives = pack(&libraries, fmus, None)?;
         libraries.retain(|product, _| plugins.contains(product));
@@ -97,19 +96,18 @@ impl Workspace {
         Err(BuildError::UnknownExample { example: example.to_owned(), root, hint })
     }
 
-    /// Whether the workspace can make the products.
-    fn check(&self, products: &[BuildRequest]) -> Result<(), BuildError> {
+    /// Whether the workspace can make the product.
+    fn check(&self, BuildRequest { package, example }: &BuildRequest) -> Result<(), BuildError> {
+        if let Some(example) = example {
+            return self.example(std::slice::from_ref(package), example).map(drop);
+        }
         let all = self.0.packages.iter().filter(|package| package.makes_library());
         let names: Vec<_> = all.map(|package| package.name.as_str()).collect();
-        for BuildRequest { package, example } in products {
-            if let Some(example) = example {
-                self.example(std::slice::from_ref(package), example)?;
-            } else if !names.contains(&package.as_str()) {
-                let (hint, root) = (hint(package, &names), self.0.workspace_root.clone());
-                return Err(BuildError::Unknown { package: package.clone(), root, hint });
-            }
+        if names.contains(&package.as_str()) {
+            return Ok(());
         }
-        Ok(())
+        let (hint, root) = (hint(package, &names), self.0.workspace_root.clone());
+        Err(BuildError::Unknown { package: package.clone(), root, hint })
     }
 
     /// The built library of each product.

@@ -12,9 +12,10 @@ use diagnostics::Error;
 use fmu_import::sha256;
 use scenario::Scenario;
 use scenario::plan::{Body, REPORT, System};
+use scenario::words::Validation;
 use serde::Serialize;
 
-pub(crate) use previous_run::PreviousRun;
+pub(crate) use previous_run::{OWN_FILES, PARTIAL, PreviousRun, PreviousValidation};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -226,16 +227,32 @@ impl RunReport {
         self.realtime_factor = self.sim_seconds / wall_seconds;
     }
 
+    /// Writes what a later run needs to clean up when this one is killed: the files of analyses so far, and the folders of
+    /// `validations`.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub(crate) fn sketch(&self, validations: &[Validation]) -> Result<(), Error> {
+        let validations =
+            validations.iter().map(|it| PreviousValidation { name: it.name.get_ref().clone() });
+        write_json(
+            &self.folder.join(PARTIAL),
+            &PreviousRun {
+                scenario: self.scenario.clone(),
+                verdict: "error".to_owned(),
+                files: self.files.clone(),
+                validations: validations.collect(),
+            },
+        )
+    }
+
     /// Writes `report.json`; it appears when it is complete, and as the last file of a run.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn write(&self) -> Result<(), Error> {
-        let path = self.folder.join(REPORT);
-        let partial = self.folder.join(format!("{REPORT}.partial"));
-        let text =
-            serde_json::to_string_pretty(self).map_err(|error| Error::output(&path, error))?;
-        std::fs::write(&partial, text + "\n").map_err(|error| Error::output(&partial, error))?;
+        let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
+        write_json(&partial, self)?;
         std::fs::rename(&partial, &path).map_err(|error| Error::output(&path, error))
     }
 
@@ -248,4 +265,9 @@ impl RunReport {
             Ending::Error => 3,
         }
     }
+}
+
+fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| Error::output(path, error))?;
+    std::fs::write(path, text + "\n").map_err(|error| Error::output(path, error))
 }

@@ -14,7 +14,8 @@ use scenario::{Built, Scenario, words};
 use crate::options::{ProgressEvent, Replay, RunOptions};
 use crate::recorder::Recorder;
 use crate::report::{RunReport, Validated};
-use crate::{package, run_folder, validation};
+use crate::run_folder::{self, RunFolder};
+use crate::{package, validation};
 
 /// A run that came to its end. Viewers can be connected to it as long as it is kept.
 pub struct Run {
@@ -34,10 +35,8 @@ type Events<'a> = &'a mut dyn FnMut(ProgressEvent);
 pub fn run(path: &Path, options: &RunOptions, events: Events) -> Result<Run, Error> {
     let default = || Path::new("target/runs").join(path.file_stem().unwrap_or_default());
     let folder = options.out.clone().unwrap_or_else(default);
-    if path.exists() {
-        run_folder::clear(&folder)?;
-    }
     let scenario = &Scenario::read(path)?;
+    run_folder::check(&folder, scenario)?;
     let building =
         &mut |progress: package::BuildProgress| events(ProgressEvent::Building(progress));
     let built = &package::build(scenario, building)?;
@@ -60,13 +59,15 @@ impl Job<'_> {
         validation::rehearse(self.scenario, self.built, &system)?;
         let nodes = node::instantiate(&mut system)?;
         let begin = Instant::now();
-        let mut recorder = Recorder::new(&mut system, self.options)?;
+        let folder = RunFolder::claim(&system.header.folder)?;
+        let mut recorder = folder.replace(|| Recorder::new(&mut system, self.options))?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
         let mut report = RunReport::new(self.scenario, &system);
+        report.sketch(&self.scenario.document.validation)?;
         let mut progress = Progress::default();
         let pace = Pace { clock: system.clock, begin, factor: self.options.realtime };
         let outcome = simulate(&mut system, nodes, (&mut recorder, &mut progress), &pace, events)
-            .and_then(|()| analyse(&system, &mut recorder, &mut report, events))
+            .and_then(|()| self.analyse(&system, &mut recorder, &mut report, events))
             .and_then(|()| self.validate_all(&system, &mut report, events));
         if let Err(error @ Error::Output { .. }) = outcome {
             return Err(error);
@@ -82,6 +83,19 @@ impl Job<'_> {
             Some(error) => Err(error),
             None => Ok(Run { report, _recorder: recorder }),
         }
+    }
+
+    fn analyse(
+        self,
+        system: &System,
+        recorder: &mut Recorder,
+        report: &mut RunReport,
+        events: Events,
+    ) -> Result<(), Error> {
+        system.analyses.iter().try_for_each(|plan| {
+            recorder.analyse(plan, report, events)?;
+            report.sketch(&self.scenario.document.validation)
+        })
     }
 
     fn validate_all(
@@ -159,13 +173,4 @@ fn simulate(
     };
     let mut coupling = coupling::of(system.coupling);
     master::run(system, &mut nodes, coupling.as_mut(), recorder, progress, &mut tick)
-}
-
-fn analyse(
-    system: &System,
-    recorder: &mut Recorder,
-    report: &mut RunReport,
-    events: Events,
-) -> Result<(), Error> {
-    system.analyses.iter().try_for_each(|plan| recorder.analyse(plan, report, events))
 }

@@ -1,35 +1,272 @@
-//! Clears the folder of a run before the next one writes to it.
+//! Guards the folder of a run: one run at a time, earlier results stay until new ones are recorded, and nothing else is touched.
 
-use std::path::Path;
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
 
-use diagnostics::Error;
-use scenario::plan::REPORT;
+use diagnostics::{Error, Mistakes, Spanned};
+use scenario::Scenario;
 
-use crate::report::PreviousRun;
+use crate::report::{OWN_FILES, PreviousRun};
 use crate::sinks::SINKS;
 
-/// Removes the files of the previous run: they would pass for those of this run if it did not come to its end.
+/// Keeps the files of the earlier run until those of the new one are open. A killed run may leave it; the next one removes it.
+const ASIDE: &str = "run.previous";
+/// A folder with one of these is the root of something else.
+const ROOTS: [&str; 2] = ["Cargo.toml", ".git"];
+
+/// Finds out before anything is built whether a run can write into a folder.
 ///
 /// # Errors
-/// When a file cannot be removed.
-pub(crate) fn clear(folder: &Path) -> Result<(), Error> {
-    use std::io::ErrorKind::{NotADirectory, NotFound};
-    let left = PreviousRun::read(folder);
-    let recordings = SINKS.iter().flat_map(|kind| kind.files.iter().copied());
-    let files = left.files.iter().map(String::as_str).chain([REPORT]).chain(recordings);
-    for name in files {
-        let path = folder.join(name);
-        match std::fs::remove_file(&path) {
-            Err(error) if !matches!(error.kind(), NotFound | NotADirectory) => {
-                return Err(Error::output(&path, error));
+/// When it is no folder, or one of something else, or the scenario reads a file in it.
+pub(crate) fn check(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
+    let mut mistakes = Mistakes::default();
+    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let existing = whole.ancestors().find(|path| path.exists());
+    if let Some(file) = existing.filter(|path| !path.is_dir()) {
+        mistakes.push(unfit(folder, &format!("{} is a file", file.display())));
+    }
+    let real = fs::canonicalize(&whole).unwrap_or(whole);
+    if real.parent().is_none() {
+        mistakes.push(unfit(folder, "it is the root of all files"));
+    }
+    if let Some(root) = ROOTS.iter().find(|root| real.join(root).exists()) {
+        mistakes.push(unfit(folder, &format!("it holds {root}")));
+    }
+    if PreviousRun::read(&real).is_none() && real.join(scenario::plan::REPORT).exists() {
+        mistakes.push(unfit(folder, "its report.json is not that of a run"));
+    }
+    mistakes.take(read_inside(&real, scenario));
+    mistakes.finish()
+}
+
+fn unfit(folder: &Path, why: &str) -> Error {
+    let message = format!("the results cannot go to {}: {why}", folder.display());
+    Error::input(message).help("name a folder of their own: --out target/runs/NAME")
+}
+
+/// Refuses files of the scenario that the run would replace.
+fn read_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
+    let inside = |word: &&Spanned<String>| {
+        let path = scenario.source.resolve(word);
+        fs::canonicalize(path).is_ok_and(|path| path.starts_with(folder))
+    };
+    let texts = scenario.document.analysis.iter().flat_map(|analysis| analysis.files.values());
+    let errors = scenario.data_files().chain(texts).filter(inside).map(|word| {
+        let message = format!("`{}` is in the folder that the results go to", word.get_ref());
+        scenario
+            .error(word, message)
+            .help("copy it to another place, or name another folder: --out FOLDER")
+    });
+    let own = errors.collect::<Mistakes>().finish();
+    let validations = scenario.validations.iter().map(|child| read_inside(folder, child));
+    Mistakes::both(own, Mistakes::all(validations)).map(drop)
+}
+
+/// A folder that this run alone writes to, until it is dropped.
+pub(crate) struct RunFolder {
+    path: PathBuf,
+    /// The system takes the lock back when the process ends, however it ends.
+    _lock: File,
+}
+
+impl RunFolder {
+    /// Makes the folder and locks it.
+    ///
+    /// # Errors
+    /// When it cannot be made, or another run writes into it.
+    pub fn claim(path: &Path) -> Result<Self, Error> {
+        let output = |error| Error::output(path, error);
+        fs::create_dir_all(path).map_err(output)?;
+        let lock = File::open(path).map_err(output)?;
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                let message = format!("another run is writing into {}", path.display());
+                Err(Error::input(message)
+                    .help("wait for its end, or name another folder: --out FOLDER"))
             }
-            _ => {}
+            // Some file systems have no locks.
+            Ok(()) | Err(TryLockError::Error(_)) => {
+                Ok(RunFolder { path: path.to_owned(), _lock: lock })
+            }
         }
     }
-    for validation in left.validations.iter().map(|validation| folder.join(&validation.name)) {
-        clear(&validation)?;
-        // If the user put something there, it stays.
-        let _ = std::fs::remove_dir(&validation);
+
+    /// Opens the new recordings, and removes the files of the earlier run if that succeeds.
+    ///
+    /// # Errors
+    /// When they cannot be opened; then the files of the earlier run are as they were.
+    pub fn replace<T>(&self, open: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+        let (path, aside) = (&self.path, self.path.join(ASIDE));
+        let opened = move_files(path, &aside).and_then(|()| {
+            open().inspect_err(|_| drop(remove(path))) // What was opened by now is empty.
+        });
+        match opened {
+            Ok(opened) => remove(&aside).map(|()| opened),
+            Err(error) => {
+                move_files(&aside, path)?;
+                let _ = remove(&aside);
+                let _ = fs::remove_dir(path);
+                Err(error)
+            }
+        }
     }
+}
+
+/// What a run left in a folder, by paths within it.
+#[derive(Default)]
+struct Left {
+    files: Vec<PathBuf>,
+    /// The folders of validations, an inner one before an outer one.
+    folders: Vec<PathBuf>,
+}
+
+impl Left {
+    fn find(folder: &Path) -> Self {
+        let mut left = Left::default();
+        left.add(folder, Path::new(""));
+        left
+    }
+
+    /// Adds what is in a folder within the folder. Neither a folder nor what a link points to is a file of a run.
+    fn add(&mut self, folder: &Path, within: &Path) {
+        let kind = |path: &Path| fs::symlink_metadata(folder.join(path)).map(|it| it.is_dir());
+        let report = PreviousRun::read(&folder.join(within)).unwrap_or_default();
+        let recordings = SINKS.iter().flat_map(|kind| kind.files.iter().copied());
+        let known = OWN_FILES.into_iter().chain(recordings).map(str::to_owned);
+        let mut files: Vec<_> = known.chain(report.files).map(|name| within.join(name)).collect();
+        files.retain(|path| kind(path).is_ok_and(|is_folder| !is_folder));
+        files.sort();
+        files.dedup();
+        self.files.extend(files);
+        for validation in report.validations {
+            let inner = within.join(validation.name);
+            if kind(&inner).is_ok_and(|is_folder| is_folder) {
+                self.add(folder, &inner);
+                self.folders.push(inner);
+            }
+        }
+    }
+}
+
+/// Moves what a run left from one folder to another; only files of others stay.
+fn move_files(from: &Path, to: &Path) -> Result<(), Error> {
+    let Left { files, folders } = Left::find(from);
+    for file in files {
+        let (source, target) = (from.join(&file), to.join(&file));
+        let folder = target.parent().unwrap_or(to);
+        fs::create_dir_all(folder).map_err(|error| Error::output(folder, error))?;
+        fs::rename(&source, &target).map_err(|error| Error::output(&source, error))?;
+    }
+    folders.iter().for_each(|name| drop(fs::remove_dir(from.join(name))));
     Ok(())
+}
+
+/// Removes what a run left, and the folder if nothing else is in it.
+fn remove(folder: &Path) -> Result<(), Error> {
+    let Left { files, folders } = Left::find(folder);
+    for file in files {
+        let path = folder.join(file);
+        fs::remove_file(&path).map_err(|error| Error::output(&path, error))?;
+    }
+    folders.iter().for_each(|name| drop(fs::remove_dir(folder.join(name))));
+    let _ = fs::remove_dir(folder);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder with a run, a validation of it, and files of somebody else.
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        let report = r#"{"scenario": "s", "verdict": "pass", "files": ["found.toml", "../other"], "validations": [{"name": "v"}]}"#;
+        let child = r#"{"scenario": "c", "verdict": "pass"}"#;
+        fs::create_dir(folder.path().join("v")).expect("a folder");
+        for (name, text) in [
+            ("report.json", report),
+            ("found.toml", "old"),
+            ("run.mcap", "old"),
+            ("notes.txt", "mine"),
+            ("v/report.json", child),
+            ("v/run.mcap", "old"),
+            ("v/notes.txt", "mine"),
+        ] {
+            fs::write(folder.path().join(name), text).expect("a file");
+        }
+        folder
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("a folder").flatten();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn an_earlier_run_goes_when_the_new_one_is_open_and_returns_when_it_is_not() {
+        let folder = folder();
+        let path = folder.path();
+        let before = names(path);
+        let claimed = RunFolder::claim(path).expect("a folder");
+        let failed = claimed.replace(|| {
+            assert_eq!(names(path), ["notes.txt", "run.previous", "v"]);
+            fs::write(path.join("run.mcap"), "new").expect("a file");
+            Err::<(), _>(Error::input("the disk is full"))
+        });
+        assert_eq!(failed.expect_err("it failed").to_string(), "the disk is full");
+        assert_eq!(names(path), before);
+        assert_eq!(fs::read_to_string(path.join("v/run.mcap")).expect("a file"), "old");
+        assert_eq!(fs::read_to_string(path.join("run.mcap")).expect("a file"), "old");
+        claimed.replace(|| Ok(())).expect("a new run");
+        assert_eq!(names(path), ["notes.txt", "v"]);
+        assert_eq!(names(&path.join("v")), ["notes.txt"]);
+    }
+
+    #[test]
+    fn the_second_run_into_a_folder_is_told() {
+        let folder = folder();
+        let first = RunFolder::claim(folder.path()).expect("a folder");
+        let error = RunFolder::claim(folder.path()).err().expect("it is taken");
+        assert!(error.to_string().contains("another run is writing into"), "{error}");
+        drop(first);
+        assert!(RunFolder::claim(folder.path()).is_ok());
+    }
+
+    #[test]
+    fn what_a_killed_run_left_goes_with_the_next_one() {
+        let folder = folder();
+        let path = folder.path();
+        move_files(path, &path.join(ASIDE)).expect("moved");
+        fs::write(path.join("run.csv.partial"), "new").expect("a file");
+        RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
+        assert_eq!(names(path), ["notes.txt", "v"]);
+        let sketch = r#"{"scenario": "s", "verdict": "error", "files": ["found.toml"], "validations": [{"name": "v"}]}"#;
+        fs::write(path.join("report.json.partial"), sketch).expect("a file");
+        fs::write(path.join("found.toml"), "half").expect("a file");
+        fs::write(path.join("v/run.mcap"), "half").expect("a file");
+        RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
+        assert_eq!(
+            (names(path), names(&path.join("v"))),
+            (vec!["notes.txt".into(), "v".into()], vec!["notes.txt".into()])
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_not_followed() {
+        let (folder, other) = (folder(), folder());
+        let path = folder.path();
+        fs::remove_file(path.join("run.mcap")).expect("a file");
+        std::os::unix::fs::symlink(other.path().join("run.mcap"), path.join("run.mcap"))
+            .expect("a link");
+        fs::remove_dir_all(path.join("v")).expect("a folder");
+        std::os::unix::fs::symlink(other.path().join("v"), path.join("v")).expect("a link");
+        let before = names(other.path());
+        RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
+        assert_eq!(names(path), ["notes.txt", "v"]);
+        assert_eq!((names(other.path()), names(&other.path().join("v")).len()), (before, 3));
+    }
 }

@@ -81,10 +81,7 @@ pub fn check_names(paths: &[PathBuf]) -> Result<(), Error> {
 /// repository, and without it there is nothing to test.
 #[must_use]
 pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
-    let played = scenario.document.table.iter().map(|table| &table.path);
-    let logs = scenario.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
-    let mut paths =
-        played.chain(logs.map(|log| &log.path)).map(|path| scenario.source.resolve(path));
+    let mut paths = scenario.data_files().map(|path| scenario.source.resolve(path));
     let absent = paths.find(|path| !path.exists());
     absent.or_else(|| scenario.validations.iter().find_map(absent_data))
 }

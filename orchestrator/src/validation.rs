@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use diagnostics::{Error, suggest};
+use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::Causality;
 use fmu_import::description::Variable;
 use scenario::plan::{Body, NodePlan, Start, StartValue, System};
@@ -17,69 +17,86 @@ use crate::report::RunReport;
 /// # Errors
 /// With the place in the file.
 pub fn rehearse(scenario: &Scenario, built: &Built, system: &System) -> Result<(), Error> {
-    for (validation, child) in scenario.document.validation.iter().zip(&scenario.validations) {
+    let all = scenario.document.validation.iter().zip(&scenario.validations);
+    let rehearsed = all.map(|(validation, child)| {
         let overrides = overrides(scenario, validation, system, None)?;
         let system = System::resolve(child, built, &overrides, PathBuf::new())?;
-        rehearse(child, built, &system)?;
-    }
-    Ok(())
+        rehearse(child, built, &system)
+    });
+    Mistakes::all(rehearsed).map(drop)
 }
 
 /// The start values of a validation of the run of `system`. Files that analyses have left are in the report; before there is
 /// one, those that may be left are passed over.
 ///
 /// # Errors
-/// At the word of the scenario that is wrong.
+/// At the words of the scenario that are wrong.
 pub fn overrides(
     scenario: &Scenario,
     validation: &Validation,
     system: &System,
     report: Option<&RunReport>,
 ) -> Result<StartOverrides, Error> {
-    let mut overrides = StartOverrides::default();
-    for (node, model) in &validation.like {
-        let fmus = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
-        let Some(plan) = fmus().find(|plan| plan.name == *model.get_ref()) else {
-            let known = fmus().map(|plan| plan.name.as_str());
-            let unknown = suggest::unknown("FMU", model.get_ref(), known);
-            return Err(unknown.at(&scenario.source, model.span()));
-        };
-        let given = parameters(plan).map(|(variable, value)| StartOverride {
-            node: node.get_ref().clone(),
-            variable,
-            value,
-            place: Some((scenario.source.clone(), node.span())),
-        });
-        overrides.defaults.extend(given);
-    }
-    for entry in &validation.set {
-        let left = |file: &str| {
-            let report = report?;
-            let known = report.files.iter().any(|name| name == file);
-            known.then(|| report.folder.join(file))
-        };
-        let beside = |file: &str| scenario.source.folder(entry.span()).join(file);
-        if let Some(file) = entry.get_ref().strip_prefix('@') {
-            let to_come = report.is_none() && !scenario.document.analysis.is_empty();
-            if to_come && !beside(file).exists() {
-                continue;
-            }
-            if report.is_some_and(|_| left(file).is_none()) && !beside(file).exists() {
-                let message =
-                    format!("no analysis left `{file}`, and it is not beside the scenario");
-                return Err(scenario.error(entry, message));
-            }
+    let defaults =
+        validation.like.iter().map(|(node, model)| copied(scenario, node, model, system));
+    let starts = validation.set.iter().map(|entry| given(scenario, entry, report));
+    let (defaults, starts) = Mistakes::both(Mistakes::all(defaults), Mistakes::all(starts))?;
+    Ok(StartOverrides {
+        defaults: defaults.into_iter().flatten().collect(),
+        starts: starts.into_iter().flatten().collect(),
+        seed: None,
+    })
+}
+
+/// The start values of `node` that an entry of `like` copies from the FMU `model`.
+fn copied(
+    scenario: &Scenario,
+    node: &Spanned<String>,
+    model: &Spanned<String>,
+    system: &System,
+) -> Result<Vec<StartOverride>, Error> {
+    let fmus = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
+    let Some(plan) = fmus().find(|plan| plan.name == *model.get_ref()) else {
+        let known = fmus().map(|plan| plan.name.as_str());
+        let unknown = suggest::unknown("FMU", model.get_ref(), known);
+        return Err(unknown.at(&scenario.source, model.span()));
+    };
+    let given = parameters(plan).map(|(variable, value)| StartOverride {
+        node: node.get_ref().clone(),
+        variable,
+        value,
+        place: Some((scenario.source.clone(), node.span())),
+    });
+    Ok(given.collect())
+}
+
+/// The start values that an entry of `set` gives.
+fn given(
+    scenario: &Scenario,
+    entry: &Spanned<String>,
+    report: Option<&RunReport>,
+) -> Result<Vec<StartOverride>, Error> {
+    let left = |file: &str| {
+        let report = report?;
+        let known = report.files.iter().any(|name| name == file);
+        known.then(|| report.folder.join(file))
+    };
+    let beside = |file: &str| scenario.source.folder(entry.span()).join(file);
+    if let Some(file) = entry.get_ref().strip_prefix('@') {
+        let to_come = report.is_none() && !scenario.document.analysis.is_empty();
+        if to_come && !beside(file).exists() {
+            return Ok(Vec::new());
         }
-        let given = StartOverride::parse(entry.get_ref(), |file| {
-            left(file).unwrap_or_else(|| beside(file))
-        })
-        .map_err(|message| scenario.error(entry, message))?;
-        let place = Some((scenario.source.clone(), entry.span()));
-        overrides
-            .starts
-            .extend(given.into_iter().map(|it| StartOverride { place: place.clone(), ..it }));
+        if report.is_some_and(|_| left(file).is_none()) && !beside(file).exists() {
+            let message = format!("no analysis left `{file}`, and it is not beside the scenario");
+            return Err(scenario.error(entry, message));
+        }
     }
-    Ok(overrides)
+    let find = |file: &str| left(file).unwrap_or_else(|| beside(file));
+    let mut given = StartOverride::parse(entry.get_ref(), find)
+        .map_err(|message| scenario.error(entry, message))?;
+    given.iter_mut().for_each(|it| it.place = Some((scenario.source.clone(), entry.span())));
+    Ok(given)
 }
 
 /// The start values of an FMU that are no inputs, as they would be typed.

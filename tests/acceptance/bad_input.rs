@@ -9,6 +9,7 @@ use super::harness::{Ended, Lab, ROOT, trackside};
 tests! {
     the_unedited_scenarios_pass: Compiler,
     an_error_message_points_at_the_wrong_line: Compiler,
+    all_mistakes_are_told_at_once: Compiler,
     an_empty_scenario_is_rejected,
     a_scenario_without_stop_time_is_rejected: Compiler,
     a_loop_error_lists_all_its_connections: Compiler,
@@ -230,6 +231,43 @@ fn look_at(lab: &Lab, good: &str, (old, new, at, says): Mistake) -> Option<Strin
         "{old:?} -> {new:?}: exit code {code:?}, not said: {missing:?}, something written: {left}\n{}",
         ended.stderr
     ))
+}
+
+/// Mistakes of the syntax, of the form, and of the meaning: what is replaced, and by what; each is one mistake.
+#[rustfmt::skip]
+const TOGETHER: [&[(&str, &str)]; 3] = [
+    &[("title = \"Good\"", "title = \"Good"), ("step = 0.01", "step = 0.0.1")],
+    &[("stop =", "stpo ="), ("unit = \"m/s\"", "unit = 5"), ("that =", "tht =")],
+    &[
+        ("stop = 0.1", "stop = 0.105"), ("start.v_x = 20.0", "start.v_xx = 20.0"), ("F_x = 0.0", "F_x = 'none'"),
+        ("controller.fmu", "controler.fmu"), ("unit = \"m/s\"", "unit = \"fortnight\""), ("log.delta", "log.dleta"),
+        ("plant.v_x > 10", "plant.v_y > 10 and plant.v_z > 10"),
+        ("[[check]]", "[[fault]]\ninput = \"plant.F_y\"\nfrom = 0.0\nfreeze = true\n\n[[check]]"),
+        ("[[check]]", "[view]\ndistance = \"plant.s\"\n\n[[check]]"),
+        ("[[check]]", "[[check]]\nname = \"drives on\"\nthat = \"time > -1\"\n\n[[check]]"),
+    ],
+];
+
+fn all_mistakes_are_told_at_once() {
+    let lab = lab();
+    for mistakes in TOGETHER {
+        let mut text = good();
+        for (old, new) in mistakes {
+            assert!(text.contains(old), "{old:?}");
+            text = text.replacen(old, new, 1);
+        }
+        let ended = run(&lab, &text).expect(2);
+        ended.says(&[&format!("{} mistakes", mistakes.len())]);
+        assert!(!lab.has("out"));
+    }
+    // What nothing can be said about because of a node that is not there is no mistake.
+    let text = good().replace("plant.fmu", "plan.fmu");
+    let ended = run(&lab, &text).expect(2).says(&["cannot read plan.fmu"]);
+    assert!(!ended.stderr.contains("mistakes"), "{}", ended.stderr);
+    // The end of a long list is counted.
+    let more = (0..22).map(|k| format!("[[check]]\nname = \"{k}\"\nthat = \"plant.q > {k}\"\n\n"));
+    let ended = run(&lab, &(good() + "\n" + &more.collect::<String>())).expect(2);
+    ended.says(&["check `19`", "and 2 more, 22 mistakes"]);
 }
 
 fn an_empty_scenario_is_rejected() {

@@ -172,7 +172,7 @@ fn an_error_points_at_the_file_with_the_mistake() {
     let cases: [(&str, &str, &str, &str, &str); 17] = [
         // The extended file, and the keys for extending.
         (CHANGED, file, "\"none.toml\"", "case.toml:1:", "cannot read the scenario none.toml"),
-        (CHANGED, file, "3", "case.toml:1:", "expected a string"),
+        (CHANGED, file, "3", "case.toml:1:", "expected a text, found a whole number"),
         (CHANGED, file, "\"case.toml\"", "case.toml:1:", "extends itself: case.toml -> case.toml"),
         (CHANGED, file, "\"self.toml\"", "self.toml:1:", "extends itself: case.toml -> self.toml -> case.toml"),
         (CHANGED, file, "\"broken.toml\"", "broken.toml:1:", "invalid"),

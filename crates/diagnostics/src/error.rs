@@ -40,6 +40,9 @@ pub enum Error {
         /// Message of the system.
         what: String,
     },
+    /// Several mistakes, in the order of the file. None at all when what is wrong was told already.
+    #[error("{}", joined(.0))]
+    Several(Vec<Error>),
 }
 
 /// A mistake in a file or an argument of the user, with its place.
@@ -50,6 +53,8 @@ pub struct Input {
     file: Option<NamedSource<String>>,
     labels: Vec<LabeledSpan>,
     help: Option<String>,
+    /// The name that nothing has, when this is what is wrong.
+    unknown: Option<String>,
 }
 
 /// A failure of a node: node, call, time.
@@ -81,6 +86,7 @@ impl Error {
             file: None,
             labels: Vec::new(),
             help: None,
+            unknown: None,
         }))
     }
 
@@ -99,7 +105,14 @@ impl Error {
             file: Some(named.with_language("toml")),
             labels: vec![LabeledSpan::new_with_span(label, span)],
             help: None,
+            unknown: None,
         }))
+    }
+
+    /// What cannot be judged because of a mistake that is told elsewhere.
+    #[must_use]
+    pub fn follow_up() -> Self {
+        Error::Several(Vec::new())
     }
 
     /// A failure of a node.
@@ -143,6 +156,38 @@ impl Error {
         }
     }
 
+    /// Says which name nothing has, if this is what is wrong. [`Mistakes`](crate::Mistakes) leaves the error out when
+    /// another one hides that name.
+    #[must_use]
+    pub fn about_unknown(mut self, name: impl Into<Option<String>>) -> Self {
+        if let Error::Input(input) = &mut self {
+            input.unknown = name.into();
+        }
+        self
+    }
+
+    /// The single mistakes, each as an error of its own.
+    #[must_use]
+    pub fn split(self) -> Vec<Self> {
+        match self {
+            Error::Several(errors) => errors.into_iter().flat_map(Error::split).collect(),
+            Error::Validation { name, error } => {
+                let of_it =
+                    |error| Error::Validation { name: name.clone(), error: Box::new(error) };
+                error.split().into_iter().map(of_it).collect()
+            }
+            error => vec![error],
+        }
+    }
+
+    pub(crate) fn as_input(&self) -> Option<&Input> {
+        match self {
+            Error::Input(input) => Some(input),
+            Error::Validation { error, .. } => error.as_input(),
+            _ => None,
+        }
+    }
+
     /// The exit code of the program: 2 for the user's matters, 3 for an FMU's or a plugin's.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
@@ -150,8 +195,24 @@ impl Error {
             Error::Input(_) | Error::Output { .. } => 2,
             Error::Component(_) | Error::Analysis { .. } => 3,
             Error::Validation { error, .. } => error.exit_code(),
+            Error::Several(errors) => errors.iter().map(Error::exit_code).max().unwrap_or(2),
         }
     }
+}
+
+impl Input {
+    /// The name of the file and the place in it [byte], if there is one.
+    pub(crate) fn place(&self) -> Option<(&str, usize)> {
+        Some((self.file.as_ref()?.name(), self.labels.first()?.offset()))
+    }
+
+    pub(crate) fn unknown(&self) -> Option<&str> {
+        self.unknown.as_deref()
+    }
+}
+
+fn joined(errors: &[Error]) -> String {
+    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
 impl Diagnostic for Input {

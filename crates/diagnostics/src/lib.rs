@@ -2,12 +2,14 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod mistakes;
 mod source;
 mod span;
 pub mod suggest;
 mod text_file;
 
 pub use error::{Error, Failure, Input, rounded};
+pub use mistakes::Mistakes;
 pub use source::Source;
 pub use span::Spanned;
 pub use text_file::TextFile;

@@ -16,12 +16,15 @@ pub struct Unknown {
     pub message: String,
     /// "did you mean `plant`?", or the known names.
     pub help: Option<String>,
+    /// The name.
+    pub name: String,
 }
 
 /// The message about a `name` that is not among the `known` ones. `kind` says what it would name: "node", "input of `plant`".
 #[must_use]
 pub fn unknown<'a>(kind: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Unknown {
-    Unknown { message: format!("unknown {kind} `{name}`"), help: hint(name, known) }
+    let message = format!("unknown {kind} `{name}`");
+    Unknown { message, help: hint(name, known), name: name.to_owned() }
 }
 
 /// The remedy for an unknown name: the most similar known name, or else the list of known names. None when none is known.
@@ -56,13 +59,13 @@ impl Unknown {
     /// The error at the place of the name.
     #[must_use]
     pub fn at(self, source: &Source, span: Range<usize>) -> Error {
-        source.error(span, self.message, "").hint(self.help)
+        source.error(span, self.message, "").hint(self.help).about_unknown(self.name)
     }
 
     /// The error without a place.
     #[must_use]
     pub fn input(self) -> Error {
-        Error::input(self.message).hint(self.help)
+        Error::input(self.message).hint(self.help).about_unknown(self.name)
     }
 }
 
@@ -78,7 +81,7 @@ impl fmt::Display for Unknown {
 /// or nothing when even that one takes more than a third of the letters, or all of them; of equals
 /// the first.
 #[must_use]
-fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = letters(name);
     let (distance, best) = candidates
         .into_iter()

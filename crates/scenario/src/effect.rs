@@ -109,6 +109,12 @@ impl Chain {
     }
 }
 
+impl From<Vec<Box<dyn Stage>>> for Chain {
+    fn from(stages: Vec<Box<dyn Stage>>) -> Self {
+        Chain { stages }
+    }
+}
+
 /// A finite number for `key` that a rule accepts; `expected` describes it for the message.
 fn number(
     key: &str,

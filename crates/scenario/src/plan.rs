@@ -25,10 +25,10 @@ pub use input_chain::{FaultPlan, InputChain};
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
 
-/// Whether a name in the folder of a run belongs to its report or, as `run.*` does, to its recordings.
+/// Whether a name in the folder of a run belongs to its report, as `report.*` does, or to its recordings, as `run.*` does.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
-    name == REPORT || name.starts_with("run.")
+    name.starts_with("report.") || name.starts_with("run.")
 }
 
 /// The communication points of a run: `t = k h`, computed and never accumulated.

@@ -9,6 +9,7 @@ mod logs;
 mod nodes;
 mod order;
 mod place;
+mod plots;
 mod port;
 mod quantity;
 mod recorded;
@@ -22,16 +23,20 @@ mod view;
 
 use std::path::PathBuf;
 
-use diagnostics::{Error, Source as TextSource};
+use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
 use recording::{Columns, Full, RunHeader, StatusTrack};
 
+pub use self::plots::by_unit;
 use self::signal_units::SignalUnits;
-pub use self::view::{by_unit, layout};
+pub use self::view::layout;
 use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
 use crate::words::Scenario;
 pub use start_override::StartOverride;
+
+/// Takes the mistakes and the warnings.
+type Notes<'n> = (&'n mut Mistakes, &'n mut Vec<String>);
 
 /// The files of a scenario, and those that its view names.
 fn source(scenario: &Scenario) -> TextSource {
@@ -66,7 +71,7 @@ impl System {
     /// `crate`; recordings are to go to `folder`.
     ///
     /// # Errors
-    /// With the place in the file, when something does not fit.
+    /// All that does not fit, with its places in the file.
     pub fn resolve(
         scenario: &Scenario,
         built: &Built,
@@ -74,27 +79,31 @@ impl System {
         folder: PathBuf,
     ) -> Result<Self, Error> {
         let document = &scenario.document;
-        let clock = clock(scenario)?;
         let seed = overrides.seed.unwrap_or(document.seed);
-        let mut warnings = Vec::new();
-        let mut unplaced =
-            nodes::unplaced(scenario, &built.archives, overrides, (clock, seed), &mut warnings)?;
-        connection_units::declare(scenario, &mut unplaced)?;
-        let connections = connections::connect(scenario, &unplaced, clock, seed)?;
+        let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
+        let clock = mistakes.take(clock(scenario));
+        let timed = (clock, seed);
+        let notes = (&mut mistakes, &mut warnings);
+        let mut unplaced = nodes::unplaced(scenario, &built.archives, overrides, timed, notes);
+        let conversions = connection_units::judge(scenario, &mut unplaced, &mut mistakes);
+        let connections =
+            connections::connect(scenario, &unplaced, &conversions, timed, &mut mistakes);
         let units = SignalUnits::of_nodes(&unplaced);
-        let order = order::order(scenario, &unplaced, &connections)?;
+        let order = mistakes.take(order::order(scenario, &unplaced, &connections));
         let (nodes, columns) = place::place(unplaced, connections);
-        let analyses =
-            analyses::resolve(scenario, &built.plugins, (&columns, &units), &mut warnings)?;
-        validations::check_names(scenario, &nodes)?;
-        let checks = checks::resolve(scenario, (&columns, &units), clock)?;
-        let recorded = recorded::selection(scenario, &columns)?;
+        let notes = (&mut mistakes, &mut warnings);
+        let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
+        mistakes.take(validations::check_names(scenario, &nodes));
+        let checks = checks::resolve(scenario, (&columns, &units), clock);
+        let checks = mistakes.take(checks).unwrap_or_default();
+        mistakes.take(recorded::check(scenario, &columns));
+        let recorded = recorded::selection(scenario, &columns);
         let header = RunHeader {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             source: source(scenario),
             given: overrides.all().map(StartOverride::text).collect(),
-            step: clock.step,
+            step: clock.map_or(0.0, |clock| clock.step),
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,
             columns: recorded.columns(&columns),
@@ -102,11 +111,13 @@ impl System {
             view: View::default(),
             folder,
         };
-        let view = view::view(scenario, &header, &units)?;
-        let header = RunHeader { view, ..header };
-        let coupling = document.coupling.algorithm;
+        let view = mistakes.take(view::view(scenario, &header, &units));
+        mistakes.finish()?;
+        let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
+            return Err(Error::follow_up());
+        };
         Ok(System {
-            coupling,
+            coupling: document.coupling.algorithm,
             clock,
             nodes,
             order,
@@ -114,7 +125,7 @@ impl System {
             analyses,
             checks,
             recorded,
-            header,
+            header: RunHeader { view, ..header },
             warnings,
         })
     }
@@ -146,15 +157,15 @@ fn clock(scenario: &Scenario) -> Result<Clock, Error> {
         let error = Error::input(format!("{path}: the scenario does not say how long it runs"));
         return Err(error.help("add [time] with a communication `step` [s] and a `stop` time [s]"));
     };
-    let (step, stop) = (*time.step.get_ref(), *time.stop.get_ref());
-    if !(step > 0.0 && step.is_finite()) {
-        let message = format!("the communication step must be positive, found {step} s");
-        return Err(scenario.error(&time.step, message));
-    }
-    if !(stop > 0.0 && stop.is_finite()) {
-        let message = format!("the stop time must be positive, found {stop} s");
-        return Err(scenario.error(&time.stop, message));
-    }
+    let positive = |word: &Spanned<f64>, what: &str| match *word.get_ref() {
+        value if value > 0.0 && value.is_finite() => Ok(value),
+        value => {
+            let message = format!("the {what} must be positive, found {value} s");
+            Err(scenario.error(word, message))
+        }
+    };
+    let step = positive(&time.step, "communication step");
+    let (step, stop) = Mistakes::both(step, positive(&time.stop, "stop time"))?;
     let steps = (stop / step).round();
     if steps < 1.0 || (steps * step - stop).abs() > 1e-6 * step {
         let message = format!("the stop time {stop} s is no multiple of the step {step} s");

@@ -127,18 +127,21 @@ impl Walk<'_> {
             return table.values().for_each(|value| self.value(others, value));
         };
         let closed = schema["additionalProperties"] == false;
+        let mut misspelt = Vec::new();
         for (key, value) in table {
             let name = key.get_ref().as_ref();
             match properties.get(name) {
                 Some(schema) => self.value(schema, value),
                 None if closed => {
+                    misspelt.extend(suggest::closest(name, properties.keys().map(String::as_str)));
                     self.unknown("key", name, properties.keys().cloned().collect(), key.span());
                 }
                 None => self.value(&schema["additionalProperties"], value),
             }
         }
         for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
-            if !table.contains_key(key) {
+            // A misspelt key is not missing, too.
+            if !table.contains_key(key) && !misspelt.contains(&key) {
                 self.missing(key, &properties[key], place.clone());
             }
         }
@@ -191,7 +194,7 @@ impl Walk<'_> {
     }
 
     fn unknown(&mut self, kind: &str, name: &str, known: Vec<String>, span: Range<usize>) {
-        let Unknown { message, help } =
+        let Unknown { message, help, .. } =
             suggest::unknown(kind, name, known.iter().map(String::as_str));
         let unknown = Some((name.to_owned(), known));
         self.findings.push(Finding { span, unknown, message, help });
@@ -234,7 +237,9 @@ pub fn type_name(name: &str) -> &str {
     }
 }
 
-fn found_name(found: &DeValue) -> &'static str {
+/// The name of a value's type in messages.
+#[must_use]
+pub fn found_name(found: &DeValue) -> &'static str {
     match found {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) => "a whole number",
@@ -252,7 +257,23 @@ mod tests {
 
     #[test]
     fn words_that_break_a_schema_are_found_at_their_places() {
-        let schema = serde_json::json!({
+        let schema = schema();
+        for (text, at, message, help) in CASES {
+            let table = DeTable::parse(text).expect(text);
+            let found = findings(&schema, 0..0, table.get_ref());
+            if message.is_empty() {
+                assert_eq!(found, [], "{text}");
+                continue;
+            }
+            let missing = found.iter().any(|it| it.message.contains("missing"));
+            assert_eq!(missing, message.contains("missing"), "{text}: {found:?}");
+            let found = found.iter().find(|it| it.message == *message).expect(text);
+            assert_eq!((&text[found.span.clone()], found.help.as_deref()), (*at, *help), "{text}");
+        }
+    }
+
+    fn schema() -> Value {
+        serde_json::json!({
             "type": "object", "additionalProperties": false, "required": ["step"],
             "properties": {
                 "step": {"type": "number", "description": "Step [s].\n\nMore."},
@@ -271,54 +292,49 @@ mod tests {
                 "type": "object", "additionalProperties": false,
                 "properties": {"on": {"type": "boolean"}},
             }},
-        });
-        for (text, at, message, help) in [
-            ("step = 1\nlist = [{ on = true }]\nkind = 'left'\nnames = { a = 'b' }", "", "", None),
-            ("stpe = 1", "stpe", "unknown key `stpe`", Some("did you mean `step`?")),
-            ("kind = 'left'", "", "the key `step` is missing", Some("`step`: Step [s].")),
-            ("step = 'a'", "'a'", "expected a number, found a text", None),
-            (
-                "step = 1\nkind = 'rihgt'",
-                "'rihgt'",
-                "unknown value `rihgt`",
-                Some("did you mean `right`?"),
-            ),
-            ("step = 1\nlist = [{ off = 1 }]", "off", "unknown key `off`", Some("known: on")),
-            (
-                "step = 1\nlist = [{ on = 1 }]",
-                "1",
-                "expected true or false, found a whole number",
-                None,
-            ),
-            ("step = 1\nloss = { kind = 'huber', threshold = 1 }", "", "", None),
-            (
-                "step = 1\nloss = { kind = 'square', threshold = 1 }",
-                "threshold",
-                "unknown key `threshold`",
-                Some("known: kind"),
-            ),
-            (
-                "step = 1\nloss = { kind = 'hubr' }",
-                "'hubr'",
-                "unknown value `hubr`",
-                Some("did you mean `huber`?"),
-            ),
-            (
-                "step = 1\nloss = { threshold = 1 }",
-                "{ threshold = 1 }",
-                "the key `kind` is missing",
-                None,
-            ),
-            ("step = 1\nnames = { a = 1 }", "1", "expected a text, found a whole number", None),
-        ] {
-            let table = DeTable::parse(text).expect(text);
-            let found = findings(&schema, 0..0, table.get_ref());
-            if message.is_empty() {
-                assert_eq!(found, [], "{text}");
-                continue;
-            }
-            let found = found.iter().find(|it| it.message == message).expect(text);
-            assert_eq!((&text[found.span.clone()], found.help.as_deref()), (at, help), "{text}");
-        }
+        })
     }
+
+    /// A text, the place of the mistake in it, the message and the help; no message when nothing is wrong.
+    type Case = (&'static str, &'static str, &'static str, Option<&'static str>);
+
+    const CASES: &[Case] = &[
+        ("step = 1\nlist = [{ on = true }]\nkind = 'left'\nnames = { a = 'b' }", "", "", None),
+        ("stpe = 1", "stpe", "unknown key `stpe`", Some("did you mean `step`?")),
+        ("kind = 'left'", "", "the key `step` is missing", Some("`step`: Step [s].")),
+        ("step = 'a'", "'a'", "expected a number, found a text", None),
+        (
+            "step = 1\nkind = 'rihgt'",
+            "'rihgt'",
+            "unknown value `rihgt`",
+            Some("did you mean `right`?"),
+        ),
+        ("step = 1\nlist = [{ off = 1 }]", "off", "unknown key `off`", Some("known: on")),
+        (
+            "step = 1\nlist = [{ on = 1 }]",
+            "1",
+            "expected true or false, found a whole number",
+            None,
+        ),
+        ("step = 1\nloss = { kind = 'huber', threshold = 1 }", "", "", None),
+        (
+            "step = 1\nloss = { kind = 'square', threshold = 1 }",
+            "threshold",
+            "unknown key `threshold`",
+            Some("known: kind"),
+        ),
+        (
+            "step = 1\nloss = { kind = 'hubr' }",
+            "'hubr'",
+            "unknown value `hubr`",
+            Some("did you mean `huber`?"),
+        ),
+        (
+            "step = 1\nloss = { threshold = 1 }",
+            "{ threshold = 1 }",
+            "the key `kind` is missing",
+            None,
+        ),
+        ("step = 1\nnames = { a = 1 }", "1", "expected a text, found a whole number", None),
+    ];
 }

@@ -160,6 +160,13 @@ pub struct Record {
 }
 
 impl Scenario {
+    /// The words that name recorded files, which are played back or analysed.
+    pub fn data_files(&self) -> impl Iterator<Item = &Spanned<String>> {
+        let played = self.document.table.iter().map(|table| &table.path);
+        let logs = self.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
+        played.chain(logs.map(|log| &log.path))
+    }
+
     /// An error at a word of the scenario.
     pub fn error<T>(&self, at: &Spanned<T>, message: impl Into<String>) -> Error {
         self.source.error(at.span(), message, "")

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use diagnostics::Error;
+use diagnostics::{Error, Mistakes};
 use indicatif::ProgressBar;
 use orchestrator::{ProgressEvent, Replay, RunOptions, suite};
 use scenario::resolve::{StartOverride, StartOverrides};
@@ -113,12 +113,11 @@ impl Arguments {
 
 /// Start values of `--set`.
 fn starts(set: &[String]) -> Result<Vec<StartOverride>, Error> {
-    let mut starts = Vec::new();
-    for entry in set {
+    let starts = set.iter().map(|entry| {
         let given = StartOverride::parse(entry, |file| file.into());
-        starts.extend(given.map_err(|message| Error::input(format!("--set: {message}")))?);
-    }
-    Ok(starts)
+        given.map_err(|message| Error::input(format!("--set: {message}")))
+    });
+    Ok(Mistakes::all(starts)?.into_iter().flatten().collect())
 }
 
 fn run_one(path: &Path, options: &RunOptions) -> u8 {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, Mistakes, Spanned};
 use scenario::{BuildRequest, Built, Scenario};
 
 use super::{BuildError, OnProgress, Workspace};
@@ -44,16 +44,13 @@ impl<'a> Request<'a> {
             .map_err(|error| self.scenario.error(self.package, error.to_string()))
     }
 
-    /// The error at the word that it is about, if it is about a word of this one.
-    fn error(&self, error: &BuildError) -> Option<Error> {
-        let (BuildError::Unknown { package: name, .. }
-        | BuildError::UnknownExample { example: name, .. }) = error
-        else {
-            return None;
-        };
-        let mut words = [Some(self.package), self.example].into_iter().flatten();
-        let word = words.find(|word| word.get_ref() == name)?;
-        Some(self.scenario.error(word, error.to_string()))
+    /// Whether the workspace has the package and its example.
+    fn check(&self, workspace: &Workspace) -> Result<(), Error> {
+        workspace.check(&self.product).map_err(|error| {
+            let example = matches!(error, BuildError::UnknownExample { .. });
+            let word = self.example.filter(|_| example).unwrap_or(self.package);
+            self.scenario.error(word, error.to_string())
+        })
     }
 }
 
@@ -61,10 +58,15 @@ impl<'a> Request<'a> {
 /// The workspace is that around the file with the key, or else around the current folder.
 ///
 /// # Errors
-/// With the place in the file, when a package is unknown, does not compile, or makes no FMU.
+/// With the places in the files, when packages are unknown, do not compile, or make no FMU.
 pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
+    let workspaces = by_workspace(scenario)?;
+    let all = workspaces.iter().flat_map(|(workspace, requests)| {
+        requests.iter().map(move |request| request.check(workspace))
+    });
+    Mistakes::all(all)?;
     let mut built = Built::default();
-    for (workspace, requests) in by_workspace(scenario)? {
+    for (workspace, requests) in workspaces {
         refuse_twins(&built, &requests)?;
         let products = |plugins: bool| {
             let products = requests.iter().filter(|it| it.is_plugin == plugins);
@@ -72,7 +74,8 @@ pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> 
             products.into_iter().collect::<Vec<_>>()
         };
         let made = workspace.make(&products(false), &products(true), progress);
-        let made = made.map_err(|error| error_at(&requests, &error))?;
+        let first = &requests[0];
+        let made = made.map_err(|error| first.scenario.error(first.package, error.to_string()))?;
         built.archives.extend(made.archives);
         built.plugins.extend(made.plugins);
     }
@@ -108,10 +111,4 @@ fn refuse_twins(built: &Built, requests: &[Request]) -> Result<(), Error> {
     let name = twin.package.get_ref();
     let message = format!("two workspaces have a package `{name}` that the scenario needs");
     Err(twin.scenario.error(twin.package, message))
-}
-
-/// The error at the word that it is about, or else at the first one of the workspace.
-fn error_at(requests: &[Request], error: &BuildError) -> Error {
-    let at_word = requests.iter().find_map(|it| it.error(error));
-    at_word.unwrap_or_else(|| requests[0].scenario.error(requests[0].package, error.to_string()))
 }

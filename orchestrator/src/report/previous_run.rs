@@ -2,34 +2,48 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
+use scenario::plan::REPORT;
+use serde::{Deserialize, Serialize};
 
-/// What a previous run left in its folder besides the usual files.
-#[derive(Default, Deserialize)]
-#[serde(default)]
+/// The report while it is written; until then, what a killed run leaves of it.
+pub(crate) const PARTIAL: &str = "report.json.partial";
+/// The files about a run that are no recordings.
+pub(crate) const OWN_FILES: [&str; 3] = [REPORT, PARTIAL, "report.html"];
+
+/// What a run leaves in its folder besides the usual files.
+#[derive(Default, Serialize, Deserialize)]
 pub(crate) struct PreviousRun {
+    /// The scenario, which every report names.
+    pub scenario: String,
+    /// The verdict, which every report has.
+    pub verdict: String,
     /// The files of analyses.
+    #[serde(default)]
     pub files: Vec<String>,
     /// The validations, each of which has a folder.
+    #[serde(default)]
     pub validations: Vec<PreviousValidation>,
 }
 
 /// A validation of a previous run.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub(crate) struct PreviousValidation {
     /// Its name, which is that of its folder.
     pub name: String,
 }
 
 impl PreviousRun {
-    /// What the report in the folder says, if there is one.
-    pub fn read(folder: &Path) -> Self {
-        let text = std::fs::read_to_string(folder.join(scenario::plan::REPORT)).unwrap_or_default();
-        let mut previous: PreviousRun = serde_json::from_str(&text).unwrap_or_default();
+    /// What the report in the folder says, or else what a killed run had said by then; none without either.
+    pub fn read(folder: &Path) -> Option<Self> {
+        let read = |name| {
+            let text = std::fs::read_to_string(folder.join(name)).ok()?;
+            serde_json::from_str::<Self>(&text).ok()
+        };
+        let mut previous = read(REPORT).or_else(|| read(PARTIAL))?;
         let plain =
             |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
         previous.files.retain(plain);
         previous.validations.retain(|validation| plain(&validation.name));
-        previous
+        Some(previous)
     }
 }

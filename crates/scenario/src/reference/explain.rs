@@ -34,7 +34,8 @@ pub fn explain(schema: &Value, key: &str) -> Result<String, Unknown> {
         _ => {
             let paths: Vec<_> = found.iter().map(|entry| entry.path.as_str()).collect();
             let message = format!("several keys are called `{wanted}`");
-            Err(Unknown { message, help: Some(format!("known: {}", shortened(&paths))) })
+            let help = Some(format!("known: {}", shortened(&paths)));
+            Err(Unknown { message, help, name: wanted.to_owned() })
         }
     }
 }

@@ -4,18 +4,19 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use diagnostics::{Error, Spanned, suggest};
+use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::SignalUnit;
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
-use recording::{Columns as RunColumns, Full};
+use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
+use super::Notes;
 use super::logs::{self, Wanted as Columns};
 use super::signal_units::{SignalUnits, cure};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisTable, Scenario};
+use crate::words::{Analysis, AnalysisTable, Column, Scenario};
 
 /// The columns of the run and their units.
 type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);
@@ -24,18 +25,30 @@ pub(super) fn resolve(
     scenario: &Scenario,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
     signals: Signals,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<AnalysisPlan>, Error> {
-    let (analyses, columns) = (&scenario.document.analysis, signals.0);
-    for (i, analysis) in analyses.iter().enumerate() {
-        let name = analysis.name.get_ref();
-        let twice = analyses[..i].iter().any(|other| other.name.get_ref() == name);
-        if twice || columns.iter().any(|column| column.node == *name) {
-            let message = format!("something else is called `{name}` already");
-            return Err(scenario.error(&analysis.name, message));
-        }
+    (mistakes, warnings): Notes,
+) -> Vec<AnalysisPlan> {
+    let analyses = &scenario.document.analysis;
+    let plans = analyses.iter().enumerate().filter_map(|(index, analysis)| {
+        mistakes.take(unique(scenario, &analyses[..index], analysis, signals.0));
+        mistakes.take(plan(scenario, analysis, plugins, signals, warnings))
+    });
+    plans.collect()
+}
+
+/// Checks refer to results by the names of analyses.
+fn unique(
+    scenario: &Scenario,
+    before: &[Analysis],
+    analysis: &Analysis,
+    columns: &RunColumns<Full>,
+) -> Result<(), Error> {
+    let name = analysis.name.get_ref();
+    let twice = before.iter().any(|other| other.name.get_ref() == name);
+    if twice || columns.iter().any(|column| column.node == *name) {
+        let message = format!("something else is called `{name}` already");
+        return Err(scenario.error(&analysis.name, message));
     }
-    analyses.iter().map(|analysis| plan(scenario, analysis, plugins, signals, warnings)).collect()
+    Ok(())
 }
 
 fn plan(
@@ -45,61 +58,90 @@ fn plan(
     signals: Signals,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
-    let plugin = load(scenario, analysis, plugins)?;
-    let read = |AnalysisTable { path, time, origin, columns }: &AnalysisTable| {
+    let mut mistakes = Mistakes::default();
+    let log = analysis.table.as_ref().map(|AnalysisTable { path, time, origin, columns }| {
         let wanted = Columns { path, time: time.as_ref(), origin: *origin, columns };
         logs::read(scenario, &wanted, warnings)
+    });
+    let log = mistakes.take(log.transpose()).flatten();
+    let Some(plugin) = mistakes.take(load(scenario, analysis, plugins)) else {
+        return Err(mistakes.finish().err().unwrap_or_else(Error::follow_up));
     };
-    let (log, units) = match analysis.table.as_ref().map(read).transpose()? {
-        Some(log) => (Some(log.table), log.units),
-        None => (None, Vec::new()),
-    };
-    let (run, run_units) = signals;
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
-        let wanted = wanted(scenario, &plugin, name)?;
-        let full = signal.get_ref();
-        let Some((index, _)) = run.numbers().find(|(_, it)| it.name() == *full) else {
-            let names: Vec<_> = run.numbers().map(|(_, it)| it.name()).collect();
-            let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
-            return Err(unknown.at(&scenario.source, signal.span()));
-        };
-        let unit = run_units.of(full);
-        let written = (signal.span(), full.as_str());
-        let cure = |unit: &str| cure(scenario, full, unit);
-        wired.push(wire(scenario, wanted, (Origin::Run(index), unit), written, &cure)?);
+        let wanted = wanted(scenario, &plugin, name);
+        let found = column(scenario, signals.0, signal);
+        let made = Mistakes::both(wanted, found).and_then(|(wanted, index)| {
+            let full = signal.get_ref().as_str();
+            let found = (Origin::Run(index), signals.1.of(full));
+            let cure = |unit: &str| cure(scenario, full, unit);
+            wire(scenario, wanted, found, (signal.span(), full), &cure)
+        });
+        wired.extend(mistakes.take(made));
     }
-    for (column, (name, entry)) in
-        analysis.table.iter().flat_map(|table| &table.columns).enumerate()
+    for (place, (name, entry)) in analysis.table.iter().flat_map(|table| &table.columns).enumerate()
     {
-        let wanted = wanted(scenario, &plugin, name)?;
-        if wired.iter().any(|other| other.name == wanted.name) {
-            let message = format!("`{}` comes from the run already", wanted.name);
-            return Err(scenario.error(name, message));
-        }
-        let entry = entry.get_ref();
-        let place = entry.unit.as_ref().unwrap_or(&entry.column).span();
-        let written = (place, entry.column.get_ref().as_str());
-        let cure = |unit: &str| {
-            format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
-        };
-        let unit = match &units[column] {
-            None => SignalUnit::Missing,
-            Some(name) => {
-                let unit = read_unit(scenario, &written, name);
-                SignalUnit::Known(unit.map_err(|error| error.help(cure("m/s")))?, name.clone())
-            }
-        };
-        wired.push(wire(scenario, wanted, (Origin::Log(column), unit), written, &cure)?);
+        let wanted = wanted(scenario, &plugin, name)
+            .and_then(|wanted| from_log(scenario, analysis, name, wanted));
+        let unit = log.as_ref().map(|log| log.units[place].as_deref());
+        let made = Mistakes::both(wanted, unit.ok_or_else(Error::follow_up));
+        let made = made.and_then(|(wanted, unit)| {
+            let Column { column, unit: word, .. } = entry.get_ref();
+            let written = (word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
+            let cure = |unit: &str| {
+                format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
+            };
+            let unit = match unit {
+                None => SignalUnit::Missing,
+                Some(name) => {
+                    let unit = read_unit(scenario, &written, name);
+                    SignalUnit::Known(unit.map_err(|it| it.help(cure("m/s")))?, name.to_owned())
+                }
+            };
+            wire(scenario, wanted, (Origin::Log(place), unit), written, &cure)
+        });
+        wired.extend(mistakes.take(made));
     }
-    complete(scenario, analysis, &plugin, &wired)?;
+    mistakes.take(complete(scenario, analysis, &plugin));
+    let sound = mistakes.finish();
+    let config = config(scenario, analysis, &plugin, &wired, sound.is_ok());
+    let ((), config) = Mistakes::both(sound, config)?;
     Ok(AnalysisPlan {
         name: analysis.name.get_ref().clone(),
-        config: config(scenario, analysis, &plugin, &wired)?,
+        config,
         plugin,
         wired,
-        log,
+        log: log.map(|log| log.table),
     })
+}
+
+/// The number that a word names.
+fn column(
+    scenario: &Scenario,
+    columns: &RunColumns<Full>,
+    signal: &Spanned<String>,
+) -> Result<NumberIndex<Full>, Error> {
+    let full = signal.get_ref();
+    if let Some((index, _)) = columns.numbers().find(|(_, it)| it.name() == *full) {
+        return Ok(index);
+    }
+    let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
+    let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
+    Err(unknown.at(&scenario.source, signal.span()))
+}
+
+/// Refuses a column of a file under the name of a signal of the run.
+fn from_log<'a>(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    name: &Spanned<String>,
+    wanted: &'a Wanted,
+) -> Result<&'a Wanted, Error> {
+    if analysis.signals.contains_key(name) {
+        let message = format!("`{}` comes from the run already", wanted.name);
+        return Err(scenario.error(name, message));
+    }
+    Ok(wanted)
 }
 
 fn load(
@@ -196,29 +238,27 @@ fn read_unit(
 }
 
 /// Whether the plugin gets all that it cannot do without.
-fn complete(
-    scenario: &Scenario,
-    analysis: &Analysis,
-    plugin: &Plugin,
-    wired: &[Wired],
-) -> Result<(), Error> {
-    let given = |wanted: &&Wanted| wired.iter().any(|wired| wired.name == wanted.name);
-    let mut missing = plugin.needs().iter().filter(|wanted| wanted.required && !given(wanted));
-    let Some(Wanted { name, description, unit, .. }) = missing.next() else { return Ok(()) };
-    let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
-    let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-    let help = format!(
-        "add it{unit} to [analysis.signals], such as {name} = \"node.variable\", or to the columns of [analysis.table]"
-    );
-    Err(scenario.error(&analysis.name, message).help(help))
+fn complete(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<(), Error> {
+    let from_log = analysis.table.iter().flat_map(|table| table.columns.keys());
+    let given: Vec<_> = analysis.signals.keys().chain(from_log).map(Spanned::get_ref).collect();
+    let missing = plugin.needs().iter().filter(|it| it.required && !given.contains(&&it.name));
+    let errors = missing.map(|Wanted { name, description, unit, .. }| {
+        let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
+        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+        scenario.error(&analysis.name, message).help(format!(
+            "add it{unit} to [analysis.signals], such as {name} = \"node.variable\", or to the columns of [analysis.table]"
+        ))
+    });
+    errors.collect::<Mistakes>().finish()
 }
 
-/// The configuration as text, if the plugin agrees to it.
+/// The configuration as text, if the plugin agrees to it. Of signals that are not `sound` it hears nothing.
 fn config(
     scenario: &Scenario,
     analysis: &Analysis,
     plugin: &Plugin,
     wired: &[Wired],
+    sound: bool,
 ) -> Result<String, Error> {
     let mut table =
         analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
@@ -234,28 +274,34 @@ fn config(
     })?;
     let signals =
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
-    let checked = plugin.check(&Request { config: &text, signals: signals.collect() });
-    checked.map_err(|error| refused(scenario, analysis, plugin, &error))?;
-    Ok(text)
+    let request = Request { config: &text, signals: signals.collect() };
+    let Err(error) = plugin.check(&request) else { return Ok(text) };
+    findings(scenario, analysis, plugin)?;
+    // The plugin may miss a signal whose mistake is told already.
+    Err(if sound { refused(scenario, analysis, &error) } else { Error::follow_up() })
 }
 
-/// The error of a plugin that refuses its configuration, at the key that it blames. The schema knows what a misspelt key was
-/// meant to be.
-fn refused(
-    scenario: &Scenario,
-    analysis: &Analysis,
-    plugin: &Plugin,
-    error: &ConfigError,
-) -> Error {
-    let name = analysis.name.get_ref();
+/// The place of an analysis in the list of them.
+fn place_in_list(scenario: &Scenario, analysis: &Analysis) -> String {
     let analyses = &scenario.document.analysis;
-    let index = analyses.iter().take_while(|it| !std::ptr::eq(*it, analysis)).count().to_string();
+    analyses.iter().take_while(|it| !std::ptr::eq(*it, analysis)).count().to_string()
+}
+
+/// The words of the configuration that break the plugin's schema, which knows what a misspelt key was meant to be.
+fn findings(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<(), Error> {
     let schema = plugin.config_schema().and_then(|text| serde_json::from_str(text).ok());
-    let schema = schema.map(|schema| schema::plain(&schema));
-    let findings = schema.map(|schema| scenario.findings(&["analysis", &index, "config"], &schema));
-    if let Some(Finding { span, message, help, .. }) = findings.into_iter().flatten().next() {
-        return scenario.source.error(span, format!("`{name}`: {message}"), "").hint(help);
-    }
+    let Some(schema) = schema.map(|schema| schema::plain(&schema)) else { return Ok(()) };
+    let (name, index) = (analysis.name.get_ref(), place_in_list(scenario, analysis));
+    let found = scenario.findings(&["analysis", &index, "config"], &schema).into_iter();
+    let errors = found.map(|Finding { span, message, help, .. }| {
+        scenario.source.error(span, format!("`{name}`: {message}"), "").hint(help)
+    });
+    errors.collect::<Mistakes>().finish()
+}
+
+/// The error of a plugin that refuses its configuration, at the key that it blames.
+fn refused(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -> Error {
+    let (name, index) = (analysis.name.get_ref(), place_in_list(scenario, analysis));
     let keys: Vec<_> = error.path.iter().map(String::as_str).collect();
     let under = |tables: &[&str]| {
         let path = [&["analysis", &index], tables, &keys].concat();
@@ -277,5 +323,5 @@ fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error>
         })?;
         Ok((name.get_ref().clone(), text.into()))
     };
-    analysis.files.iter().map(read).collect()
+    Ok(Mistakes::all(analysis.files.iter().map(read))?.into_iter().collect())
 }

@@ -1,6 +1,6 @@
 //! Turns `[[check]]` into expressions over columns.
 
-use diagnostics::{Error, Spanned, suggest};
+use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full};
 
@@ -14,38 +14,58 @@ type Signals<'a> = (&'a Columns<Full>, &'a SignalUnits);
 pub(super) fn resolve(
     scenario: &Scenario,
     signals: Signals,
-    clock: Clock,
+    clock: Option<Clock>,
 ) -> Result<Vec<CheckPlan>, Error> {
-    let plan = |check| plan(scenario, check, signals, clock);
-    scenario.document.check.iter().map(plan).collect()
+    let checks = &scenario.document.check;
+    Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
+        let unique = unique(scenario, &checks[..index], check);
+        let plan = plan(scenario, check, signals, clock);
+        Mistakes::both(unique, plan).map(|(_, plan)| plan)
+    }))
+}
+
+/// Reports and test results tell checks by their names.
+fn unique(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Error> {
+    let name = check.name.get_ref();
+    if before.iter().any(|other| other.name.get_ref() == name) {
+        let message = format!("there are two checks called `{name}`");
+        return Err(scenario.source.error(check.name.span(), message, "the second one"));
+    }
+    Ok(())
 }
 
 fn plan(
     scenario: &Scenario,
     check: &Check,
     signals: Signals,
-    clock: Clock,
+    clock: Option<Clock>,
 ) -> Result<CheckPlan, Error> {
-    let condition = condition(scenario, check, signals)?;
-    if !(check.tolerance >= 0.0 && check.tolerance.is_finite()) {
-        let message = format!(
-            "check `{}`: the tolerance {} is not a number from 0 on",
-            check.name, check.tolerance
-        );
-        return Err(scenario.error(&check.that, message));
-    }
-    if matches!(condition, Condition::Results(..)) && check.during.is_some() {
-        return Err(timeless(scenario, check));
-    }
+    let condition = condition(scenario, check, signals);
+    let during = match (&condition, &check.during) {
+        (Ok(Condition::Results(..)), Some(_)) => Err(timeless(scenario, check)),
+        _ => during(scenario, check, clock),
+    };
+    let numbers = Mistakes::both(tolerance(scenario, check), during);
+    let (condition, (tolerance, during)) = Mistakes::both(condition, numbers)?;
     Ok(CheckPlan {
-        name: check.name.clone(),
+        name: check.name.get_ref().clone(),
         that: check.that.get_ref().clone(),
         condition,
-        during: during(scenario, check, clock)?,
+        during,
         windowed: check.during.is_some(),
-        tolerance: check.tolerance,
+        tolerance,
     })
 }
+
+fn tolerance(scenario: &Scenario, check: &Check) -> Result<f64, Error> {
+    if check.tolerance >= 0.0 && check.tolerance.is_finite() {
+        return Ok(check.tolerance);
+    }
+    let (name, tolerance) = (check.name.get_ref(), check.tolerance);
+    let message = format!("check `{name}`: the tolerance {tolerance} is not a number from 0 on");
+    Err(scenario.error(&check.that, message))
+}
+
 /// Marks conditions that may mix signals with results: nothing evaluates them.
 struct Mixed;
 
@@ -70,7 +90,8 @@ fn condition(
         Some(Signal { operand, unit: units.of(name) })
     })?;
     if !mixed.is_condition() {
-        let message = format!("check `{}`: expected a comparison, found a value", check.name);
+        let message =
+            format!("check `{}`: expected a comparison, found a value", check.name.get_ref());
         return Err(scenario
             .error(&check.that, message)
             .help("write for example `abs(plant.v_y) < 2`"));
@@ -86,9 +107,8 @@ fn condition(
         return Err(timeless(scenario, check));
     }
     let mut numbers = 0..results.len();
-    let condition = parse::<Results>(scenario, check, columns, &mut |_| {
-        numbers.next().map(|number| result(number).into())
-    })?;
+    let mut resolve = |_: &str| Some(result(numbers.next()?).into());
+    let condition = parse::<Results>(scenario, check, columns, &mut resolve)?;
     for index in condition.texts() {
         results[index.position()].is_text = true;
     }
@@ -106,7 +126,7 @@ fn parse<S>(
 }
 
 fn timeless(scenario: &Scenario, check: &Check) -> Error {
-    let message = format!("check `{}`: results of analyses have no time", check.name);
+    let message = format!("check `{}`: results of analyses have no time", check.name.get_ref());
     let span = check.during.as_ref().map_or(check.that.span(), Spanned::span);
     scenario
         .source
@@ -127,9 +147,10 @@ fn malformed(
     let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
     let closest =
         unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
+    let message = format!("check `{}`: {}", check.name.get_ref(), error.message);
+    let pointed = scenario.source.error(span, message, "here");
     let cure = error.unitless.map(|it| cure(scenario, &it.signal, &it.other));
-    let message = format!("check `{}`: {}", check.name, error.message);
-    scenario.source.error(span, message, "here").hint(closest.or(cure).or(error.help).or(hint))
+    pointed.hint(closest.or(cure).or(error.help).or(hint)).about_unknown(error.unknown)
 }
 
 /// The result that a name means when it begins with an analysis or a validation.
@@ -144,7 +165,8 @@ fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
     })
 }
 
-fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], Error> {
+fn during(scenario: &Scenario, check: &Check, clock: Option<Clock>) -> Result<[f64; 2], Error> {
+    let clock = clock.ok_or_else(Error::follow_up)?;
     let Some(written) = &check.during else { return Ok([0.0, clock.stop()]) };
     let [from, to] = *written.get_ref();
     let stop = scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref());
@@ -154,7 +176,7 @@ fn during(scenario: &Scenario, check: &Check, clock: Clock) -> Result<[f64; 2], 
     }
     let message = format!(
         "check `{}`: expected a window within 0 .. {stop} s, found {from} .. {to} s",
-        check.name
+        check.name.get_ref()
     );
     Err(scenario.error(written, message))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, Mistakes, Spanned};
 use expression::SignalUnit;
 use units::Unit;
 
@@ -22,7 +22,7 @@ enum Fit {
     Converted((f64, f64)),
     /// One end has a unit, and this one has none that can be read.
     Lacks(Side),
-    Differ(Unit, Unit),
+    Differ((Unit, String), (Unit, String)),
 }
 
 fn fit(from: &Port, to: &Port) -> Fit {
@@ -31,8 +31,9 @@ fn fit(from: &Port, to: &Port) -> Fit {
     let plain = |unit: &Unit, other: &Port| *unit == Unit::ONE && other.unit.is_none();
     match (signal_unit(from), signal_unit(to)) {
         (SignalUnit::Plain, _) | (_, SignalUnit::Plain) => same,
-        (SignalUnit::Known(a, _), SignalUnit::Known(b, _)) => {
-            Unit::conversion(&a, &b).map_or(Fit::Differ(a, b), Fit::Converted)
+        (SignalUnit::Known(a, from), SignalUnit::Known(b, to)) => {
+            let differ = || Fit::Differ((a, from), (b, to));
+            Unit::conversion(&a, &b).map_or_else(differ, Fit::Converted)
         }
         _ if from.unit == to.unit => same,
         (SignalUnit::Known(unit, _), _) if plain(&unit, to) => same,
@@ -46,68 +47,137 @@ fn fit(from: &Port, to: &Port) -> Fit {
     }
 }
 
-/// The factor and the offset that turn the unit of `from` into that of `to`.
-pub(super) fn convert(
+/// Factor and offset of each connection of the scenario; none where an end is wrong.
+pub(super) type Conversions = Vec<Option<(f64, f64)>>;
+
+/// The nodes and ports of both ends of a connection.
+type Ends = ((usize, usize), (usize, usize));
+
+/// Judges all connections. An FMU of which several connected variables lack a unit is one mistake.
+pub(super) fn judge(
     scenario: &Scenario,
-    connect: &Connect,
-    (from, to): (&Port, &Port),
-) -> Result<(f64, f64), Error> {
-    let (from_word, to_word) = (connect.from.get_ref(), connect.to.get_ref());
-    let text = |port: &Port| port.unit.clone().unwrap_or_default();
-    match fit(from, to) {
-        Fit::Converted(conversion) => Ok(conversion),
-        Fit::Differ(a, b) => {
-            let (from, to) = (text(from), text(to));
-            let message = format!(
-                "cannot connect `{from_word}` to `{to_word}`: [{from}] is no unit of [{to}]"
-            );
-            let help = format!("{} is not {}", a.dimension(), b.dimension());
-            Err(scenario.error(&connect.to, message).help(help))
+    nodes: &mut [UnplacedNode],
+    mistakes: &mut Mistakes,
+) -> Conversions {
+    for connect in &scenario.document.connect {
+        // A name that is wrong is told where it is connected.
+        let Some(ends) = ends(scenario, nodes, connect) else { continue };
+        mistakes.take(declare(scenario, nodes, connect, ends));
+    }
+    let mut lacking: BTreeMap<usize, Vec<Lacking>> = BTreeMap::new();
+    let conversions = scenario.document.connect.iter().map(|connect| {
+        let ends @ (from, to) = ends(scenario, nodes, connect)?;
+        match fit(&nodes[from.0].outputs[from.1], &nodes[to.0].inputs[to.1]) {
+            Fit::Converted(conversion) => return Some(conversion),
+            Fit::Differ(a, b) => mistakes.push(differ(scenario, connect, &a, &b)),
+            Fit::Lacks(side) => {
+                let node = if side == Side::Output { from.0 } else { to.0 };
+                lacking.entry(node).or_default().push(Lacking { connect, ends, side });
+            }
         }
-        Fit::Lacks(side) => {
-            let ((word, port), (other_word, other)) = match side {
-                Side::Output => ((&connect.from, from), (to_word, to)),
-                Side::Input => ((&connect.to, to), (from_word, from)),
-            };
-            let (name, example) = (word.get_ref(), text(other));
-            let lacks = match &port.unit {
-                None => format!("`{name}` has no unit"),
-                Some(text) => format!("the unit [{text}] of `{name}` cannot be read"),
-            };
-            let message = format!("`{other_word}` is in [{example}], and {lacks}");
-            let example = if other.dimension.is_some() { example } else { "m/s".to_owned() };
-            let help = cure(scenario, name, &example);
-            Err(scenario
-                .error(word, message)
-                .help(format!("{help}, or unit = \"{example}\" on the connection")))
+        None
+    });
+    let conversions = conversions.collect();
+    for (node, variables) in lacking {
+        let is_fmu = matches!(nodes[node].body, Body::Fmu { .. });
+        match variables.as_slice() {
+            [_, _, ..] if is_fmu => mistakes.push(unitless(scenario, nodes, node, &variables)),
+            single => single.iter().for_each(|it| mistakes.push(lacks(scenario, nodes, it))),
         }
+        for Lacking { ends: (from, to), side, .. } in variables {
+            let place = if side == Side::Output { from } else { to };
+            port(nodes, place, side).wrong_unit = true;
+        }
+    }
+    conversions
+}
+
+fn ends(scenario: &Scenario, nodes: &[UnplacedNode], connect: &Connect) -> Option<Ends> {
+    let from = find(scenario, nodes, &connect.from, Side::Output).ok()?;
+    Some((from, find(scenario, nodes, &connect.to, Side::Input).ok()?))
+}
+
+/// A connection of which one end lacks a unit.
+struct Lacking<'a> {
+    connect: &'a Connect,
+    ends: Ends,
+    side: Side,
+}
+
+impl<'a> Lacking<'a> {
+    /// The full name and the port of the end without a unit, then those of the other end.
+    fn named<'n>(&self, nodes: &'n [UnplacedNode]) -> [(&'a Spanned<String>, &'n Port); 2] {
+        let (from, to) = self.ends;
+        let from = (&self.connect.from, &nodes[from.0].outputs[from.1]);
+        let to = (&self.connect.to, &nodes[to.0].inputs[to.1]);
+        if self.side == Side::Output { [from, to] } else { [to, from] }
     }
 }
 
-/// Gives the ends without a unit the one that their connection declares.
-pub(super) fn declare(scenario: &Scenario, nodes: &mut [UnplacedNode]) -> Result<(), Error> {
-    let mut declared = BTreeMap::new();
-    for connect in &scenario.document.connect {
-        let Some(word) = &connect.unit else { continue };
-        let known = unit::unit(scenario, word)?;
-        let ends = [(&connect.from, Side::Output), (&connect.to, Side::Input)];
-        let [from, to] = ends.map(|(word, side)| find(scenario, nodes, word, side));
-        let places = [(from?, Side::Output), (to?, Side::Input)];
-        let lacking: Vec<_> = places
-            .into_iter()
-            .filter(|&(place, side)| signal_unit(port(nodes, place, side)) == SignalUnit::Missing)
-            .collect();
-        match lacking.as_slice() {
-            [(place, side)] => {
-                let port = port(nodes, *place, *side);
-                (port.dimension, port.unit) = (Some(known), Some(word.get_ref().clone()));
-                declared.insert((*place, *side), known);
-            }
-            [] if places.iter().any(|place| declared.get(place) == Some(&known)) => {}
-            lacking => return Err(pointless(scenario, connect, word, lacking.is_empty())),
+fn differ(
+    scenario: &Scenario,
+    connect: &Connect,
+    (a, from): &(Unit, String),
+    (b, to): &(Unit, String),
+) -> Error {
+    let (from_word, to_word) = (connect.from.get_ref(), connect.to.get_ref());
+    let message =
+        format!("cannot connect `{from_word}` to `{to_word}`: [{from}] is no unit of [{to}]");
+    let help = format!("{} is not {}", a.dimension(), b.dimension());
+    scenario.error(&connect.to, message).help(help)
+}
+
+/// The error about one end without a unit.
+fn lacks(scenario: &Scenario, nodes: &[UnplacedNode], lacking: &Lacking) -> Error {
+    let [(word, port), (other, other_port)] = lacking.named(nodes);
+    let (name, unit) = (word.get_ref(), other_port.unit.as_deref().unwrap_or("1"));
+    let what = match &port.unit {
+        None => format!("`{name}` has no unit"),
+        Some(text) => format!("the unit [{text}] of `{name}` cannot be read"),
+    };
+    let message = format!("`{}` is in [{unit}], and {what}", other.get_ref());
+    let example = if other_port.dimension.is_some() { unit } else { "m/s" };
+    let cure = cure(scenario, name, example);
+    scenario
+        .error(word, message)
+        .help(format!("{cure}, or unit = \"{example}\" in the [[connect]]"))
+}
+
+/// Gives the end without a unit the one that the connection declares.
+fn declare(
+    scenario: &Scenario,
+    nodes: &mut [UnplacedNode],
+    connect: &Connect,
+    (from, to): Ends,
+) -> Result<(), Error> {
+    let Some(word) = &connect.unit else { return Ok(()) };
+    let known = unit::unit(scenario, word);
+    let mut ends = [(from, Side::Output), (to, Side::Input)].into_iter();
+    let mut lacking = ends
+        .clone()
+        .filter(|&(place, side)| signal_unit(port(nodes, place, side)) == SignalUnit::Missing);
+    match (lacking.next(), lacking.next()) {
+        (Some((place, side)), None) => {
+            let port = port(nodes, place, side);
+            port.wrong_unit = known.is_err();
+            (port.dimension, port.unit) = (Some(known?), Some(word.get_ref().clone()));
+            Ok(())
         }
+        (None, _) => {
+            // Another connection of the same variable may have declared it.
+            let same = |port: &Port| port.unit.as_ref() == Some(word.get_ref());
+            let declared = scenario.document.connect.iter().any(|other| {
+                !std::ptr::eq(other, connect)
+                    && other.unit.as_ref() == Some(word)
+                    && (other.from == connect.from)
+            });
+            match declared && ends.any(|(place, side)| same(port(nodes, place, side))) {
+                true => known.map(|_| ()),
+                false => Err(pointless(scenario, connect, word, true)),
+            }
+        }
+        _ => Err(pointless(scenario, connect, word, false)),
     }
-    Ok(())
 }
 
 fn port(nodes: &mut [UnplacedNode], (node, port): (usize, usize), side: Side) -> &mut Port {
@@ -138,49 +208,30 @@ fn pointless(
     scenario.error(word, message).help(help)
 }
 
-/// Refuses an FMU of which several connected variables lack a unit, in one error for them all.
-pub(super) fn judge_nodes(scenario: &Scenario, nodes: &[UnplacedNode]) -> Result<(), Error> {
-    let mut lacking: BTreeMap<usize, Vec<(&str, &str, &str)>> = BTreeMap::new();
-    for connect in &scenario.document.connect {
-        let from = find(scenario, nodes, &connect.from, Side::Output);
-        let to = find(scenario, nodes, &connect.to, Side::Input);
-        // A name that is wrong is reported at its connection.
-        let (Ok(from), Ok(to)) = (from, to) else { continue };
-        let ports = (&nodes[from.0].outputs[from.1], &nodes[to.0].inputs[to.1]);
-        let (node, port, other, word) = match fit(ports.0, ports.1) {
-            Fit::Lacks(Side::Output) => (from.0, ports.0, ports.1, &connect.to),
-            Fit::Lacks(Side::Input) => (to.0, ports.1, ports.0, &connect.from),
-            _ => continue,
-        };
-        let unit = other.unit.as_deref().unwrap_or("1");
-        lacking.entry(node).or_default().push((&port.name, unit, word.get_ref()));
-    }
-    let is_fmu = |node: &usize| matches!(nodes[*node].body, Body::Fmu { .. });
-    lacking.retain(|node, variables| is_fmu(node) && variables.len() > 1);
-    match lacking.into_iter().next() {
-        Some((node, variables)) => Err(unitless(scenario, &nodes[node], &variables)),
-        None => Ok(()),
-    }
-}
-
-/// The error about all connected variables of an FMU that lack a unit: name, unit and name of the other end.
-fn unitless(scenario: &Scenario, node: &UnplacedNode, variables: &[(&str, &str, &str)]) -> Error {
-    let name = &node.name;
-    let listed = variables.iter().take(LISTED);
-    let listed: Vec<_> =
-        listed.map(|(port, unit, other)| format!("`{port}` meets `{other}` [{unit}]")).collect();
-    let more = match variables.len().saturating_sub(LISTED) {
+/// The error about all connected variables of an FMU that lack a unit.
+fn unitless(scenario: &Scenario, nodes: &[UnplacedNode], node: usize, all: &[Lacking]) -> Error {
+    let UnplacedNode { name, place, .. } = &nodes[node];
+    let unit = |port: &Port| port.unit.clone().unwrap_or_else(|| "1".to_owned());
+    let meets = all.iter().map(|lacking| {
+        let [(_, port), (other, other_port)] = lacking.named(nodes);
+        format!("`{}` meets `{}` [{}]", port.name, other.get_ref(), unit(other_port))
+    });
+    let meets: Vec<_> = meets.collect();
+    let more = match meets.len().saturating_sub(LISTED) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    let message =
-        format!("connected variables of `{name}` have no unit: {}{more}", listed.join(", "));
-    let units: BTreeMap<_, _> = variables.iter().map(|(port, unit, _)| (*port, *unit)).collect();
-    let units: Vec<_> =
-        units.into_iter().map(|(port, unit)| format!("{} = \"{unit}\"", key(port))).collect();
+    let listed = meets[..meets.len().min(LISTED)].join(", ");
+    let message = format!("connected variables of `{name}` have no unit: {listed}{more}");
+    let units = all.iter().map(|lacking| {
+        let [(_, port), (_, other)] = lacking.named(nodes);
+        (port.name.as_str(), unit(other))
+    });
+    let units: BTreeMap<_, _> = units.collect();
+    let units = units.iter().map(|(port, unit)| format!("{} = \"{unit}\"", key(port)));
     let help = format!(
         "say in [[fmu]] `{name}` which units they have, such as unit = {{ {} }}",
-        units.join(", ")
+        units.collect::<Vec<_>>().join(", ")
     );
-    scenario.source.error(node.place.clone(), message, "this node").help(help)
+    scenario.source.error(place.clone(), message, "this node").help(help)
 }

@@ -1,11 +1,12 @@
 //! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
 
-use diagnostics::Error;
+use diagnostics::{Error, Mistakes};
 
+use super::connection_units::Conversions;
 use super::nodes::{Port, UnplacedNode};
 use super::port::{Side, find};
-use super::{connection_units, types};
-use crate::effect::{Chain, Context, stream_seed};
+use super::types;
+use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
 use crate::words::{At, Connect, Fault, Scenario};
 
@@ -27,51 +28,74 @@ pub(super) struct Connection {
 pub(super) fn connect(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
-    clock: Clock,
-    seed: u64,
-) -> Result<Connections, Error> {
-    let mut connections: Connections = unplaced
-        .iter()
-        .map(|unplaced_node| unplaced_node.inputs.iter().map(|_| None).collect())
-        .collect();
-    connection_units::judge_nodes(scenario, unplaced)?;
-    for connect in &scenario.document.connect {
-        let from @ (producer, output) = find(scenario, unplaced, &connect.from, Side::Output)?;
-        let (consumer, input) = find(scenario, unplaced, &connect.to, Side::Input)?;
-        let slot = &mut connections[consumer][input];
-        if slot.is_some() {
+    conversions: &Conversions,
+    timed: (Option<Clock>, u64),
+    mistakes: &mut Mistakes,
+) -> Connections {
+    let none = |node: &UnplacedNode| node.inputs.iter().map(|_| None).collect();
+    let mut connections: Connections = unplaced.iter().map(none).collect();
+    let all = &scenario.document.connect;
+    for (index, connect) in all.iter().enumerate() {
+        if all[..index].iter().any(|other| other.to == connect.to) {
             let message = format!("`{}` is connected twice", connect.to.get_ref());
-            return Err(scenario.error(&connect.to, message));
+            mistakes.push(scenario.error(&connect.to, message));
+            continue;
         }
-        let ports = (&unplaced[producer].outputs[output], &unplaced[consumer].inputs[input]);
-        let at = at(scenario, connect, &unplaced[producer])?;
-        let input_chain = match types::fit(scenario, connect, ports)? {
-            Some(accepts) => Some(input_chain(scenario, connect, ports, (accepts, clock, seed))?),
-            None => None,
-        };
-        *slot = Some(Connection { from, at, input_chain });
+        let from = find(scenario, unplaced, &connect.from, Side::Output);
+        let from = mistakes.take(from).ok_or_else(Error::follow_up);
+        let to = find(scenario, unplaced, &connect.to, Side::Input);
+        let Some(to) = mistakes.take(to) else { continue };
+        // An input whose connection is wrong has no column that a check could name.
+        let units = conversions[index];
+        let made =
+            from.and_then(|from| connection(scenario, unplaced, (connect, from, to), units, timed));
+        connections[to.0][to.1] = mistakes.take_named(connect.to.get_ref(), made);
     }
     for fault in &scenario.document.fault {
-        attach(scenario, unplaced, &mut connections, fault)?;
+        mistakes.take(attach(scenario, unplaced, &mut connections, fault));
     }
-    unconnected(scenario, unplaced, &connections)?;
-    Ok(connections)
+    for node in unplaced {
+        mistakes.take(unconnected(scenario, node));
+    }
+    connections
+}
+
+/// A connection between two ends.
+fn connection(
+    scenario: &Scenario,
+    unplaced: &[UnplacedNode],
+    (connect, from, to): (&Connect, (usize, usize), (usize, usize)),
+    units: Option<(f64, f64)>,
+    timed: (Option<Clock>, u64),
+) -> Result<Connection, Error> {
+    let ports = (&unplaced[from.0].outputs[from.1], &unplaced[to.0].inputs[to.1]);
+    let at = at(scenario, connect, &unplaced[from.0]);
+    let input_chain = types::fit(scenario, connect, ports).and_then(|accepts| {
+        let chain = |accepts| input_chain(scenario, connect, units, (accepts, timed));
+        accepts.map(chain).transpose()
+    });
+    let (at, input_chain) = Mistakes::both(at, input_chain)?;
+    Ok(Connection { from, at, input_chain })
 }
 
 /// The way of a number to its input.
 fn input_chain(
     scenario: &Scenario,
     connect: &Connect,
-    ports: (&Port, &Port),
-    (accepts, clock, seed): (Accepts, Clock, u64),
+    units: Option<(f64, f64)>,
+    (accepts, (clock, seed)): (Accepts, (Option<Clock>, u64)),
 ) -> Result<InputChain, Error> {
-    let (factor, offset) = connection_units::convert(scenario, connect, ports)?;
-    let context =
-        Context { communication_step: clock.step, stream: stream_seed(seed, connect.to.get_ref()) };
-    let effects: Vec<_> = connect.effects().into_iter().map(|(.., effect)| effect).collect();
-    let effects =
-        Chain::new(&effects, context).map_err(|message| scenario.error(&connect.to, message))?;
-    Ok(InputChain { factor, offset, effects, faults: Vec::new(), accepts })
+    let stages = || {
+        let communication_step = clock.ok_or_else(Error::follow_up)?.step;
+        let stream = stream_seed(seed, connect.to.get_ref());
+        let context = Context { communication_step, stream };
+        Mistakes::all(connect.effects().into_iter().map(|(_, place, effect)| {
+            effect.stage(&context).map_err(|message| scenario.source.error(place, message, ""))
+        }))
+    };
+    let converted = units.ok_or_else(Error::follow_up);
+    let ((factor, offset), stages) = Mistakes::both(converted, stages())?;
+    Ok(InputChain { factor, offset, effects: stages.into(), faults: Vec::new(), accepts })
 }
 
 /// Which end of the step the value is taken at.
@@ -102,16 +126,33 @@ fn attach(
     connections: &mut Connections,
     fault: &Fault,
 ) -> Result<(), Error> {
-    let (node, input) = find(scenario, unplaced, &fault.input, Side::Input)?;
-    let Some(connection) = &mut connections[node][input] else {
-        let message = format!("nothing is connected to `{}`", fault.input.get_ref());
-        return Err(scenario.error(&fault.input, message));
+    let action = action(scenario, fault);
+    let chain = find(scenario, unplaced, &fault.input, Side::Input)
+        .and_then(|(node, input)| chain(scenario, &mut connections[node][input], fault));
+    let (chain, action) = Mistakes::both(chain, action)?;
+    chain.faults.push(action);
+    Ok(())
+}
+
+/// The way of the number that a fault acts on.
+fn chain<'c>(
+    scenario: &Scenario,
+    connection: &'c mut Option<Connection>,
+    fault: &Fault,
+) -> Result<&'c mut InputChain, Error> {
+    let input = fault.input.get_ref();
+    let Some(connection) = connection else {
+        let message = format!("nothing is connected to `{input}`");
+        return Err(scenario.error(&fault.input, message).about_unknown(input.clone()));
     };
-    let Some(input_chain) = &mut connection.input_chain else {
-        let message =
-            format!("`{}` is a text, and faults act on numbers only", fault.input.get_ref());
-        return Err(scenario.error(&fault.input, message));
-    };
+    connection.input_chain.as_mut().ok_or_else(|| {
+        let message = format!("`{input}` is a text, and faults act on numbers only");
+        scenario.error(&fault.input, message)
+    })
+}
+
+/// The action of a fault, and its time.
+fn action(scenario: &Scenario, fault: &Fault) -> Result<FaultPlan, Error> {
     let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
         let kinds = Fault::KINDS.join("`, `");
         let message = format!("expected exactly one of `{kinds}`");
@@ -122,35 +163,26 @@ fn attach(
         let message = format!("the fault begins at {} s and ends at {until} s", fault.from);
         return Err(scenario.error(&fault.input, message));
     }
-    input_chain.faults.push(FaultPlan { from: fault.from, until, action });
-    Ok(())
+    Ok(FaultPlan { from: fault.from, until, action })
 }
 
 /// An input that nobody thought of keeps the FMU's start value for ever, which looks like a result:
 /// the scenario has to say that it wants that.
-fn unconnected(
-    scenario: &Scenario,
-    unplaced: &[UnplacedNode],
-    connections: &Connections,
-) -> Result<(), Error> {
-    for (unplaced_node, connections) in unplaced.iter().zip(connections) {
-        let open =
-            unplaced_node.inputs.iter().zip(connections).filter(|(port, link)| {
-                link.is_none() && !unplaced_node.started.contains(&port.name)
-            });
-        let open: Vec<_> = open.map(|(port, _)| port).collect();
-        if let Some(first) = open.first() {
-            let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
-            let (name, inputs) = (&unplaced_node.name, names.join("`, `"));
-            let (first, value) = (&first.name, types::example(first));
-            let message = format!(
-                "nothing is connected to `{inputs}` of `{name}`, and there is no start value"
-            );
-            let error = scenario.source.error(unplaced_node.place.clone(), message, "this node");
-            return Err(error.help(format!(
-                "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}"
-            )));
-        }
-    }
-    Ok(())
+fn unconnected(scenario: &Scenario, node: &UnplacedNode) -> Result<(), Error> {
+    let is_open = |port: &&Port| {
+        let name = format!("{}.{}", node.name, port.name);
+        let connected = scenario.document.connect.iter().any(|it| *it.to.get_ref() == name);
+        !connected && !node.started.contains(&port.name)
+    };
+    let open: Vec<_> = node.inputs.iter().filter(is_open).collect();
+    let Some(first) = open.first() else { return Ok(()) };
+    let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
+    let (name, inputs) = (&node.name, names.join("`, `"));
+    let (first, value) = (&first.name, types::example(first));
+    let message =
+        format!("nothing is connected to `{inputs}` of `{name}`, and there is no start value");
+    let error = scenario.source.error(node.place.clone(), message, "this node");
+    Err(error.help(format!(
+        "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}"
+    )))
 }

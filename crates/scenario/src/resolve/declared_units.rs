@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::{Error, Spanned, suggest};
+use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Type, Variable};
 use units::Unit;
 
@@ -10,51 +10,69 @@ use super::{starts, unit};
 use crate::pattern::matches;
 use crate::words::{Fmu, Scenario};
 
-/// The declared units by the indices of the variables.
-pub(super) type DeclaredUnits = BTreeMap<usize, (Unit, String)>;
+/// The declared units by the indices of the variables; none when the declaration is wrong.
+pub(super) type DeclaredUnits = BTreeMap<usize, Option<(Unit, String)>>;
 
 /// The declarations of one FMU. A full name wins over a pattern.
 pub(super) fn declared_units(
     scenario: &Scenario,
     node: &Fmu,
     variables: &[Variable],
-) -> Result<DeclaredUnits, Error> {
-    let mut written = Vec::new();
-    for (key, whole) in &node.unit {
-        starts::flatten(key.get_ref(), whole.get_ref(), &mut |name, value| {
-            let toml::Value::String(text) = value else {
-                let message =
-                    format!("expected a unit such as \"m/s\" for `{name}`, found {value}");
-                return Err(scenario.error(key, message));
-            };
-            let place = if value == whole.get_ref() { whole.span() } else { key.span() };
-            let name = Spanned::new(key.span(), name.to_owned());
-            written.push((name, Spanned::new(place, text.clone())));
-            Ok(())
-        })?;
-    }
-    let (patterns, names): (Vec<_>, Vec<_>) =
-        written.into_iter().partition(|(pattern, _)| pattern.get_ref().contains('*'));
+    mistakes: &mut Mistakes,
+) -> DeclaredUnits {
+    let (patterns, names): (Vec<_>, Vec<_>) = written(scenario, node, mistakes)
+        .into_iter()
+        .partition(|(pattern, _)| pattern.get_ref().contains('*'));
     let mut declared = DeclaredUnits::new();
     for (pattern, word) in &patterns {
-        for index in fitting(scenario, node, variables, pattern)? {
-            let found = declare(scenario, &variables[index], word)?;
-            if let Some((_, other)) = declared.get(&index).filter(|(unit, _)| *unit != found.0) {
-                let name = &variables[index].name;
-                let (pattern, said) = (pattern.get_ref(), &found.1);
+        let fitting = mistakes.take(fitting(scenario, node, variables, pattern));
+        for index in fitting.into_iter().flatten() {
+            let (name, said) = (&variables[index].name, word.get_ref());
+            let found = mistakes.take(declare(scenario, &variables[index], word));
+            if let (Some(Some((unit, other))), Some(found)) = (declared.get(&index), &found)
+                && *unit != found.0
+            {
+                let pattern = pattern.get_ref();
                 let message =
                     format!("two patterns fit `{name}`: one says [{other}], `{pattern}` [{said}]");
-                return Err(scenario.error(word, message).help("a full name wins over patterns"));
+                let error = scenario.error(word, message);
+                mistakes.push(error.help("a full name wins over patterns"));
             }
             declared.insert(index, found);
         }
     }
     for (name, word) in &names {
-        for index in fitting(scenario, node, variables, name)? {
-            declared.insert(index, declare(scenario, &variables[index], word)?);
+        let fitting = mistakes.take(fitting(scenario, node, variables, name));
+        for index in fitting.into_iter().flatten() {
+            let found = mistakes.take(declare(scenario, &variables[index], word));
+            declared.insert(index, found);
         }
     }
-    Ok(declared)
+    declared
+}
+
+/// Names or patterns with their units. Keys with dots are the names of structured variables.
+fn written(
+    scenario: &Scenario,
+    node: &Fmu,
+    mistakes: &mut Mistakes,
+) -> Vec<(Spanned<String>, Spanned<String>)> {
+    let mut written = Vec::new();
+    for (key, whole) in &node.unit {
+        let flat = starts::flatten(key.get_ref(), whole.get_ref(), &mut |name, value| {
+            let place = if value == whole.get_ref() { whole.span() } else { key.span() };
+            let toml::Value::String(text) = value else {
+                let message =
+                    format!("expected a unit such as \"m/s\" for `{name}`, found {value}");
+                return Err(scenario.source.error(place, message, ""));
+            };
+            let name = Spanned::new(key.span(), name.to_owned());
+            written.push((name, Spanned::new(place, text.clone())));
+            Ok(())
+        });
+        mistakes.take(flat);
+    }
+    written
 }
 
 /// The Real variables that a pattern fits.
@@ -66,17 +84,17 @@ fn fitting(
 ) -> Result<Vec<usize>, Error> {
     let fits = |index: &usize| matches(pattern.get_ref(), &variables[*index].name);
     let fitting: Vec<_> = (0..variables.len()).filter(fits).collect();
-    let real: Vec<_> =
-        fitting.iter().copied().filter(|index| variables[*index].kind == Type::Real).collect();
+    let is_real = |index: &usize| variables[*index].kind == Type::Real;
+    let real: Vec<_> = fitting.iter().copied().filter(is_real).collect();
     match (fitting.first(), real.is_empty()) {
         (None, _) => {
             let known = variables.iter().map(|variable| variable.name.as_str());
             let kind = format!("variable of `{}`", node.name.get_ref());
-            Err(suggest::unknown(&kind, pattern.get_ref(), known)
-                .at(&scenario.source, pattern.span()))
+            let unknown = suggest::unknown(&kind, pattern.get_ref(), known);
+            Err(unknown.at(&scenario.source, pattern.span()))
         }
         (Some(first), true) => {
-            let (name, kind) = (&variables[*first].name, variables[*first].kind);
+            let Variable { name, kind, .. } = &variables[*first];
             let message = format!("`{name}` is {kind:?}, and only Real variables have units");
             Err(scenario.error(pattern, message))
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, Mistakes, Spanned};
 use recording::table::{Table, TableError};
 use units::Unit;
 
@@ -42,7 +42,7 @@ pub(super) fn read(
     warnings.extend(table.warning().map(str::to_owned));
     let units = wanted.columns.values().zip(0..);
     let units = units.map(|(column, place)| unit(scenario, column.get_ref(), table.unit(place)));
-    Ok(Log { units: units.collect::<Result<_, _>>()?, table })
+    Ok(Log { units: Mistakes::all(units)?, table })
 }
 
 /// The word of the scenario that does not fit the file.

@@ -6,19 +6,20 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnostics::suggest::{self, Unknown};
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::{Item, Type, Variable};
 use fmu_import::{Causality, Fmu};
 use recording::ValueKind;
 use units::Unit;
 
-use super::StartOverrides;
 use super::declared_units::{DeclaredUnits, declared_units};
 use super::logs::{self, Log, Wanted};
 use super::starts::starts;
 use super::types::recorded_kind;
+use super::{Notes, StartOverrides};
 use crate::build_request::BuildRequest;
 use crate::plan::{Body, Clock, Ports};
+use crate::signal::{Part, Signal};
 use crate::words::{self, Scenario};
 
 /// A variable that can be connected or recorded.
@@ -32,6 +33,8 @@ pub(super) struct Port {
     pub items: Vec<Item>,
     pub unit: Option<String>,
     pub dimension: Option<Unit>,
+    /// Whether something is wrong with its unit that was told already.
+    pub wrong_unit: bool,
     pub description: Option<String>,
     reference: u32,
     /// For outputs, the names of the inputs that they follow; `None` means all.
@@ -51,48 +54,56 @@ pub(super) struct UnplacedNode {
     pub place: Range<usize>,
 }
 
-/// The nodes of a scenario, in the order of the file: signals and tables, then FMUs.
+/// The nodes of a scenario, in the order of the file: signals and tables, then FMUs. Those that are wrong are left out.
 pub(super) fn unplaced(
     scenario: &Scenario,
     archives: &BTreeMap<BuildRequest, PathBuf>,
     overrides: &StartOverrides,
-    (clock, seed): (Clock, u64),
-    warnings: &mut Vec<String>,
-) -> Result<Vec<UnplacedNode>, Error> {
-    let mut unplaced = signals(scenario, clock, seed)?;
-    for table in &scenario.document.table {
-        unplaced.push(self::table(scenario, table, warnings)?);
+    (clock, seed): (Option<Clock>, u64),
+    (mistakes, warnings): Notes,
+) -> Vec<UnplacedNode> {
+    let document = &scenario.document;
+    let mut unplaced = signals(scenario, clock, seed, mistakes);
+    for table in &document.table {
+        let node = self::table(scenario, table, warnings);
+        let node = mistakes.take_named(table.name.get_ref(), node);
+        unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
-    for fmu in &scenario.document.fmu {
-        unplaced.push(self::fmu(scenario, fmu, archives, overrides)?);
+    for fmu in &document.fmu {
+        let node = self::fmu(scenario, fmu, archives, overrides, mistakes);
+        let node = mistakes.take_named(fmu.name.get_ref(), node);
+        unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
-    for (i, unplaced_node) in unplaced.iter().enumerate() {
-        if unplaced[..i].iter().any(|other| other.name == unplaced_node.name) {
-            let message = format!("there are two nodes called `{}`", unplaced_node.name);
-            return Err(scenario.source.error(
-                unplaced_node.place.clone(),
-                message,
-                "the second one",
-            ));
-        }
-        only_once(scenario, unplaced_node, &unplaced[..i])?;
-    }
-    for given in overrides.defaults.iter().chain(&overrides.starts) {
-        let names = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
+    for given in overrides.all() {
+        let names = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
         if !names.clone().any(|name| name == given.node) {
-            let Unknown { message, help } = suggest::unknown("FMU", &given.node, names);
-            return Err(given.error(&message).hint(help));
+            let Unknown { message, help, .. } = suggest::unknown("FMU", &given.node, names);
+            mistakes.push(given.error(&message).hint(help));
         }
     }
-    if unplaced.is_empty() && scenario.document.analysis.is_empty() {
+    let is_empty =
+        document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
+    if is_empty && document.analysis.is_empty() {
         let path = scenario.source.path().display();
-        let error =
-            Error::input(format!("{path}: the scenario has no node, so there is nothing to run"));
-        return Err(error.help(
+        let message = format!("{path}: the scenario has no node, so there is nothing to run");
+        mistakes.push(Error::input(message).help(
             "add an `[[fmu]]`, a `[[signal]]`, a `[[table]]`, or an `[[analysis]]` of a log",
         ));
     }
-    Ok(unplaced)
+    unplaced
+}
+
+/// The node, if it can be added to the others.
+fn added(
+    scenario: &Scenario,
+    node: UnplacedNode,
+    others: &[UnplacedNode],
+) -> Result<UnplacedNode, Error> {
+    if others.iter().any(|other| other.name == node.name) {
+        let message = format!("there are two nodes called `{}`", node.name);
+        return Err(scenario.source.error(node.place, message, "the second one"));
+    }
+    only_once(scenario, &node, others).map(|()| node)
 }
 
 /// Refuses a second node of an FMU that can be instantiated only once per process.
@@ -121,40 +132,30 @@ fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option
     super::unit::unit(scenario, written).map(Some)
 }
 
-fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedNode>, Error> {
+fn signals(
+    scenario: &Scenario,
+    clock: Option<Clock>,
+    seed: u64,
+    mistakes: &mut Mistakes,
+) -> Vec<UnplacedNode> {
     let mut unplaced: Vec<UnplacedNode> = Vec::new();
     for part in &scenario.document.signal {
         let Some(name) = &part.get_ref().name else {
-            return Err(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
+            mistakes.push(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
+            continue;
         };
-        let Some((node, variable)) = name.get_ref().split_once('.') else {
-            let message = format!("expected `node.variable`, found `{}`", name.get_ref());
-            return Err(scenario
-                .error(name, message)
-                .help("signals with the same node are recorded together"));
+        let made = signal(scenario, part.get_ref(), name, (clock, seed));
+        let Some((node, port, signal)) = mistakes.take_named(name.get_ref(), made) else {
+            continue;
         };
-        let signal = part.get_ref().build(seed, clock.stop()).map_err(|error| {
-            let place = error.span.clone().unwrap_or_else(|| name.span());
-            scenario.source.error(place, error.message, "")
-        })?;
-        let port = Port {
-            name: variable.to_owned(),
-            kind: Type::Real,
-            typed: false,
-            items: Vec::new(),
-            dimension: unit(scenario, part.get_ref().unit.as_ref())?,
-            unit: part.get_ref().unit.as_ref().map(|unit| unit.get_ref().clone()),
-            description: None,
-            reference: 0,
-            follows: Some(Vec::new()),
-        };
-        let place = name.span();
-        match unplaced.iter_mut().find(|unplaced_node| unplaced_node.name == node) {
+        match unplaced.iter_mut().find(|other| other.name == node) {
+            Some(UnplacedNode { outputs, .. })
+                if outputs.iter().any(|other| other.name == port.name) =>
+            {
+                let message = format!("there are two signals called `{}`", name.get_ref());
+                mistakes.push(scenario.error(name, message));
+            }
             Some(UnplacedNode { outputs, body: Body::Signals(signals), .. }) => {
-                if outputs.iter().any(|other| other.name == variable) {
-                    let message = format!("there are two signals called `{}`", name.get_ref());
-                    return Err(scenario.error(name, message));
-                }
                 outputs.push(port);
                 signals.push(signal);
             }
@@ -164,11 +165,46 @@ fn signals(scenario: &Scenario, clock: Clock, seed: u64) -> Result<Vec<UnplacedN
                 outputs: vec![port],
                 inputs: Vec::new(),
                 started: Vec::new(),
-                place,
+                place: name.span(),
             }),
         }
     }
-    Ok(unplaced)
+    unplaced
+}
+
+/// A signal, its node and its output.
+fn signal<'a>(
+    scenario: &Scenario,
+    part: &'a Part,
+    name: &'a Spanned<String>,
+    (clock, seed): (Option<Clock>, u64),
+) -> Result<(&'a str, Port, Signal), Error> {
+    let Some((node, variable)) = name.get_ref().split_once('.') else {
+        let message = format!("expected `node.variable`, found `{}`", name.get_ref());
+        let error = scenario.error(name, message);
+        return Err(error.help("signals with the same node are recorded together"));
+    };
+    let signal = clock.ok_or_else(Error::follow_up).and_then(|clock| {
+        part.build(seed, clock.stop()).map_err(|error| {
+            let place = error.span.clone().unwrap_or_else(|| name.span());
+            scenario.source.error(place, error.message, "")
+        })
+    });
+    let dimension = unit(scenario, part.unit.as_ref());
+    let (signal, dimension) = Mistakes::both(signal, dimension)?;
+    let port = Port {
+        name: variable.to_owned(),
+        kind: Type::Real,
+        typed: false,
+        items: Vec::new(),
+        dimension,
+        unit: part.unit.as_ref().map(|unit| unit.get_ref().clone()),
+        wrong_unit: false,
+        description: None,
+        reference: 0,
+        follows: Some(Vec::new()),
+    };
+    Ok((node, port, signal))
 }
 
 fn table(
@@ -190,6 +226,7 @@ fn table(
             // A file may tell a unit that is not known here.
             dimension: unit.as_deref().and_then(|unit| Unit::parse(unit).ok()),
             unit,
+            wrong_unit: false,
             description: Some(format!(
                 "column {} of {}",
                 column.get_ref().column.get_ref(),
@@ -214,6 +251,7 @@ fn fmu(
     node: &words::Fmu,
     archives: &BTreeMap<BuildRequest, PathBuf>,
     overrides: &StartOverrides,
+    mistakes: &mut Mistakes,
 ) -> Result<UnplacedNode, Error> {
     let (word, path) = match (&node.path, &node.package, node.build_request()) {
         (Some(path), None, _) if node.example.is_none() => (path, scenario.source.resolve(path)),
@@ -234,9 +272,9 @@ fn fmu(
         }
     };
     let fmu = Fmu::open(&path).map_err(|error| scenario.error(word, error.to_string()))?;
-    fmu.library().map_err(|error| scenario.error(word, error.to_string()))?;
+    mistakes.take(fmu.library().map_err(|error| scenario.error(word, error.to_string())));
     let variables = &fmu.description.variables;
-    let declared = declared_units(scenario, node, variables)?;
+    let declared = declared_units(scenario, node, variables, mistakes);
     let ports = |causality| -> Vec<Port> {
         let places = fmu.description.with(causality);
         let mut ports: Vec<_> = places.map(|place| port(variables, place, &declared)).collect();
@@ -244,7 +282,7 @@ fn fmu(
         ports
     };
     let (outputs, inputs) = (ports(Causality::Output), ports(Causality::Input));
-    let (starts, started) = starts(scenario, node, variables, overrides)?;
+    let (starts, started) = starts(scenario, node, variables, overrides, mistakes);
     let references = references(&outputs);
     let fmu = Arc::new(fmu);
     Ok(UnplacedNode {
@@ -265,7 +303,10 @@ fn fmu(
 
 fn port(variables: &[Variable], place: usize, declared: &DeclaredUnits) -> Port {
     let variable = &variables[place];
-    let unit = declared.get(&place);
+    let (wrong_unit, unit) = match declared.get(&place) {
+        Some(declared) => (declared.is_none(), declared.as_ref()),
+        None => (false, None),
+    };
     let follows = variable.dependencies.as_ref().map(|places| {
         places
             .iter()
@@ -280,6 +321,7 @@ fn port(variables: &[Variable], place: usize, declared: &DeclaredUnits) -> Port 
         items: variable.items.clone(),
         unit: unit.map(|(_, name)| name.clone()).or_else(|| variable.unit.clone()),
         dimension: unit.map(|(unit, _)| *unit).or(variable.dimension),
+        wrong_unit,
         description: variable.description.clone(),
         reference: variable.reference,
         follows,

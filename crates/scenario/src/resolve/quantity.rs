@@ -133,10 +133,10 @@ impl<'a> Names<'a> {
                 true => inside(self.scenario, word, error.span.clone()),
                 false => word.span(),
             };
-            let cure = error.unitless.map(|it| cure(self.scenario, &it.signal, &it.other));
-            let hint = error.unknown.and_then(|name| self.hint(&name));
             let pointed = self.scenario.source.error(span, error.message, "here");
-            pointed.hint(hint.or(cure).or(error.help))
+            let cure = error.unitless.map(|it| cure(self.scenario, &it.signal, &it.other));
+            let hint = error.unknown.as_deref().and_then(|name| self.hint(name));
+            pointed.hint(hint.or(cure).or(error.help)).about_unknown(error.unknown)
         })?;
         if parsed.is_reduction() {
             let message = "expected a value at each moment, found one of the run as a whole";

@@ -41,6 +41,7 @@ impl SignalUnits {
 /// The unit of a port. Only Real numbers have one.
 pub(super) fn signal_unit(port: &Port) -> SignalUnit {
     match (port.kind, port.dimension, &port.unit) {
+        _ if port.wrong_unit => SignalUnit::Plain,
         (Type::Real, Some(unit), Some(name)) => SignalUnit::Known(unit, name.clone()),
         (Type::Real, ..) => SignalUnit::Missing,
         _ => SignalUnit::Plain,

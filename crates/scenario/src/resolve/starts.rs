@@ -1,8 +1,9 @@
 //! Reads start values from the scenario and the command line, and checks that they fit their variables.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 
-use diagnostics::{Error, suggest};
+use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Type, Variable, list};
 use fmu_import::{Causality, Variability};
 
@@ -16,35 +17,51 @@ pub(super) fn starts(
     node: &words::Fmu,
     variables: &[Variable],
     overrides: &StartOverrides,
-) -> Result<(Vec<Start>, Vec<String>), Error> {
-    // The last one counts, whichever way it is written.
-    let mut written = BTreeMap::new();
+    mistakes: &mut Mistakes,
+) -> (Vec<Start>, Vec<String>) {
+    let mut starts = Starts { variables, written: BTreeMap::new() };
     let of_this = |given: &&StartOverride| given.node == *node.name.get_ref();
-    let outer = |given: &StartOverride, written: &mut BTreeMap<_, _>| {
-        let StartOverride { variable, value, .. } = given;
-        let value = typed(variables, variable, value);
-        let (index, start) =
-            start(variable, &value, variables).map_err(|message| given.error(&message))?;
-        written.insert(index, start);
-        Ok(())
+    let outer = |given: &StartOverride, starts: &mut Starts, mistakes: &mut Mistakes| {
+        let value = typed(variables, &given.variable, &given.value);
+        let added = starts.add(&given.variable, &value);
+        mistakes.take(added.map_err(|message| given.error(&message)));
     };
     for given in overrides.defaults.iter().filter(of_this) {
-        outer(given, &mut written)?;
+        outer(given, &mut starts, mistakes);
     }
     for (name, value) in &node.start {
-        let at = |message: String| scenario.error(name, message);
-        flatten(name.get_ref(), value.get_ref(), &mut |name, value| {
-            let (index, start) = start(name, value, variables).map_err(at)?;
-            written.insert(index, start);
-            Ok(())
-        })?;
+        let Ok(()) = flatten(name.get_ref(), value.get_ref(), &mut |written, value| {
+            let added = starts.add(written, value);
+            mistakes.take(added.map_err(|message| scenario.error(name, message)));
+            Ok::<(), Infallible>(())
+        });
     }
     for given in overrides.starts.iter().filter(of_this) {
-        outer(given, &mut written)?;
+        outer(given, &mut starts, mistakes);
     }
-    let inputs = written.keys().filter(|index| variables[**index].causality == Causality::Input);
+    let written = starts.written.keys();
+    let inputs = written.filter(|index| variables[**index].causality == Causality::Input);
     let started = inputs.map(|index| variables[*index].name.clone()).collect();
-    Ok((written.into_values().collect(), started))
+    (starts.written.into_values().flatten().collect(), started)
+}
+
+/// The start values of an FMU by the place of the variable; none for one that is wrong. The last one counts, whichever way it
+/// is written.
+struct Starts<'a> {
+    variables: &'a [Variable],
+    written: BTreeMap<usize, Option<Start>>,
+}
+
+impl Starts<'_> {
+    fn add(&mut self, name: &str, value: &toml::Value) -> Result<(), String> {
+        let Some(index) = self.variables.iter().position(|variable| variable.name == name) else {
+            let known = self.variables.iter().map(|variable| variable.name.as_str());
+            return Err(suggest::unknown("variable", name, known).to_string());
+        };
+        self.written.insert(index, None);
+        self.written.insert(index, Some(start(&self.variables[index], value)?));
+        Ok(())
+    }
 }
 
 /// The value of a text on the command line: TOML, or else the letters themselves. A text needs no quotes, so
@@ -73,16 +90,8 @@ pub(super) fn flatten<E>(
     }
 }
 
-fn start(
-    name: &str,
-    value: &toml::Value,
-    variables: &[Variable],
-) -> Result<(usize, Start), String> {
-    let Some(index) = variables.iter().position(|variable| variable.name == name) else {
-        let known = variables.iter().map(|variable| variable.name.as_str());
-        return Err(suggest::unknown("variable", name, known).to_string());
-    };
-    let variable = &variables[index];
+fn start(variable: &Variable, value: &toml::Value) -> Result<Start, String> {
+    let name = &variable.name;
     let settable = variable.start.is_some() && variable.variability != Variability::Constant;
     if !settable {
         return Err(format!("`{name}` is computed by the FMU and takes no start value"));
@@ -104,7 +113,7 @@ fn start(
             return Err(format!("`{name}` is {kind:?}, found {} {value}", value.type_str()));
         }
     };
-    Ok((index, Start { reference: variable.reference, value }))
+    Ok(Start { reference: variable.reference, value })
 }
 
 /// The value of an item of an enumeration, which is written by name or by value.

@@ -2,28 +2,32 @@
 
 use std::path::Path;
 
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, Mistakes, Spanned};
 
 use crate::plan::{NodePlan, is_reserved};
 use crate::words::Scenario;
 
 /// Makes sure that each validation has a name of its own, which a folder can have.
 pub(super) fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(), Error> {
+    let all = 0..scenario.document.validation.len();
+    Mistakes::all(all.map(|index| check_name(scenario, nodes, index))).map(drop)
+}
+
+fn check_name(scenario: &Scenario, nodes: &[NodePlan], index: usize) -> Result<(), Error> {
     let document = &scenario.document;
-    for (index, validation) in document.validation.iter().enumerate() {
-        let name = validation.name.get_ref();
-        let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
-        if !plain || is_reserved(name) {
-            let message = format!("expected a name that a folder can have, found `{name}`");
-            return Err(scenario.error(&validation.name, message));
-        }
-        let before = document.validation[..index].iter().map(|other| &other.name);
-        let analyses = document.analysis.iter().map(|analysis| &analysis.name);
-        let mut others = before.chain(analyses).map(Spanned::get_ref);
-        if others.any(|other| other == name) || nodes.iter().any(|node| node.name == *name) {
-            let message = format!("something else is called `{name}` already");
-            return Err(scenario.error(&validation.name, message));
-        }
+    let word = &document.validation[index].name;
+    let name = word.get_ref();
+    let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+    if !plain || is_reserved(name) {
+        let message = format!("expected a name that a folder can have, found `{name}`");
+        return Err(scenario.error(word, message));
+    }
+    let before = document.validation[..index].iter().map(|other| &other.name);
+    let analyses = document.analysis.iter().map(|analysis| &analysis.name);
+    let mut others = before.chain(analyses).map(Spanned::get_ref);
+    if others.any(|other| other == name) || nodes.iter().any(|node| node.name == *name) {
+        let message = format!("something else is called `{name}` already");
+        return Err(scenario.error(word, message));
     }
     Ok(())
 }

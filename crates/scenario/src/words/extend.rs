@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use diagnostics::suggest::{self, Unknown};
+use diagnostics::suggest;
 use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
@@ -15,83 +15,89 @@ const NAMES: [&str; 5] = ["name", "to", "title", "input", "label"];
 #[derive(Debug)]
 pub(super) struct Wrong {
     pub place: Range<usize>,
-    pub unknown: Unknown,
+    pub message: String,
+    pub help: Option<String>,
 }
 
-type Outcome<T = ()> = Result<T, Wrong>;
+/// Takes the mistakes that are found on the way.
+type Mistakes<'m> = &'m mut Vec<Wrong>;
 
 /// Merges `changes` into `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
 /// name of an inherited one changes that one, others are added; all other values replace the inherited ones.
 pub(super) fn extend<'a>(
     base: Spanned<DeTable<'a>>,
     changes: Spanned<DeTable<'a>>,
-) -> Outcome<Spanned<DeTable<'a>>> {
+    mistakes: Mistakes,
+) -> Spanned<DeTable<'a>> {
     let mut merged = base.into_inner();
     for key in ["extends", "without"] {
         merged.remove(key);
     }
     let (place, changes) = (changes.span(), changes.into_inner());
     if let Some(DeValue::Table(without)) = changes.get("without").map(Spanned::get_ref) {
-        leave_out(&mut merged, without)?;
+        leave_out(&mut merged, without, mistakes);
     }
-    merge(&mut merged, changes, &mut |key, old, new| {
-        if key != "view" {
-            return merge_value(key, old, new);
+    merge(&mut merged, changes, &mut |key, old, new| match (key, old, new) {
+        ("view", DeValue::Table(mut old), DeValue::Table(new)) => {
+            merge(&mut old, new, &mut |key, old, new| merge_value(key, (old, new), mistakes));
+            DeValue::Table(old)
         }
-        match (old, new) {
-            (DeValue::Table(mut old), DeValue::Table(new)) => {
-                merge(&mut old, new, &mut merge_value)?;
-                Ok(DeValue::Table(old))
-            }
-            (_, new) => Ok(new),
-        }
-    })?;
-    Ok(Spanned::new(place, merged))
+        (_, old, new) => merge_value(key, (old, new), mistakes),
+    });
+    Spanned::new(place, merged)
 }
 
 /// Merges key by key; `both` says what becomes of a key that both have.
 fn merge<'a>(
     old: &mut DeTable<'a>,
     new: DeTable<'a>,
-    both: &mut dyn FnMut(&str, DeValue<'a>, DeValue<'a>) -> Outcome<DeValue<'a>>,
-) -> Outcome {
+    both: &mut dyn FnMut(&str, DeValue<'a>, DeValue<'a>) -> DeValue<'a>,
+) {
     for (key, value) in new {
         // The key goes, too: its place is that of the new one from now on.
         let merged = match old.remove(key.get_ref().as_ref()) {
             Some(inherited) => {
                 let place = value.span();
-                let merged = both(key.get_ref(), inherited.into_inner(), value.into_inner())?;
+                let merged = both(key.get_ref(), inherited.into_inner(), value.into_inner());
                 Spanned::new(place, merged)
             }
             None => value,
         };
         old.insert(key, merged);
     }
-    Ok(())
 }
 
 /// Merges a value that lists are merged in, too.
-fn merge_value<'a>(key: &str, old: DeValue<'a>, new: DeValue<'a>) -> Outcome<DeValue<'a>> {
-    match (old, new) {
+fn merge_value<'a>(
+    key: &str,
+    values: (DeValue<'a>, DeValue<'a>),
+    mistakes: Mistakes,
+) -> DeValue<'a> {
+    match values {
         (DeValue::Array(old), DeValue::Array(new)) => {
-            Ok(DeValue::Array(merge_list(key, old, new)?))
+            DeValue::Array(merge_list(key, old, new, mistakes))
         }
         (old, new) => overlay(key, old, new),
     }
 }
 
 /// Merges tables; any other value is replaced.
-fn overlay<'a>(_: &str, old: DeValue<'a>, new: DeValue<'a>) -> Outcome<DeValue<'a>> {
+fn overlay<'a>(_: &str, old: DeValue<'a>, new: DeValue<'a>) -> DeValue<'a> {
     match (old, new) {
         (DeValue::Table(mut old), DeValue::Table(new)) => {
-            merge(&mut old, new, &mut overlay)?;
-            Ok(DeValue::Table(old))
+            merge(&mut old, new, &mut overlay);
+            DeValue::Table(old)
         }
-        (_, new) => Ok(new),
+        (_, new) => new,
     }
 }
 
-fn merge_list<'a>(list: &str, old: DeArray<'a>, new: DeArray<'a>) -> Outcome<DeArray<'a>> {
+fn merge_list<'a>(
+    list: &str,
+    old: DeArray<'a>,
+    new: DeArray<'a>,
+    mistakes: Mistakes,
+) -> DeArray<'a> {
     let mut all: Vec<_> = old.into_iter().collect();
     let inherited = all.len();
     for entry in new {
@@ -108,22 +114,22 @@ fn merge_list<'a>(list: &str, old: DeArray<'a>, new: DeArray<'a>) -> Outcome<DeA
             [] => all.push(entry),
             // Of a signal's shapes only one can hold.
             [place] if list == "signal" => all[place] = entry,
-            [place] => change(&mut all[place], entry)?,
+            [place] => change(&mut all[place], entry),
             _ => {
                 let message = format!(
                     "the extended scenario has {} [[{list}]] of this name, so it is open which one is changed",
                     places.len()
                 );
                 let place = name_of(&entry).map_or(entry.span(), |(_, place)| place);
-                return Err(Wrong { place, unknown: Unknown { message, help: None } });
+                mistakes.push(Wrong { place, message, help: None });
             }
         }
     }
-    Ok(all.into_iter().collect())
+    all.into_iter().collect()
 }
 
 /// Changes an entry of a list key by key.
-fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) -> Outcome {
+fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
     let place = changes.span();
     let mut merged = std::mem::replace(entry, Spanned::new(place, DeValue::Boolean(false)));
     match (merged.get_mut(), changes.into_inner()) {
@@ -137,12 +143,11 @@ fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) -
                     *start = flat(std::mem::take(start), "");
                 }
             }
-            merge(old, new, &mut overlay)?;
+            merge(old, new, &mut overlay);
         }
         (old, new) => *old = new,
     }
     *entry = Spanned::new(entry.span(), merged.into_inner());
-    Ok(())
 }
 
 /// The table with the keys of nested ones joined by dots, so that `tire_f.B` and `"tire_f.B"` are the same.
@@ -162,26 +167,36 @@ fn flat<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
 }
 
 /// Takes the entries out of lists that `without` names.
-fn leave_out(base: &mut DeTable, without: &DeTable) -> Outcome {
+fn leave_out(base: &mut DeTable, without: &DeTable, mistakes: Mistakes) {
     for (kind, names) in without {
         let DeValue::Array(names) = names.get_ref() else { continue };
-        let list = list(base, kind)?;
-        for name in names {
-            let Some(pattern) = name.get_ref().as_str() else { continue };
-            let (gone, kept): (Vec<_>, Vec<_>) =
-                std::mem::replace(list, DeArray::new()).into_iter().partition(|entry| {
-                    name_of(entry).is_some_and(|(known, _)| matches(pattern, known))
-                });
-            if gone.is_empty() {
-                let known = kept.iter().filter_map(|entry| Some(name_of(entry)?.0));
-                let unknown =
-                    suggest::unknown(&format!("inherited [[{}]]", kind.get_ref()), pattern, known);
-                return Err(Wrong { place: name.span(), unknown });
+        match list(base, kind) {
+            Ok(list) => {
+                names.iter().for_each(|name| mistakes.extend(leave_out_of(list, kind, name).err()))
             }
-            *list = kept.into_iter().collect();
+            Err(wrong) => mistakes.push(wrong),
         }
     }
-    Ok(())
+}
+
+/// Takes the entries of this name out of a list.
+fn leave_out_of(
+    list: &mut DeArray,
+    kind: &Spanned<DeString>,
+    name: &Spanned<DeValue>,
+) -> Result<(), Wrong> {
+    let Some(pattern) = name.get_ref().as_str() else { return Ok(()) };
+    let named =
+        |entry: &Spanned<DeValue>| name_of(entry).is_some_and(|(known, _)| matches(pattern, known));
+    let (gone, kept): (Vec<_>, Vec<_>) =
+        std::mem::replace(list, DeArray::new()).into_iter().partition(named);
+    let known = kept.iter().filter_map(|entry| Some(name_of(entry)?.0));
+    let unknown = suggest::unknown(&format!("inherited [[{}]]", kind.get_ref()), pattern, known);
+    *list = kept.into_iter().collect();
+    match gone.is_empty() {
+        true => Err(Wrong { place: name.span(), message: unknown.message, help: unknown.help }),
+        false => Ok(()),
+    }
 }
 
 /// The names of the lists at the top level and in `[view]`.
@@ -196,7 +211,7 @@ fn lists(base: &DeTable) -> Vec<String> {
 fn list<'t, 'a>(
     base: &'t mut DeTable<'a>,
     name: &Spanned<DeString>,
-) -> Outcome<&'t mut DeArray<'a>> {
+) -> Result<&'t mut DeArray<'a>, Wrong> {
     let key = name.get_ref().as_ref();
     let known = lists(base);
     let table = match base.contains_key(key) {
@@ -211,7 +226,7 @@ fn list<'t, 'a>(
         _ => {
             let message = format!("the extended scenario has no [[{key}]]");
             let help = suggest::hint(key, known.iter().map(String::as_str));
-            Err(Wrong { place: name.span(), unknown: Unknown { message, help } })
+            Err(Wrong { place: name.span(), message, help })
         }
     }
 }

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Source};
+use diagnostics::{Error, Mistakes, Source};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
+use super::extend::Wrong;
 use super::{Document, Scenario, Validation, extend};
 use crate::schema::{self, Finding};
 
@@ -81,36 +82,47 @@ fn read(mut source: Source, above: &[PathBuf]) -> Result<Scenario, Error> {
     follow(&mut source)?;
     let document = document(&source)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let (mut validations, above) = (Vec::new(), [above, &[path]].concat());
-    for Validation { scenario: word, .. } in &document.validation {
-        let path = source.resolve(word);
-        if let Some(trail) = trail(&above, &path) {
-            let message = format!("the scenario is validated by itself: {trail}");
-            return Err(source.error(word.span(), message, ""));
-        }
-        let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
-        validations.push(read(other, &above)?);
-    }
+    let above = [above, &[path]].concat();
+    let validations = document.validation.iter().map(|it| validating(&source, it, &above));
+    let validations = Mistakes::all(validations)?;
     Ok(Scenario { name, source, document, validations })
+}
+
+/// The scenario of a validation; `above` are those that it validates.
+fn validating(
+    source: &Source,
+    Validation { scenario: word, .. }: &Validation,
+    above: &[PathBuf],
+) -> Result<Scenario, Error> {
+    let path = source.resolve(word);
+    if let Some(trail) = trail(above, &path) {
+        let message = format!("the scenario is validated by itself: {trail}");
+        return Err(source.error(word.span(), message, ""));
+    }
+    let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
+    read(other, above)
 }
 
 /// Adds the file that the source extends, the one that this extends, and so on.
 fn follow(source: &mut Source) -> Result<(), Error> {
-    #[derive(Deserialize)]
-    struct Head {
-        extends: Option<diagnostics::Spanned<String>>,
-    }
     let mut paths = vec![source.path().to_owned()];
     loop {
         let text = source.shifted().pop().unwrap_or_default();
-        let head: Head = toml::from_str(&text).map_err(|error| wrong(source, &error))?;
-        let Some(word) = head.extends else { return Ok(()) };
-        let path = source.resolve(&word);
+        let table = parsed(source, &text)?;
+        let Some(extends) = table.get_ref().get("extends") else { return Ok(()) };
+        let place = extends.span();
+        let Some(name) = extends.get_ref().as_str() else {
+            // What the other file would have brought is not missing.
+            let message =
+                format!("expected a text, found {}", schema::found_name(extends.get_ref()));
+            return Err(source.error(place, message, "here"));
+        };
+        let path = source.folder(place.clone()).join(name);
         if let Some(trail) = trail(&paths, &path) {
             let message = format!("the scenario extends itself: {trail}");
-            return Err(source.error(word.span(), message, ""));
+            return Err(source.error(place, message, ""));
         }
-        source.add(&path, word.span())?;
+        source.add(&path, place)?;
         paths.push(path);
     }
 }
@@ -125,16 +137,20 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
 
 /// The tables of all files, merged; `texts` are the shifted ones.
 pub(super) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
-    let mut merged = None;
-    for text in texts.iter().rev() {
-        let changes = DeTable::parse(text).map_err(|error| wrong(source, &error))?;
-        merged = Some(match merged {
-            None => changes,
-            Some(base) => extend::extend(base, changes)
-                .map_err(|wrong| wrong.unknown.at(source, wrong.place))?,
-        });
-    }
+    let parsed = texts.iter().map(|text| parsed(source, text));
+    let files = Mistakes::all(parsed)?.into_iter().rev();
+    let mut mistakes = Vec::new();
+    let merged = files.reduce(|base, changes| extend::extend(base, changes, &mut mistakes));
+    let wrong = |Wrong { place, message, help }| source.error(place, message, "").hint(help);
+    mistakes.into_iter().map(wrong).collect::<Mistakes>().finish()?;
     Ok(merged.map(Spanned::into_inner).unwrap_or_default())
+}
+
+/// The table of a file.
+fn parsed<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let errors = errors.iter().map(|error| wrong(source, error));
+    errors.collect::<Mistakes>().finish().map(|()| table)
 }
 
 /// The merged document of all files.
@@ -143,13 +159,13 @@ fn document(source: &Source) -> Result<Document, Error> {
     let merged = Spanned::new(0..0, merged(source, &texts)?);
     let document = Document::deserialize(Deserializer::from(merged))
         .map_err(|error| misshapen(source, &texts, &error))?;
-    match document.without.values().flatten().next() {
-        Some(name) if document.extends.is_none() => {
-            let message = "there is nothing to leave out: the scenario extends no other";
-            Err(source.error(name.span(), message, ""))
-        }
-        _ => Ok(document),
+    if document.extends.is_some() {
+        return Ok(document);
     }
+    let message = "there is nothing to leave out: the scenario extends no other";
+    let names = document.without.values().flatten();
+    let errors = names.map(|name| source.error(name.span(), message, ""));
+    errors.collect::<Mistakes>().finish().map(|()| document)
 }
 
 /// The error of a parser, at its place.
@@ -158,14 +174,17 @@ fn wrong(source: &Source, error: &toml::de::Error) -> Error {
     source.error(error.span().unwrap_or(end..end), error.message(), "here")
 }
 
-/// The error of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
+/// The errors of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
 fn misshapen(source: &Source, texts: &[String], error: &toml::de::Error) -> Error {
     let Ok(merged) = merged(source, texts) else { return wrong(source, error) };
-    let mut findings = schema::findings(super::schema(), 0..0, &merged).into_iter();
-    let same = findings.clone().find(|it| Some(&it.span) == error.span().as_ref());
-    let Some(Finding { span, unknown, message, help }) = same.or_else(|| findings.next()) else {
-        return wrong(source, error);
-    };
+    let found = schema::findings(super::schema(), 0..0, &merged);
+    let found: Mistakes = found.into_iter().map(|finding| told(source, finding)).collect();
+    // Of what the schema does not tell, the parser tells the first.
+    found.finish().err().unwrap_or_else(|| wrong(source, error))
+}
+
+/// A word that breaks the schema, with its cure.
+fn told(source: &Source, Finding { span, unknown, message, help }: Finding) -> Error {
     let renamed = unknown.and_then(|(name, known)| {
         let (old, new) =
             RENAMED.iter().find(|(old, new)| name == *old && known.iter().any(|it| it == new))?;

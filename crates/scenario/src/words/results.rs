@@ -116,9 +116,9 @@ pub struct Validation {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Check {
-    /// Name of the check in reports.
+    /// Name of the check in reports, which no other check has.
     #[schemars(example = &"stays on the road")]
-    pub name: String,
+    pub name: Spanned<String>,
     /// Condition in the language of checks.
     #[schemars(example = &"max(abs(plant.y - reference.y)) < 0.3")]
     pub that: Spanned<String>,

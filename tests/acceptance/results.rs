@@ -1,0 +1,130 @@
+//! Checks that results survive a mistake, a kill and a second run, and that nothing else in their folder is touched.
+
+use std::time::{Duration, Instant};
+
+use super::fixture::Scenario;
+use super::fmus::ours;
+use super::harness::{Lab, trackside};
+
+tests! {
+    a_mistake_leaves_the_results_of_the_last_run: Compiler,
+    only_the_files_of_a_run_give_way_to_the_next: Compiler,
+    a_folder_that_is_none_for_results_is_refused: Compiler,
+    two_runs_do_not_write_into_one_folder: Compiler,
+    a_killed_run_leaves_nothing_that_disturbs_the_next: Compiler,
+}
+
+fn coasting(stop: f64) -> Scenario {
+    Scenario::headed("title = \"Coasting\"")
+        .time(0.01, stop)
+        .fmu("plant", "plant.fmu", "start.v_x = 20.0, F_x = 1000.0, delta = 0.02")
+        .check("distance", "plant.X < 30000")
+}
+
+fn lab() -> Lab {
+    let lab = Lab::new();
+    lab.add(&ours().join("plant.fmu"));
+    lab.write("good.toml", coasting(0.1).text());
+    lab
+}
+
+fn a_mistake_leaves_the_results_of_the_last_run() {
+    let lab = lab();
+    let run = |name: &str| lab.trackside(&["run", name, "--out", "out", "--csv"]);
+    run("good.toml").expect(0);
+    let (report, csv) = (lab.read("out/report.json"), lab.read("out/run.csv"));
+    for (old, new, code) in [
+        ("title = ", "title == ", 2),
+        ("stop =", "stpo =", 2),
+        ("plant.X", "plant.Z", 2),
+        ("plant.fmu", "plan.fmu", 2),
+        ("delta = 0.02", "delta = 0.02, body.m = -1.0", 3),
+    ] {
+        let text = coasting(0.1).text();
+        lab.write("typo.toml", text.replacen(old, new, 1));
+        run("typo.toml").expect(code);
+        assert_eq!(lab.read("out/report.json"), report, "{new}");
+        assert_eq!(lab.read("out/run.csv"), csv, "{new}");
+    }
+}
+
+fn only_the_files_of_a_run_give_way_to_the_next() {
+    let lab = lab();
+    let run = |more: &[&str]| {
+        lab.trackside(&[&["run", "good.toml", "--out", "out"], more].concat()).expect(0)
+    };
+    run(&["--csv"]);
+    lab.write("out/notes.txt", "mine");
+    lab.write("out/run.mcap.txt", "mine");
+    lab.write("out/sub/run.mcap", "mine");
+    run(&["--rerun", "off"]);
+    assert!(!lab.has("out/run.csv") && !lab.has("out/run.rrd") && !lab.has("out/run.previous"));
+    for name in ["notes.txt", "run.mcap.txt", "sub/run.mcap"] {
+        assert_eq!(lab.read(&format!("out/{name}")), "mine", "{name}");
+    }
+}
+
+fn a_folder_that_is_none_for_results_is_refused() {
+    let lab = lab();
+    lab.write("file", "mine");
+    lab.write("workspace/Cargo.toml", "[workspace]");
+    lab.write("other/report.json", "{\"tests\": 3}");
+    for (out, says) in [
+        ("file", "file is a file"),
+        ("file/out", "file is a file"),
+        ("/", "it is the root of all files"),
+        ("workspace", "it holds Cargo.toml"),
+        ("other", "its report.json is not that of a run"),
+    ] {
+        let ended = lab.trackside(&["run", "good.toml", "--out", out]).expect(2);
+        ended.says(&[says, "--out target/runs/NAME"]);
+    }
+    assert_eq!(lab.read("file"), "mine");
+    assert!(lab.read("other/report.json").contains("tests"));
+    // A table among the results of the last run would be gone before it is read.
+    lab.trackside(&["run", "good.toml", "--out", "out", "--csv"]).expect(0);
+    let log = "[[table]]\nname = \"log\"\npath = \"out/run.csv\"\ntime = \"time\"\ncolumns = { v = { column = \"plant.v_x\" } }";
+    lab.write("replay.toml", coasting(0.1).section(log).text());
+    lab.trackside(&["run", "replay.toml", "--out", "out"])
+        .expect(2)
+        .says(&["`out/run.csv` is in the folder that the results go to", "replay.toml:18:"]);
+    assert!(lab.has("out/run.csv"));
+    lab.trackside(&["run", "replay.toml", "--out", "elsewhere"]).expect(0);
+}
+
+/// Starts a run that would take minutes, and waits until it records.
+fn long_run(lab: &Lab) -> std::process::Child {
+    lab.write("long.toml", coasting(100.0).text());
+    let arguments = ["run", "long.toml", "--out", "out", "--rerun", "off", "--realtime", "0.1"];
+    let mut child = trackside(&lab.path("")).args(arguments).spawn().expect("it starts");
+    let begin = Instant::now();
+    while !lab.has("out/report.json.partial") {
+        assert!(child.try_wait().expect("a process").is_none(), "it ended");
+        assert!(begin.elapsed() < Duration::from_secs(30), "nothing was recorded");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child
+}
+
+fn two_runs_do_not_write_into_one_folder() {
+    let lab = lab();
+    let mut child = long_run(&lab);
+    let second = lab.trackside(&["run", "good.toml", "--out", "out"]);
+    child.kill().and_then(|()| child.wait()).expect("it can be killed");
+    second.expect(2).says(&["another run is writing into out", "--out FOLDER"]);
+    assert!(lab.has("out/run.mcap"));
+}
+
+fn a_killed_run_leaves_nothing_that_disturbs_the_next() {
+    let lab = lab();
+    let mut child = long_run(&lab);
+    child.kill().and_then(|()| child.wait()).expect("it can be killed");
+    assert!(lab.has("out/run.mcap") && !lab.has("out/report.json"));
+    lab.trackside(&["run", "good.toml", "--out", "out", "--rerun", "off"]).expect(0);
+    let mut names: Vec<_> = std::fs::read_dir(lab.path("out"))
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
+        .collect();
+    names.sort();
+    assert_eq!(names, ["report.json", "run.mcap"]);
+}
