@@ -1,6 +1,7 @@
 //! Sums up a run: as `report.json` for programs, and as words for people.
 
 mod previous_run;
+mod provenance;
 mod text;
 
 use std::collections::BTreeMap;
@@ -9,16 +10,17 @@ use std::path::{Path, PathBuf};
 use cosim::check::Verdict;
 use cosim::master::Progress;
 use diagnostics::Error;
-use fmu_import::sha256;
 use scenario::Scenario;
-use scenario::plan::{Body, REPORT, System};
+use scenario::plan::{REPORT, System};
 use scenario::words::Validation;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+pub use provenance::{FileReport, FmuReport, Provenance, Versions};
 
 pub(crate) use previous_run::{OWN_FILES, PARTIAL, PreviousRun, PreviousValidation};
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ending {
     /// All checks passed.
@@ -57,14 +59,9 @@ pub struct RunReport {
     pub realtime_factor: f64,
     /// The effort of each node, in the order of the file.
     pub nodes: Vec<NodeReport>,
-    /// The seed of every random stream.
-    pub seed: u64,
-    /// The generator of the random streams.
-    pub generator: &'static str,
-    /// The files that the scenario was read from, first the one that was to be run.
-    pub sources: Vec<SourceReport>,
-    /// The FMUs that took part.
-    pub fmus: Vec<FmuReport>,
+    /// What it was made with.
+    #[serde(flatten)]
+    pub provenance: Provenance,
     /// The files that analyses left beside the report.
     pub files: Vec<String>,
     /// Where the files are.
@@ -128,42 +125,10 @@ pub struct NodeReport {
     pub seconds: f64,
 }
 
-/// A file that the scenario was read from.
-#[derive(Debug, Clone, Serialize)]
-pub struct SourceReport {
-    /// Where it is, as it was named.
-    pub path: PathBuf,
-    /// SHA-256 of its text.
-    pub sha256: String,
-}
-
-/// An FMU that took part.
-#[derive(Debug, Clone, Serialize)]
-pub struct FmuReport {
-    /// The node's name.
-    pub name: String,
-    /// The identity that it states.
-    pub guid: String,
-    /// SHA-256 of the archive.
-    pub sha256: String,
-}
-
 impl RunReport {
     /// What is known before the run: everything but how it went.
     #[must_use]
     pub fn new(scenario: &Scenario, system: &System) -> Self {
-        let sources = scenario.source.files().map(|file| SourceReport {
-            path: file.path.clone(),
-            sha256: sha256(file.text.as_bytes()),
-        });
-        let fmus = system.nodes.iter().filter_map(|node| match &node.body {
-            Body::Fmu { fmu, .. } => Some(FmuReport {
-                name: node.name.clone(),
-                guid: fmu.description.guid.clone(),
-                sha256: fmu.sha256.clone(),
-            }),
-            _ => None,
-        });
         let node = |name: &str| NodeReport { name: name.to_owned(), calls: 0, seconds: 0.0 };
         RunReport {
             scenario: system.header.scenario.clone(),
@@ -178,10 +143,7 @@ impl RunReport {
             wall_seconds: 0.0,
             realtime_factor: 0.0,
             nodes: system.nodes.iter().map(|plan| node(&plan.name)).collect(),
-            seed: system.header.seed,
-            generator: "Pcg64",
-            sources: sources.collect(),
-            fmus: fmus.collect(),
+            provenance: Provenance::new(scenario, system),
             files: Vec::new(),
             folder: system.header.folder.clone(),
             warnings: system.warnings.clone(),

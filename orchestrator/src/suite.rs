@@ -1,15 +1,21 @@
 //! Runs scenarios as tests: each in a process of its own, several at a time, a line for each.
 
+mod junit;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use cosim::check::Verdict;
 use diagnostics::Error;
-use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
 use rayon::prelude::*;
 use scenario::Scenario;
+use scenario::plan::REPORT;
+use serde::Deserialize;
 
 use crate::package;
+use crate::report::Ending;
+pub use junit::write_junit;
 
 /// How a scenario ended as a test.
 #[derive(Debug, Clone)]
@@ -18,8 +24,19 @@ pub struct TestResult {
     pub path: PathBuf,
     /// What became of it.
     pub outcome: ScenarioOutcome,
+    /// What became of its checks, and of those of its validations, as far as it came.
+    pub checks: Vec<Checked>,
     /// How long it took.
     pub time: Duration,
+}
+
+/// What became of a check.
+#[derive(Debug, Clone)]
+pub struct Checked {
+    /// The validation whose check it is; none for a check of the scenario itself.
+    pub validation: Option<String>,
+    /// Its verdict.
+    pub verdict: Verdict,
 }
 
 /// What became of a scenario.
@@ -29,7 +46,7 @@ pub enum ScenarioOutcome {
     Passed,
     /// It did not run, for this reason.
     Skipped(String),
-    /// A check failed: the lines of the report.
+    /// A check failed: a line for each.
     Failed(String),
     /// It is wrong, or an FMU failed or crashed: what the run said.
     Broken(String),
@@ -121,71 +138,144 @@ pub fn run(
 #[must_use]
 pub fn test(program: &Path, path: &Path, out: &Path) -> TestResult {
     let begin = Instant::now();
-    let outcome = outcome(program, path, out);
-    TestResult { path: path.to_owned(), outcome, time: begin.elapsed() }
+    let (outcome, checks) = match skipped(path) {
+        Some(reason) => (ScenarioOutcome::Skipped(reason), Vec::new()),
+        None => outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
+    };
+    TestResult { path: path.to_owned(), outcome, checks, time: begin.elapsed() }
 }
 
-fn outcome(program: &Path, path: &Path, out: &Path) -> ScenarioOutcome {
-    if let Ok(scenario) = Scenario::read(path)
-        && let Some(absent) = absent_data(&scenario)
-    {
-        return ScenarioOutcome::Skipped(format!(
-            "the data file {} is not there",
-            absent.display()
-        ));
-    }
-    let folder = out.join(path.file_stem().unwrap_or_default());
+/// Why a scenario is not run.
+fn skipped(path: &Path) -> Option<String> {
+    let absent = absent_data(&Scenario::read(path).ok()?)?;
+    Some(format!("the data file {} is not there", absent.display()))
+}
+
+fn outcome(program: &Path, path: &Path, folder: &Path) -> (ScenarioOutcome, Vec<Checked>) {
     let mut command = Command::new(program);
     command.arg("run").arg(path).arg("--out").arg(folder).stdin(Stdio::null());
-    let output = match command.output() {
-        Ok(output) => output,
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let ended = child.and_then(|child| Ok((child.id(), child.wait_with_output()?)));
+    let (process, output) = match ended {
+        Ok(ended) => ended,
         Err(error) => {
-            return ScenarioOutcome::Broken(format!("cannot start {}: {error}", program.display()));
+            let what = format!("cannot start {}: {error}", program.display());
+            return (ScenarioOutcome::Broken(what), Vec::new());
         }
     };
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end().to_owned();
-    match output.status.code() {
-        Some(0) => ScenarioOutcome::Passed,
-        Some(1) => ScenarioOutcome::Failed(text(&output.stdout)),
-        Some(_) => ScenarioOutcome::Broken(text(&output.stderr)),
-        None => ScenarioOutcome::Broken(format!(
-            "the process ended by a {}\n{}",
+    let report = Reported::by(process, folder);
+    let verdict = report.as_ref().map(|report| report.verdict);
+    let checks = report.map(Reported::checks).unwrap_or_default();
+    let said = String::from_utf8_lossy(&output.stderr).trim_end().to_owned();
+    let outcome = match (output.status.code(), verdict) {
+        (Some(0), Some(Ending::Pass)) => ScenarioOutcome::Passed,
+        (Some(1), Some(Ending::Fail)) => ScenarioOutcome::Failed(failures(&checks)),
+        (Some(0 | 1), _) => ScenarioOutcome::Broken(format!(
+            "the run ended with {} and left no report of its own in {}\n{said}",
             output.status,
-            text(&output.stderr)
+            folder.display()
         )),
+        (Some(_), _) => ScenarioOutcome::Broken(said),
+        (None, _) => {
+            ScenarioOutcome::Broken(format!("the process ended by a {}\n{said}", output.status))
+        }
+    };
+    (outcome, checks)
+}
+
+/// What the report of a run says. Another process may have left one in the folder.
+#[derive(Deserialize)]
+struct Reported {
+    process: u32,
+    verdict: Ending,
+    checks: Vec<Verdict>,
+    validations: Vec<ReportedValidation>,
+}
+
+#[derive(Deserialize)]
+struct ReportedValidation {
+    name: String,
+    checks: Vec<Verdict>,
+}
+
+impl Reported {
+    fn by(process: u32, folder: &Path) -> Option<Self> {
+        let text = std::fs::read_to_string(folder.join(REPORT)).ok()?;
+        let report: Self = serde_json::from_str(&text).ok()?;
+        (report.process == process).then_some(report)
+    }
+
+    fn checks(self) -> Vec<Checked> {
+        let own = self.checks.into_iter().map(|verdict| Checked { validation: None, verdict });
+        let others =
+            self.validations.into_iter().flat_map(|ReportedValidation { name, checks }| {
+                let checked = move |verdict| Checked { validation: Some(name.clone()), verdict };
+                checks.into_iter().map(checked)
+            });
+        own.chain(others).collect()
     }
 }
 
-/// The results as JUnit XML.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_junit(results: &[TestResult], path: &Path) -> Result<(), Error> {
-    let mut suite = TestSuite::new("scenarios");
-    for result in results {
-        let name = result.path.file_stem().unwrap_or_default().to_string_lossy();
-        let failure = |kind, text: &str| {
-            let mut status = TestCaseStatus::non_success(kind);
-            let message = text.lines().rev().find(|line| !line.is_empty()).unwrap_or_default();
-            status.set_message(message).set_description(text);
-            status
-        };
-        let status = match &result.outcome {
-            ScenarioOutcome::Passed => TestCaseStatus::success(),
-            ScenarioOutcome::Skipped(reason) => {
-                let mut status = TestCaseStatus::skipped();
-                status.set_message(reason.as_str());
-                status
-            }
-            ScenarioOutcome::Failed(text) => failure(NonSuccessKind::Failure, text),
-            ScenarioOutcome::Broken(text) => failure(NonSuccessKind::Error, text),
-        };
-        let mut case = TestCase::new(name.as_ref(), status);
-        case.set_classname("trackside").set_time(result.time);
-        suite.add_test_case(case);
+impl Checked {
+    /// Its name, behind that of the validation.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let of = self.validation.iter().map(|name| format!("{name}: "));
+        of.chain([self.verdict.name.clone()]).collect()
     }
-    let mut report = quick_junit::Report::new("trackside");
-    report.add_test_suite(suite);
-    let text = report.to_string().map_err(|error| Error::output(path, error))?;
-    std::fs::write(path, text).map_err(|error| Error::output(path, error))
+}
+
+/// A line for each check that failed, with its place.
+fn failures(checks: &[Checked]) -> String {
+    let failed = checks.iter().filter(|check| !check.verdict.passed);
+    let line = |check: &Checked| {
+        let Verdict { that, file, line, reason, .. } = &check.verdict;
+        let reason = reason.as_deref().unwrap_or_default();
+        format!("  FAILED  {}  {that}  ({reason})  {}:{line}", check.name(), file.display())
+    };
+    failed.map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_process_that_leaves_no_report_of_its_own_has_not_passed() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a folder");
+        let program = |text: &str| {
+            let path = folder.path().join("program");
+            std::fs::write(&path, format!("#!/bin/sh\nmkdir -p \"$4\"\n{text}\n")).expect("a file");
+            std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).expect("a program");
+            test(&path, Path::new("case.toml"), folder.path())
+        };
+        let report = |process: &str, verdict: &str| {
+            format!(
+                "echo '{{\"process\": '{process}', \"verdict\": \"{verdict}\", \"checks\": [], \"validations\": []}}' > \"$4/report.json\""
+            )
+        };
+        let told = "left no report of its own";
+        for (text, expected) in [
+            (report("$$", "pass"), None),
+            // The report that this left is there for the next ones.
+            ("exit 0".to_owned(), Some(told)),
+            (report("1", "pass"), Some(told)),
+            (report("$$", "fail"), Some(told)),
+            (report("$$", "pass") + "; exit 1", Some(told)),
+            (
+                report("$$", "pass") + "; echo the disk is full >&2; exit 2",
+                Some("the disk is full"),
+            ),
+            (report("$$", "pass") + "; kill -9 $$", Some("signal")),
+        ] {
+            let outcome = program(&text).outcome;
+            match (expected, &outcome) {
+                (None, ScenarioOutcome::Passed) => {}
+                (Some(says), ScenarioOutcome::Broken(what)) if what.contains(says) => {}
+                _ => panic!("{text}: {outcome:?}"),
+            }
+        }
+    }
 }

@@ -126,6 +126,8 @@ fn test_distinguishes_passed_failed_broken_and_skipped() {
         "FAILED   ./broken.toml",
         "skipped  ./skipped.toml",
         "did you mean `plant.X`?",
+        "  FAILED  distance  plant.X < 10  (",
+        "  ./fails.toml:13",
         "log.csv is not there",
         "1 passed, 2 failed, 1 skipped",
     ] {
@@ -136,16 +138,16 @@ fn test_distinguishes_passed_failed_broken_and_skipped() {
 
 fn junit(xml: &str) {
     for element in [
-        "tests=\"4\"",
-        "failures=\"1\"",
-        "errors=\"1\"",
-        "<testcase name=\"good\"",
-        "<testcase name=\"fails\"",
-        "<testcase name=\"broken\"",
-        "<testcase name=\"skipped\"",
-        "<failure message=",
-        "<error message=",
-        "<skipped message=",
+        "tests=\"4\" skipped=\"1\" failures=\"1\" errors=\"1\"",
+        "<testsuite name=\"good\"",
+        "<testcase name=\"distance\" classname=\"good\" file=\"./good.toml\" line=\"13\"",
+        "<testcase name=\"distance\" classname=\"fails\" file=\"./fails.toml\" line=\"13\">",
+        "<failure message=\"20.",
+        " against 10.000000 at 1.000 s",
+        "<testcase name=\"run\" classname=\"broken\"",
+        "<error message=\"check `distance`: unknown signal `plnt.X`\"",
+        "<testcase name=\"run\" classname=\"skipped\"",
+        "<skipped message=\"the data file ./log.csv is not there\"",
     ] {
         assert!(xml.contains(element), "{element}\n{xml}");
     }

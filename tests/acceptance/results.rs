@@ -12,6 +12,7 @@ tests! {
     a_folder_that_is_none_for_results_is_refused: Compiler,
     two_runs_do_not_write_into_one_folder: Compiler,
     a_killed_run_leaves_nothing_that_disturbs_the_next: Compiler,
+    the_report_says_what_the_run_was_made_with: Compiler,
 }
 
 fn coasting(stop: f64) -> Scenario {
@@ -127,4 +128,28 @@ fn a_killed_run_leaves_nothing_that_disturbs_the_next() {
         .collect();
     names.sort();
     assert_eq!(names, ["report.json", "run.mcap"]);
+}
+
+fn the_report_says_what_the_run_was_made_with() {
+    let lab = lab();
+    lab.write("log.csv", "t,v\n0,1\n1,2\n");
+    lab.write("case.toml", coasting(0.1).table("log", "log.csv", "v = { column = \"v\" }").text());
+    let arguments =
+        ["run", "case.toml", "--out", "out", "--seed", "7", "--set", "plant.body.m=900"];
+    lab.trackside(&arguments).expect(0);
+    let report = lab.report("out");
+    let command: Vec<_> = report["command"].as_array().expect("a list").iter().skip(1).collect();
+    assert_eq!(command, arguments);
+    assert_eq!(report["set"], serde_json::json!(["plant.body.m=900"]));
+    assert_eq!((&report["seed"], &report["versions"]["fmi"]), (&7.into(), &"2.0".into()));
+    assert_eq!(report["versions"]["plugin_interface"], plugin::abi::VERSION);
+    assert_eq!(report["versions"]["os"], std::env::consts::OS);
+    let hash = |file: &str| serde_json::json!({"path": file, "sha256": fmu_import::sha256(&std::fs::read(lab.path(file)).expect("a file"))});
+    assert_eq!(report["sources"], serde_json::json!([hash("case.toml")]));
+    assert_eq!(report["data"], serde_json::json!([hash("log.csv")]));
+    assert_eq!(report["fmus"][0]["sha256"], hash("plant.fmu")["sha256"]);
+    assert_eq!(
+        (&report["checks"][0]["file"], &report["checks"][0]["line"]),
+        (&"case.toml".into(), &13.into())
+    );
 }

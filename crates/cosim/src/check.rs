@@ -3,21 +3,26 @@
 mod results;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use diagnostics::Error;
 use expression::{Monitor, Outcome};
 use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack};
 use scenario::plan::{CheckPlan, Condition, ResultName, Results};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// What became of a check.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Verdict {
     /// What the check is called.
     pub name: String,
     /// What had to hold.
     pub that: String,
+    /// The file that it is written in.
+    pub file: PathBuf,
+    /// Its line there, from 1 on.
+    pub line: usize,
     /// Whether it did.
     pub passed: bool,
     /// First and last moment of the window [s].
@@ -180,6 +185,8 @@ fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
     Verdict {
         name: plan.name.clone(),
         that: plan.that.clone(),
+        file: plan.file.clone(),
+        line: plan.line,
         passed: outcome.passed,
         during: plan.during,
         tolerance: plan.tolerance,

@@ -94,6 +94,14 @@ impl Source {
         self.placed().map(|(begin, file)| " ".repeat(begin) + &file.text).collect()
     }
 
+    /// The file that a place is in, and its line in it, from 1 on.
+    #[must_use]
+    pub fn line(&self, place: usize) -> (&Path, usize) {
+        let (begin, file) = self.find(place);
+        let before = file.text.get(..place - begin).unwrap_or(&file.text);
+        (&file.path, 1 + before.matches('\n').count())
+    }
+
     /// The letters at a place.
     #[must_use]
     pub fn letters(&self, place: Range<usize>) -> &str {

@@ -1,5 +1,7 @@
 //! An analysis of what a run recorded, by columns.
 
+use std::path::PathBuf;
+
 use plugin::Plugin;
 use recording::table::Table;
 use recording::{Full, NumberIndex};
@@ -11,6 +13,8 @@ pub struct AnalysisPlan {
     pub name: String,
     /// Its plugin.
     pub plugin: Plugin,
+    /// The library that the plugin was loaded from.
+    pub library: PathBuf,
     /// Its configuration in TOML.
     pub config: String,
     /// The signals that it gets.

@@ -1,5 +1,7 @@
 //! A check, by columns.
 
+use std::path::PathBuf;
+
 use expression::Expression;
 use recording::Full;
 
@@ -34,6 +36,10 @@ pub struct CheckPlan {
     pub name: String,
     /// As it was written.
     pub that: String,
+    /// The file that it is written in.
+    pub file: PathBuf,
+    /// Its line there, from 1 on.
+    pub line: usize,
     /// The condition.
     pub condition: Condition,
     /// First and last moment [s].

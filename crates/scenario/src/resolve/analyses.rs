@@ -64,7 +64,7 @@ fn plan(
         logs::read(scenario, &wanted, warnings)
     });
     let log = mistakes.take(log.transpose()).flatten();
-    let Some(plugin) = mistakes.take(load(scenario, analysis, plugins)) else {
+    let Some((plugin, library)) = mistakes.take(load(scenario, analysis, plugins)) else {
         return Err(mistakes.finish().err().unwrap_or_else(Error::follow_up));
     };
     let mut wired = Vec::new();
@@ -110,6 +110,7 @@ fn plan(
         name: analysis.name.get_ref().clone(),
         config,
         plugin,
+        library,
         wired,
         log: log.map(|log| log.table),
     })
@@ -148,7 +149,7 @@ fn load(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-) -> Result<Plugin, Error> {
+) -> Result<(Plugin, PathBuf), Error> {
     let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
         (Some(path), None, _) if analysis.example.is_none() => {
             (path, scenario.source.resolve(path))
@@ -170,7 +171,8 @@ fn load(
     };
     // A path without a folder would be looked up among the libraries of the system.
     let path = std::path::absolute(&path).unwrap_or(path);
-    Plugin::load(&path).map_err(|error| scenario.error(word, error.to_string()))
+    let plugin = Plugin::load(&path).map_err(|error| scenario.error(word, error.to_string()))?;
+    Ok((plugin, path))
 }
 
 /// The signal that the plugin expects under this name.

@@ -47,9 +47,12 @@ fn plan(
     };
     let numbers = Mistakes::both(tolerance(scenario, check), during);
     let (condition, (tolerance, during)) = Mistakes::both(condition, numbers)?;
+    let (file, line) = scenario.source.line(check.name.span().start);
     Ok(CheckPlan {
         name: check.name.get_ref().clone(),
         that: check.that.get_ref().clone(),
+        file: file.to_owned(),
+        line,
         condition,
         during,
         windowed: check.during.is_some(),

@@ -1,0 +1,122 @@
+//! Says what a run was made with: command line, versions, and hashes of all that it read.
+
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use fmu_import::sha256;
+use scenario::Scenario;
+use scenario::plan::{Body, System};
+use serde::Serialize;
+
+/// What a run was made with.
+#[derive(Debug, Clone, Serialize)]
+pub struct Provenance {
+    /// The command line.
+    pub command: Vec<String>,
+    /// Values from outside the scenario, as `--set` takes them.
+    pub set: Vec<String>,
+    /// The number of the process.
+    pub process: u32,
+    /// When it began [s since 1970-01-01 UTC].
+    pub begun: u64,
+    /// Versions of all that has one.
+    pub versions: Versions,
+    /// The seed of every random stream.
+    pub seed: u64,
+    /// The generator of the random streams.
+    pub generator: &'static str,
+    /// The files that the scenario was read from, first the one that was to be run.
+    pub sources: Vec<FileReport>,
+    /// Tables, logs and text files that it reads.
+    pub data: Vec<FileReport>,
+    /// The FMUs that took part.
+    pub fmus: Vec<FmuReport>,
+    /// The libraries of the plugins that took part.
+    pub plugins: Vec<FileReport>,
+}
+
+/// Versions of all that has one.
+#[derive(Debug, Clone, Serialize)]
+pub struct Versions {
+    /// Of this program.
+    pub trackside: &'static str,
+    /// Of the interface to FMUs.
+    pub fmi: &'static str,
+    /// Of the interface to plugins.
+    pub plugin_interface: u32,
+    /// The operating system.
+    pub os: &'static str,
+    /// The processor.
+    pub arch: &'static str,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, Serialize)]
+pub struct FileReport {
+    /// Where it is, as it was named.
+    pub path: PathBuf,
+    /// SHA-256 of its contents.
+    pub sha256: String,
+}
+
+/// An FMU that took part.
+#[derive(Debug, Clone, Serialize)]
+pub struct FmuReport {
+    /// The node's name.
+    pub name: String,
+    /// The identity that it states.
+    pub guid: String,
+    /// SHA-256 of the archive.
+    pub sha256: String,
+}
+
+impl Provenance {
+    /// What the run of a scenario is made with.
+    #[must_use]
+    pub fn new(scenario: &Scenario, system: &System) -> Self {
+        let sources = scenario.source.files().map(|file| FileReport {
+            path: file.path.clone(),
+            sha256: sha256(file.text.as_bytes()),
+        });
+        let texts = scenario.document.analysis.iter().flat_map(|analysis| analysis.files.values());
+        let data = scenario.data_files().chain(texts).map(|word| scenario.source.resolve(word));
+        let begun = SystemTime::now().duration_since(UNIX_EPOCH);
+        Provenance {
+            command: std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),
+            set: system.header.given.clone(),
+            process: std::process::id(),
+            begun: begun.map(|time| time.as_secs()).unwrap_or_default(),
+            versions: Versions {
+                trackside: env!("CARGO_PKG_VERSION"),
+                fmi: "2.0",
+                plugin_interface: plugin::abi::VERSION,
+                os: std::env::consts::OS,
+                arch: std::env::consts::ARCH,
+            },
+            seed: system.header.seed,
+            generator: "Pcg64",
+            sources: sources.collect(),
+            data: data.filter_map(|path| hashed(&path)).collect(),
+            fmus: fmus(system),
+            plugins: system.analyses.iter().filter_map(|plan| hashed(&plan.library)).collect(),
+        }
+    }
+}
+
+fn fmus(system: &System) -> Vec<FmuReport> {
+    let fmu = |node: &scenario::plan::NodePlan| match &node.body {
+        Body::Fmu { fmu, .. } => Some(FmuReport {
+            name: node.name.clone(),
+            guid: fmu.description.guid.clone(),
+            sha256: fmu.sha256.clone(),
+        }),
+        _ => None,
+    };
+    system.nodes.iter().filter_map(fmu).collect()
+}
+
+/// The hash of a file, unless it has gone since it was read.
+fn hashed(path: &Path) -> Option<FileReport> {
+    let sha256 = sha256(&std::fs::read(path).ok()?);
+    Some(FileReport { path: path.to_owned(), sha256 })
+}

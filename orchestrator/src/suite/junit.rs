@@ -1,0 +1,88 @@
+//! Writes the results of tests as JUnit XML: a suite for each scenario, a case for each check.
+
+use std::path::Path;
+
+use diagnostics::Error;
+use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+
+use super::{Checked, ScenarioOutcome, TestResult};
+
+/// The case of a run without a check, or without a verdict.
+const RUN: &str = "run";
+
+/// The results as JUnit XML.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_junit(results: &[TestResult], path: &Path) -> Result<(), Error> {
+    let mut report = Report::new("trackside");
+    report.add_test_suites(results.iter().map(suite));
+    let text = report.to_string().map_err(|error| Error::output(path, error))?;
+    std::fs::write(path, text).map_err(|error| Error::output(path, error))
+}
+
+fn suite(result: &TestResult) -> TestSuite {
+    let name = result.path.file_stem().unwrap_or_default().to_string_lossy();
+    let mut suite = TestSuite::new(name.as_ref());
+    suite.set_time(result.time);
+    let whole = whole(result).map(|status| {
+        let mut case = case(RUN, status, (&result.path, 1));
+        case.set_time(result.time);
+        case
+    });
+    let checks = result.checks.iter().map(check);
+    suite.add_test_cases(whole.into_iter().chain(checks).map(|mut case| {
+        case.set_classname(name.as_ref());
+        case
+    }));
+    suite
+}
+
+/// The status of a run that its checks do not tell.
+fn whole(result: &TestResult) -> Option<TestCaseStatus> {
+    match &result.outcome {
+        ScenarioOutcome::Skipped(reason) => {
+            let mut status = TestCaseStatus::skipped();
+            status.set_message(reason.as_str());
+            Some(status)
+        }
+        ScenarioOutcome::Broken(text) => {
+            Some(failure(NonSuccessKind::Error, &headline(text), text))
+        }
+        ScenarioOutcome::Failed(text) if result.checks.iter().all(|it| it.verdict.passed) => {
+            Some(failure(NonSuccessKind::Failure, &headline(text), text))
+        }
+        _ => result.checks.is_empty().then(TestCaseStatus::success),
+    }
+}
+
+/// The first words of an error, without the frame that terminals get.
+fn headline(text: &str) -> String {
+    let mut lines = text.lines().map(|line| line.trim_matches([' ', '×', '│']));
+    lines.find(|line| !line.is_empty()).unwrap_or("it failed without a word").to_owned()
+}
+
+fn check(checked: &Checked) -> TestCase {
+    let verdict = &checked.verdict;
+    let status = match verdict.passed {
+        true => TestCaseStatus::success(),
+        false => {
+            let reason = verdict.reason.as_deref().unwrap_or("it does not hold");
+            failure(NonSuccessKind::Failure, reason, &format!("{}\n{reason}", verdict.that))
+        }
+    };
+    case(&checked.name(), status, (&verdict.file, verdict.line))
+}
+
+fn failure(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::non_success(kind);
+    status.set_message(message).set_description(text);
+    status
+}
+
+fn case(name: &str, status: TestCaseStatus, (file, line): (&Path, usize)) -> TestCase {
+    let mut case = TestCase::new(name, status);
+    case.extra.insert("file".into(), file.display().to_string().into());
+    case.extra.insert("line".into(), line.to_string().into());
+    case
+}
