@@ -167,7 +167,7 @@ fn run_python(python: &Python, lab: &Lab, scenario: impl Fn(&str) -> String, cod
     command
         .args(["run", "python.toml", "--out", "run", "--csv", "--rerun", "off"])
         .env("LD_PRELOAD", library);
-    Ended::of(command.output().expect("it starts")).expect(0)
+    Ended::of(command.output().expect("it starts")).expect(code)
 }
 
 /// The outputs of one instance go to the inputs of a second one, in all types.

@@ -78,7 +78,8 @@ fn several_variables_without_units_are_one_mistake() {
                 [[connect]]\nfrom = \"car.x_out\"\nto = \"plant.delta\"\n";
     let ended = run(&lab, &driven("", "", more)).expect(2).says(&[
         "connected variables of `car` have no unit: `x` meets `driver.v` [km/h], `x_out` meets `plant.delta` [rad]",
-        "which units they have, such as unit = { x = \"km/h\", x_out = \"rad\" }",
+        "in [[fmu]] `car` which units they have, such as unit = { x = ",
+        "x_out = \"rad\" }",
     ]);
     assert_eq!(ended.stderr.matches("no unit").count(), 1, "{}", ended.stderr);
 }
@@ -100,7 +101,7 @@ fn a_declared_unit_fits_the_description_and_the_type() {
             driven("unit = { xx = \"m/s\" }", "unit = \"m/s\"", ""),
             &["unknown variable of `car` `xx`", "did you mean `x`?"],
         ),
-        (driven("unit = { x = 3 }", "", ""), &["expected a unit such as \"m/s\" for `x`, found 3"]),
+        (driven("unit = { x = 3 }", "", ""), &["expected a unit such as \"m/s\" for `x`"]),
         (
             driven("unit = { x = \"m/s\", n = \"m\" }", "", ""),
             &["`n` is Integer, and only Real variables have units"],

@@ -1,6 +1,7 @@
 //! Reads the units that the scenario declares for variables of FMUs, which must not contradict their descriptions.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Type, Variable};
@@ -20,21 +21,19 @@ pub(super) fn declared_units(
     variables: &[Variable],
     mistakes: &mut Mistakes,
 ) -> DeclaredUnits {
-    let (patterns, names): (Vec<_>, Vec<_>) = written(scenario, node, mistakes)
-        .into_iter()
-        .partition(|(pattern, _)| pattern.get_ref().contains('*'));
+    let (patterns, names): (Vec<_>, Vec<_>) =
+        written(node).into_iter().partition(|(pattern, _)| pattern.get_ref().contains('*'));
     let mut declared = DeclaredUnits::new();
     for (pattern, word) in &patterns {
         let fitting = mistakes.take(fitting(scenario, node, variables, pattern));
         for index in fitting.into_iter().flatten() {
-            let (name, said) = (&variables[index].name, word.get_ref());
             let found = mistakes.take(declare(scenario, &variables[index], word));
-            if let (Some(Some((unit, other))), Some(found)) = (declared.get(&index), &found)
-                && *unit != found.0
+            if let (Some(Some((unit, other))), Some((said, text))) = (declared.get(&index), &found)
+                && unit != said
             {
-                let pattern = pattern.get_ref();
+                let (name, pattern) = (&variables[index].name, pattern.get_ref());
                 let message =
-                    format!("two patterns fit `{name}`: one says [{other}], `{pattern}` [{said}]");
+                    format!("two patterns fit `{name}`: one says [{other}], `{pattern}` [{text}]");
                 let error = scenario.error(word, message);
                 mistakes.push(error.help("a full name wins over patterns"));
             }
@@ -51,26 +50,20 @@ pub(super) fn declared_units(
     declared
 }
 
+/// A word for a unit; none when it is no text.
+type Word = Spanned<Option<String>>;
+
 /// Names or patterns with their units. Keys with dots are the names of structured variables.
-fn written(
-    scenario: &Scenario,
-    node: &Fmu,
-    mistakes: &mut Mistakes,
-) -> Vec<(Spanned<String>, Spanned<String>)> {
+fn written(node: &Fmu) -> Vec<(Spanned<String>, Word)> {
     let mut written = Vec::new();
     for (key, whole) in &node.unit {
-        let flat = starts::flatten(key.get_ref(), whole.get_ref(), &mut |name, value| {
+        let mut take = |name: &str, value: &toml::Value| {
             let place = if value == whole.get_ref() { whole.span() } else { key.span() };
-            let toml::Value::String(text) = value else {
-                let message =
-                    format!("expected a unit such as \"m/s\" for `{name}`, found {value}");
-                return Err(scenario.source.error(place, message, ""));
-            };
-            let name = Spanned::new(key.span(), name.to_owned());
-            written.push((name, Spanned::new(place, text.clone())));
-            Ok(())
-        });
-        mistakes.take(flat);
+            let word = value.as_str().map(str::to_owned);
+            written.push((Spanned::new(key.span(), name.to_owned()), Spanned::new(place, word)));
+            Ok::<_, Infallible>(())
+        };
+        let Ok(()) = starts::flatten(key.get_ref(), whole.get_ref(), &mut take);
     }
     written
 }
@@ -103,11 +96,12 @@ fn fitting(
 }
 
 /// The unit that a word declares for a variable. A unit of the description that cannot be read gives way.
-fn declare(
-    scenario: &Scenario,
-    variable: &Variable,
-    word: &Spanned<String>,
-) -> Result<(Unit, String), Error> {
+fn declare(scenario: &Scenario, variable: &Variable, word: &Word) -> Result<(Unit, String), Error> {
+    let Some(text) = word.get_ref() else {
+        let message = format!("expected a unit such as \"m/s\" for `{}`", variable.name);
+        return Err(scenario.error(word, message));
+    };
+    let word = &Spanned::new(word.span(), text.clone());
     let declared = unit::unit(scenario, word)?;
     if let (Some(own), Some(text)) = (&variable.dimension, &variable.unit)
         && Unit::conversion(own, &declared) != Some((1.0, 0.0))
