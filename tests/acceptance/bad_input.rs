@@ -315,7 +315,7 @@ fn an_invalid_argument_is_rejected() {
         (&["nowhere.toml"][..], &["cannot read the scenario nowhere.toml"][..]),
         (
             &["case.toml", "--set", "plnt.body.m=1"],
-            &["unknown FMU `plnt`", "did you mean `plant`?"],
+            &["unknown node `plnt`", "did you mean `plant`?"],
         ),
         (&["case.toml", "--set", "plant.bdy.m=1"], &["`bdy.m`", "did you mean `body.m`?"]),
         (&["case.toml", "--set", "plant.body.m=heavy"], &["`body.m` is Real", "heavy"]),

@@ -9,6 +9,8 @@ tests! {
     a_passing_run_prints_a_summary_and_nothing_on_stderr,
     a_failing_command_prints_the_reason,
     set_changes_the_result,
+    set_reaches_signals_effects_and_faults,
+    a_value_that_cannot_be_set_is_told,
     several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts,
     test_distinguishes_passed_failed_broken_and_skipped,
     an_example_is_packed_by_one_command_and_built_by_a_scenario,
@@ -93,6 +95,74 @@ fn set_changes_the_result() {
     let (light, heavy) = (speed("a", &[]), speed("b", &["--set", "plant.body.m=1600"]));
     assert!(light > heavy + 0.1, "{light} m/s against {heavy} m/s");
     assert_eq!(speed("c", &["--set", "@heavy.toml"]).to_bits(), heavy.to_bits());
+}
+
+/// A car with a driver, a sensor effect and a fault.
+fn driven() -> String {
+    Scenario::headed("title = \"Driven\"")
+        .time(0.01, 0.1)
+        .fmu("plant", "plant.fmu", "start.v_x = 20.0")
+        .signal("driver.delta", "unit = \"deg\"\nstep = { at = 0.05, after = 1.5 }")
+        .signal("driver.F_x", "unit = \"N\"\nconstant = 0.0")
+        .connect("driver.delta", "plant.delta")
+        .key("bias = 0.0")
+        .connect("driver.F_x", "plant.F_x")
+        .section("[[fault]]\ninput = \"plant.F_x\"\nfrom = 0.05\nvalue = 0.0")
+        .text()
+}
+
+fn set_reaches_signals_effects_and_faults() {
+    let lab = lab();
+    lab.write("driven.toml", driven());
+    for (set, column, expected) in [
+        ("driver.delta=3", "driver.delta", 3.0),
+        ("driver.delta=0.5 rad", "driver.delta", 0.5_f64.to_degrees()),
+        ("driver.delta.step.after=2", "driver.delta", 2.0),
+        ("driver.delta.step.at=1", "driver.delta", 0.0),
+        ("plant.delta.bias=0.25", "plant.delta", 1.5_f64.to_radians() + 0.25),
+        ("plant.delta.gain=2", "plant.delta", 3_f64.to_radians()),
+        ("plant.F_x.fault.value=40", "plant.F_x", 40.0),
+        ("plant.start.v_x=100 km/h", "plant.v_x", 100.0 / 3.6),
+    ] {
+        let arguments =
+            ["run", "driven.toml", "--csv", "--out", "out", "--rerun", "off", "--set", set];
+        lab.trackside(&arguments).expect(0);
+        let value = last(&lab.read("out/run.csv"), column);
+        let near = if column == "plant.v_x" { 0.1 } else { 1e-9 };
+        assert!((value - expected).abs() < near, "{set}: {column} is {value}, expected {expected}");
+        assert_eq!(lab.report("out")["set"], serde_json::json!([set]));
+    }
+}
+
+fn a_value_that_cannot_be_set_is_told() {
+    let lab = lab();
+    lab.write("log.csv", "t,v\n0,1\n1,2\n");
+    lab.write("driven.toml", driven() + "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = { v = { column = \"v\" } }\n");
+    for (set, says) in [
+        ("driver.dleta=3", &["unknown signal `driver.dleta`", "did you mean `driver.delta`?"][..]),
+        ("drivr.delta=3", &["unknown node `drivr`", "did you mean `driver`?"]),
+        ("driver.delta=fast", &["--set driver.delta", "expected a number, found a text"]),
+        (
+            "driver.delta=3 m",
+            &["--set driver.delta", "expected a value in [deg], found one in [m]"],
+        ),
+        ("driver.delta=3 degs", &["unknown unit `degs`", "did you mean `deg`?"]),
+        ("driver.delta.stp.after=3", &["unknown key `stp`", "did you mean `step`?"]),
+        ("driver.delta.step.aftr=3", &["unknown key `aftr`", "did you mean `after`?"]),
+        ("driver.delta.sine.frequency=3", &["the key `amplitude` is missing"]),
+        ("plant.delta.noise.sdt=3", &["unknown key `sdt`", "did you mean `std`?"]),
+        ("plant.F_x.fault.valu=3", &["unknown key `valu`", "did you mean `value`?"]),
+        (
+            "plant.start.v_x=100 km",
+            &["--set plant.start.v_x", "expected a value in [m/s], found one in [km]"],
+        ),
+        ("log.v=3", &["`log` is a table"]),
+    ] {
+        let ended =
+            lab.trackside(&["run", "driven.toml", "--out", "wrong", "--set", set]).expect(2);
+        ended.says(says);
+        assert!(!lab.has("wrong"), "{set}");
+    }
 }
 
 /// The last value of a column.

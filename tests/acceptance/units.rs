@@ -65,6 +65,15 @@ fn an_fmu_without_units_is_refused_until_its_units_are_declared() {
         let found = last(&lab, "car.x");
         assert!((found - expected).abs() < 1e-9, "{keys}{connect}: {found}");
     }
+    // A start value on the command line is in the declared unit, or converted to it.
+    let standing =
+        driven("unit = { x = \"m/s\" }", "", "").replace("text = ''", "text = '', x = 0.0");
+    let standing = standing.split("[[signal]]").next().unwrap_or_default();
+    lab.write("case.toml", standing);
+    let set =
+        ["run", "case.toml", "--out", "out", "--csv", "--rerun", "off", "--set", "car.x=72 km/h"];
+    lab.trackside(&set).expect(0);
+    assert!((last(&lab, "car.x_out") - 20.0).abs() < 1e-9);
     // Plain numbers need no declaration.
     let plain = driven("", "", "").replace("unit = \"km/h\"", "unit = \"1\"");
     run(&lab, &plain).expect(0);

@@ -131,13 +131,13 @@ fn mistakes_are_reported_before_anything_runs() {
         ("\"pushed\"", "\"car\"", "case.toml:17:", "something else is called `car`"),
         ("\"pushed\"", "\"odd\"", "case.toml:17:", "something else is called `odd`"),
         ("plant = \"car\"", "plant = \"cat\"", "case.toml:19:", "did you mean `car`?"),
-        ("plant = \"car\"", "plnt = \"car\"", "case.toml:19:", "unknown FMU `plnt`"),
+        ("plant = \"car\"", "plnt = \"car\"", "case.toml:19:", "unknown node `plnt`"),
         ("like =", "likes =", "case.toml:19:", "did you mean `like`?"),
         ("\"@found.toml\"", "\"@wrong.toml\"", "case.toml:20:", "twin.body.m: `body.m` is Real, found string"),
         ("\"@found.toml\"", "\"@case.toml\"", "case.toml:20:", "expected a table"),
         ("\"@found.toml\"", "\"twin.body.m\"", "case.toml:20:", "expected node.variable=value"),
         ("\"@found.toml\"", "\"twin.body.mm=3\"", "case.toml:20:", "did you mean `body.m`?"),
-        ("\"@found.toml\"", "\"tvin.body.m=3\"", "case.toml:20:", "unknown FMU `tvin`"),
+        ("\"@found.toml\"", "\"tvin.body.m=3\"", "case.toml:20:", "unknown node `tvin`"),
     ];
     let mut wrong = Vec::new();
     for (old, new, line, says) in cases {

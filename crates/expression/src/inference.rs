@@ -86,7 +86,7 @@ impl<'a> Rules<'a> {
         let span = to.span.start.min(missing.span.start)..to.span.end.max(missing.span.end);
         let mut error =
             ParseError::new(span, message).help(format!("say in which unit `{signal}` is"));
-        error.unitless = Some(Unitless { signal: signal.to_owned(), other });
+        error.unitless = Some(Box::new(Unitless { signal: signal.to_owned(), other }));
         error
     }
 

@@ -52,7 +52,7 @@ pub use monitor::{Monitor, Outcome};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression<S> {
     root: Node,
-    dimension: Dimension,
+    dimension: Box<Dimension>,
     reductions: Vec<Reduction>,
     space: PhantomData<S>,
 }
@@ -116,7 +116,7 @@ pub struct ParseError {
     /// The signal name that could not be resolved, if that is what is wrong, to suggest another.
     pub unknown: Option<String>,
     /// The signal that lacks a unit, if that is what is wrong, to say where it is declared.
-    pub unitless: Option<Unitless>,
+    pub unitless: Option<Box<Unitless>>,
 }
 
 /// A signal whose unit is needed and not known.

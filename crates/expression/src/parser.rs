@@ -54,6 +54,7 @@ impl<S> Expression<S> {
                 "put `{name}` inside a reduction too, such as `max({name})`, or make two checks"
             )));
         }
+        let dimension = Box::new(dimension);
         Ok(Self { root, dimension, reductions: parser.reductions, space: PhantomData })
     }
 }

@@ -48,12 +48,12 @@ fn source(scenario: &Scenario) -> TextSource {
     source
 }
 
-/// Start values and the seed from outside the scenario.
+/// Start values and other words from outside the scenario, and the seed.
 #[derive(Debug, Clone, Default)]
 pub struct StartOverrides {
     /// Start values that give way to those of the scenario.
     pub defaults: Vec<StartOverride>,
-    /// Start values that those of the scenario give way to.
+    /// Values that those of the scenario give way to.
     pub starts: Vec<StartOverride>,
     /// The seed.
     pub seed: Option<u64>,
@@ -78,13 +78,15 @@ impl System {
         overrides: &StartOverrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
+        let (changed, starts) = start_override::apply(scenario, overrides)?;
+        let scenario = changed.as_ref().unwrap_or(scenario);
         let document = &scenario.document;
         let seed = overrides.seed.unwrap_or(document.seed);
         let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
         let clock = mistakes.take(clock(scenario));
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
-        let mut unplaced = nodes::unplaced(scenario, &built.archives, overrides, timed, notes);
+        let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
         let conversions = connection_units::judge(scenario, &mut unplaced, &mut mistakes);
         let connections =
             connections::connect(scenario, &unplaced, &conversions, timed, &mut mistakes);

@@ -1,5 +1,6 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
+mod change;
 mod connect;
 mod extend;
 mod fault;
@@ -18,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::schema;
 use crate::signal::Part;
+pub(crate) use change::{Change, converted, quantity};
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
 pub use nodes::{Column, Fmu, Table};

@@ -26,8 +26,10 @@ pub struct Arguments {
     /// Write run.csv too.
     #[arg(long)]
     csv: bool,
-    /// Set a start value: `plant.body.m=800`, or `@FILE` for a TOML file of them. May be repeated.
-    #[arg(long, value_name = "NODE.VARIABLE=VALUE")]
+    /// Set a start value `plant.body.m=800` (or `"plant.start.v_x=100 km/h"`), a signal `driver.delta=3`, a key of its shape
+    /// `driver.delta.step.after=3`, a sensor effect `estimator.a_y.noise.std=0.1`, or a fault
+    /// `estimator.a_y.fault.value=0`. `@FILE` is a TOML file of values. May be repeated.
+    #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
     /// The seed of every random stream, instead of the scenario's.
     #[arg(long)]

@@ -152,7 +152,7 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("$a_y < 2 G", "G", "did you mean `g0`?", ""),
     ("$v < 5 m/degC", "m/degC", "can only stand alone: write `K`", ""),
     ("$v < 5 $v", "$v", "expected an operator", ""),
-    ("$v < 5 m s", "s", "expected an operator", ""),
+    ("$v < 5 m/s s", "s", "expected an operator", ""),
 ];
 
 #[test]

@@ -1,6 +1,6 @@
 //! Reads the units that the scenario declares for variables of FMUs, which must not contradict their descriptions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
@@ -12,10 +12,29 @@ use crate::pattern::matches;
 use crate::words::{Fmu, Scenario};
 
 /// The declared units by the indices of the variables; none when the declaration is wrong.
-pub(super) type DeclaredUnits = BTreeMap<usize, Option<(Unit, String)>>;
+type DeclaredUnits = BTreeMap<usize, Option<(Unit, String)>>;
 
-/// The declarations of one FMU. A full name wins over a pattern.
-pub(super) fn declared_units(
+/// The variables of one FMU with the units that the scenario declares, and the indices of those whose declaration is wrong.
+pub(super) fn with_declared_units(
+    scenario: &Scenario,
+    node: &Fmu,
+    variables: &[Variable],
+    mistakes: &mut Mistakes,
+) -> (Vec<Variable>, BTreeSet<usize>) {
+    let (mut variables, mut wrong) = (variables.to_vec(), BTreeSet::new());
+    for (index, unit) in declared_units(scenario, node, &variables, mistakes) {
+        match unit {
+            Some((unit, name)) => {
+                (variables[index].dimension, variables[index].unit) = (Some(unit), Some(name));
+            }
+            None => _ = wrong.insert(index),
+        }
+    }
+    (variables, wrong)
+}
+
+/// The declarations. A full name wins over a pattern.
+fn declared_units(
     scenario: &Scenario,
     node: &Fmu,
     variables: &[Variable],

@@ -5,18 +5,17 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use diagnostics::suggest::{self, Unknown};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::{Item, Type, Variable};
 use fmu_import::{Causality, Fmu};
 use recording::ValueKind;
 use units::Unit;
 
-use super::declared_units::{DeclaredUnits, declared_units};
+use super::declared_units::with_declared_units;
 use super::logs::{self, Log, Wanted};
 use super::starts::starts;
 use super::types::recorded_kind;
-use super::{Notes, StartOverrides};
+use super::{Notes, StartOverrides, start_override};
 use crate::build_request::BuildRequest;
 use crate::plan::{Body, Clock, Ports};
 use crate::signal::{Part, Signal};
@@ -74,13 +73,7 @@ pub(super) fn unplaced(
         let node = mistakes.take_named(fmu.name.get_ref(), node);
         unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
-    for given in overrides.all() {
-        let names = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
-        if !names.clone().any(|name| name == given.node) {
-            let Unknown { message, help, .. } = suggest::unknown("FMU", &given.node, names);
-            mistakes.push(given.error(&message).hint(help));
-        }
-    }
+    mistakes.take(start_override::check_nodes(scenario, overrides));
     let is_empty =
         document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
@@ -273,11 +266,13 @@ fn fmu(
     };
     let fmu = Fmu::open(&path).map_err(|error| scenario.error(word, error.to_string()))?;
     mistakes.take(fmu.library().map_err(|error| scenario.error(word, error.to_string())));
-    let variables = &fmu.description.variables;
-    let declared = declared_units(scenario, node, variables, mistakes);
+    let (variables, wrong) =
+        with_declared_units(scenario, node, &fmu.description.variables, mistakes);
+    let variables = &variables;
     let ports = |causality| -> Vec<Port> {
         let places = fmu.description.with(causality);
-        let mut ports: Vec<_> = places.map(|place| port(variables, place, &declared)).collect();
+        let port = |place| Port { wrong_unit: wrong.contains(&place), ..port(variables, place) };
+        let mut ports: Vec<_> = places.map(port).collect();
         ports.sort_by_key(|port| recorded_kind(port.kind) as u8);
         ports
     };
@@ -301,12 +296,8 @@ fn fmu(
     })
 }
 
-fn port(variables: &[Variable], place: usize, declared: &DeclaredUnits) -> Port {
+fn port(variables: &[Variable], place: usize) -> Port {
     let variable = &variables[place];
-    let (wrong_unit, unit) = match declared.get(&place) {
-        Some(declared) => (declared.is_none(), declared.as_ref()),
-        None => (false, None),
-    };
     let follows = variable.dependencies.as_ref().map(|places| {
         places
             .iter()
@@ -319,9 +310,9 @@ fn port(variables: &[Variable], place: usize, declared: &DeclaredUnits) -> Port 
         kind: variable.kind,
         typed: true,
         items: variable.items.clone(),
-        unit: unit.map(|(_, name)| name.clone()).or_else(|| variable.unit.clone()),
-        dimension: unit.map(|(unit, _)| *unit).or(variable.dimension),
-        wrong_unit,
+        unit: variable.unit.clone(),
+        dimension: variable.dimension,
+        wrong_unit: false,
         description: variable.description.clone(),
         reference: variable.reference,
         follows,

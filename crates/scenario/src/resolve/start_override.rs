@@ -1,13 +1,17 @@
-//! Reads start values that do not stand in the scenario: `node.variable=value`, or a file of them.
+//! Reads values that do not stand in the scenario: `node.variable=value`, or a file of them.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Source};
+use diagnostics::suggest::{self, Unknown};
+use diagnostics::{Error, Mistakes, Source};
 
+use super::StartOverrides;
 use super::starts::flatten;
+use crate::words::{Change, Scenario};
 
-/// A start value from the command line, or from the scenario that this one validates.
+/// A value from the command line, or from the scenario that this one validates: a start value, or a word about a signal, a
+/// sensor effect or a fault.
 #[derive(Debug, Clone)]
 pub struct StartOverride {
     /// The node.
@@ -40,7 +44,11 @@ impl StartOverride {
 
     /// As it is written on the command line.
     pub(super) fn text(&self) -> String {
-        format!("{}.{}={}", self.node, self.variable, self.value)
+        format!("{}={}", self.name(), self.value)
+    }
+
+    fn name(&self) -> String {
+        format!("{}.{}", self.node, self.variable)
     }
 
     pub(super) fn error(&self, message: &str) -> Error {
@@ -52,6 +60,51 @@ impl StartOverride {
             None => Error::input(format!("--set {node}.{variable}: {message}")),
         }
     }
+}
+
+/// The scenario with the words that these values change, and the start values among them; no scenario when it stays as it is.
+pub(super) fn apply(
+    scenario: &Scenario,
+    overrides: &StartOverrides,
+) -> Result<(Option<Scenario>, StartOverrides), Error> {
+    let is_word = |given: &StartOverride| scenario.has_word(&given.name());
+    let (words, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_word);
+    let rest = StartOverrides { starts, ..overrides.clone() };
+    if words.is_empty() {
+        return Ok((None, rest));
+    }
+    let change = |given: &StartOverride| Change { name: given.name(), value: given.value.clone() };
+    let changes: Vec<_> = words.iter().map(change).collect();
+    match scenario.changed(&changes) {
+        Ok(changed) => Ok((Some(changed), rest)),
+        Err(misfit) => Err(words[misfit.place].error(&misfit.message).hint(misfit.help)),
+    }
+}
+
+/// Finds the values of nodes that are no FMUs, and of no word of the scenario.
+pub(super) fn check_nodes(scenario: &Scenario, overrides: &StartOverrides) -> Result<(), Error> {
+    let document = &scenario.document;
+    let fmus: Vec<_> = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str()).collect();
+    let signals: Vec<_> =
+        document.signal.iter().filter_map(|part| part.get_ref().name.as_ref()).collect();
+    let signals: Vec<_> = signals.into_iter().map(|name| name.get_ref().as_str()).collect();
+    let tables: Vec<_> = document.table.iter().map(|table| table.name.get_ref().as_str()).collect();
+    let foreign = overrides.all().filter(|given| !fmus.contains(&given.node.as_str()));
+    let errors = foreign.map(|given| {
+        let sources = signals.iter().filter_map(|name| Some(name.split_once('.')?.0));
+        let Unknown { message, help, .. } = if tables.contains(&given.node.as_str()) {
+            return given.error(&format!(
+                "`{}` is a table, which has its values from its file",
+                given.node
+            ));
+        } else if sources.clone().any(|node| node == given.node) {
+            suggest::unknown("signal", &given.name(), signals.iter().copied())
+        } else {
+            suggest::unknown("node", &given.node, fmus.iter().copied().chain(sources))
+        };
+        given.error(&message).hint(help)
+    });
+    errors.collect::<Mistakes>().finish()
 }
 
 /// Start values from a TOML file with a table for each node, or with keys `"node.variable"`, such as an

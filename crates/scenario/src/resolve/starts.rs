@@ -9,7 +9,7 @@ use fmu_import::{Causality, Variability};
 
 use super::{StartOverride, StartOverrides};
 use crate::plan::{Start, StartValue};
-use crate::words::{self, Scenario};
+use crate::words::{self, Scenario, converted, quantity};
 
 /// The start values of an FMU, and the names of those that are inputs.
 pub(super) fn starts(
@@ -23,7 +23,7 @@ pub(super) fn starts(
     let of_this = |given: &&StartOverride| given.node == *node.name.get_ref();
     let outer = |given: &StartOverride, starts: &mut Starts, mistakes: &mut Mistakes| {
         let value = typed(variables, &given.variable, &given.value);
-        let added = starts.add(&given.variable, &value);
+        let added = value.and_then(|value| starts.add(&given.variable, &value));
         mistakes.take(added.map_err(|message| given.error(&message)));
     };
     for given in overrides.defaults.iter().filter(of_this) {
@@ -65,15 +65,20 @@ impl Starts<'_> {
 }
 
 /// The value of a text on the command line: TOML, or else the letters themselves. A text needs no quotes, so
-/// that `3` and `true` are texts too where the variable is one.
-fn typed(variables: &[Variable], name: &str, written: &str) -> toml::Value {
-    let text = || toml::Value::String(written.to_owned());
-    let is_text = |variable: &Variable| variable.name == name && variable.kind == Type::String;
-    match written.parse() {
-        Ok(toml::Value::String(quoted)) => toml::Value::String(quoted),
-        Ok(value) if !variables.iter().any(is_text) => value,
-        _ => text(),
-    }
+/// that `3` and `true` are texts too where the variable is one. A number may carry a unit, such as `100 km/h`.
+fn typed(variables: &[Variable], name: &str, written: &str) -> Result<toml::Value, String> {
+    let variable = variables.iter().find(|variable| variable.name == name);
+    let kind = variable.map(|variable| variable.kind);
+    Ok(match (written.parse(), kind, quantity(written)) {
+        (Ok(toml::Value::String(quoted)), ..) => toml::Value::String(quoted),
+        (Ok(value), kind, _) if kind != Some(Type::String) => value,
+        (_, Some(Type::Real), Some((number, unit))) => {
+            let wanted = variable.and_then(|variable| variable.unit.as_deref());
+            let number = converted(number, unit, wanted);
+            toml::Value::Float(number.map_err(|message| format!("`{name}`: {message}"))?)
+        }
+        _ => toml::Value::String(written.to_owned()),
+    })
 }
 
 /// Joins the keys of nested tables with dots, so that `tire_f.B = 22` and `"tire_f.B" = 22` are the same.

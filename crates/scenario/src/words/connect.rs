@@ -46,6 +46,9 @@ macro_rules! connect {
         }
 
         impl Connect {
+            /// The keys of all sensor effects.
+            pub const EFFECTS: &[&str] = &[$(stringify!($key)),*];
+
             /// The sensor effects of the connection: key, place and words.
             #[must_use]
             pub fn effects(&self) -> Vec<(&'static str, Range<usize>, &dyn Effect)> {

@@ -98,8 +98,8 @@ pub struct Validation {
     #[serde(default)]
     #[schemars(example = BTreeMap::from([("plant", "plant")]))]
     pub like: BTreeMap<Spanned<String>, Spanned<String>>,
-    /// Start values as on the command line: `node.variable=value`, or `@FILE` for a file that an analysis writes or that is
-    /// beside the scenario file.
+    /// Values as on the command line: `node.variable=value`, or `@FILE` for a file that an analysis writes or that is beside the
+    /// scenario file.
     #[serde(default)]
     #[schemars(example = ["@tires.toml", "plant.body.m=800"])]
     pub set: Vec<Spanned<String>>,

@@ -1,0 +1,229 @@
+//! Changes words of a scenario from outside: the value of a signal, a sensor effect, a fault.
+
+use std::ops::Range;
+
+use diagnostics::suggest;
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue, Deserializer};
+use units::Unit;
+
+use super::{Connect, Document, Scenario, read};
+use crate::schema::{self, Finding};
+
+/// Another value for something that a scenario has.
+#[derive(Debug, Clone)]
+pub(crate) struct Change {
+    /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std` or `estimator.a_y.fault.value`.
+    pub name: String,
+    /// The value as it is typed.
+    pub value: String,
+}
+
+/// A change that does not fit the scenario.
+pub(crate) struct Misfit {
+    /// Its place among the changes.
+    pub place: usize,
+    /// What is wrong.
+    pub message: String,
+    /// A remedy.
+    pub help: Option<String>,
+}
+
+/// An entry of a list of the scenario, and the keys in it that a name means.
+struct Named<'n> {
+    list: &'static str,
+    index: usize,
+    keys: Vec<&'n str>,
+}
+
+impl Scenario {
+    /// Whether a name means a signal, a sensor effect or a fault: none of them is a variable of an FMU.
+    pub(crate) fn has_word(&self, name: &str) -> bool {
+        self.named(name).is_some()
+    }
+
+    /// What a name means. Of two signals, the one with the longer name.
+    fn named<'n>(&self, name: &'n str) -> Option<Named<'n>> {
+        let below = |known: &str| {
+            let rest = name.strip_prefix(known)?;
+            (rest.is_empty() || rest.starts_with('.')).then(|| rest.split('.').skip(1).collect())
+        };
+        let document = &self.document;
+        let signals = document.signal.iter().enumerate().filter_map(|(index, part)| {
+            let known = part.get_ref().name.as_ref()?.get_ref();
+            Some((known.len(), Named { list: "signal", index, keys: below(known)? }))
+        });
+        let signal = signals.max_by_key(|(length, _)| *length).map(|(_, named)| named);
+        let connections = document.connect.iter().enumerate().filter_map(|(index, connect)| {
+            let keys: Vec<_> = below(connect.to.get_ref())?;
+            let is_effect = keys.first().is_some_and(|key| Connect::EFFECTS.contains(key));
+            is_effect.then_some(Named { list: "connect", index, keys })
+        });
+        let faults = document.fault.iter().enumerate().filter_map(|(index, fault)| {
+            let mut keys: Vec<_> = below(fault.input.get_ref())?;
+            let is_fault = keys.len() > 1 && keys[0] == "fault";
+            is_fault.then(|| keys.remove(0))?;
+            Some(Named { list: "fault", index, keys })
+        });
+        signal.or_else(|| connections.chain(faults).next())
+    }
+
+    /// The scenario with these changes, without those that it is validated by.
+    ///
+    /// # Errors
+    /// The first change that does not fit.
+    pub(crate) fn changed(&self, changes: &[Change]) -> Result<Scenario, Misfit> {
+        let wrong =
+            |place, message: &str| Misfit { place, message: message.to_owned(), help: None };
+        let texts = self.source.shifted();
+        let values: Vec<_> = changes.iter().map(|change| self.value(change)).collect();
+        let table = read::merged(&self.source, &texts);
+        let mut table = table.map_err(|error| wrong(0, &error.to_string()))?;
+        for (place, (change, value)) in changes.iter().zip(&values).enumerate() {
+            let value = value.as_ref().map_err(|message| wrong(place, message))?;
+            self.change(&mut table, change, value).map_err(|message| wrong(place, &message))?;
+            let found = schema::findings(super::schema(), 0..0, &table).into_iter().next();
+            if let Some(Finding { message, help, .. }) = found {
+                return Err(Misfit { place, message, help });
+            }
+        }
+        let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, table)));
+        let last = changes.len().saturating_sub(1);
+        let document = document.map_err(|error| wrong(last, error.message()))?;
+        let (name, source) = (self.name.clone(), self.source.clone());
+        Ok(Scenario { name, source, document, validations: Vec::new() })
+    }
+
+    fn change<'t>(
+        &self,
+        table: &mut DeTable<'t>,
+        change: &Change,
+        value: &'t str,
+    ) -> Result<(), String> {
+        self.is_alone(change)?;
+        set(table, &self.named(&change.name).ok_or("there is no such word")?, value)
+    }
+
+    /// An input may have several faults, which have no names.
+    fn is_alone(&self, change: &Change) -> Result<(), String> {
+        let of = |input: &str| change.name.starts_with(&format!("{input}.fault."));
+        let inputs = self.document.fault.iter().map(|fault| fault.input.get_ref());
+        let several: Vec<_> = inputs.filter(|input| of(input)).collect();
+        match several[..] {
+            [input, _, ..] => Err(format!(
+                "`{input}` has {} faults, and it is open which one is meant",
+                several.len()
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The value in TOML. The value of a signal may carry a unit; it is converted to that of the signal.
+    fn value(&self, change: &Change) -> Result<String, String> {
+        let whole = |named: &Named| named.list == "signal" && named.keys.is_empty();
+        let Some(index) = self.named(&change.name).filter(whole).map(|named| named.index) else {
+            return Ok(change.value.clone());
+        };
+        let Some((number, unit)) = quantity(&change.value) else { return Ok(change.value.clone()) };
+        let own = self.document.signal[index].get_ref().unit.as_ref();
+        let own = own.map(|word| word.get_ref().as_str());
+        Ok(toml::Value::Float(converted(number, unit, own)?).to_string())
+    }
+}
+
+/// The parts of a number with a unit behind it, such as `100 km/h`.
+pub(crate) fn quantity(text: &str) -> Option<(f64, &str)> {
+    let (number, unit) = text.trim().split_once(char::is_whitespace)?;
+    Some((number.parse().ok()?, unit.trim()))
+}
+
+/// A number in another unit.
+pub(crate) fn converted(number: f64, unit: &str, wanted: Option<&str>) -> Result<f64, String> {
+    let wanted =
+        wanted.ok_or_else(|| format!("it has no unit, so the value cannot be in {unit}"))?;
+    let parse = |text| {
+        let hint = || suggest::closest_question(unit, units::known());
+        let hint = || hint().map(|hint| format!("; {hint}")).unwrap_or_default();
+        Unit::parse(text).map_err(|error| format!("{error}{}", hint()))
+    };
+    let conversion = Unit::conversion(&parse(unit)?, &parse(wanted)?);
+    let (factor, offset) = conversion
+        .ok_or_else(|| format!("expected a value in [{wanted}], found one in [{unit}]"))?;
+    Ok(number * factor + offset)
+}
+
+/// Puts a value where a name points to. The value of a whole signal is a constant that takes the place of its shape.
+fn set<'t>(table: &mut DeTable<'t>, named: &Named, value: &'t str) -> Result<(), String> {
+    let list = table.get_mut(named.list).map(Spanned::get_mut);
+    let entry = match list {
+        Some(DeValue::Array(list)) => list.get_mut(named.index),
+        _ => None,
+    };
+    let entry = entry.ok_or("there is no such entry")?;
+    let place = entry.span();
+    let DeValue::Table(mut inner) = std::mem::replace(entry.get_mut(), DeValue::Boolean(false))
+    else {
+        return Err("expected a table".to_owned());
+    };
+    let value = parsed(value, &place);
+    match named.keys[..] {
+        [] => {
+            let kept = ["name", "unit"].into_iter().filter_map(|key| inner.remove_entry(key));
+            let mut kept: DeTable = kept.collect();
+            kept.insert(key("constant", &place), value);
+            inner = kept;
+        }
+        ref keys => put(&mut inner, keys, value, &place),
+    }
+    *entry = Spanned::new(place, DeValue::Table(inner));
+    Ok(())
+}
+
+/// Puts a value under keys, and makes the tables on the way.
+fn put<'t>(
+    table: &mut DeTable<'t>,
+    keys: &[&str],
+    value: Spanned<DeValue<'t>>,
+    place: &Range<usize>,
+) {
+    match keys {
+        [] => {}
+        [last] => drop(table.insert(key(last, place), value)),
+        [first, rest @ ..] => {
+            let inner = table.remove(*first).map(Spanned::into_inner);
+            let mut inner = match inner {
+                Some(DeValue::Table(inner)) => inner,
+                _ => DeTable::new(),
+            };
+            put(&mut inner, rest, value, place);
+            table.insert(key(first, place), Spanned::new(place.clone(), DeValue::Table(inner)));
+        }
+    }
+}
+
+fn key<'t>(name: &str, place: &Range<usize>) -> Spanned<DeString<'t>> {
+    Spanned::new(place.clone(), DeString::from(name.to_owned()))
+}
+
+/// A value in TOML, or else the text itself. It stands where the scenario has what it changes.
+fn parsed<'t>(text: &'t str, place: &Range<usize>) -> Spanned<DeValue<'t>> {
+    let value = DeValue::parse(text).map(Spanned::into_inner);
+    moved(value.unwrap_or_else(|_| DeValue::String(text.into())), place)
+}
+
+/// The value with all of its places at one.
+fn moved<'t>(value: DeValue<'t>, place: &Range<usize>) -> Spanned<DeValue<'t>> {
+    let inner = |value: Spanned<DeValue<'t>>| moved(value.into_inner(), place);
+    let value = match value {
+        DeValue::Array(list) => DeValue::Array(list.into_iter().map(inner).collect()),
+        DeValue::Table(table) => {
+            let pair = |(name, value): (Spanned<DeString<'t>>, _)| {
+                (Spanned::new(place.clone(), name.into_inner()), inner(value))
+            };
+            DeValue::Table(table.into_iter().map(pair).collect())
+        }
+        value => value,
+    };
+    Spanned::new(place.clone(), value)
+}
