@@ -121,7 +121,7 @@ fn a_declared_unit_fits_the_description_and_the_type() {
         ),
         (
             of_plant("v_x = \"km/h\""),
-            &["`v_x` is in [m/s] by the description of the FMU", "said to be in [km/h]"],
+            &["`v_x` is in [m/s] by the description of the FMU", "and is said to be in"],
         ),
         (
             driven("unit = { x = \"m/s\" }", "unit = \"m/s\"", ""),
