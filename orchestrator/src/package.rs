@@ -27,19 +27,22 @@ impl Workspace {
     /// # Errors
     /// When there is none, or no cargo.
     pub fn around(folder: &Path) -> Result<Self, BuildError> {
-        let wrong = |what: String| BuildError::Workspace { folder: folder.to_owned(), what };
         // The path of a file in the current folder has an empty parent.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let whole = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+        let wrong =
+            |what: &str| BuildError::Workspace { folder: whole.clone(), what: what.to_owned() };
         let mut cargo = cargo();
         cargo.args(["metadata", "--no-deps", "--format-version", "1"]).current_dir(folder);
         let output =
-            cargo.output().map_err(|error| wrong(format!("cannot start cargo: {error}")))?;
+            cargo.output().map_err(|error| wrong(&format!("cannot start cargo: {error}")))?;
         if !output.status.success() {
-            return Err(wrong(last_line(&output)));
+            let what = last_line(&output);
+            return Err(wrong(what.strip_prefix("error: ").unwrap_or(&what)));
         }
         serde_json::from_slice(&output.stdout)
             .map(Workspace)
-            .map_err(|error| wrong(error.to_string()))
+            .map_err(|error| wrong(&error.to_string()))
     }
 
     /// Builds libraries and packs each into the folder `into`, or by default beside the libraries.

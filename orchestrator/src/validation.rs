@@ -1,6 +1,7 @@
 //! Determines the start values of the scenarios that validate a run.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::Causality;
@@ -61,11 +62,12 @@ fn copied(
         let unknown = suggest::unknown("FMU", model.get_ref(), known);
         return Err(unknown.at(&scenario.source, model.span()));
     };
+    let source = Arc::new(scenario.source.clone());
     let given = parameters(plan).map(|(variable, value)| StartOverride {
         node: node.get_ref().clone(),
         variable,
         value,
-        place: Some((scenario.source.clone(), node.span())),
+        place: Some((source.clone(), node.span())),
     });
     Ok(given.collect())
 }
@@ -95,7 +97,8 @@ fn given(
     let find = |file: &str| left(file).unwrap_or_else(|| beside(file));
     let mut given = StartOverride::parse(entry.get_ref(), find)
         .map_err(|message| scenario.error(entry, message))?;
-    given.iter_mut().for_each(|it| it.place = Some((scenario.source.clone(), entry.span())));
+    let source = Arc::new(scenario.source.clone());
+    given.iter_mut().for_each(|it| it.place = Some((source.clone(), entry.span())));
     Ok(given)
 }
 

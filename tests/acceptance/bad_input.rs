@@ -14,7 +14,7 @@ tests! {
     a_scenario_without_stop_time_is_rejected: Compiler,
     a_loop_error_lists_all_its_connections: Compiler,
     an_invalid_argument_is_rejected: Compiler,
-    a_start_value_rejected_by_the_fmu_is_an_fmu_failure: Compiler,
+    a_start_value_that_the_fmu_refuses_is_pointed_at: Compiler,
     an_unknown_package_is_rejected,
 }
 
@@ -329,11 +329,19 @@ fn an_invalid_argument_is_rejected() {
     }
 }
 
-fn a_start_value_rejected_by_the_fmu_is_an_fmu_failure() {
+fn a_start_value_that_the_fmu_refuses_is_pointed_at() {
     let lab = lab();
     let text = good().replace("F_x = 0.0", "F_x = 0.0, body.m = -5.0");
-    let ended = run(&lab, &text).expect(3);
-    ended.says(&["node `plant`", "fmi2SetReal", "fmi2Error", "body.m = -5"]);
+    let ended = run(&lab, &text).expect(2);
+    ended.says(&[
+        "`plant` refuses `body.m`",
+        "body.m = -5 is outside of 1 .. inf",
+        "case.toml:10:",
+    ]);
+    lab.write("case.toml", good());
+    lab.trackside(&["run", "case.toml", "--out", "out", "--set", "plant.body.m=-3"])
+        .expect(2)
+        .says(&["--set plant.body.m: the FMU refuses it", "body.m = -3 is outside of 1 .. inf"]);
     assert!(!lab.has("out"));
 }
 

@@ -34,16 +34,16 @@ fn a_mistake_leaves_the_results_of_the_last_run() {
     let run = |name: &str| lab.trackside(&["run", name, "--out", "out", "--csv"]);
     run("good.toml").expect(0);
     let (report, csv) = (lab.read("out/report.json"), lab.read("out/run.csv"));
-    for (old, new, code) in [
-        ("title = ", "title == ", 2),
-        ("stop =", "stpo =", 2),
-        ("plant.X", "plant.Z", 2),
-        ("plant.fmu", "plan.fmu", 2),
-        ("delta = 0.02", "delta = 0.02, body.m = -1.0", 3),
+    for (old, new) in [
+        ("title = ", "title == "),
+        ("stop =", "stpo ="),
+        ("plant.X", "plant.Z"),
+        ("plant.fmu", "plan.fmu"),
+        ("delta = 0.02", "delta = 0.02, body.m = -1.0"),
     ] {
         let text = coasting(0.1).text();
         lab.write("typo.toml", text.replacen(old, new, 1));
-        run("typo.toml").expect(code);
+        run("typo.toml").expect(2);
         assert_eq!(lab.read("out/report.json"), report, "{new}");
         assert_eq!(lab.read("out/run.csv"), csv, "{new}");
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cosim::node::{FmuNode, Node};
 use fmu_import::Fmu;
-use scenario::plan::{Clock, Ports, Start, StartValue};
+use scenario::plan::{Clock, Ports, StartValue};
 
 use super::fmus::ours;
 
@@ -38,10 +38,11 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
         ..Ports::default()
     };
     let outputs = real(&["v_x", "v_y", "r", "X", "Y", "psi"]);
-    let start = |name, value| Start { reference: reference(name), value: StartValue::Real(value) };
-    let starts = [start("start.v_x", 20.0), start("F_x", 0.0)];
     let ports = (real(&["delta"]), outputs.clone());
-    let mut node = FmuNode::new(&fmu, "plant", false, &starts, ports).expect("an instance");
+    let mut node = FmuNode::new(&fmu, "plant", false, ports).expect("an instance");
+    for (name, value) in [("start.v_x", 20.0), ("F_x", 0.0)] {
+        node.start(reference(name), &StartValue::Real(value)).expect("a start value");
+    }
     node.enter(0.0, CLOCK.stop()).and_then(|()| node.ready()).expect("it starts");
     assert!(node.can_save());
     five_steps(&mut node, 0, outputs.len());

@@ -110,8 +110,8 @@ fn a_failing_or_broken_validation_decides_the_exit_code() {
         .says(&["no analysis left `found.toml`", "case.toml:20:"]);
 
     run(&lab, &case().replace("\"@found.toml\"", "\"@found.toml\", \"twin.body.m=-1\""), &[])
-        .expect(3)
-        .says(&["validation `pushed`: node `twin`", "body.m = -1"]);
+        .expect(2)
+        .says(&["validation `pushed`: `twin` refuses `body.m`", "body.m = -1", "case.toml:20:"]);
     assert_eq!(lab.report("out")["verdict"], "error");
 }
 

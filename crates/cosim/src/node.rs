@@ -7,7 +7,7 @@ mod source;
 
 use std::any::Any;
 
-use diagnostics::Error;
+use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
 use scenario::plan::{Body, Clock, NodePlan, System};
 
@@ -103,19 +103,24 @@ fn state_error(what: &str) -> CallError {
 /// Makes the nodes that the master steps.
 ///
 /// # Errors
-/// With the node's name, when an FMU does not load or refuses its start values.
+/// With the node's name, when an FMU does not load; at the word that gives it, when an FMU refuses a start value.
 pub fn instantiate(system: &mut System) -> Result<Vec<Box<dyn Node>>, Error> {
-    let nodes = system.nodes.iter_mut().map(|plan| {
-        node(plan).map_err(|error| Error::component(&plan.name, error.call, None, error.what))
-    });
-    nodes.collect()
+    Mistakes::all(system.nodes.iter_mut().map(node))
 }
 
-fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, CallError> {
+fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
         Body::Fmu { fmu, starts, inputs, outputs, log } => {
             let ports = (inputs.clone(), outputs.clone());
-            Box::new(FmuNode::new(fmu, &plan.name, *log, starts, ports)?)
+            let mut node = FmuNode::new(fmu, &plan.name, *log, ports)
+                .map_err(|error| Error::component(&plan.name, error.call, None, error.what))?;
+            for start in starts {
+                let refused = |error: CallError| {
+                    start.refused(&plan.name, &format!("{} {}", error.call, error.what))
+                };
+                node.start(start.reference, &start.value).map_err(refused)?;
+            }
+            Box::new(node)
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
         Body::Table(table) => Box::new(SourceNode::new(table.clone())),

@@ -77,37 +77,62 @@ impl fmt::Display for Unknown {
     }
 }
 
-/// The candidate that differs from `name` by the fewest typing errors (letter case is not one),
-/// or nothing when even that one takes more than a third of the letters, or all of them; of equals
-/// the first.
+/// The candidate that `name` was probably meant to be: of those that differ by few typing errors (letter case is not one) the
+/// one that it is most likely short for; of equals the first. None when even the best one takes more than a third of the
+/// letters, or all of them.
 #[must_use]
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = letters(name);
-    let (distance, best) = candidates
-        .into_iter()
-        .map(|candidate| (distance(&wanted, &letters(candidate)), candidate))
-        .min_by_key(|(distance, _)| *distance)?;
-    let likely =
-        distance <= (wanted.len() / 3).max(1) && (distance == 0 || distance < wanted.len());
-    likely.then_some(best)
+    let is_likely = |candidate: &&str| {
+        let errors = distance(&wanted, &letters(candidate), &Costs::EQUAL);
+        errors <= (wanted.len() / 3).max(1) && (errors == 0 || errors < wanted.len())
+    };
+    let likely = candidates.into_iter().filter(is_likely);
+    likely.min_by_key(|candidate| distance(&wanted, &letters(candidate), &Costs::LIKELY))
+}
+
+/// What the steps from one text to another cost.
+struct Costs {
+    /// A separator that is there or not.
+    separator: usize,
+    /// Any other letter that is there or not, and a swap of neighbours.
+    letter: usize,
+    /// Another letter.
+    replaced: usize,
+}
+
+impl Costs {
+    /// Counts typing errors.
+    const EQUAL: Self = Costs { separator: 1, letter: 1, replaced: 1 };
+    /// A name is more often cut short than changed, and separators are forgotten first: `start.v` is meant to be `start.v_x`
+    /// and not `start.X`.
+    const LIKELY: Self = Costs { separator: 1, letter: 2, replaced: 4 };
+
+    fn of(&self, letter: char) -> usize {
+        if matches!(letter, '_' | '.' | '-' | ' ') { self.separator } else { self.letter }
+    }
 }
 
 fn letters(text: &str) -> Vec<char> {
     text.chars().flat_map(char::to_lowercase).collect()
 }
 
-/// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`
+/// The cost of the insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`
 /// (optimal string alignment).
-fn distance(a: &[char], b: &[char]) -> usize {
-    let mut before = vec![0; b.len() + 1];
-    let mut above: Vec<usize> = (0..=b.len()).collect();
+fn distance(a: &[char], b: &[char], costs: &Costs) -> usize {
+    let mut before: Vec<usize> = Vec::new();
+    let mut above = vec![0];
+    for (j, letter) in b.iter().enumerate() {
+        above.push(above[j] + costs.of(*letter));
+    }
     for i in 1..=a.len() {
-        let mut row = vec![i; b.len() + 1];
+        let mut row = vec![above[0] + costs.of(a[i - 1])];
         for j in 1..=b.len() {
-            let replaced = above[j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            row[j] = replaced.min(above[j] + 1).min(row[j - 1] + 1);
+            let other = if a[i - 1] == b[j - 1] { 0 } else { costs.replaced };
+            let one = above[j] + costs.of(a[i - 1]);
+            row.push((above[j - 1] + other).min(one).min(row[j - 1] + costs.of(b[j - 1])));
             if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                row[j] = row[j].min(before[j - 2] + 1);
+                row[j] = row[j].min(before[j - 2] + costs.letter);
             }
         }
         before = std::mem::replace(&mut above, row);
@@ -136,6 +161,16 @@ mod tests {
             assert_eq!(closest(name, candidates), expected, "{name}");
         }
         assert_eq!(closest("anything", []), None);
+        let known = ["start.X", "start.Y", "start.v_x", "start.v_y", "start.r"];
+        for (name, expected) in [
+            ("start.v", "start.v_x"),
+            ("start.vx", "start.v_x"),
+            ("start.vy", "start.v_y"),
+            ("start.x", "start.X"),
+            ("start.Z", "start.X"),
+        ] {
+            assert_eq!(closest(name, known), Some(expected), "{name}");
+        }
     }
 
     #[test]
@@ -161,8 +196,8 @@ mod tests {
             ("abcd", "abdc", 1),
             ("ab", "ba", 1),
         ] {
-            assert_eq!(distance(&letters(a), &letters(b)), expected, "{a} {b}");
-            assert_eq!(distance(&letters(b), &letters(a)), expected, "{b} {a}");
+            assert_eq!(distance(&letters(a), &letters(b), &Costs::EQUAL), expected, "{a} {b}");
+            assert_eq!(distance(&letters(b), &letters(a), &Costs::EQUAL), expected, "{b} {a}");
         }
     }
 }

@@ -6,8 +6,10 @@ mod check;
 mod coupling;
 mod input_chain;
 
+use std::ops::Range;
 use std::sync::Arc;
 
+use diagnostics::Error;
 use fmu_import::Fmu;
 use recording::table::Table;
 use recording::{
@@ -83,12 +85,33 @@ impl Ports {
 }
 
 /// A start value of an FMU.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Start {
-    /// The value reference.
+    /// The variable.
+    pub name: String,
+    /// Its value reference.
     pub reference: u32,
     /// The value, of the variable's type.
     pub value: StartValue,
+    /// Its place in a scenario; none when the command line gives it.
+    pub place: Option<WordPlace>,
+}
+
+/// A place in the files of a scenario.
+pub type WordPlace = (Arc<diagnostics::Source>, Range<usize>);
+
+impl Start {
+    /// The error of an FMU called `node` that refuses the value, at the word that gives it.
+    #[must_use]
+    pub fn refused(&self, node: &str, what: &str) -> Error {
+        let name = &self.name;
+        match &self.place {
+            Some((source, place)) => {
+                source.error(place.clone(), format!("`{node}` refuses `{name}`: {what}"), "")
+            }
+            None => Error::input(format!("--set {node}.{name}: the FMU refuses it: {what}")),
+        }
+    }
 }
 
 /// A value of any type of FMI 2.0.

@@ -187,7 +187,7 @@ impl Walk<'_> {
                 span: value.span(),
                 unknown: None,
                 message: format!("expected {}, found {}", type_name(expected), found_name(found)),
-                help: None,
+                help: example(schema).map(|example| format!("such as {example}")),
             }),
             _ => {}
         }
@@ -209,6 +209,19 @@ impl Walk<'_> {
         let message = format!("the key `{key}` is missing");
         self.findings.push(Finding { span, unknown: None, message, help });
     }
+}
+
+/// A table with the keys that a schema requires, as it could be written; none for another schema, or without examples.
+fn example(schema: &Value) -> Option<String> {
+    let required = schema["required"].as_array().filter(|keys| !keys.is_empty())?;
+    let keys = required.iter().filter_map(Value::as_str);
+    let pair = |key: &str| {
+        let example = schema["properties"][key]["examples"].get(0)?;
+        // JSON writes texts, numbers and lists of them as TOML does.
+        (!example.is_object()).then(|| format!("{key} = {example}"))
+    };
+    let pairs: Vec<_> = keys.map(pair).collect::<Option<_>>()?;
+    Some(format!("{{ {} }}", pairs.join(", ")))
 }
 
 fn fits(found: &DeValue, expected: &str) -> bool {
@@ -279,6 +292,7 @@ mod tests {
                 "step": {"type": "number", "description": "Step [s].\n\nMore."},
                 "kind": {"oneOf": [{"const": "left"}, {"const": "right"}]},
                 "list": {"type": "array", "items": {"$ref": "#/$defs/Entry"}},
+                "curves": {"type": "array", "items": {"$ref": "#/$defs/Curve"}},
                 "names": {"type": "object", "additionalProperties": {"type": "string"}},
                 "loss": {"oneOf": [
                     {"type": "object", "additionalProperties": false, "properties": {"kind": {"const": "square"}}},
@@ -288,7 +302,10 @@ mod tests {
                     },
                 ]},
             },
-            "$defs": {"Entry": {
+            "$defs": {"Curve": {
+                "type": "object", "additionalProperties": false, "required": ["signal"],
+                "properties": {"signal": {"type": "string", "examples": ["plant.v_x"]}},
+            }, "Entry": {
                 "type": "object", "additionalProperties": false,
                 "properties": {"on": {"type": "boolean"}},
             }},
@@ -308,6 +325,12 @@ mod tests {
             "'rihgt'",
             "unknown value `rihgt`",
             Some("did you mean `right`?"),
+        ),
+        (
+            "step = 1\ncurves = ['plant.v_x']",
+            "'plant.v_x'",
+            "expected a table, found a text",
+            Some("such as { signal = \"plant.v_x\" }"),
         ),
         ("step = 1\nlist = [{ off = 1 }]", "off", "unknown key `off`", Some("known: on")),
         (

@@ -41,7 +41,13 @@ impl<'a> Request<'a> {
     fn workspace(&self) -> Result<Workspace, Error> {
         Workspace::around(self.folder())
             .or_else(|error| Workspace::around(Path::new(".")).map_err(|_| error))
-            .map_err(|error| self.scenario.error(self.package, error.to_string()))
+            .map_err(|error| {
+                let key = if self.is_plugin { "path = \"x.so\"" } else { "path = \"x.fmu\"" };
+                let help = format!(
+                    "`crate` names a package of the cargo workspace that the scenario is in; a file needs `{key}`"
+                );
+                self.scenario.error(self.package, error.to_string()).help(help)
+            })
     }
 
     /// Whether the workspace has the package and its example.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fmu_import::{CallError, Fmu, Instance, Message};
-use scenario::plan::{Clock, Ports, Start, StartValue};
+use scenario::plan::{Clock, Ports, StartValue};
 
 use super::{Node, NodeState};
 
@@ -16,31 +16,35 @@ pub struct FmuNode {
 }
 
 impl FmuNode {
-    /// Makes an instance called `name` and gives it its start values.
+    /// Makes an instance called `name`.
     ///
     /// # Errors
-    /// When the library does not load, or the FMU refuses.
+    /// When the library does not load, or the FMU makes no instance.
     pub fn new(
         fmu: &Arc<Fmu>,
         name: &str,
         logging: bool,
-        starts: &[Start],
         (inputs, outputs): (Ports, Ports),
     ) -> Result<Self, CallError> {
         let library = fmu.load().map_err(|error| CallError::new("loading", error.to_string()))?;
-        let mut instance = Instance::new(library, name, logging)?;
-        for Start { reference, value } in starts {
-            match value {
-                StartValue::Real(value) => instance.set_real(&[*reference], &[*value])?,
-                StartValue::Integer(value) => instance.set_integer(&[*reference], &[*value])?,
-                StartValue::Boolean(value) => {
-                    instance.set_boolean(&[*reference], &[i32::from(*value)])?
-                }
-                StartValue::String(value) => instance.set_string(*reference, value)?,
-            }
-        }
+        let instance = Instance::new(library, name, logging)?;
         let integers = Vec::with_capacity(inputs.len().max(outputs.len()));
         Ok(FmuNode { instance, inputs, outputs, integers })
+    }
+
+    /// Gives the instance a start value.
+    ///
+    /// # Errors
+    /// When the FMU refuses it.
+    pub fn start(&mut self, reference: u32, value: &StartValue) -> Result<(), CallError> {
+        match value {
+            StartValue::Real(value) => self.instance.set_real(&[reference], &[*value]),
+            StartValue::Integer(value) => self.instance.set_integer(&[reference], &[*value]),
+            StartValue::Boolean(value) => {
+                self.instance.set_boolean(&[reference], &[i32::from(*value)])
+            }
+            StartValue::String(value) => self.instance.set_string(reference, value),
+        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! Reads values that do not stand in the scenario: `node.variable=value`, or a file of them.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use diagnostics::suggest::{self, Unknown};
-use diagnostics::{Error, Mistakes, Source};
+use diagnostics::{Error, Mistakes};
 
 use super::StartOverrides;
 use super::starts::flatten;
+use crate::plan::WordPlace;
 use crate::words::{Change, Scenario};
 
 /// A value from the command line, or from the scenario that this one validates: a start value, or a word about a signal, a
@@ -21,7 +21,7 @@ pub struct StartOverride {
     /// The value as typed.
     pub value: String,
     /// Its place in a scenario; none when the command line gives it.
-    pub place: Option<(Source, Range<usize>)>,
+    pub place: Option<WordPlace>,
 }
 
 impl StartOverride {

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::sync::Arc;
 
 use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Type, Variable, list};
 use fmu_import::{Causality, Variability};
 
 use super::{StartOverride, StartOverrides};
-use crate::plan::{Start, StartValue};
+use crate::plan::{Start, StartValue, WordPlace};
 use crate::words::{self, Scenario, converted, quantity};
 
 /// The start values of an FMU, and the names of those that are inputs.
@@ -23,15 +24,17 @@ pub(super) fn starts(
     let of_this = |given: &&StartOverride| given.node == *node.name.get_ref();
     let outer = |given: &StartOverride, starts: &mut Starts, mistakes: &mut Mistakes| {
         let value = typed(variables, &given.variable, &given.value);
-        let added = value.and_then(|value| starts.add(&given.variable, &value));
+        let added =
+            value.and_then(|value| starts.add(&given.variable, &value, given.place.clone()));
         mistakes.take(added.map_err(|message| given.error(&message)));
     };
     for given in overrides.defaults.iter().filter(of_this) {
         outer(given, &mut starts, mistakes);
     }
+    let source = Arc::new(scenario.source.clone());
     for (name, value) in &node.start {
         let Ok(()) = flatten(name.get_ref(), value.get_ref(), &mut |written, value| {
-            let added = starts.add(written, value);
+            let added = starts.add(written, value, Some((source.clone(), name.span())));
             mistakes.take(added.map_err(|message| scenario.error(name, message)));
             Ok::<(), Infallible>(())
         });
@@ -53,13 +56,21 @@ struct Starts<'a> {
 }
 
 impl Starts<'_> {
-    fn add(&mut self, name: &str, value: &toml::Value) -> Result<(), String> {
+    fn add(
+        &mut self,
+        name: &str,
+        value: &toml::Value,
+        place: Option<WordPlace>,
+    ) -> Result<(), String> {
         let Some(index) = self.variables.iter().position(|variable| variable.name == name) else {
             let known = self.variables.iter().map(|variable| variable.name.as_str());
             return Err(suggest::unknown("variable", name, known).to_string());
         };
+        let variable = &self.variables[index];
         self.written.insert(index, None);
-        self.written.insert(index, Some(start(&self.variables[index], value)?));
+        let (name, value) = (name.to_owned(), start(variable, value)?);
+        self.written
+            .insert(index, Some(Start { name, reference: variable.reference, value, place }));
         Ok(())
     }
 }
@@ -95,7 +106,7 @@ pub(super) fn flatten<E>(
     }
 }
 
-fn start(variable: &Variable, value: &toml::Value) -> Result<Start, String> {
+fn start(variable: &Variable, value: &toml::Value) -> Result<StartValue, String> {
     let name = &variable.name;
     let settable = variable.start.is_some() && variable.variability != Variability::Constant;
     if !settable {
@@ -118,7 +129,7 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Start, String> {
             return Err(format!("`{name}` is {kind:?}, found {} {value}", value.type_str()));
         }
     };
-    Ok(Start { reference: variable.reference, value })
+    Ok(value)
 }
 
 /// The value of an item of an enumeration, which is written by name or by value.
