@@ -1,6 +1,7 @@
 //! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
 
 mod analyses;
+mod baselines;
 mod checks;
 mod connection_units;
 mod connections;
@@ -98,6 +99,7 @@ impl System {
         mistakes.take(validations::check_names(scenario, &nodes));
         let checks = checks::resolve(scenario, (&columns, &units), clock);
         let checks = mistakes.take(checks).unwrap_or_default();
+        let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         mistakes.take(recorded::check(scenario, &columns));
         let recorded = recorded::selection(scenario, &columns);
         let header = RunHeader {
@@ -126,6 +128,7 @@ impl System {
             columns,
             analyses,
             checks,
+            baselines: baselines.unwrap_or_default(),
             recorded,
             header: RunHeader { view, ..header },
             warnings,

@@ -12,7 +12,7 @@ use recording::ValueKind;
 use units::Unit;
 
 use super::declared_units::with_declared_units;
-use super::logs::{self, Log, Wanted};
+use super::logs::{self, Log};
 use super::starts::starts;
 use super::types::recorded_kind;
 use super::{Notes, StartOverrides, start_override};
@@ -205,9 +205,8 @@ fn table(
     table: &words::Table,
     warnings: &mut Vec<String>,
 ) -> Result<UnplacedNode, Error> {
-    let words::Table { path, time, origin, columns, .. } = table;
-    let wanted = Wanted { path, time: time.as_ref(), origin: *origin, columns };
-    let Log { table: mut read, units } = logs::read(scenario, &wanted, warnings)?;
+    let columns = &table.columns;
+    let Log { table: mut read, units } = logs::read(scenario, &table.into(), warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for ((name, column), unit) in columns.iter().zip(units) {
