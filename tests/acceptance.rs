@@ -26,6 +26,9 @@ mod python;
 // Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
+// Golden recordings.
+#[path = "acceptance/baselines.rs"]
+mod baselines;
 // Mistakes of users, and the messages about them.
 #[path = "acceptance/bad_input.rs"]
 mod bad_input;
@@ -105,6 +108,7 @@ fn main() -> ExitCode {
     let mut tests = Vec::new();
     architecture::register(&mut tests);
     bad_input::register(&mut tests);
+    baselines::register(&mut tests);
     cli::register(&mut tests);
     #[cfg(feature = "rerun")]
     comparing::register(&mut tests);

@@ -22,6 +22,8 @@ fn read(path: &str) -> Result<Columns, Box<dyn Error>> {
         for (name, field) in names.iter().zip(&row?) {
             // An empty field is a measurement that is absent.
             let value = if field.is_empty() { f64::NAN } else { field.parse()? };
+            // The unit follows the name: `plant.delta [rad]`.
+            let name = name.split(" [").next().unwrap_or(name);
             columns.entry(name.to_owned()).or_default().push(value);
         }
     }

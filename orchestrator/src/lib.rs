@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
+mod baseline;
 pub mod inspect;
 mod options;
 pub mod package;

@@ -28,6 +28,8 @@ pub struct RunOptions {
     pub out: Option<PathBuf>,
     /// Whether to write CSV.
     pub csv: bool,
+    /// Whether the recordings of the run become its baselines, instead of a comparison with them.
+    pub bless: bool,
     /// Start values and seed.
     pub overrides: StartOverrides,
     /// Where the replay goes.

@@ -1,5 +1,6 @@
 //! Hands the rows of a run to checks, analyses and recordings, and the notices of each to the recordings.
 
+use cosim::baseline::Baselines;
 use cosim::check::Checks;
 use cosim::fault::Faults;
 use diagnostics::Error;
@@ -16,6 +17,7 @@ use crate::sinks::SINKS;
 /// All that takes the rows of a run.
 pub(crate) struct Recorder {
     pub checks: Checks,
+    pub baselines: Baselines,
     faults: Faults,
     collected: Collected,
     recordings: Recordings,
@@ -25,12 +27,17 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub fn new(system: &mut System, options: &RunOptions) -> Result<Self, Error> {
+    pub fn new(
+        system: &mut System,
+        baselines: Baselines,
+        options: &RunOptions,
+    ) -> Result<Self, Error> {
         let mut recorder = Recorder {
             recordings: Recordings::open(system, options)?,
             collected: Collected::new(&system.analyses),
             faults: Faults::new(system),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
+            baselines,
             notices: Vec::new(),
             time: 0.0,
         };
@@ -55,8 +62,9 @@ impl Recorder {
     }
 
     /// Whatever takes rows, in the order in which it gets them.
-    fn sinks(&mut self) -> [&mut dyn Sink<Full>; 4] {
-        [&mut self.recordings, &mut self.faults, &mut self.checks, &mut self.collected]
+    fn sinks(&mut self) -> [&mut dyn Sink<Full>; 5] {
+        let Recorder { recordings, faults, checks, baselines, collected, .. } = self;
+        [recordings, faults, checks, baselines, collected]
     }
 
     /// Hands the notices of all sinks to the recordings, and keeps those for the user.

@@ -7,6 +7,7 @@ mod text;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use cosim::baseline::BaselineOutcome;
 use cosim::check::Verdict;
 use cosim::master::Progress;
 use diagnostics::Error;
@@ -45,6 +46,12 @@ pub struct RunReport {
     pub error: Option<String>,
     /// The checks, in the order of the file.
     pub checks: Vec<Verdict>,
+    /// The comparisons with baselines, which are among the checks, too.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub baselines: Vec<BaselineOutcome>,
+    /// The baselines that the run wrote.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blessed: Vec<PathBuf>,
     /// The results of analyses by name.
     pub analyses: BTreeMap<String, serde_json::Value>,
     /// The validations that were run, in the order of the file.
@@ -136,6 +143,8 @@ impl RunReport {
             verdict: Ending::Error,
             error: None,
             checks: Vec::new(),
+            baselines: Vec::new(),
+            blessed: Vec::new(),
             analyses: BTreeMap::new(),
             validations: Vec::new(),
             steps: 0,
@@ -158,7 +167,7 @@ impl RunReport {
         self.analyses.clone().into_iter().chain(validations).collect()
     }
 
-    /// Adds how the run went.
+    /// Adds how the run went; the checks with those of its baselines.
     pub fn conclude(
         &mut self,
         progress: &Progress,
@@ -175,6 +184,7 @@ impl RunReport {
         };
         self.error = error.map(ToString::to_string);
         self.checks = checks;
+        self.warnings.extend(self.baselines.iter().flat_map(|it| it.warnings.clone()));
         self.steps = progress.steps;
         self.sim_seconds = progress.steps as f64 * step;
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {

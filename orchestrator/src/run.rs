@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use cosim::baseline::{BaselineOutcome, Baselines};
 use cosim::coupling;
 use cosim::master::{self, Progress};
 use cosim::node;
@@ -15,7 +16,7 @@ use crate::options::{ProgressEvent, Replay, RunOptions};
 use crate::recorder::Recorder;
 use crate::report::{RunReport, Validated};
 use crate::run_folder::{self, RunFolder};
-use crate::{package, validation};
+use crate::{baseline, package, validation};
 
 /// A run that came to its end. Viewers can be connected to it as long as it is kept.
 pub struct Run {
@@ -57,10 +58,17 @@ impl Job<'_> {
         let overrides = &self.options.overrides;
         let mut system = System::resolve(self.scenario, self.built, overrides, folder)?;
         validation::rehearse(self.scenario, self.built, &system)?;
+        let bless = self.options.bless;
+        let baselines = match bless {
+            true => Baselines::default(),
+            false => baseline::read(self.scenario, &system)?,
+        };
+        let csv = self.options.csv || (bless && baseline::wants_csv(&system));
+        let options = RunOptions { csv, ..self.options.clone() };
         let nodes = node::instantiate(&mut system)?;
         let begin = Instant::now();
         let folder = RunFolder::claim(&system.header.folder)?;
-        let mut recorder = folder.replace(|| Recorder::new(&mut system, self.options))?;
+        let mut recorder = folder.replace(|| Recorder::new(&mut system, baselines, &options))?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
         let mut report = RunReport::new(self.scenario, &system);
         report.sketch(&self.scenario.document.validation)?;
@@ -73,9 +81,15 @@ impl Job<'_> {
             return Err(error);
         }
         let failure = outcome.err();
-        let verdicts = recorder.checks.verdicts(&report.results());
+        let mut verdicts = recorder.checks.verdicts(&report.results());
+        report.baselines = recorder.baselines.outcomes();
+        verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
+        baseline::draw(&recorder.baselines, &mut report)?;
         report.conclude(&progress, system.clock.step, verdicts, failure.as_ref());
         recorder.conclude(&report)?;
+        if bless {
+            baseline::bless(&system, &mut report)?;
+        }
         report.warnings.extend(recorder.warnings().chain(progress.ended));
         report.took(begin.elapsed().as_secs_f64());
         report.write()?;

@@ -17,6 +17,15 @@ use crate::package;
 use crate::report::Ending;
 pub use junit::write_junit;
 
+/// The program `trackside`, which runs each scenario.
+#[derive(Debug, Clone, Copy)]
+pub struct Program<'a> {
+    /// Where it is.
+    pub path: &'a Path,
+    /// Arguments of `trackside run` besides the scenario and its folder.
+    pub arguments: &'a [&'a str],
+}
+
 /// How a scenario ended as a test.
 #[derive(Debug, Clone)]
 pub struct TestResult {
@@ -103,13 +112,13 @@ pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
     absent.or_else(|| scenario.validations.iter().find_map(absent_data))
 }
 
-/// Runs all scenarios, `jobs` at a time, each by the program `trackside` into a folder of its own below
+/// Runs all scenarios, `jobs` at a time, each by the program into a folder of its own below
 /// `out`. `progress` follows the building of packages; `done` is called as each scenario ends.
 ///
 /// # Errors
 /// When the FMUs of the first scenario cannot be built.
 pub fn run(
-    program: &Path,
+    program: Program,
     paths: &[PathBuf],
     jobs: usize,
     out: &Path,
@@ -136,7 +145,7 @@ pub fn run(
 
 /// Runs one scenario as a test.
 #[must_use]
-pub fn test(program: &Path, path: &Path, out: &Path) -> TestResult {
+pub fn test(program: Program, path: &Path, out: &Path) -> TestResult {
     let begin = Instant::now();
     let (outcome, checks) = match skipped(path) {
         Some(reason) => (ScenarioOutcome::Skipped(reason), Vec::new()),
@@ -151,9 +160,10 @@ fn skipped(path: &Path) -> Option<String> {
     Some(format!("the data file {} is not there", absent.display()))
 }
 
-fn outcome(program: &Path, path: &Path, folder: &Path) -> (ScenarioOutcome, Vec<Checked>) {
+fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Vec<Checked>) {
+    let Program { path: program, arguments } = program;
     let mut command = Command::new(program);
-    command.arg("run").arg(path).arg("--out").arg(folder).stdin(Stdio::null());
+    command.arg("run").args(arguments).arg(path).arg("--out").arg(folder).stdin(Stdio::null());
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let ended = child.and_then(|child| Ok((child.id(), child.wait_with_output()?)));
     let (process, output) = match ended {
@@ -249,7 +259,8 @@ mod tests {
             let path = folder.path().join("program");
             std::fs::write(&path, format!("#!/bin/sh\nmkdir -p \"$4\"\n{text}\n")).expect("a file");
             std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).expect("a program");
-            test(&path, Path::new("case.toml"), folder.path())
+            let program = Program { path: &path, arguments: &[] };
+            test(program, Path::new("case.toml"), folder.path())
         };
         let report = |process: &str, verdict: &str| {
             format!(

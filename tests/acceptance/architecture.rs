@@ -76,7 +76,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),
-    ("recording", &["diagnostics", "expression", "plugin"]),
+    ("recording", &["diagnostics", "expression", "plugin", "units"]),
     ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "units"]),
     ("cosim", &["diagnostics", "expression", "fmu-import", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
@@ -87,7 +87,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "fmu-conformance", "fmu-export", "fmu-import", "plugin", "recording", "replay", "scenario", "unified-features"]),
+    ("orchestrator", &["cosim", "diagnostics", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "recording", "replay", "scenario", "unified-features"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -90,6 +90,22 @@ const MISTAKES: &[Mistake] = &[
     ("time = \"t\"\n", "", "log.csv", &["log.csv is read as CSV, which needs `time`", "it has t, steer"]),
     ("time = \"t\"", "time = \"T_s\"", "T_s", &["no column `T_s`"]),
     ("log.csv", "words.csv", "words.csv", &["line 3 of words.csv", "column `steer`", "left"]),
+    ("unit = \"rad\" }", "unit = \"rad\", gain = 0.0 }", "gain", &["expected a gain other than 0, found 0"]),
+    ("unit = \"rad\" }", "unit = \"rad\", gain = nan }", "gain", &["expected a gain other than 0, found NaN"]),
+    ("unit = \"rad\" }", "unit = \"rad\", offset = inf }", "offset", &["expected a number, found inf"]),
+    ("unit = \"rad\" }", "unit = \"rad\", sign = -2 }", "sign = -2", &["`sign` is 1 or -1, found -2", "`gain`"]),
+    ("unit = \"rad\" }", "unit = \"rad\", gaps = \"hld\" }", "gaps", &["unknown value `hld`", "did you mean `hold`?"]),
+    ("time = \"t\"", "time = \"t\"\ntime_unit = \"m\"", "time_unit", &["`m` is a unit of m, not of time", "expected s, ms"]),
+    ("time = \"t\"", "time = \"t\"\nseparator = \"|\"", "separator", &["unknown value `|`"]),
+    ("log.csv", "gaps.csv", "columns =", &["`steer` has no value in 1 row of gaps.csv, the first one in line 3", "gaps = \"hold\""]),
+    // Baselines.
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"none.mcap\"\n[[check]]", "recording =", &["there is no baseline none.mcap", "`trackside run case.toml --bless` writes it"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"plant.fmu\"\n[[check]]", "recording =", &["expected a recording `*.mcap` or `*.csv`, found `plant.fmu`"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"log.mcap\"\n[[check]]", "recording =", &["log.mcap"]),
+    ("[[check]]", "[[baseline]]\nname = \"drives on\"\nrecording = \"b.csv\"\n[[check]]", "name = \"drives on\"\nrec", &["there is another check or baseline called `drives on`"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"b.csv\"\nsignals = [\"plant.v_z\"]\n[[check]]", "plant.v_z", &["unknown signal `plant.v_z`", "did you mean `plant.v_x`?"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"b.csv\"\nrelative = -0.1\n[[check]]", "name = \"b\"", &["from 0 on as `relative` of the tube, found -0.1"]),
+    ("[[check]]", "[[baseline]]\nname = \"b\"\nrecording = \"b.csv\"\nduring = [0.05, 0.2]\n[[check]]", "during =", &["expected a window from 0 to 0.1 s, found 0.05 to 0.2 s"]),
     // Checks and the rest.
     ("plant.v_x < 30", "plant.v_z < 30", "plant.v_z", &["plant.v_z", "did you mean `plant.v_x`?"]),
     ("plant.v_x > 10 and plant.v_x < 30", "plant.v_x", "that =", &["expected a comparison"]),
@@ -177,7 +193,9 @@ fn lab() -> Lab {
     lab.write("relay.fmu", relay());
     lab.write("log.csv", "t,steer\n0,0\n1,0.01\n");
     lab.write("words.csv", "t,steer\n0,0\n1,left\n");
+    lab.write("gaps.csv", "t,steer\n0,0\n0.5,\n1,0.01\n");
     lab.write("text.fmu", "no archive");
+    lab.write("log.mcap", "no recording");
     let whole = std::fs::read(&plant).expect("an FMU");
     lab.write("cut.fmu", &whole[..whole.len() / 2]);
     let windows = |name: &str, bytes| Some((name.replace("linux64", "win64"), bytes));

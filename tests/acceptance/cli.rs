@@ -90,7 +90,7 @@ fn set_changes_the_result() {
     let speed = |out: &str, more: &[&str]| {
         let arguments = [&["run", "good.toml", "--csv", "--out", out], more].concat();
         lab.trackside(&arguments).expect(0);
-        last(&lab.read(&format!("{out}/run.csv")), "plant.v_x")
+        last(&lab.table(&format!("{out}/run.csv")), "plant.v_x")
     };
     let (light, heavy) = (speed("a", &[]), speed("b", &["--set", "plant.body.m=1600"]));
     assert!(light > heavy + 0.1, "{light} m/s against {heavy} m/s");
@@ -127,7 +127,7 @@ fn set_reaches_signals_effects_and_faults() {
         let arguments =
             ["run", "driven.toml", "--csv", "--out", "out", "--rerun", "off", "--set", set];
         lab.trackside(&arguments).expect(0);
-        let value = last(&lab.read("out/run.csv"), column);
+        let value = last(&lab.table("out/run.csv"), column);
         let near = if column == "plant.v_x" { 0.1 } else { 1e-9 };
         assert!((value - expected).abs() < near, "{set}: {column} is {value}, expected {expected}");
         assert_eq!(lab.report("out")["set"], serde_json::json!([set]));

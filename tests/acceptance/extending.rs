@@ -88,7 +88,7 @@ fn run(lab: &Lab, text: &str) -> Ended {
 
 /// The last value of a column.
 fn last(lab: &Lab, column: &str) -> Option<f64> {
-    let csv = lab.read("out/run.csv");
+    let csv = lab.table("out/run.csv");
     let index = csv.lines().next()?.split(',').position(|name| name == column)?;
     csv.lines().next_back()?.split(',').nth(index)?.parse().ok()
 }

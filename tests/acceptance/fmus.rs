@@ -57,6 +57,11 @@ pub fn relay() -> &'static [u8] {
     BUILT.get_or_init(|| build("relay", &[]))
 }
 
+/// Another version of the relay: each step adds this to the number that it shows.
+pub fn drifting_relay(drift: f64) -> Vec<u8> {
+    build("relay", &[&format!("-DDRIFT={drift:?}")])
+}
+
 fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     let sources = Path::new(ROOT).join("tests/acceptance/fmu");
     let shared = Path::new(ROOT).join("crates/fmu-import/tests/support");

@@ -106,6 +106,17 @@ impl Lab {
         std::fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
+    /// The CSV table of a run, with the names of its columns without their units.
+    pub fn table(&self, name: &str) -> String {
+        let text = self.read(name);
+        let (titles, rows) = text.split_once('\n').expect("a line of titles");
+        let mut names = String::new();
+        for (place, part) in titles.split(" [").enumerate() {
+            names += if place == 0 { part } else { part.split_once(']').expect("a unit").1 };
+        }
+        format!("{names}\n{rows}")
+    }
+
     pub fn has(&self, name: &str) -> bool {
         self.path(name).exists()
     }

@@ -50,7 +50,7 @@ fn compare(scenario: &str, mut system: serde_json::Value) -> Lab {
     let lab = Lab::new();
     lab.write("importers.toml", scenario);
     record(&lab, "importers.toml", "run", &["--rerun", "off"]);
-    let header = lab.read("run/run.csv").lines().next().unwrap_or_default().to_owned();
+    let header = lab.table("run/run.csv").lines().next().unwrap_or_default().to_owned();
     let targets: Vec<_> = LOOP.iter().map(|(_, to)| *to).collect();
     let fmus: Vec<String> =
         system["fmus"].as_object().into_iter().flatten().map(|fmu| fmu.0.clone()).collect();

@@ -12,6 +12,8 @@ tests! {
     an_invalid_use_of_a_recording_is_reported_with_its_line,
     recordings_of_other_programs_are_played_back_at_their_own_rates: Python,
     an_analysis_gets_the_messages_of_a_recording_one_by_one: Python,
+    a_table_of_a_run_is_played_back_in_its_units,
+    a_log_in_another_dialect_and_sign_convention_is_played_back_in_si: Compiler,
 }
 
 const DRIVER: &str = r#"
@@ -71,7 +73,7 @@ fn recorded() -> Lab {
 
 /// A column of a run's table, as it was written.
 fn column(lab: &Lab, table: &str, name: &str) -> Vec<String> {
-    let text = lab.read(table);
+    let text = lab.table(table);
     let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
     let header = rows.next().expect("a header");
     let index = header.iter().position(|title| title.starts_with(name)).expect(name);
@@ -81,7 +83,7 @@ fn column(lab: &Lab, table: &str, name: &str) -> Vec<String> {
 fn playback_of_a_recorded_run_is_bit_identical() {
     let lab = recorded();
     run(&lab, &plant(REPLAY), "second").expect(0);
-    let header = lab.read("first/run.csv").lines().next().expect("a header").to_owned();
+    let header = lab.table("first/run.csv").lines().next().expect("a header").to_owned();
     let plant = header.split(',').filter(|name| name.starts_with("plant."));
     let mut compared = 0;
     for name in plant {
@@ -173,4 +175,65 @@ fn an_analysis_gets_the_messages_of_a_recording_one_by_one() {
     Ended::of(output.expect("it starts")).expect(0);
     // Six of eleven messages at 10 Hz; between them nothing is made up.
     assert_eq!(lab.report("out")["analyses"]["average"]["mean"], 6.0 / 11.0);
+}
+
+/// The CSV of a run has units in its titles, which are found by names without them.
+fn a_table_of_a_run_is_played_back_in_its_units() {
+    let lab = recorded();
+    let titles = lab.read("first/run.csv").lines().next().expect("titles").to_owned();
+    assert!(titles.starts_with("time [s],"), "{titles}");
+    for title in ["plant.v_x [m/s]", "driver.delta [deg]", "plant.a_y [m/s2]"] {
+        assert!(titles.split(',').any(|it| it == title), "no {title}: {titles}");
+    }
+    let csv = REPLAY.replace("run.mcap\"", "run.csv\"\ntime = \"time\"");
+    let csv = csv.replace("/driver/outputs.F_x", "driver.F_x");
+    run(&lab, &plant(&csv), "second").expect(0);
+    for name in ["plant.v_x", "plant.r", "plant.delta"] {
+        let [first, second] = ["first/run.csv", "second/run.csv"].map(|it| column(&lab, it, name));
+        assert!(first == second, "{name} differs");
+    }
+    let wrong = csv.replace("unit = \"N\"", "unit = \"kN\"");
+    run(&lab, &plant(&wrong), "bad")
+        .expect(2)
+        .says(&["was recorded in [N], and is said to be in [kN]"]);
+}
+
+/// A German log: steering wheel to the right in degrees, a sparse speed, milliseconds, a line of units.
+const LOG: &str = "# 12,3;\"pit\r\nZeit;Lenkrad;v_x\r\nms;deg;km/h\r\n1000;-16,5;36,0\r\n1100;-32,0;\r\n1200;-48,0;72,0\r\n";
+
+fn a_log_in_another_dialect_and_sign_convention_is_played_back_in_si() {
+    let lab = Lab::new();
+    lab.write("log.csv", LOG);
+    let steer =
+        r#"{ column = "Lenkrad", unit = "deg", gain = 0.0625, offset = 0.03125, sign = -1 }"#;
+    let table = format!(
+        "path = \"log.csv\"\ntime = \"Zeit\"\ngaps = \"interpolate\"\ncolumns = {{ delta = {steer}, v = {{ column = \"v_x\" }} }}\n"
+    );
+    let text =
+        Scenario::new().time(0.1, 0.2).section(&format!("[[table]]\nname = \"log\"\n{table}"));
+    run(&lab, &text.clone().text(), "out").expect(0);
+    assert_eq!(column(&lab, "out/run.csv", "log.delta"), ["1.0625", "2.03125", "3.03125"]);
+    let speeds = column(&lab, "out/run.csv", "log.v");
+    let speeds: Vec<f64> = speeds.iter().map(|cell| cell.parse().expect("a number")).collect();
+    assert!(
+        speeds.iter().zip([36.0, 54.0, 72.0]).all(|(v, it)| (v - it).abs() < 1e-12),
+        "{speeds:?}"
+    );
+    // The same for analyses, of the log and of the run.
+    let mean = "[[analysis]]\nname = \"NAME\"\ncrate = \"plugin\"\nexample = \"mean\"\n";
+    let of_run = "signals = { x = { from = \"log.delta\", gain = 2, offset = 1.0, sign = -1 } }";
+    let of_log = format!(
+        "[analysis.table]\n{}",
+        table.replace("delta = ", "x = ").replace(", v = { column = \"v_x\" }", "")
+    );
+    let text = text.section(&(mean.replace("NAME", "driven") + of_run));
+    let text = text.section(&(mean.replace("NAME", "logged") + &of_log)).text();
+    let file = lab.write("case.toml", text);
+    let mut command = trackside(Path::new(ROOT));
+    let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
+    Ended::of(output.expect("it starts")).expect(0);
+    let mean = |name: &str| lab.report("out")["analyses"][name]["mean"].as_f64().expect("a mean");
+    let expected = (1.0625 + 2.03125 + 3.03125) / 3.0;
+    assert!((mean("logged") - expected).abs() < 1e-12, "{}", mean("logged"));
+    assert!((mean("driven") - (1.0 - 2.0 * expected)).abs() < 1e-12, "{}", mean("driven"));
 }

@@ -2,6 +2,7 @@
 //! each check at the end.
 #![forbid(unsafe_code)]
 
+pub mod baseline;
 pub mod check;
 pub mod coupling;
 pub mod exchange;

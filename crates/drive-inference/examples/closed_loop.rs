@@ -219,7 +219,9 @@ fn verdicts(found: &Identified) {
 fn read(path: &str) -> Result<Drive, Box<dyn std::error::Error>> {
     let text = std::fs::read_to_string(path)?;
     let mut lines = text.lines();
-    let head: Vec<&str> = lines.next().ok_or("an empty file")?.split(',').collect();
+    let titles = lines.next().ok_or("an empty file")?.split(',');
+    // The unit follows the name: `plant.delta [rad]`.
+    let head: Vec<&str> = titles.map(|title| title.split(" [").next().unwrap_or(title)).collect();
     let parsed: Result<Vec<Vec<f64>>, _> =
         lines.map(|line| line.split(',').map(str::parse).collect()).collect();
     let rows = parsed?;

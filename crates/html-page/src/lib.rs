@@ -8,6 +8,7 @@ mod svg;
 pub use axis::Axis;
 pub use escape::escape;
 pub use plot::{Class, Layer, Plot, Shape};
+pub use svg::svg;
 
 /// The style of all pages: texts, tables and plots.
 const STYLE: &str = include_str!("style.css");

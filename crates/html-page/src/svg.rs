@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::STYLE;
 use crate::escape::escape;
 use crate::plot::{Layer, Plot, Shape};
 
@@ -90,21 +91,24 @@ impl Plot {
     }
 
     fn captioned(&self, title: &str, keys: &str) -> String {
-        let [left, _, top, _] = MARGIN;
-        let ([full_width, full_height], [width, height]) = (self.size, self.area());
+        let [full_width, full_height] = self.size;
         let title = escape(title);
         let mut svg = format!(
             "<figure><svg viewBox=\"0 0 {full_width} {full_height}\" role=\"img\" aria-label=\"{title}\">\n"
         );
-        self.axes(&mut svg);
+        self.draw(&mut svg);
+        let _ = write!(svg, "</svg>\n<figcaption><b>{title}</b> {keys}</figcaption></figure>\n");
+        svg
+    }
+
+    fn draw(&self, svg: &mut String) {
+        let [left, _, top, _] = MARGIN;
+        let [width, height] = self.area();
+        self.axes(svg);
         // An inner svg cuts off what leaves the drawing area.
         let _ = writeln!(svg, r#"<svg x="{left}" y="{top}" width="{width}" height="{height}">"#);
-        self.layers.iter().for_each(|layer| self.layer(&mut svg, layer));
-        let _ = write!(
-            svg,
-            "</svg>\n</svg>\n<figcaption><b>{title}</b> {keys}</figcaption></figure>\n"
-        );
-        svg
+        self.layers.iter().for_each(|layer| self.layer(svg, layer));
+        svg.push_str("</svg>\n");
     }
 
     fn axes(&self, svg: &mut String) {
@@ -148,6 +152,31 @@ impl Plot {
             escape(self.y.label())
         );
     }
+}
+
+/// Plots below each other, each with its title, as an SVG file of its own.
+pub fn svg(plots: &[(String, Plot)]) -> String {
+    const TITLE: f64 = 26.0;
+    let width = plots.iter().map(|(_, plot)| plot.size[0]).fold(0.0, f64::max);
+    let height: f64 = plots.iter().map(|(_, plot)| plot.size[1] + TITLE).sum();
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\">\n\
+         <style>\n{STYLE}</style>\n<rect width=\"100%\" height=\"100%\" style=\"fill: var(--paper)\"/>\n"
+    );
+    let mut below = 0.0;
+    for (title, plot) in plots {
+        let _ = writeln!(svg, "<g transform=\"translate(0 {})\">", below + TITLE);
+        let _ = writeln!(
+            svg,
+            r#"<text class="label" x="{}" y="-6">{}</text>"#,
+            0.5 * plot.size[0],
+            escape(title)
+        );
+        plot.draw(&mut svg);
+        svg.push_str("</g>\n");
+        below += plot.size[1] + TITLE;
+    }
+    svg + "</svg>\n"
 }
 
 #[cfg(test)]

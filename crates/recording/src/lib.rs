@@ -3,6 +3,7 @@
 //! of value ([`Number`] or [`Text`]).
 #![forbid(unsafe_code)]
 
+mod golden;
 mod reader;
 pub mod recover;
 mod row;
@@ -10,6 +11,7 @@ mod sink;
 pub mod table;
 pub mod view;
 
+pub use golden::{Golden, GoldenColumn, GoldenValues};
 pub use reader::Recording;
 pub use row::{
     Column, ColumnIndex, Columns, Direction, Full, Number, NumberIndex, NumberRange, Recorded, Row,

@@ -1,7 +1,9 @@
 //! Plays columns of a CSV file or an MCAP recording back.
 
 mod csv;
+mod gaps;
 mod mcap;
+mod wanted;
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -10,9 +12,11 @@ use diagnostics::suggest::{closest_question, shortened};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use self::csv::{CsvColumn, whole};
 pub use self::csv::{CsvError, columns};
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
+pub use self::wanted::{Decimal, Dialect, Gaps, Scaling, Separator, Wanted, WantedColumn};
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -62,6 +66,47 @@ pub enum TableError {
         /// The columns of the file.
         present: Vec<String>,
     },
+    /// A word of the scenario is about CSV, and the file is MCAP.
+    #[error("{} is MCAP: `{key}` is about CSV files, leave it out", path.display())]
+    NotCsv {
+        /// The file.
+        path: PathBuf,
+        /// The key.
+        key: &'static str,
+    },
+    /// Rows have no value.
+    #[error(
+        "`{column}` has no value in {count} row{} of {}, the first one in {place}: say `gaps = \"hold\"` for the last value, \
+         or `gaps = \"interpolate\"` for the line between its neighbours, or fill them in the file", if *count == 1 { "" } else { "s" }, path.display()
+    )]
+    Gaps {
+        /// The file.
+        path: PathBuf,
+        /// The column of the scenario.
+        column: String,
+        /// How many rows have none.
+        count: usize,
+        /// The first one.
+        place: String,
+    },
+    /// No row has a value.
+    #[error("`{column}` has no value in any row of {}", path.display())]
+    NoValue {
+        /// The file.
+        path: PathBuf,
+        /// The column of the scenario.
+        column: String,
+    },
+    /// Columns of a clock do not overlap in time.
+    #[error(
+        "{columns} of {} have no row in common where each has a value: play them back as two tables", path.display()
+    )]
+    Apart {
+        /// The file.
+        path: PathBuf,
+        /// The columns of the scenario.
+        columns: String,
+    },
     /// The CSV file cannot be played back.
     #[error(transparent)]
     Csv(#[from] CsvError),
@@ -81,7 +126,10 @@ impl TableError {
     #[must_use]
     pub fn word(&self) -> Option<&str> {
         match self {
-            TableError::MissingColumn { column, .. } => Some(column),
+            TableError::MissingColumn { column, .. }
+            | TableError::Gaps { column, .. }
+            | TableError::NoValue { column, .. } => Some(column),
+            TableError::Csv(error) => error.word(),
             TableError::Recording(error) => error.word(),
             _ => None,
         }
@@ -96,16 +144,19 @@ struct Recorded {
     columns: Vec<Series>,
     /// The time of the file's clock when these stamps are 0 [s].
     zero: f64,
-    warning: Option<String>,
+    warnings: Vec<String>,
 }
 
 #[derive(Debug)]
 struct Series {
     /// The index of its clock.
     clock: usize,
+    /// NaN where there is none.
     values: Vec<f64>,
     /// Its unit, from the file.
     unit: Option<String>,
+    /// Where the first row without a value is.
+    gap: Option<String>,
 }
 
 /// Columns of a recording over their time stamps.
@@ -118,7 +169,7 @@ pub struct Table {
     /// The stamp at the scenario's time 0 [s].
     origin: f64,
     interpolation: Interpolation,
-    warning: Option<String>,
+    warnings: Vec<String>,
 }
 
 #[derive(Debug, Clone)]
@@ -142,46 +193,45 @@ struct Column {
 const EDGE: f64 = 1e-9;
 
 impl Table {
-    /// Reads the wanted columns, given as pairs of the name in the scenario and the name in the file,
-    /// with linear interpolation and the scenario's time 0 at the earliest of their time stamps.
+    /// Reads the wanted columns, with linear interpolation and the scenario's time 0 at the earliest of their time stamps.
     ///
-    /// A file that begins like an MCAP recording is read as one: `time` is `log_time` (also when absent)
+    /// A file that begins like an MCAP recording is read as one: the time is `log_time` (also when absent)
     /// or `publish_time`, and a column is `/topic.field`, or `node.variable` in a recording of a run.
-    /// Anything else is read as CSV, of which `time` is a column too [s].
+    /// Anything else is read as CSV, of which the time is a column too.
     ///
     /// # Errors
     /// When the file cannot be read, lacks a column or has a value that cannot be played back.
-    pub fn read(
-        path: impl AsRef<Path>,
-        time: Option<&str>,
-        columns: &[(String, String)],
-    ) -> Result<Self, TableError> {
+    pub fn read(path: impl AsRef<Path>, wanted: &Wanted) -> Result<Self, TableError> {
         let path = path.as_ref();
         let open = |source| TableError::Open { path: path.to_owned(), source };
         let mut file = std::fs::File::open(path).map_err(open)?;
         let mut magic = Vec::new();
         (&mut file).take(mcap::MAGIC.len() as u64).read_to_end(&mut magic).map_err(open)?;
-        let wanted: Vec<_> = columns.iter().map(|(_, column)| column.as_str()).collect();
-        let read = match magic == mcap::MAGIC {
-            true => mcap::read(path, time, &wanted)?,
-            false => csv::read(path, time, &wanted)?,
+        let mut recorded = match magic == mcap::MAGIC {
+            true => mcap::read(path, wanted)?,
+            false => csv::read(path, wanted)?,
         };
-        let names = columns.iter().map(|(name, _)| name.clone());
-        let column = |(name, series): (_, Series)| {
-            let Series { clock, values, unit } = series;
-            Column { name, clock, values, unit }
+        gaps::fill(path, &mut recorded, &wanted.columns)?;
+        Ok(Self::new(recorded, wanted))
+    }
+
+    fn new(recorded: Recorded, wanted: &Wanted) -> Self {
+        let column = |(wanted, series): (&WantedColumn, Series)| {
+            let Series { clock, mut values, unit, .. } = series;
+            values.iter_mut().for_each(|value| *value = wanted.scaling.apply(*value));
+            Column { name: wanted.name.clone(), clock, values, unit }
         };
         let clock = |stamps| Clock { stamps, cursor: 0 };
         let mut table = Self {
-            clocks: read.clocks.into_iter().map(clock).collect(),
-            columns: names.zip(read.columns).map(column).collect(),
-            zero: read.zero,
+            clocks: recorded.clocks.into_iter().map(clock).collect(),
+            columns: wanted.columns.iter().zip(recorded.columns).map(column).collect(),
+            zero: recorded.zero,
             origin: 0.0,
             interpolation: Interpolation::default(),
-            warning: read.warning,
+            warnings: recorded.warnings,
         };
         table.set_origin(None);
-        Ok(table)
+        table
     }
 
     /// Sets the time of the file's clock [s] at the scenario's time 0; the earliest time stamp unless it is given.
@@ -235,10 +285,10 @@ impl Table {
         self.columns[column].unit.as_deref()
     }
 
-    /// An oddity of the file, such as a recording that was cut off.
+    /// Oddities of the file, such as a recording that was cut off.
     #[must_use]
-    pub fn warning(&self) -> Option<&str> {
-        self.warning.as_deref()
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// The column's value at a time of the scenario [s]: the first one before its recording begins

@@ -2,6 +2,7 @@
 
 mod accepts;
 mod analysis;
+mod baseline;
 mod check;
 mod coupling;
 mod input_chain;
@@ -20,6 +21,7 @@ use crate::signal::Signal;
 use crate::words::{Algorithm, At};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
+pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
 pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::CouplingRules;
 pub use input_chain::{FaultPlan, InputChain};
@@ -212,6 +214,8 @@ pub struct System {
     pub analyses: Vec<AnalysisPlan>,
     /// The checks.
     pub checks: Vec<CheckPlan>,
+    /// The recordings that it is compared with.
+    pub baselines: Vec<BaselinePlan>,
     /// The recorded variables.
     pub recorded: Selection,
     /// Header of the recordings, with the recorded columns.

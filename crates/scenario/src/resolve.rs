@@ -1,6 +1,7 @@
 //! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
 
 mod analyses;
+mod baselines;
 mod checks;
 mod connections;
 mod logs;
@@ -88,6 +89,7 @@ impl System {
         let analyses = analyses::resolve(scenario, &built.plugins, &columns, notes);
         mistakes.take(validations::check_names(scenario, &nodes));
         let checks = mistakes.take(checks::resolve(scenario, &columns, clock)).unwrap_or_default();
+        let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         mistakes.take(recorded::check(scenario, &columns));
         let recorded = recorded::selection(scenario, &columns);
         let header = RunHeader {
@@ -116,6 +118,7 @@ impl System {
             columns,
             analyses,
             checks,
+            baselines: baselines.unwrap_or_default(),
             recorded,
             header: RunHeader { view, ..header },
             warnings,

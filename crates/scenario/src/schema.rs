@@ -69,6 +69,14 @@ pub fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     name.and_then(|name| root["$defs"].get(name)).unwrap_or(schema)
 }
 
+/// The table among the alternatives of a schema, such as a text or a table; the schema itself without alternatives.
+#[must_use]
+pub fn table_of<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+    let either = schema["anyOf"].as_array().into_iter().flatten();
+    let mut tables = either.map(|it| resolved(root, it)).filter(|it| it["properties"].is_object());
+    tables.next().unwrap_or(schema)
+}
+
 /// The texts that a schema allows, with their descriptions; none when it allows any.
 #[must_use]
 pub fn choices(schema: &Value) -> Vec<(&str, &str)> {
@@ -185,7 +193,7 @@ impl Walk<'_> {
                 }
             }
             (DeValue::Table(table), None | Some("object")) => {
-                self.table(schema, value.span(), table);
+                self.table(table_of(self.root, schema), value.span(), table);
             }
             (DeValue::Array(list), None | Some("array")) => {
                 self.length(schema, list.len(), value.span());

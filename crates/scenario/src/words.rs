@@ -1,5 +1,6 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
+mod baseline;
 mod change;
 mod connect;
 mod extend;
@@ -19,11 +20,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::schema;
 use crate::signal::Part;
+pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, converted, quantity};
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
 pub use nodes::{Column, Fmu, Table};
-pub use results::{Analysis, AnalysisTable, Check, Validation};
+pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
 /// A scenario as it was written.
@@ -93,6 +95,9 @@ pub struct Document {
     /// Conditions on signals and results.
     #[serde(default)]
     pub check: Vec<Check>,
+    /// Recordings that the run is compared with.
+    #[serde(default)]
+    pub baseline: Vec<Baseline>,
     /// Choice of the recorded variables.
     #[serde(default)]
     pub record: Record,
@@ -167,6 +172,11 @@ impl Scenario {
         let played = self.document.table.iter().map(|table| &table.path);
         let logs = self.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
         played.chain(logs.map(|log| &log.path))
+    }
+
+    /// The words that name recordings which the run is compared with.
+    pub fn baseline_files(&self) -> impl Iterator<Item = &Spanned<String>> {
+        self.document.baseline.iter().map(|baseline| &baseline.recording)
     }
 
     /// An error at a word of the scenario.

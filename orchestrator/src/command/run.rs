@@ -26,6 +26,9 @@ pub struct Arguments {
     /// Write run.csv too.
     #[arg(long)]
     csv: bool,
+    /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
+    #[arg(long)]
+    bless: bool,
     /// Set a start value `plant.body.m=800` (or `"plant.start.v_x=100 km/h"`), a signal `driver.delta=3`, a key of its shape
     /// `driver.delta.step.after=3`, a sensor effect `estimator.a_y.noise.std=0.1`, or a fault
     /// `estimator.a_y.fault.value=0`. `@FILE` is a TOML file of values. May be repeated.
@@ -92,6 +95,7 @@ impl Arguments {
         Ok(RunOptions {
             out: None,
             csv: self.csv,
+            bless: self.bless,
             overrides: StartOverrides { starts, seed: self.seed, ..StartOverrides::default() },
             replay: match self.rerun {
                 ReplayArg::Save => Replay::Save,

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use clap::Args;
 use diagnostics::Error;
 use orchestrator::package::BuildProgress;
-use orchestrator::suite::{self, ScenarioOutcome, TestResult};
+use orchestrator::suite::{self, Program, ScenarioOutcome, TestResult};
 
 use super::progress::BuildLine;
 use super::{print, this_program};
@@ -20,6 +20,9 @@ pub struct Arguments {
     /// How many run at a time; one for each core unless it is given.
     #[arg(long)]
     jobs: Option<std::num::NonZeroUsize>,
+    /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
+    #[arg(long)]
+    bless: bool,
     /// Write the results as JUnit XML.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -33,7 +36,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let paths = suite::find(&arguments.paths)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.map_or(cores, usize::from);
-    let program = this_program()?;
+    let path = this_program()?;
+    let more: &[&str] = if arguments.bless { &["--bless"] } else { &[] };
+    let program = Program { path: &path, arguments: more };
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
     let terminal = Mutex::new(());
@@ -42,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         print(&test_line(result));
     };
     let results =
-        suite::run(&program, &paths, jobs, Path::new("target/runs"), &mut progress, &done)?;
+        suite::run(program, &paths, jobs, Path::new("target/runs"), &mut progress, &done)?;
     if let Some(path) = &arguments.junit {
         suite::write_junit(&results, path)?;
     }

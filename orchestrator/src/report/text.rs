@@ -79,6 +79,9 @@ impl RunReport {
             ),
         };
         let _ = writeln!(text, "  {}", self.folder.display());
+        for baseline in &self.blessed {
+            let _ = writeln!(text, "  wrote the baseline {}", baseline.display());
+        }
         for file in &self.files {
             let _ = writeln!(text, "  {}", self.folder.join(file).display());
         }

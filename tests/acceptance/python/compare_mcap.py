@@ -9,8 +9,12 @@ from mcap_protobuf.decoder import DecoderFactory
 
 recording, table = sys.argv[1:]
 with open(table, newline="") as file:
-    names, *rows = csv.reader(file)
+    titles, *rows = csv.reader(file)
+# Titles have the unit behind the name: `plant.v_x [m/s]`.
+names = [title.partition(" [")[0] for title in titles]
 columns = {name: column for column, name in enumerate(names)}
+units = {name: title.removeprefix(name).strip(" []") for name, title in zip(names, titles)}
+assert titles[0] == "time [s]", titles[0]
 row_at = {round(float(row[0]) * 1e9): row for row in rows}
 
 
@@ -34,7 +38,9 @@ with open(recording, "rb") as file:
         node = channel.topic.split("/")[1]
         variables = {key[4:]: name for key, name in channel.metadata.items() if key.startswith("fmi:")}
         fields[channel.topic] = [(field, columns[f"{node}.{name}"]) for field, name in variables.items()]
-        assert all(f"unit:{field}" in channel.metadata for field in variables), channel.topic
+        for field, name in variables.items():
+            unit = channel.metadata[f"unit:{field}"]
+            assert units[f"{node}.{name}"] == unit, f"{channel.topic}: {name} is in [{unit}]"
     for outputs in (c for c in summary.channels.values() if c.topic == "/plant/outputs"):
         assert outputs.metadata["unit:v_x"] == "m/s" and outputs.metadata["unit:a_y"] == "m/s2"
     samples = poses = 0

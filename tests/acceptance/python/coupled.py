@@ -65,7 +65,7 @@ tool, description, table = sys.argv[1:]
 with open(description) as file:
     system = json.load(file)
 with open(table, newline="") as file:
-    rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    rows = [{title.partition(" [")[0]: float(value) for title, value in row.items()} for row in csv.DictReader(file)]
 outputs = system["outputs"]
 if tool == "ecos" and system["connections"]:
     ahead = [f"{node}.{name}" for node, names in FOLLOWING.items() for name in names]

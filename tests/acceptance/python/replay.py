@@ -11,7 +11,7 @@ TOLERANCE = 1e-12
 
 node, fmu, table, start = sys.argv[1:]
 with open(table, newline="") as file:
-    rows = list(csv.DictReader(file))
+    rows = [{title.partition(" [")[0]: value for title, value in row.items()} for row in csv.DictReader(file)]
 description = fmpy.read_model_description(fmu)
 folder = fmpy.extract(fmu)
 slave = FMU2Slave(

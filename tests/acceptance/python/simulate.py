@@ -10,7 +10,8 @@ TOLERANCE = 1e-12
 
 node, fmu, table, start = sys.argv[1:]
 with open(table, newline="") as file:
-    names, *rows = csv.reader(file)
+    titles, *rows = csv.reader(file)
+names = [title.partition(" [")[0] for title in titles]
 values = np.array(rows, dtype=float)
 recorded = {name: values[:, column] for column, name in enumerate(names)}
 time = recorded["time"]

@@ -113,6 +113,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
         columns: columns(next, ValueKind::Real),
         analyses: Vec::new(),
         checks: Vec::new(),
+        baselines: Vec::new(),
         recorded: Selection::default(),
         header,
         warnings: Vec::new(),

@@ -1,4 +1,5 @@
-//! Writes a run as CSV: `time`, a column for each number with all digits, then a quoted column for each text.
+//! Writes a run as CSV: the time, a column for each number with all digits, then a quoted column for each text. Titles have
+//! the unit in brackets.
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -7,7 +8,7 @@ use std::path::PathBuf;
 use diagnostics::Error;
 
 use super::{RunHeader, Sink};
-use crate::row::{Recorded, Row};
+use crate::row::{Column, Recorded, Row};
 
 /// A CSV file. It gets its name when it is complete.
 pub struct CsvSink {
@@ -29,9 +30,9 @@ impl CsvSink {
         let path = header.folder.join("run.csv");
         let partial = header.folder.join("run.csv.partial");
         let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
-        let names = header.columns.iter().map(|column| name(column.name()));
+        let names = header.columns.iter().map(title);
         let mut sink = CsvSink { path, partial, out: BufWriter::new(file), line: String::new() };
-        sink.line = names.fold("time".to_owned(), |line, name| line + "," + &name);
+        sink.line = names.fold("time [s]".to_owned(), |line, name| line + "," + &name);
         sink.write_line()?;
         Ok(sink)
     }
@@ -43,9 +44,11 @@ impl CsvSink {
     }
 }
 
-/// Names of array elements contain commas.
-fn name(name: String) -> String {
-    if name.contains(['"', ',']) { quoted(&name) } else { name }
+/// `plant.v_x [m/s]`, and the name alone without a unit. Names of array elements contain commas.
+fn title(column: &Column) -> String {
+    let unit = column.unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
+    let title = column.name() + &unit;
+    if title.contains(['"', ',']) { quoted(&title) } else { title }
 }
 
 fn quoted(text: &str) -> String {

@@ -15,7 +15,7 @@ use ::mcap::records::MessageHeader;
 pub use self::error::RecordingError;
 use self::field::{Dead, Field, Reader};
 pub(crate) use self::file::Mcap;
-use super::{Recorded, Series, TableError};
+use super::{Recorded, Series, TableError, Wanted};
 
 /// The time stamp that counts.
 #[derive(Debug, Clone, Copy)]
@@ -60,24 +60,26 @@ struct Track {
     fields: Vec<(String, Field)>,
     /// The time stamp [ns] of each message, and its number in the order of the file.
     messages: Vec<(u64, u64)>,
-    /// The numbers of each field.
+    /// The numbers of each field. Gaps are NaN.
     columns: Vec<Vec<f64>>,
+    /// Where the first gap of each field is.
+    gaps: Vec<Option<String>>,
 }
 
 /// A column: the track, the field of it, and the unit.
 type Place = (usize, usize, Option<String>);
 
 /// Reads the wanted columns; stamps count from the earliest one, so that times of day keep their digits.
-pub(super) fn read(
-    path: &Path,
-    time: Option<&str>,
-    wanted: &[&str],
-) -> Result<Recorded, TableError> {
-    let stamp = Stamp::of(path, time)?;
+pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
+    let stamp = Stamp::of(path, wanted.time.as_deref())?;
+    let csv = wanted.time_unit.map(|_| "time_unit").or(wanted.dialect.first_key());
+    if let Some(key) = csv {
+        return Err(TableError::NotCsv { path: path.to_owned(), key });
+    }
     let file = Mcap::open(path)?;
     let channels = file.channels()?;
     let (mut tracks, mut columns) = (Vec::new(), Vec::new());
-    for column in wanted {
+    for column in wanted.titles() {
         let (channel, path) = catalogue::find(&file, &channels, column)?;
         columns.push(want(&file, column, channel, &path, &mut tracks)?);
     }
@@ -114,6 +116,7 @@ fn want(
     })?;
     track.fields.push((column.to_owned(), found));
     track.columns.push(Vec::new());
+    track.gaps.push(None);
     let unit = channel.metadata.get(&format!("unit:{field}")).filter(|unit| !unit.is_empty());
     Ok((index, track.fields.len() - 1, unit.cloned()))
 }
@@ -139,7 +142,14 @@ impl Track {
             Err(what) => return Err(RecordingError::Schema { path, topic, what }),
         };
         let channel = channel.clone();
-        Ok(Track { channel, reader, fields: vec![], messages: vec![], columns: vec![] })
+        Ok(Track {
+            channel,
+            reader,
+            fields: vec![],
+            messages: vec![],
+            columns: vec![],
+            gaps: vec![],
+        })
     }
 
     /// Takes a message. Whether a column is in JSON is first seen here.
@@ -151,7 +161,8 @@ impl Track {
         };
         let message = self.reader.read(data).map_err(wrong)?;
         let json = matches!(self.reader, Reader::Json);
-        for ((column, field), values) in self.fields.iter().zip(&mut self.columns) {
+        let columns = self.columns.iter_mut().zip(&mut self.gaps);
+        for ((column, field), (values, gap)) in self.fields.iter().zip(columns) {
             let value = field.number(&message).map_err(|dead| match dead {
                 Dead::Missing if number == 1 && json => {
                     catalogue::missing(file, &[&self.channel], column)
@@ -162,11 +173,14 @@ impl Track {
                     wrong(format!("expected a number in `{column}`, found {found}"))
                 }
             })?;
-            if !value.is_finite() {
+            if value.is_infinite() {
                 let what = format!(
-                    "expected a finite number in `{column}`, found {value}; remove the message or fill the gap"
+                    "expected a finite number in `{column}`, found {value}; remove the message"
                 );
                 return Err(wrong(what));
+            }
+            if value.is_nan() {
+                gap.get_or_insert_with(|| format!("message {number} of `{}`", self.channel.topic));
             }
             values.push(value);
         }
@@ -211,7 +225,8 @@ fn recorded(file: &Mcap, tracks: &mut [Track], columns: Vec<Place>) -> Recorded 
     let clocks = tracks.iter().map(clock).collect();
     let columns = columns.into_iter().map(|(track, field, unit)| {
         let values = std::mem::take(&mut tracks[track].columns[field]);
-        Series { clock: track, values, unit }
+        let gap = tracks[track].gaps[field].take();
+        Series { clock: track, values, unit, gap }
     });
     let warning = (!file.finished).then(|| {
         format!(
@@ -220,7 +235,12 @@ fn recorded(file: &Mcap, tracks: &mut [Track], columns: Vec<Place>) -> Recorded 
             seconds(last)
         )
     });
-    Recorded { columns: columns.collect(), clocks, zero: seconds(first), warning }
+    Recorded {
+        columns: columns.collect(),
+        clocks,
+        zero: seconds(first),
+        warnings: warning.into_iter().collect(),
+    }
 }
 
 #[cfg(test)]

@@ -1,14 +1,12 @@
 //! Values between, before and after recorded ones, and what a CSV file may have wrong.
 
-use super::{Interpolation, Table, TableError};
+use super::{Interpolation, Table, TableError, Wanted};
 
 fn read(name: &str, text: &str, columns: &[&str]) -> Result<Table, TableError> {
     let file = format!("table-{name}-{}.csv", std::process::id());
     let path = std::env::temp_dir().join(file);
     std::fs::write(&path, text).expect("the temporary folder is writable");
-    let columns: Vec<_> =
-        columns.iter().map(|name| (format!("node.{name}"), (*name).to_owned())).collect();
-    let table = Table::read(&path, Some("t"), &columns);
+    let table = Table::read(&path, &Wanted::plain("t", columns));
     std::fs::remove_file(&path).expect("it has just been written");
     table
 }
@@ -18,7 +16,7 @@ const RECORDING: &str = "# t , v, note,a\n10, 1,first,-1\n10.5,2,second,-2\n12,5
 #[test]
 fn values_are_interpolated_held_and_clamped() {
     let mut linear = read("linear", RECORDING, &["a", "v"]).expect("it is well-formed");
-    assert_eq!(linear.names().collect::<Vec<_>>(), ["node.a", "node.v"]);
+    assert_eq!(linear.names().collect::<Vec<_>>(), ["a", "v"]);
     assert_eq!(linear.times(), [[0.0, 0.5, 2.0]]);
     assert_eq!(linear.value(0, 0.5), -2.0);
     linear.set_origin(Some(0.0));
@@ -79,9 +77,9 @@ fn errors_name_the_line_and_the_column() {
         ("time", "x,v\n0,1\n", "no column `t`"),
         ("cell", "t,v\n0,1\n1,abc\n", "line 3 of"),
         ("text", "t,v\n0,1\n1,abc\n", "in column `v`, found \"abc\""),
-        ("gap", "t,v\n0,\n", "expected a number in column `v`, found \"\""),
-        ("nan", "t,v\n0,1\n1,2\n2,NaN\n", "line 4 of"),
-        ("infinite", "t,v\n0,inf\n", "a finite number in column `v`, found inf"),
+        ("gap", "t,v\n0,\n", "`v` has no value in any row"),
+        ("nan", "t,v\n0,1\n1,2\n2,NaN\n", "the first one in line 4: say `gaps = \"hold\"`"),
+        ("infinite", "t,v\n0,inf\n", "a finite number in column `v`, found \"inf\""),
         ("repeated", "t,v\n0,1\n\n1,2\n1,3\n", "line 5 of"),
         ("falling", "t,v\n0,1\n2,2\n1.5,3\n", "a time after 2 of the row before, found 1.5"),
         ("ragged", "t,v\n0,1\n1\n", "line 3 of"),
@@ -91,6 +89,7 @@ fn errors_name_the_line_and_the_column() {
         let error = read(name, text, &["v"]).expect_err(name).to_string();
         assert!(error.contains(part), "{name}: {error}");
     }
-    let missing = Table::read("no/such/file.csv", Some("t"), &[]).expect_err("it does not exist");
+    let missing =
+        Table::read("no/such/file.csv", &Wanted::plain("t", &[])).expect_err("it does not exist");
     assert!(missing.to_string().starts_with("cannot open"), "{missing}");
 }

@@ -32,9 +32,9 @@ pub struct Wired {
     pub unit: String,
     /// Its origin.
     pub origin: Origin,
-    /// Unit conversion: what the values are multiplied by.
+    /// Gain and unit conversion: what the values are multiplied by.
     pub factor: f64,
-    /// Unit conversion: what is added after that.
+    /// Offset and unit conversion: what is added after that.
     pub offset: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::schema::{Tagged, choices, resolved, tagged, type_name};
+use crate::schema::{Tagged, choices, resolved, table_of, tagged, type_name};
 
 /// A key of a configuration file.
 #[derive(Debug, Clone, PartialEq)]
@@ -186,7 +186,8 @@ impl<'a> Walk<'a> {
         let named = &schema["additionalProperties"];
         if named.is_object() && !schema["properties"].is_object() {
             let path = format!("{path}.NAME");
-            return (resolved(self.root, named), format!("[{path}]"), path);
+            let named = table_of(self.root, resolved(self.root, named));
+            return (named, format!("[{path}]"), path);
         }
         (schema, format!("[{path}]"), path.to_owned())
     }
@@ -196,19 +197,20 @@ impl<'a> Walk<'a> {
         if !choices(schema).is_empty() {
             return "a text, one of those below".to_owned();
         }
-        let plural = |inner: &Value| {
-            let kind = self.kind(inner);
-            match kind.strip_prefix("a ").unwrap_or(&kind) {
-                "true or false" => "truth values".to_owned(),
-                "any value" => "values".to_owned(),
-                "text, one of those below" => "texts, each one of those below".to_owned(),
-                kind => match kind.split_once(' ') {
-                    Some(("list" | "table", rest)) => {
-                        format!("{}s {rest}", &kind[..kind.len() - rest.len() - 1])
-                    }
-                    _ => format!("{kind}s"),
-                },
-            }
+        let plural = |kind: &str| match kind.strip_prefix("a ").unwrap_or(kind) {
+            "true or false" => "truth values".to_owned(),
+            "any value" => "values".to_owned(),
+            "text, one of those below" => "texts, each one of those below".to_owned(),
+            kind => match kind.split_once(' ') {
+                Some(("list" | "table", rest)) => {
+                    format!("{}s {rest}", &kind[..kind.len() - rest.len() - 1])
+                }
+                _ => format!("{kind}s"),
+            },
+        };
+        let plural = |inner: &Value| match self.kind(inner).split_once(" or a ") {
+            Some((one, other)) => format!("{} or {}", plural(one), plural(other)),
+            None => plural(&self.kind(inner)),
         };
         match schema["type"].as_str() {
             Some("array") => {

@@ -6,15 +6,15 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
+use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
-use super::Notes;
-use super::logs::{self, Wanted as Columns};
+use super::{Notes, logs};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisTable, Column, Scenario};
+use crate::words::{Analysis, AnalysisSignal, Column, ScaledSignal, Scenario};
 
 pub(super) fn resolve(
     scenario: &Scenario,
@@ -54,10 +54,8 @@ fn plan(
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let mut mistakes = Mistakes::default();
-    let log = analysis.table.as_ref().map(|AnalysisTable { path, time, origin, columns }| {
-        let wanted = Columns { path, time: time.as_ref(), origin: *origin, columns };
-        logs::read(scenario, &wanted, warnings)
-    });
+    let read = |table| logs::read(scenario, &logs::Words::from(table), warnings);
+    let log = analysis.table.as_ref().map(read);
     let log = mistakes.take(log.transpose()).flatten();
     let Some((plugin, library)) = mistakes.take(load(scenario, analysis, plugins)) else {
         return Err(mistakes.finish().err().unwrap_or_else(Error::follow_up));
@@ -65,10 +63,14 @@ fn plan(
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
         let wanted = wanted(scenario, &plugin, name);
-        let found = column(scenario, columns, signal);
-        let made = Mistakes::both(wanted, found).and_then(|(wanted, (index, unit))| {
-            let written = (signal.span(), signal.get_ref().as_str());
-            wire(scenario, wanted, Origin::Run(index), unit, written, warnings)
+        let taken = taken(scenario, signal).and_then(|(full, place, scaling)| {
+            let (index, unit) = column(scenario, columns, (full, place.clone()))?;
+            Ok((index, unit, (place, full), scaling))
+        });
+        let made = Mistakes::both(wanted, taken).and_then(|(wanted, taken)| {
+            let (index, unit, written, scaling) = taken;
+            let wired = wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?;
+            Ok(scaled(wired, scaling))
         });
         wired.extend(mistakes.take(made));
     }
@@ -103,15 +105,14 @@ fn plan(
 fn column<'a>(
     scenario: &Scenario,
     columns: &'a RunColumns<Full>,
-    signal: &Spanned<String>,
+    (full, place): (&str, Range<usize>),
 ) -> Result<(NumberIndex<Full>, Option<&'a str>), Error> {
-    let full = signal.get_ref();
-    if let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == *full) {
+    if let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == full) {
         return Ok((index, column.unit.as_deref()));
     }
     let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
     let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
-    Err(unknown.at(&scenario.source, signal.span()))
+    Err(unknown.at(&scenario.source, place))
 }
 
 /// Refuses a column of a file under the name of a signal of the run.
@@ -171,6 +172,33 @@ fn wanted<'a>(
     let names = known.iter().map(|wanted| wanted.name.as_str());
     let unknown = suggest::unknown("signal of the plugin", name.get_ref(), names);
     Err(unknown.at(&scenario.source, name.span()))
+}
+
+/// The name of a signal of the run, its place, and its gain, offset and sign.
+fn taken<'a>(
+    scenario: &Scenario,
+    signal: &'a Spanned<AnalysisSignal>,
+) -> Result<(&'a str, Range<usize>, Scaling), Error> {
+    match signal.get_ref() {
+        AnalysisSignal::Name(name) => Ok((name, signal.span(), Scaling::default())),
+        AnalysisSignal::Scaled(ScaledSignal { from, gain, offset, sign }) => {
+            let scaling = logs::scaling(scenario, [gain, offset, sign])?;
+            Ok((from.get_ref(), from.span(), scaling))
+        }
+    }
+}
+
+/// The unit conversion follows gain, offset and sign.
+fn scaled(wired: Wired, scaling: Scaling) -> Wired {
+    let Scaling { gain, offset, sign } = scaling;
+    match scaling == Scaling::default() {
+        true => wired,
+        false => Wired {
+            factor: sign * gain * wired.factor,
+            offset: offset * wired.factor + wired.offset,
+            ..wired
+        },
+    }
 }
 
 /// Converts to the unit that the plugin wants.

@@ -3,17 +3,40 @@
 use std::collections::BTreeMap;
 
 use diagnostics::{Error, Mistakes, Spanned};
-use recording::table::{Table, TableError};
+use recording::table::{Dialect, Gaps, Scaling, Table, TableError, Wanted, WantedColumn};
 use units::Unit;
 
-use crate::words::{Column, Scenario};
+use crate::words::{self, AnalysisTable, Column, Scenario};
 
 /// The words of a scenario that say what is wanted of a file.
-pub(super) struct Wanted<'a> {
+pub(super) struct Words<'a> {
     pub path: &'a Spanned<String>,
     pub time: Option<&'a Spanned<String>>,
+    pub time_unit: Option<&'a Spanned<String>>,
     pub origin: Option<f64>,
+    pub gaps: Gaps,
+    pub dialect: Dialect,
     pub columns: &'a BTreeMap<Spanned<String>, Spanned<Column>>,
+}
+
+impl<'a> From<&'a words::Table> for Words<'a> {
+    fn from(table: &'a words::Table) -> Self {
+        let words::Table { path, time, time_unit, origin, gaps, columns, .. } = table;
+        let words::Table { separator, decimal, unit_row, .. } = *table;
+        let dialect = Dialect { separator, decimal, unit_row };
+        let (time, time_unit, origin, gaps) = (time.as_ref(), time_unit.as_ref(), *origin, *gaps);
+        Words { path, time, time_unit, origin, gaps, dialect, columns }
+    }
+}
+
+impl<'a> From<&'a AnalysisTable> for Words<'a> {
+    fn from(table: &'a AnalysisTable) -> Self {
+        let AnalysisTable { path, time, time_unit, origin, gaps, columns, .. } = table;
+        let AnalysisTable { separator, decimal, unit_row, .. } = *table;
+        let dialect = Dialect { separator, decimal, unit_row };
+        let (time, time_unit, origin, gaps) = (time.as_ref(), time_unit.as_ref(), *origin, *gaps);
+        Words { path, time, time_unit, origin, gaps, dialect, columns }
+    }
 }
 
 /// A file, as it was wanted.
@@ -27,34 +50,88 @@ pub(super) struct Log {
 /// Reads the columns.
 pub(super) fn read(
     scenario: &Scenario,
-    wanted: &Wanted,
+    words: &Words,
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
-    let path = scenario.source.resolve(wanted.path);
-    let pair = |(name, column): (&Spanned<String>, &Spanned<Column>)| {
-        (name.get_ref().clone(), column.get_ref().column.get_ref().clone())
-    };
-    let columns: Vec<_> = wanted.columns.iter().map(pair).collect();
-    let time = wanted.time.map(|time| time.get_ref().as_str());
-    let mut table = Table::read(&path, time, &columns)
-        .map_err(|error| scenario.error(wrong_word(wanted, &error), error.to_string()))?;
-    table.set_origin(wanted.origin);
-    warnings.extend(table.warning().map(str::to_owned));
-    let units = wanted.columns.values().zip(0..);
+    let path = scenario.source.resolve(words.path);
+    let mut table = Table::read(&path, &wanted(scenario, words)?)
+        .map_err(|error| scenario.error(wrong_word(words, &error), error.to_string()))?;
+    table.set_origin(words.origin);
+    warnings.extend_from_slice(table.warnings());
+    let units = words.columns.values().zip(0..);
     let units = units.map(|(column, place)| unit(scenario, column.get_ref(), table.unit(place)));
     Ok(Log { units: Mistakes::all(units)?, table })
 }
 
+fn wanted(scenario: &Scenario, words: &Words) -> Result<Wanted, Error> {
+    let column = |(name, column): (&Spanned<String>, &Spanned<Column>)| {
+        let Column { column, gain, offset, sign, gaps, .. } = column.get_ref();
+        Ok(WantedColumn {
+            name: name.get_ref().clone(),
+            column: column.get_ref().clone(),
+            gaps: gaps.unwrap_or(words.gaps),
+            scaling: scaling(scenario, [gain, offset, sign])?,
+        })
+    };
+    Ok(Wanted {
+        time: words.time.map(|time| time.get_ref().clone()),
+        time_unit: words.time_unit.map(|word| time_unit(scenario, word)).transpose()?,
+        columns: Mistakes::all(words.columns.iter().map(column))?,
+        dialect: words.dialect,
+    })
+}
+
+fn time_unit(scenario: &Scenario, word: &Spanned<String>) -> Result<Unit, Error> {
+    let unit = super::unit::unit(scenario, word)?;
+    match unit.dimension().as_str() {
+        "s" => Ok(unit),
+        found => {
+            let message = format!("`{}` is a unit of {found}, not of time", word.get_ref());
+            Err(scenario.error(word, message).help("expected s, ms, us, min or h"))
+        }
+    }
+}
+
+/// Gain, offset and sign, which are numbers that keep the values apart.
+pub(super) fn scaling(
+    scenario: &Scenario,
+    [gain, offset, sign]: [&Option<Spanned<f64>>; 3],
+) -> Result<Scaling, Error> {
+    let wrong = |word: &Spanned<f64>, message: String| Err(scenario.error(word, message));
+    let mut scaling = Scaling::default();
+    if let Some(word) = gain {
+        scaling.gain = *word.get_ref();
+        if !scaling.gain.is_finite() || scaling.gain == 0.0 {
+            return wrong(word, format!("expected a gain other than 0, found {}", scaling.gain));
+        }
+    }
+    if let Some(word) = offset {
+        scaling.offset = *word.get_ref();
+        if !scaling.offset.is_finite() {
+            return wrong(word, format!("expected a number, found {}", scaling.offset));
+        }
+    }
+    if let Some(word) = sign {
+        scaling.sign = *word.get_ref();
+        if scaling.sign.abs() != 1.0 {
+            let message =
+                format!("`sign` is 1 or -1, found {}: factors are a `gain`", scaling.sign);
+            return wrong(word, message);
+        }
+    }
+    Ok(scaling)
+}
+
 /// The word of the scenario that does not fit the file.
-fn wrong_word<'a>(wanted: &Wanted<'a>, error: &TableError) -> &'a Spanned<String> {
+fn wrong_word<'a>(wanted: &Words<'a>, error: &TableError) -> &'a Spanned<String> {
     let columns = wanted.columns.values().map(|column| &column.get_ref().column);
     let mut words = columns.chain(wanted.time);
     let wrong = words.find(|word| Some(word.get_ref().as_str()) == error.word());
     wrong.unwrap_or(wanted.path)
 }
 
-/// The unit of a column: that of the scenario or that of the file, which must not contradict each other.
-/// A unit of the file that is not known here gives way.
+/// The unit of a column: that of the scenario or that of the file, which must not contradict each other. A unit of the file
+/// that is not known here gives way, and so does one of another dimension if the column has a gain, as that of a sensor in V.
 fn unit(
     scenario: &Scenario,
     column: &Column,
@@ -64,6 +141,9 @@ fn unit(
     let (written, name) = (word.get_ref(), column.column.get_ref());
     let known = super::unit::unit(scenario, word)?;
     match recorded.map(|recorded| (recorded, Unit::parse(recorded))) {
+        Some((_, Ok(unit))) if column.gain.is_some() && !unit.same_dimension(&known) => {
+            Ok(Some(written.clone()))
+        }
         Some((recorded, Ok(unit))) if unit != known => {
             let message =
                 format!("`{name}` was recorded in [{recorded}], and is said to be in [{written}]");

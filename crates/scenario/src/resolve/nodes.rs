@@ -11,7 +11,7 @@ use fmu_import::{Causality, Fmu};
 use recording::ValueKind;
 use units::Unit;
 
-use super::logs::{self, Log, Wanted};
+use super::logs::{self, Log};
 use super::starts::starts;
 use super::types::recorded_kind;
 use super::{Notes, StartOverrides, start_override};
@@ -201,9 +201,8 @@ fn table(
     table: &words::Table,
     warnings: &mut Vec<String>,
 ) -> Result<UnplacedNode, Error> {
-    let words::Table { path, time, origin, columns, .. } = table;
-    let wanted = Wanted { path, time: time.as_ref(), origin: *origin, columns };
-    let Log { table: mut read, units } = logs::read(scenario, &wanted, warnings)?;
+    let columns = &table.columns;
+    let Log { table: mut read, units } = logs::read(scenario, &table.into(), warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for ((name, column), unit) in columns.iter().zip(units) {

@@ -1,10 +1,14 @@
 //! The words about results: `[[analysis]]`, `[[validation]]` and `[[check]]`.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use diagnostics::Spanned;
+use recording::table::{Decimal, Gaps, Separator};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::nodes::{Column, build_request};
 use crate::build_request::BuildRequest;
@@ -34,10 +38,11 @@ pub struct Analysis {
     /// Example of the package that the library is built from, instead of the package itself.
     #[schemars(example = &"mean")]
     pub example: Option<Spanned<String>>,
-    /// Signals of the run, `node.variable`, by the plugin's names.
+    /// Signals of the run, `node.variable`, by the plugin's names. A signal can have gain, offset and sign:
+    /// `delta = { from = "car.steer", gain = 0.0625, sign = -1 }`.
     #[serde(default)]
     #[schemars(example = BTreeMap::from([("v_x", "plant.v_x")]))]
-    pub signals: BTreeMap<Spanned<String>, Spanned<String>>,
+    pub signals: BTreeMap<Spanned<String>, Spanned<AnalysisSignal>>,
     /// Signals of a file.
     pub table: Option<AnalysisTable>,
     /// Text files for the plugin, relative to the scenario file. It gets their contents in its configuration under `files`.
@@ -60,6 +65,58 @@ impl Analysis {
     }
 }
 
+/// A signal of the run for a plugin: its name, or a table.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum AnalysisSignal {
+    /// Its name: `node.variable`.
+    Name(String),
+    /// Its name, with gain, offset and sign.
+    Scaled(ScaledSignal),
+}
+
+/// A signal of the run whose value is `sign * gain * value in the run + offset`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScaledSignal {
+    /// Its name: `node.variable`.
+    #[schemars(example = &"car.steer")]
+    pub from: Spanned<String>,
+    /// Factor, such as one over the steering ratio.
+    #[schemars(example = 0.0625)]
+    pub gain: Option<Spanned<f64>>,
+    /// Sum after the gain, in the unit of the signal.
+    #[schemars(example = 0.3)]
+    pub offset: Option<Spanned<f64>>,
+    /// 1, or -1 for the opposite sign convention.
+    #[schemars(example = -1)]
+    pub sign: Option<Spanned<f64>>,
+}
+
+/// Serde's own choice between a text and a table would lose the places in the file.
+impl<'de> Deserialize<'de> for AnalysisSignal {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = AnalysisSignal;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a signal, or a table with `from`")
+            }
+
+            fn visit_str<E>(self, name: &str) -> Result<AnalysisSignal, E> {
+                Ok(AnalysisSignal::Name(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AnalysisSignal, A::Error> {
+                let table = MapAccessDeserializer::new(map);
+                ScaledSignal::deserialize(table).map(AnalysisSignal::Scaled)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
 /// A CSV file or an MCAP recording whose rows the plugin gets.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -67,12 +124,28 @@ pub struct AnalysisTable {
     /// CSV file or MCAP recording, relative to the scenario file.
     #[schemars(example = &"drive.csv")]
     pub path: Spanned<String>,
-    /// Column of the time [s], as in `[[table]]`.
+    /// Column of the time, as in `[[table]]`.
     #[schemars(example = &"t_s")]
     pub time: Option<Spanned<String>>,
+    /// Unit of the time; that of the file without it, or else s.
+    #[schemars(example = &"ms")]
+    pub time_unit: Option<Spanned<String>>,
     /// Time of the file at the analysis' time 0 [s]; that of its first row without it.
     #[schemars(example = 1000.0)]
     pub origin: Option<f64>,
+    /// Rows where a column has no value: an empty cell, `NaN`, `NA` or `-`. A column can have a rule of its own.
+    #[serde(default)]
+    #[schemars(example = &"hold")]
+    pub gaps: Gaps,
+    /// Letter between the cells of a CSV file; detected without it.
+    #[schemars(example = &";")]
+    pub separator: Option<Separator>,
+    /// Decimal mark of a CSV file; detected without it.
+    #[schemars(example = &",")]
+    pub decimal: Option<Decimal>,
+    /// Whether a line of units follows the titles of a CSV file; detected without it.
+    #[schemars(example = true)]
+    pub unit_row: Option<bool>,
     /// Signals of the file by the plugin's names.
     pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
 }

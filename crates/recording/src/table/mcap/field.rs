@@ -173,7 +173,7 @@ fn list_json(json: &Json, path: &str, paths: &mut Vec<String>) {
 }
 
 impl Field {
-    /// The number in a message; whole numbers above 2^53 are rounded.
+    /// The number in a message; whole numbers above 2^53 are rounded, and `null` is NaN.
     ///
     /// # Errors
     /// When there is none.
@@ -215,7 +215,7 @@ fn json_number(json: &Json, path: &str) -> Result<f64, Dead> {
     match place(json, path).ok_or(Dead::Missing)? {
         Json::Number(number) => number.as_f64().ok_or(Dead::Missing),
         Json::Bool(value) => Ok(f64::from(u8::from(*value))),
-        Json::Null => Err(Dead::Other("null".to_owned())),
+        Json::Null => Ok(f64::NAN),
         Json::String(_) => Err(Dead::Other("a string".to_owned())),
         Json::Array(_) => Err(Dead::Other("a list: add an index, as in `.0`".to_owned())),
         Json::Object(_) => Err(Dead::Other("an object".to_owned())),

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions, Writer};
 
-use super::super::{Table, TableError};
+use super::super::{Gaps, Table, TableError, Wanted};
 
 /// A file that is removed again.
 struct Scrap(PathBuf);
@@ -29,9 +29,8 @@ impl Scrap {
     }
 
     fn read(&self, time: Option<&str>, columns: &[&str]) -> Result<Table, TableError> {
-        let columns: Vec<_> =
-            columns.iter().map(|name| ((*name).to_owned(), (*name).to_owned())).collect();
-        Table::read(&self.0, time, &columns)
+        let wanted = Wanted { time: time.map(str::to_owned), ..Wanted::plain("", columns) };
+        Table::read(&self.0, &wanted)
     }
 
     fn error(&self, column: &str) -> String {
@@ -65,6 +64,27 @@ const EPOCH: u64 = 1_700_000_000_123_456_789;
 const MS: u64 = 1_000_000;
 
 #[test]
+fn a_message_without_a_value_is_a_gap_of_its_channel() {
+    let scrap = recording("gaps", None, |file| {
+        let (x, y) = (channel(file, "/x", "json"), channel(file, "/y", "json"));
+        for (k, value) in ["null", "1", "null", "3", "null"].into_iter().enumerate() {
+            let stamp = [k as u64 * 1000 * MS; 2];
+            put(file, x, stamp, format!("{{\"x\":{value}}}").as_bytes());
+            put(file, y, stamp, format!("{{\"y\":{k}}}").as_bytes());
+        }
+    });
+    let refused = scrap.error("/x.x");
+    assert!(refused.contains("`/x.x` has no value in 3 rows of "), "{refused}");
+    assert!(refused.contains("the first one in message 1 of `/x`: say `gaps"), "{refused}");
+    let mut wanted = Wanted { time: None, ..Wanted::plain("", &["/x.x", "/y.y"]) };
+    wanted.columns[0].gaps = Gaps::Interpolate;
+    let table = Table::read(&scrap.0, &wanted).expect("it has a rule");
+    assert_eq!(table.times(), [vec![1.0, 2.0, 3.0], vec![0.0, 1.0, 2.0, 3.0, 4.0]]);
+    assert_eq!(table.column(0), [1.0, 2.0, 3.0]);
+    assert!(table.warnings()[0].contains("from 1 s to 3 s: outside of it `/x.x` has no value"));
+}
+
+#[test]
 fn channels_keep_their_own_rates_and_times_of_day_keep_their_digits() {
     for compression in [None, Some(Compression::Lz4), Some(Compression::Zstd)] {
         let name = format!("rates-{compression:?}");
@@ -80,7 +100,7 @@ fn channels_keep_their_own_rates_and_times_of_day_keep_their_digits() {
         });
         let columns = ["/fast.a.b.c.1", "/slow.v", "/slow.on", "/fast.a.b.c.0"];
         let mut table = scrap.read(None, &columns).expect("it is well-formed");
-        assert_eq!(table.warning(), None);
+        assert!(table.warnings().is_empty());
         assert_eq!([0, 1, 2, 3].map(|column| table.clock(column)), [0, 1, 1, 0]);
         let expected: Vec<_> = (0..5).map(|k| f64::from(5 + 20 * k) / 1e3).collect();
         assert_eq!(table.times()[1], expected);
@@ -139,7 +159,7 @@ fn what_is_no_column_is_told() {
         ("/gps.at", "is an object: expected a number"),
         ("/gps.at.z", "it has /gps.at.ok, /gps.at.x, /gps.speed; did you mean `/gps.at.x`?"),
         ("/gps.name", "is a string"),
-        ("/gps.gap", "is null"),
+        ("/gps.gap", "`/gps.gap` has no value in any row"),
         ("/gp.speed", "did you mean `/gps.speed`?"),
         ("speed", "/lidar (encoding cdr)"),
         ("/lidar.x", "the encoding `cdr`"),
@@ -184,14 +204,14 @@ fn ramp(name: &str) -> Scrap {
 fn a_recording_that_was_cut_is_read_up_to_its_last_whole_chunk() {
     let whole = std::fs::read(&ramp("whole").0).expect("it has been written");
     let all = Scrap::new("all", &whole).read(None, &["/x.x"]).expect("it is whole");
-    assert_eq!((all.column(0).len(), all.warning()), (100, None));
+    assert_eq!((all.column(0).len(), all.warnings().len()), (100, 0));
     let mut lengths = Vec::new();
     for length in (8..whole.len()).step_by(7) {
         let cut = Scrap::new("cut", &whole[..length]);
         match cut.read(None, &["/x.x"]) {
             Ok(table) => {
                 assert!(table.column(0) == &all.column(0)[..table.column(0).len()], "{length}");
-                assert!(table.warning().is_some_and(|warning| warning.contains("not finished")));
+                assert!(table.warnings()[0].contains("not finished"));
                 lengths.push(table.column(0).len());
             }
             Err(TableError::MissingColumn { .. }) => assert!(lengths.is_empty(), "{length}"),

@@ -1,0 +1,93 @@
+//! Reads a whole recording of a run, MCAP or CSV, as columns over time: something to compare another run with.
+
+use std::path::Path;
+
+use diagnostics::Error;
+
+use crate::reader::Recording;
+use crate::row::{Column, Recorded, Row};
+use crate::sink::Sink;
+use crate::table::{self, CsvColumn};
+
+/// The columns of a recording.
+#[derive(Debug, Clone, Default)]
+pub struct Golden {
+    /// Time stamps [s], rising; at least one.
+    pub times: Vec<f64>,
+    /// The columns; of one name the output comes before the input.
+    pub columns: Vec<GoldenColumn>,
+}
+
+/// A column of a recording.
+#[derive(Debug, Clone)]
+pub struct GoldenColumn {
+    /// `node.variable`.
+    pub name: String,
+    /// Its unit, if the recording tells.
+    pub unit: Option<String>,
+    /// A value for each time stamp.
+    pub values: GoldenValues,
+}
+
+/// The values of a column.
+#[derive(Debug, Clone)]
+pub enum GoldenValues {
+    /// Numbers; NaN where a CSV file has none.
+    Numbers(Vec<f64>),
+    /// Texts.
+    Texts(Vec<String>),
+}
+
+impl Golden {
+    /// Reads `run.mcap` of a run, or CSV as `run.csv`, with the time in the first column.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is no recording of a run.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        if path.extension().is_some_and(|it| it == "csv") {
+            let read = table::whole(path).map_err(|error| Error::input(error.to_string()))?;
+            let column = |CsvColumn { name, unit, numbers, texts }: CsvColumn| GoldenColumn {
+                name,
+                unit,
+                values: numbers.map_or(GoldenValues::Texts(texts), GoldenValues::Numbers),
+            };
+            let columns = read.columns.into_iter().map(column).collect();
+            return Ok(Golden { times: read.times, columns });
+        }
+        let recording = Recording::open(path)?;
+        let columns = &recording.header.columns;
+        let numbers =
+            columns.numbers().map(|(_, it)| golden(it, GoldenValues::Numbers(Vec::new())));
+        let texts = columns.texts().map(|(_, it)| golden(it, GoldenValues::Texts(Vec::new())));
+        let mut all = Golden { times: Vec::new(), columns: numbers.chain(texts).collect() };
+        recording.play(&mut all)?;
+        if all.times.is_empty() {
+            return Err(Error::input(format!("{} has no complete row", path.display())));
+        }
+        Ok(all)
+    }
+
+    /// The column of this name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<&GoldenColumn> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+}
+
+fn golden(column: &Column, values: GoldenValues) -> GoldenColumn {
+    GoldenColumn { name: column.name(), unit: column.unit.clone(), values }
+}
+
+impl Sink for Golden {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+        self.times.push(time);
+        let (mut numbers, mut texts) = (row.numbers().iter(), row.texts().iter());
+        for column in &mut self.columns {
+            match &mut column.values {
+                GoldenValues::Numbers(values) => values.extend(numbers.next()),
+                GoldenValues::Texts(values) => values.extend(texts.next().cloned()),
+            }
+        }
+        Ok(())
+    }
+}

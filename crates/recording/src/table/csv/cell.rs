@@ -1,0 +1,191 @@
+//! Reads the number, the gap or the time of day in a cell.
+
+use super::super::wanted::Decimal;
+
+/// The content of a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Cell {
+    Number(f64),
+    /// Nothing, or a word for it.
+    Gap,
+    /// Infinite, or too large for a number.
+    Infinite,
+    Other,
+}
+
+/// Words of loggers for no value, in small letters; the last two are those of Microsoft's C library.
+const GAPS: [&str; 12] =
+    ["", "-", "--", "nan", "na", "n/a", "#n/a", "#nv", "null", "none", "1.#qnan", "1.#ind"];
+
+/// Reads a cell.
+pub(super) fn cell(text: &str, decimal: Decimal) -> Cell {
+    let text = text.trim();
+    let number = match decimal {
+        Decimal::Point => text.parse::<f64>(),
+        Decimal::Comma if text.contains('.') => return gap(text),
+        Decimal::Comma => text.replacen(',', ".", 1).parse(),
+    };
+    match number {
+        Ok(value) if value.is_finite() => Cell::Number(value),
+        Ok(value) if value.is_nan() => Cell::Gap,
+        Ok(_) => Cell::Infinite,
+        Err(_) => gap(text),
+    }
+}
+
+fn gap(text: &str) -> Cell {
+    let word = text.to_ascii_lowercase();
+    let signed = word.strip_prefix('-').filter(|rest| rest.starts_with("1.#"));
+    if GAPS.contains(&signed.unwrap_or(&word)) { Cell::Gap } else { Cell::Other }
+}
+
+/// What may be behind a cell that is no number.
+pub(super) fn hint(text: &str, decimal: Decimal) -> &'static str {
+    let text = text.trim();
+    let digits = text.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c));
+    let commas = text.matches(',').count();
+    if text.contains('\n') {
+        "; if the cell has an opening quotation mark only, remove it"
+    } else if text.starts_with("0x") || text.starts_with("0X") {
+        "; hexadecimal numbers are not read, export decimal ones"
+    } else if !digits {
+        "; if the line holds units, say `unit_row = true`"
+    } else if decimal == Decimal::Point && commas == 1 && !text.contains('.') {
+        "; if it has a decimal comma, say `decimal = \",\"`"
+    } else if decimal == Decimal::Comma && text.matches('.').count() == 1 && commas == 0 {
+        "; commas are taken for decimal marks here: if it has a decimal point, say `decimal = \".\"`"
+    } else if text.contains([',', '.', '\'', ' ']) {
+        "; separators of thousands are not read, export without them"
+    } else {
+        ""
+    }
+}
+
+/// What a cell tells about the decimal mark of its file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mark {
+    Nothing,
+    Decimal(Decimal),
+    /// One comma before three digits: a decimal mark, or a separator of thousands.
+    Either,
+}
+
+pub(super) fn mark(text: &str) -> Mark {
+    let number = text.trim().trim_start_matches(['+', '-']);
+    if !number.starts_with(|c: char| c.is_ascii_digit() || c == ',') {
+        return Mark::Nothing;
+    }
+    let Some((before, after)) = number.split_once(',') else {
+        // `1.500` is rarely meant as thousands.
+        let is_decimal = number.matches('.').count() == 1;
+        return if is_decimal { Mark::Decimal(Decimal::Point) } else { Mark::Nothing };
+    };
+    let thousands =
+        after.len() == 3 && after.bytes().all(|b| b.is_ascii_digit()) && before.len() <= 3;
+    if after.contains([',', '.']) {
+        Mark::Decimal(Decimal::Point)
+    } else if thousands && !before.starts_with('0') && !before.is_empty() && !before.contains('.') {
+        Mark::Either
+    } else {
+        Mark::Decimal(Decimal::Comma)
+    }
+}
+
+/// The seconds of `12:34:56.789` since midnight, and of `2024-05-01 12:34:56` or `2024-05-01T12:34:56Z` since 1970. Clocks
+/// count as UTC, whatever their zone.
+pub(super) fn clock(text: &str) -> Option<f64> {
+    let text = text.trim().trim_end_matches('Z');
+    let (date, time) = match text.split_once(['T', ' ']) {
+        Some((date, time)) => (Some(date), time.trim()),
+        None => (None, text),
+    };
+    let mut parts = time.split(':');
+    let (hours, minutes) = (parts.next()?.parse::<u8>().ok()?, parts.next()?.parse::<u8>().ok()?);
+    let seconds = parts.next()?.replace(',', ".").parse::<f64>().ok()?;
+    if parts.next().is_some() || hours > 23 || minutes > 59 || !(0.0..61.0).contains(&seconds) {
+        return None;
+    }
+    let days = date.map_or(Some(0), days)?;
+    let whole = days * 86_400 + i64::from(hours) * 3600 + i64::from(minutes) * 60;
+    Some(whole as f64 + seconds)
+}
+
+/// The days from 1970-01-01 to the date, in the calendar of today.
+fn days(date: &str) -> Option<i64> {
+    let mut parts = date.split('-').map(|part| part.parse::<u16>().ok());
+    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || parts.next().is_some() {
+        return None;
+    }
+    // The year begins in March, so that the leap day is its last.
+    let (year, month) = (i64::from(year) - i64::from(month < 3), (i64::from(month) + 9) % 12);
+    let leap = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
+    Some(year * 365 + leap + (153 * month + 2) / 5 + i64::from(day) - 1 - 719_468)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_gaps_and_other_cells_are_told_apart() {
+        use Decimal::{Comma, Point};
+        for (text, decimal, expected) in [
+            (" 1.5 ", Point, Cell::Number(1.5)),
+            ("-1,5e3", Comma, Cell::Number(-1500.0)),
+            ("7", Comma, Cell::Number(7.0)),
+            ("1,5", Point, Cell::Other),
+            ("1.5", Comma, Cell::Other),
+            ("1.234,5", Comma, Cell::Other),
+            ("", Point, Cell::Gap),
+            ("NaN", Point, Cell::Gap),
+            ("-nan", Comma, Cell::Gap),
+            ("N/A", Comma, Cell::Gap),
+            ("-1.#IND", Point, Cell::Gap),
+            ("-", Point, Cell::Gap),
+            ("1e400", Point, Cell::Infinite),
+            ("-inf", Point, Cell::Infinite),
+            ("0x1F", Point, Cell::Other),
+        ] {
+            assert_eq!(cell(text, decimal), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_comma_is_a_decimal_mark_unless_three_digits_follow_it() {
+        let (comma, point) = (Mark::Decimal(Decimal::Comma), Mark::Decimal(Decimal::Point));
+        for (text, expected) in [
+            ("1,5", comma),
+            ("0,125", comma),
+            ("-,125", comma),
+            ("1,500", Mark::Either),
+            ("-12,345", Mark::Either),
+            ("1234,567", comma),
+            ("1.234,567", comma),
+            ("1,234.5", point),
+            ("1,234,567", point),
+            ("1.5", point),
+            ("15", Mark::Nothing),
+            ("left, right", Mark::Nothing),
+        ] {
+            assert_eq!(mark(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn clocks_count_seconds() {
+        for (text, expected) in [
+            ("00:00:01.5", Some(1.5)),
+            ("12:34:56,25", Some(45_296.25)),
+            ("1970-01-01T00:00:00Z", Some(0.0)),
+            ("2024-02-29 12:00:00", Some(1_709_208_000.0)),
+            ("2000-03-01T00:00:00", Some(951_868_800.0)),
+            ("24:00:00", None),
+            ("12:34", None),
+            ("01/02/2024 12:00:00", None),
+            ("2024-13-01 12:00:00", None),
+        ] {
+            assert_eq!(clock(text), expected, "{text}");
+        }
+    }
+}

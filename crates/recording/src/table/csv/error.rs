@@ -1,0 +1,145 @@
+//! Says why a CSV file cannot be read.
+
+use std::path::PathBuf;
+
+/// An error in a CSV file; lines count from 1.
+#[derive(Debug, thiserror::Error)]
+pub enum CsvError {
+    /// The file cannot be read to its end.
+    #[error("cannot read the recording {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The bytes of the file are no text that is known here.
+    #[error("{} is {found}: expected a CSV file in UTF-8, or an MCAP recording; {cure}", path.display())]
+    NoText {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        found: &'static str,
+        /// A remedy.
+        cure: &'static str,
+    },
+    /// There is no header or no row below it.
+    #[error("expected a header and at least one row in {}, found {found}", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// What is there.
+        found: &'static str,
+    },
+    /// The first line has numbers only.
+    #[error(
+        "line {line} of {} has numbers only: expected a line with the titles of the columns above it, such as `{example}`",
+        path.display()
+    )]
+    NoTitles {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// A line of titles.
+        example: String,
+    },
+    /// Several columns have the title of a wanted one.
+    #[error(
+        "`{column}` can be any of the columns {places} of {}: give them different titles, or name one of them with its \
+         unit as in the file", path.display()
+    )]
+    Ambiguous {
+        /// The file.
+        path: PathBuf,
+        /// The column of the scenario.
+        column: String,
+        /// The numbers of the columns and their titles.
+        places: String,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error("line {line} of {} has {found} cells, expected {expected} as in the header{hint}", path.display())]
+    Ragged {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// The cells of the header.
+        expected: usize,
+        /// The cells of the line.
+        found: usize,
+        /// What may be behind it.
+        hint: &'static str,
+    },
+    /// A cell is not a number.
+    #[error("line {line} of {}: expected {expected} in column `{column}`, found {text:?}{hint}", path.display())]
+    Cell {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// The column.
+        column: String,
+        /// What should be there.
+        expected: &'static str,
+        /// The cell.
+        text: String,
+        /// What may be behind it.
+        hint: &'static str,
+    },
+    /// A comma can be a decimal mark or a separator of thousands.
+    #[error(
+        "line {line} of {}: is {text:?} in column `{column}` a number with a decimal comma, or are these thousands? \
+         Say `decimal = \",\"` for the first; for the second, export without separators of thousands", path.display()
+    )]
+    Comma {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// The column.
+        column: String,
+        /// The cell.
+        text: String,
+    },
+    /// A time stamp does not come after the one before it.
+    #[error(
+        "line {line} of {}: expected a time after {before} of the row before, found {found}; \
+         sort the rows and remove repeated times{hint}", path.display()
+    )]
+    TimeNotIncreasing {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// The time stamp of the row before [s].
+        before: f64,
+        /// The time stamp of the line [s].
+        found: f64,
+        /// What may be behind it.
+        hint: &'static str,
+    },
+    /// The unit of the time is none, or contradicts that of the scenario.
+    #[error("the time `{column}` of {} is in [{unit}], {why}", path.display())]
+    TimeUnit {
+        /// The file.
+        path: PathBuf,
+        /// The column of the time.
+        column: String,
+        /// The unit in the file.
+        unit: String,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+}
+
+impl CsvError {
+    /// The word of the scenario that does not fit the file.
+    #[must_use]
+    pub fn word(&self) -> Option<&str> {
+        match self {
+            CsvError::Ambiguous { column, .. } | CsvError::TimeUnit { column, .. } => Some(column),
+            _ => None,
+        }
+    }
+}

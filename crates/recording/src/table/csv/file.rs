@@ -1,0 +1,237 @@
+//! Holds a CSV file: its titles, units and rows.
+
+use std::path::Path;
+
+use super::cell::{self, Cell};
+use super::error::CsvError;
+use super::header::{self, Header};
+use super::title::{Title, spelled, unit_cell};
+use super::{reader, text};
+use crate::table::TableError;
+use crate::table::wanted::{Decimal, Dialect, Separator};
+
+/// First bytes of files that are given for CSV at times, and a remedy.
+const FORMATS: [(&[u8], &str, &str); 8] = [
+    (
+        b"\xff\xfe",
+        "text in UTF-16",
+        "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`",
+    ),
+    (
+        b"\xfe\xff",
+        "text in UTF-16",
+        "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`",
+    ),
+    (b"MDF ", "an MDF measurement", "export it as CSV"),
+    (
+        b"PK\x03\x04",
+        "a ZIP archive or an Excel workbook",
+        "export the sheet as CSV, or unpack the archive",
+    ),
+    (b"\x1f\x8b", "compressed by gzip", "unpack it, as in `gunzip -k log.csv.gz`"),
+    (b"MATLAB", "a MAT file", "write its signals as CSV, as with `writetable` in MATLAB"),
+    (b"\x89HDF", "an HDF5 file", "export its signals as CSV"),
+    (b"PAR1", "a Parquet file", "export it as CSV, as with `to_csv` in pandas"),
+];
+
+/// A CSV file whose titles are known.
+pub(super) struct CsvFile<'a> {
+    pub path: &'a Path,
+    bytes: &'a [u8],
+    pub header: Header,
+    /// The units of the line below the titles.
+    units: Vec<Option<String>>,
+    /// The first byte of the rows.
+    begin: usize,
+}
+
+/// The rows of a file, with the cells of the wanted columns.
+pub(super) struct Rows {
+    /// The first byte of each row.
+    pub begins: Vec<usize>,
+    columns: Vec<Texts>,
+    pub warning: Option<String>,
+}
+
+/// Texts, one behind the other: millions of them are too many to have a place of their own.
+#[derive(Clone, Default)]
+struct Texts {
+    all: String,
+    ends: Vec<usize>,
+}
+
+impl Texts {
+    fn push(&mut self, text: &str) {
+        self.all.push_str(text);
+        self.ends.push(self.all.len());
+    }
+}
+
+impl Rows {
+    /// The cells of a wanted column.
+    pub fn column(&self, column: usize) -> impl Iterator<Item = &str> {
+        let Texts { all, ends } = &self.columns[column];
+        let begins = std::iter::once(0).chain(ends.iter().copied());
+        begins.zip(ends).map(|(begin, end)| &all[begin..*end])
+    }
+}
+
+impl<'a> CsvFile<'a> {
+    /// Finds the titles and the units.
+    pub fn open(
+        path: &'a Path,
+        bytes: &'a [u8],
+        titles: &[&str],
+        dialect: &Dialect,
+    ) -> Result<Self, CsvError> {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let named = FORMATS.iter().find(|(magic, ..)| bytes.starts_with(magic));
+        let binary = bytes.iter().take(1 << 12).any(|byte| *byte == 0);
+        let zeros: (&[u8], _, _) = (&[], "no text, or text in UTF-16", "save it as UTF-8");
+        if let Some((_, found, cure)) = named.copied().or(binary.then_some(zeros)) {
+            return Err(CsvError::NoText { path: path.to_owned(), found, cure });
+        }
+        let empty = || CsvError::Empty { path: path.to_owned(), found: "nothing" };
+        let header = header::find(bytes, titles, dialect.separator).ok_or_else(empty)?;
+        let begin = header.end;
+        let mut file = CsvFile { path, bytes, header, units: Vec::new(), begin };
+        if file.header.is_numbers {
+            let names = (1..file.header.titles.len()).map(|k| format!("x{k}"));
+            let example =
+                std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
+            let line = file.line(file.header.begin);
+            return Err(CsvError::NoTitles { path: path.to_owned(), line, example });
+        }
+        file.take_units(dialect.unit_row);
+        Ok(file)
+    }
+
+    /// Takes the line below the titles as units, if it is said or seen to be one.
+    fn take_units(&mut self, said: Option<bool>) {
+        let mut reader = reader(&self.bytes[self.begin..], self.header.separator);
+        let mut record = ::csv::ByteRecord::new();
+        let found = reader.read_byte_record(&mut record).unwrap_or(false);
+        let cells: Vec<_> =
+            record.iter().map(|cell| (text(cell), unit_cell(&text(cell)))).collect();
+        let seen = || {
+            let proper = |unit: &Option<Option<String>>| unit.as_ref().is_some_and(Option::is_some);
+            let any = cells.iter().any(|(_, unit)| proper(unit));
+            any && cells.iter().all(|(_, unit)| unit.is_some())
+        };
+        if !found || !said.unwrap_or_else(seen) {
+            return;
+        }
+        let unit = |(cell, unit): (String, Option<Option<String>>)| {
+            unit.unwrap_or_else(|| Some(spelled(&cell)))
+        };
+        self.units = cells.into_iter().map(unit).collect();
+        self.begin += reader.position().byte() as usize;
+    }
+
+    /// The unit of a column: that in its title, or that of the line below.
+    pub fn unit(&self, place: usize) -> Option<String> {
+        let title = &self.header.titles[place];
+        title.unit.clone().or_else(|| self.units.get(place).cloned().flatten())
+    }
+
+    /// The number of the line that a row begins in; blank lines before it are skipped.
+    pub fn line(&self, begin: usize) -> usize {
+        let blank = self.bytes[begin..].iter().take_while(|byte| matches!(byte, b'\n' | b'\r'));
+        let before = &self.bytes[..begin + blank.count()];
+        let count = |end: u8| before.iter().filter(|byte| **byte == end).count();
+        1 + match count(b'\n') {
+            0 => count(b'\r'),
+            lines => lines,
+        }
+    }
+
+    /// Where the columns are: by the whole title, or by the title without its unit.
+    pub fn places(&self, wanted: &[&str]) -> Result<Vec<usize>, TableError> {
+        let titles = &self.header.titles;
+        let find = |name: &&str| {
+            let with = |is: fn(&Title) -> &str| -> Vec<usize> {
+                (0..titles.len()).filter(|place| is(&titles[*place]) == *name).collect()
+            };
+            let whole = with(|title| &title.text);
+            let found = if whole.is_empty() { with(|title| &title.plain) } else { whole };
+            match found[..] {
+                [place] => Ok(place),
+                [] => Err(TableError::missing(self.path, name, self.names())),
+                _ => {
+                    let place = |at: &usize| format!("{} `{}`", at + 1, titles[*at].text);
+                    let places = found.iter().map(place).collect::<Vec<_>>().join(", ");
+                    let (path, column) = (self.path.to_owned(), (*name).to_owned());
+                    Err(CsvError::Ambiguous { path, column, places }.into())
+                }
+            }
+        };
+        wanted.iter().map(find).collect()
+    }
+
+    /// The names of the columns.
+    pub fn names(&self) -> Vec<String> {
+        let plain = self.header.titles.iter().map(|title| title.plain.clone());
+        plain.filter(|title| !title.is_empty()).collect()
+    }
+
+    /// The cells of the wanted columns. Rows without any content are left out, and so is a last one that was cut off.
+    pub fn rows(&self, places: &[usize]) -> Result<Rows, CsvError> {
+        let mut rows = Rows {
+            begins: Vec::new(),
+            columns: vec![Texts::default(); places.len()],
+            warning: None,
+        };
+        let mut reader = reader(&self.bytes[self.begin..], self.header.separator);
+        let mut record = ::csv::ByteRecord::new();
+        let expected = self.header.titles.len();
+        while reader.read_byte_record(&mut record).unwrap_or(false) {
+            let begin = self.begin + record.position().map_or(0, |at| at.byte() as usize);
+            let empty = |cell: &[u8]| cell.trim_ascii().is_empty();
+            if record.get(0).is_some_and(is_comment) || record.iter().all(empty) {
+                continue;
+            }
+            let more = record.iter().skip(expected).any(|cell| !empty(cell));
+            if record.len() < expected && self.is_cut(&reader) && !rows.begins.is_empty() {
+                let (path, line) = (self.path.display(), self.line(begin));
+                let what = "the file was cut off in this line";
+                rows.warning = Some(format!("line {line} of {path} is left out: {what}"));
+                break;
+            }
+            if record.len() < expected || more {
+                return Err(self.ragged(begin, record.len()));
+            }
+            rows.begins.push(begin);
+            for (place, cells) in places.iter().zip(&mut rows.columns) {
+                cells.push(&text(&record[*place]));
+            }
+        }
+        match rows.begins.is_empty() {
+            true => Err(CsvError::Empty { path: self.path.to_owned(), found: "only a header" }),
+            false => Ok(rows),
+        }
+    }
+
+    /// Whether the reader is at the end of a file that does not end with a line.
+    fn is_cut(&self, reader: &::csv::Reader<&[u8]>) -> bool {
+        let end = self.begin + reader.position().byte() as usize;
+        end >= self.bytes.len() && !self.bytes.ends_with(b"\n") && !self.bytes.ends_with(b"\r")
+    }
+
+    fn ragged(&self, begin: usize, found: usize) -> CsvError {
+        let (path, line, expected) =
+            (self.path.to_owned(), self.line(begin), self.header.titles.len());
+        let hint = match self.header.separator {
+            Separator::Comma if found == 2 * expected => {
+                "; numbers with decimal commas need another separator: export with semicolons"
+            }
+            _ => "; if a text has an opening quotation mark only, remove it",
+        };
+        CsvError::Ragged { path, line, expected, found, hint }
+    }
+}
+
+/// Whether a row that begins with this cell is a comment. `#N/A` is a gap.
+fn is_comment(cell: &[u8]) -> bool {
+    let gap = cell::cell(&text(cell), Decimal::Point) == Cell::Gap;
+    cell.trim_ascii_start().starts_with(b"#") && !gap
+}

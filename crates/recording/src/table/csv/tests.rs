@@ -1,0 +1,225 @@
+//! Files as loggers write them, right ones and wrong ones.
+
+use std::path::Path;
+
+use proptest::prelude::*;
+
+use super::parse;
+use crate::table::wanted::{Decimal, Dialect, Gaps, Scaling, Separator, Wanted};
+use crate::table::{Table, TableError, gaps};
+
+fn read(bytes: impl AsRef<[u8]>, wanted: &Wanted) -> Result<Table, TableError> {
+    let mut recorded = parse(Path::new("log.csv"), bytes.as_ref(), wanted)?;
+    gaps::fill(Path::new("log.csv"), &mut recorded, &wanted.columns)?;
+    Ok(Table::new(recorded, wanted))
+}
+
+/// The time stamps, the values and the unit of the column `v`.
+fn v(text: impl AsRef<[u8]>) -> (Vec<f64>, Vec<f64>, Option<String>) {
+    let mut table = read(text, &Wanted::plain("t", &["v"])).unwrap_or_else(|it| panic!("{it}"));
+    table.set_origin(Some(0.0));
+    (table.times().remove(0), table.column(0).to_vec(), table.unit(0).map(str::to_owned))
+}
+
+fn error(text: impl AsRef<[u8]>, wanted: &Wanted) -> String {
+    match read(text, wanted) {
+        Err(error) => error.to_string(),
+        Ok(table) => panic!("it was read: {table:?}"),
+    }
+}
+
+#[test]
+fn one_recording_is_the_same_in_every_dialect() {
+    let plain = (vec![0.5, 1.0], vec![12.5, -1000.25], None);
+    let with_unit = (vec![0.5, 1.0], vec![12.5, -1000.25], Some("km/h".to_owned()));
+    #[rustfmt::skip]
+    let cases = [
+        ("plain", "t,v\n0.5,12.5\n1,-1000.25\n", &plain),
+        ("semicolons", "t;v\n0.5;12.5\n1;-1000.25\n", &plain),
+        ("decimal commas", "t;v\n0,5;12,5\n1;-1000,25\n", &plain),
+        ("tabs, decimal commas, CRLF", "t\tv\r\n0,5\t12,5\r\n1\t-1000,25\r\n", &plain),
+        ("old Macintosh", "t,v\r0.5,12.5\r1,-1000.25\r", &plain),
+        ("no last line end", "t,v\n0.5,12.5\n1,-1000.25", &plain),
+        ("mark of UTF-8", "\u{feff}t,v\n0.5,12.5\n1,-1000.25\n", &plain),
+        ("quotes", "\"t\",\"v\"\n\"0.5\",\"12.5\"\n\"1\",\"-1000.25\"\n", &plain),
+        ("quoted decimal commas", "t;v\n\"0,5\";\"12,5\"\n1;\"-1000,25\"\n", &plain),
+        ("exponents", "t,v\n5e-1,+1.25E1\n1.,-1.00025e+3\n", &plain),
+        ("comments", "# car \"A\n# 2024\nt,v\n0.5,12.5\n# pit stop\n1,-1000.25\n", &plain),
+        ("numpy", "# t,v\n0.5,12.5\n1,-1000.25\n", &plain),
+        ("blank lines", "\n\nt,v\n\n0.5,12.5\n\n1,-1000.25\n\n\n", &plain),
+        ("blank rows of Excel", "sep=;\nt;v\n0,5;12,5\n1;-1000,25\n;\n;\n", &plain),
+        ("separators at the end", "t,v,\n0.5,12.5,\n1,-1000.25,\n", &plain),
+        ("separators at the end of rows", "t,v\n0.5,12.5,\n1,-1000.25,\n", &plain),
+        ("unit in brackets", "t [s],v [km/h]\n0.5,12.5\n1,-1000.25\n", &with_unit),
+        ("unit in round brackets", "t(s),v(km/h)\n0.5,12.5\n1,-1000.25\n", &with_unit),
+        ("milliseconds", "t [ms];v [km/h]\n500;12,5\n1000;-1000,25\n", &with_unit),
+        ("line of units", "t,v,n\ns,km/h,\n0.5,12.5,x\n1,-1000.25,x\n", &with_unit),
+        ("line of units in brackets", "t,v\n[ms],[km/h]\n500,12.5\n1000,-1000.25\n", &with_unit),
+        ("line of units without one of time", "t,v\n-,km/h\n0.5,12.5\n1,-1000.25\n", &with_unit),
+        (
+            "MoTeC",
+            "\"Format\",\"MoTeC CSV File\",,,\"Workbook\",\"\"\n\"Venue\",\"Track, North\"\n\"Duration\",\"1.0\",\"s\"\n\n\
+             \"t\",\"v\",\"Gear\",\"Lap\",\"P\",\"Q\",\"R\"\n\"s\",\"km/h\",\"\",\"\",\"bar\",\"%\",\"rpm\"\n\n\
+             \"0.5\",\"12.5\",\"1\",\"1\",\"0\",\"0\",\"0\"\n\"1\",\"-1000.25\",\"1\",\"1\",\"0\",\"0\",\"0\"\n",
+            &with_unit,
+        ),
+    ];
+    for (name, text, expected) in cases {
+        let (times, values, unit) = v(text);
+        assert_eq!((times, values, unit), *expected, "{name}");
+    }
+    let latin = b"t;v;T [\xb0C]\n0,5;12,5;3\n1;-1000,25;4\n";
+    assert_eq!(v(latin), plain, "Western Windows");
+    let table = read(latin, &Wanted::plain("t", &["T"])).expect("it is well-formed");
+    assert_eq!(table.unit(0), Some("degC"));
+}
+
+#[test]
+fn clocks_and_dates_are_times() {
+    let (times, ..) = v("t,v\n12:00:00.5,1\n12:00:01.0,2\n");
+    assert_eq!(times, [43_200.5, 43_201.0]);
+    let (times, ..) = v("t;v\n2024-02-29 12:00:00,5;1\n2024-02-29 12:00:01;2\n");
+    assert_eq!(times, [1_709_208_000.5, 1_709_208_001.0]);
+    let (times, ..) = v("t,v\n1692117187.46380758,1\n1692117187.50,2\n");
+    assert_eq!(times[0], 1_692_117_187.463_807_58);
+    let text = error("t,v\n23:59:59.5,1\n00:00:00.5,2\n", &Wanted::plain("t", &["v"]));
+    assert!(text.contains("add dates to a clock that passes midnight"), "{text}");
+}
+
+#[test]
+fn keys_decide_where_a_file_is_ambiguous() {
+    let wanted = |dialect| Wanted { dialect, ..Wanted::plain("t", &["v"]) };
+    let comma = Dialect { decimal: Some(Decimal::Comma), ..Dialect::default() };
+    let text = "t;v\n1;1,500\n2;2,750\n";
+    assert_eq!(read(text, &wanted(comma)).expect("said").column(0), [1.5, 2.75]);
+    let question = error(text, &Wanted::plain("t", &["v"]));
+    assert!(question.contains("line 2 of log.csv: is \"1,500\" in column `v`"), "{question}");
+    // One other number in the file answers the question.
+    assert_eq!(v("t;v\n0,1;1,500\n2;2,750\n").1, [1.5, 2.75]);
+    let row = Dialect { unit_row: Some(true), ..Dialect::default() };
+    let units = "t,v\ns,furlong\n0,1\n";
+    assert_eq!(read(units, &wanted(row)).expect("said").unit(0), Some("furlong"));
+    let doubt = error(units, &Wanted::plain("t", &["v"]));
+    assert!(doubt.contains("line 2 of log.csv") && doubt.contains("`unit_row = true`"), "{doubt}");
+    let tab = Dialect { separator: Some(Separator::Tab), ..Dialect::default() };
+    assert!(error("t,v\n0,1\n", &wanted(tab)).contains("no column `v`"));
+    let quoted = Dialect { decimal: Some(Decimal::Comma), ..Dialect::default() };
+    let table = read("t,v\n\"0,5\",\"1,5\"\n", &wanted(quoted)).expect("quoted");
+    assert_eq!(table.column(0), [1.5]);
+}
+
+#[test]
+fn a_wrong_file_is_refused_with_line_and_cure() {
+    let plain = Wanted::plain("t", &["v"]);
+    #[rustfmt::skip]
+    let cases: &[(&str, &[&str])] = &[
+        ("\u{feff}", &["log.csv, found nothing"]),
+        ("\n\n# notes\n", &["no column `v`"]),
+        ("t,v\n", &["found only a header"]),
+        ("t,v\nm,m\n", &["found only a header"]),
+        ("0,1\n1,2\n", &["line 1 of log.csv has numbers only", "such as `t,x1`"]),
+        ("# made by hand\n0,1\n1,2\n", &["no column `v`", "it has made by hand"]),
+        ("time,v_x [km/h]\n0,1\n", &["no column `v` in log.csv: it has time, v_x"]),
+        ("t,v,v\n0,1,2\n", &["`v` can be any of the columns 2 `v`, 3 `v` of log.csv"]),
+        ("t,v [m/s],v [km/h]\n0,1,2\n", &["2 `v [m/s]`, 3 `v [km/h]`", "name one of them with its unit"]),
+        ("t,v\n0,1\n1\n2,3\n", &["line 3 of log.csv has 1 cells, expected 2"]),
+        ("t,v\n0,0,1,5\n", &["has 4 cells, expected 2", "export with semicolons"]),
+        ("t,v\n0,\"1\n1,2\n", &["opening quotation mark"]),
+        ("t,v\n0,\"1,5\"\n", &["found \"1,5\"", "`decimal = \",\"`"]),
+        ("t;v\n0;1.5\n1;1,25\n", &["line 2 of log.csv", "if it has a decimal point, say `decimal = \".\"`"]),
+        ("t;v\n0;1.234,5\n", &["separators of thousands"]),
+        ("t;v\n0;1,234,567\n", &["separators of thousands"]),
+        ("t;v\n0;1 234\n", &["separators of thousands"]),
+        ("t,v\n0,0x1F\n", &["hexadecimal"]),
+        ("t,v\n0,1e400\n", &["line 2 of log.csv: expected a finite number in column `v`, found \"1e400\""]),
+        ("t,v\n0,left\n", &["expected a number in column `v`, found \"left\""]),
+        ("t,v\n0,1\n,2\n", &["line 3 of log.csv: expected a number in column `t`, found \"\"", "fill the gap"]),
+        ("t,v\n0,1\n\n\n0,2\n", &["line 5 of log.csv: expected a time after 0", "found 0"]),
+        ("t [furlong],v\n0,1\n", &["the time `t [furlong]` of log.csv is in [furlong]", "say `time_unit"]),
+        ("t,v\n0,1\n1,\n2,\n3,2\n", &["`v` has no value in 2 rows of log.csv, the first one in line 3", "gaps = \"hold\""]),
+        ("MDF     3.00", &["is an MDF measurement", "export it as CSV"]),
+        ("t\0,\0v\0", &["text in UTF-16", "UTF-8"]),
+    ];
+    for (text, says) in cases {
+        let message = error(text, &plain);
+        for part in *says {
+            assert!(message.contains(part), "{text:?}: {message}");
+        }
+    }
+    let message = error(b"\xff\xfet\0,\0v\0", &plain);
+    assert!(message.contains("is text in UTF-16") && message.contains("iconv"), "{message}");
+}
+
+#[test]
+fn gaps_follow_the_rule_of_their_column() {
+    let text = "t,v,w\n0,,1\n1,1,\n2,,\n3,3,4\n4,,5\n";
+    let with = |rules: [Gaps; 2]| {
+        let mut wanted = Wanted::plain("t", &["v", "w"]);
+        wanted.columns.iter_mut().zip(rules).for_each(|(column, gaps)| column.gaps = gaps);
+        read(text, &wanted)
+    };
+    let table = with([Gaps::Hold, Gaps::Interpolate]).expect("each has a rule");
+    assert_eq!(table.times(), [[0.0, 1.0, 2.0, 3.0]]);
+    assert_eq!(table.column(0), [1.0, 1.0, 3.0, 3.0]);
+    assert_eq!(table.column(1), [2.0, 3.0, 4.0, 5.0]);
+    let warning = "log.csv is read from 1 s to 4 s: outside of it `v` has no value, 1 rows at the beginning and 0 at the end";
+    assert!(table.warnings()[0].starts_with(warning), "{:?}", table.warnings());
+    let table = with([Gaps::Interpolate, Gaps::Hold]).expect("each has a rule");
+    assert_eq!((table.column(0), table.column(1)), (&[1.0, 2.0, 3.0][..], &[1.0, 1.0, 4.0][..]));
+    let refused = with([Gaps::Hold, Gaps::Refuse]).expect_err("gaps").to_string();
+    assert!(refused.contains("`w` has no value in 2 rows"), "{refused}");
+    let mut apart = Wanted::plain("t", &["v", "w"]);
+    apart.columns.iter_mut().for_each(|column| column.gaps = Gaps::Interpolate);
+    let message = error("t,v,w\n0,1,\n1,2,\n2,,3\n3,,4\n", &apart);
+    assert!(message.contains("`v`, `w` of log.csv have no row in common"), "{message}");
+}
+
+#[test]
+fn gain_offset_and_sign_follow_the_formula() {
+    let mut wanted = Wanted::plain("t", &["v"]);
+    wanted.columns[0].scaling = Scaling { gain: 0.0625, offset: 0.5, sign: -1.0 };
+    assert_eq!(read("t,v\n0,16\n1,-0\n", &wanted).expect("a table").column(0), [-0.5, 0.5]);
+    assert!(Scaling::default().apply(-0.0).is_sign_negative());
+}
+
+#[test]
+fn a_file_that_was_cut_off_is_read_without_its_last_line() {
+    let table = read("t,v,w\n0,1,2\n1,2,3\n2,3", &Wanted::plain("t", &["v"])).expect("a table");
+    assert_eq!(table.column(0), [1.0, 2.0]);
+    assert!(
+        table.warnings()[0].contains("line 4 of log.csv is left out"),
+        "{:?}",
+        table.warnings()
+    );
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_the_reader_panic(
+        head in prop::sample::select(vec!["", "t,v\n", "t;v [m]\n", "\u{feff}t\tv\ns\tm\n"]),
+        body in prop::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let bytes = [head.as_bytes(), &body].concat();
+        let _ = read(&bytes, &Wanted::plain("t", &["v"]));
+    }
+
+    #[test]
+    fn no_text_of_the_letters_of_logs_makes_the_reader_panic(text in "[tv0-9,;\t\n\r\"'#.: eN\\[\\]()°-]{0,200}") {
+        let mut wanted = Wanted::plain("t", &["v"]);
+        wanted.columns[0].gaps = Gaps::Interpolate;
+        let _ = read(&text, &wanted);
+        let _ = super::columns(Path::new("log.csv"), Some(&text), &["v"]);
+    }
+
+    #[test]
+    fn numbers_come_back_to_the_bit(values in prop::collection::vec(-1e300..1e300_f64, 1..20), comma: bool) {
+        let row = |(row, value): (usize, &f64)| format!("{row};{value}\n");
+        let text: String = values.iter().enumerate().map(row).collect();
+        let text = if comma { text.replace('.', ",") } else { text };
+        let decimal = Some(if comma { Decimal::Comma } else { Decimal::Point });
+        let dialect = Dialect { decimal, ..Dialect::default() };
+        let wanted = Wanted { dialect, ..Wanted::plain("t", &["v"]) };
+        let table = read(format!("t;v\n{text}"), &wanted).expect("numbers");
+        prop_assert_eq!(table.column(0), &values);
+    }
+}

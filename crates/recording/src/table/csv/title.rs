@@ -1,0 +1,103 @@
+//! Takes the titles of columns apart: name and unit.
+
+use units::Unit;
+
+/// The title of a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Title {
+    /// As it stands in the file.
+    pub text: String,
+    /// Without the unit.
+    pub plain: String,
+    pub unit: Option<String>,
+}
+
+impl Title {
+    /// Reads `v_x [km/h]` and `v_x (km/h)`. Brackets of indices belong to the name: `f_z[1]`.
+    pub fn read(text: &str) -> Self {
+        let text = text.trim();
+        let (plain, unit) = bracket(text).unwrap_or((text, None));
+        Title { text: text.to_owned(), plain: plain.to_owned(), unit }
+    }
+}
+
+fn bracket(text: &str) -> Option<(&str, Option<String>)> {
+    let (open, round) = match text.chars().next_back()? {
+        ']' => (text.rfind('[')?, false),
+        ')' => (text.rfind('(')?, true),
+        _ => return None,
+    };
+    let (before, inner) = (&text[..open], text[open + 1..text.len() - 1].trim());
+    let plain = before.trim_end();
+    let is_index = inner.chars().all(|c| c.is_ascii_digit() || c == ',');
+    if plain.is_empty() || (is_index && plain.len() == before.len()) {
+        return None;
+    }
+    let unit = unit(inner).or_else(|| (!round && !inner.is_empty()).then(|| inner.to_owned()));
+    Some((plain, unit))
+}
+
+/// The unit that a text names, in the spelling of this program.
+pub(super) fn unit(text: &str) -> Option<String> {
+    let spelled = spelled(text);
+    Unit::parse(&spelled).is_ok().then_some(spelled)
+}
+
+/// Other signs for the same unit: `°C`, `m/s²`, `µm`, and `-` for no dimension.
+pub(super) fn spelled(text: &str) -> String {
+    let text = text.trim();
+    if text == "-" {
+        return "1".to_owned();
+    }
+    let signs = [
+        ("°C", "degC"),
+        ("°F", "degF"),
+        ("°", "deg"),
+        ("²", "2"),
+        ("³", "3"),
+        ("µ", "u"),
+        ("μ", "u"),
+        ("·", "."),
+        ("Ω", "Ohm"),
+    ];
+    signs.into_iter().fold(text.to_owned(), |text, (sign, name)| text.replace(sign, name))
+}
+
+/// A cell of a line of units: a unit, or nothing. `None` when it is something else.
+pub(super) fn unit_cell(cell: &str) -> Option<Option<String>> {
+    let cell = cell.trim();
+    let inside = |open, close| cell.strip_prefix(open).and_then(|it| it.strip_suffix(close));
+    let cell = inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim();
+    match cell {
+        "" | "-" => Some(None),
+        _ if cell.parse::<f64>().is_ok() => None,
+        _ => unit(cell).map(Some),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_in_brackets_is_no_part_of_the_name() {
+        for (text, plain, unit) in [
+            ("v_x", "v_x", None),
+            ("v_x [km/h]", "v_x", Some("km/h")),
+            ("time(s)", "time", Some("s")),
+            (" T (°C) ", "T", Some("degC")),
+            ("a [m/s²]", "a", Some("m/s2")),
+            ("mu [-]", "mu", Some("1")),
+            ("slip [furlong]", "slip", Some("furlong")),
+            ("speed (GPS)", "speed", None),
+            ("tire.f_z[1,2]", "tire.f_z[1,2]", None),
+            ("tire.f_z[1,2] [N]", "tire.f_z[1,2]", Some("N")),
+            ("wheel(1)", "wheel(1)", None),
+            ("[m]", "[m]", None),
+            ("x]", "x]", None),
+        ] {
+            let title = Title::read(text);
+            assert_eq!((title.plain.as_str(), title.unit.as_deref()), (plain, unit), "{text}");
+        }
+    }
+}

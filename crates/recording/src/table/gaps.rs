@@ -1,0 +1,92 @@
+//! Fills rows without a value by the rule of their column, and cuts off ends where no rule has one.
+
+use std::path::Path;
+
+use diagnostics::suggest::shortened;
+
+use super::wanted::{Gaps, WantedColumn};
+use super::{Recorded, Series, TableError};
+
+/// Fills the gaps, which are NaN. Before the first value of a column, and after the last one when it interpolates, there is
+/// nothing to fill them with: these rows are left out of all columns that share its time stamps, and a warning says so.
+pub(super) fn fill(
+    path: &Path,
+    recorded: &mut Recorded,
+    wanted: &[WantedColumn],
+) -> Result<(), TableError> {
+    for (series, wanted) in recorded.columns.iter_mut().zip(wanted) {
+        let Some(place) = series.gap.take() else { continue };
+        let count = series.values.iter().filter(|value| value.is_nan()).count();
+        let (path, column) = (path.to_owned(), wanted.column.clone());
+        if count == series.values.len() {
+            return Err(TableError::NoValue { path, column });
+        }
+        let stamps = &recorded.clocks[series.clock];
+        match wanted.gaps {
+            Gaps::Refuse => return Err(TableError::Gaps { path, column, count, place }),
+            Gaps::Hold => hold(&mut series.values),
+            Gaps::Interpolate => interpolate(&mut series.values, stamps),
+        }
+    }
+    (0..recorded.clocks.len()).try_for_each(|clock| cut(path, recorded, clock, wanted))
+}
+
+fn hold(values: &mut [f64]) {
+    for row in 1..values.len() {
+        if values[row].is_nan() {
+            values[row] = values[row - 1];
+        }
+    }
+}
+
+fn interpolate(values: &mut [f64], stamps: &[f64]) {
+    let known: Vec<_> = (0..values.len()).filter(|row| !values[*row].is_nan()).collect();
+    for pair in known.windows(2) {
+        let (left, right) = (pair[0], pair[1]);
+        for row in left + 1..right {
+            let share = (stamps[row] - stamps[left]) / (stamps[right] - stamps[left]);
+            values[row] = values[left] * (1.0 - share) + values[right] * share;
+        }
+    }
+}
+
+/// Leaves out the rows at both ends where a column of the clock has no value.
+fn cut(
+    path: &Path,
+    recorded: &mut Recorded,
+    clock: usize,
+    wanted: &[WantedColumn],
+) -> Result<(), TableError> {
+    let rows = recorded.clocks[clock].len();
+    let on_clock = |series: &&Series| series.clock == clock;
+    let known = |value: &f64| !value.is_nan();
+    let begin = |series: &Series| series.values.iter().position(known).unwrap_or(rows);
+    let end = |series: &Series| series.values.iter().rposition(known).map_or(0, |row| row + 1);
+    let columns = || recorded.columns.iter().filter(on_clock);
+    let first = columns().map(begin).max().unwrap_or(0);
+    let last = columns().map(end).min().unwrap_or(rows);
+    if first == 0 && last == rows {
+        return Ok(());
+    }
+    let late = |series: &Series| begin(series) > 0 || end(series) < rows;
+    let named = recorded.columns.iter().zip(wanted);
+    let blamed = named.filter(|(series, _)| series.clock == clock && late(series));
+    let blamed: Vec<_> = blamed.map(|(_, wanted)| format!("`{}`", wanted.column)).collect();
+    let blamed = shortened(&blamed);
+    if first >= last {
+        return Err(TableError::Apart { path: path.to_owned(), columns: blamed });
+    }
+    let stamps = &mut recorded.clocks[clock];
+    let (from, to) = (stamps[first] + recorded.zero, stamps[last - 1] + recorded.zero);
+    recorded.warnings.push(format!(
+        "{} is read from {from} s to {to} s: outside of it {blamed} has no value, {first} rows at the beginning and {} at \
+         the end are left out",
+        path.display(),
+        rows - last
+    ));
+    *stamps = stamps[first..last].to_vec();
+    for series in recorded.columns.iter_mut().filter(|series| series.clock == clock) {
+        series.values = series.values[first..last].to_vec();
+    }
+    Ok(())
+}

@@ -1,0 +1,153 @@
+//! Says what is wanted of a recorded file: its time, its columns, their gaps and their calibration.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use units::Unit;
+
+/// Rows without a value: empty cells and NaN.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Gaps {
+    /// They are an error.
+    #[default]
+    Refuse,
+    /// They get the last value before them.
+    Hold,
+    /// They get the value on the straight line between their neighbours in time.
+    Interpolate,
+}
+
+/// Value = `sign` * `gain` * recorded value + `offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scaling {
+    /// Factor, such as a steering ratio.
+    pub gain: f64,
+    /// Sum, in the unit of the value.
+    pub offset: f64,
+    /// 1, or -1 where the file has the opposite sign convention.
+    pub sign: f64,
+}
+
+impl Default for Scaling {
+    fn default() -> Self {
+        Scaling { gain: 1.0, offset: 0.0, sign: 1.0 }
+    }
+}
+
+impl Scaling {
+    /// The value. Without gain, offset and sign it is the recorded one to the bit.
+    #[must_use]
+    pub fn apply(&self, recorded: f64) -> f64 {
+        if *self == Scaling::default() {
+            return recorded;
+        }
+        self.sign * self.gain * recorded + self.offset
+    }
+}
+
+/// How a CSV file is written; what is not given is detected.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Dialect {
+    /// Between two cells.
+    pub separator: Option<Separator>,
+    /// Between the whole and the broken part of a number.
+    pub decimal: Option<Decimal>,
+    /// Whether a line of units follows the titles.
+    pub unit_row: Option<bool>,
+}
+
+impl Dialect {
+    /// The key of the first property that is given.
+    pub(super) fn first_key(&self) -> Option<&'static str> {
+        let keys = [
+            ("separator", self.separator.is_some()),
+            ("decimal", self.decimal.is_some()),
+            ("unit_row", self.unit_row.is_some()),
+        ];
+        keys.into_iter().find_map(|(key, given)| given.then_some(key))
+    }
+}
+
+/// The letter between two cells of a CSV file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+pub enum Separator {
+    /// Tabulator, also written as `"\t"`.
+    #[serde(rename = "tab", alias = "\t")]
+    Tab,
+    /// Semicolon.
+    #[serde(rename = ";")]
+    Semicolon,
+    /// Comma.
+    #[serde(rename = ",")]
+    Comma,
+}
+
+impl Separator {
+    pub(super) const ALL: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
+
+    pub(super) fn byte(self) -> u8 {
+        match self {
+            Separator::Tab => b'\t',
+            Separator::Semicolon => b';',
+            Separator::Comma => b',',
+        }
+    }
+}
+
+/// The decimal mark of a CSV file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+pub enum Decimal {
+    /// Decimal point.
+    #[serde(rename = ".")]
+    Point,
+    /// Decimal comma.
+    #[serde(rename = ",")]
+    Comma,
+}
+
+/// A column that is wanted of a file.
+#[derive(Debug, Clone, Default)]
+pub struct WantedColumn {
+    /// Its name in the scenario.
+    pub name: String,
+    /// Its name in the file.
+    pub column: String,
+    /// The rule for rows without a value.
+    pub gaps: Gaps,
+    /// Gain, offset and sign.
+    pub scaling: Scaling,
+}
+
+/// All that is wanted of a file.
+#[derive(Debug, Clone, Default)]
+pub struct Wanted {
+    /// The column of the time, or the time stamp of an MCAP recording.
+    pub time: Option<String>,
+    /// The unit of the time, if it is not that of the file, or [s].
+    pub time_unit: Option<Unit>,
+    /// The columns.
+    pub columns: Vec<WantedColumn>,
+    /// How a CSV file is written.
+    pub dialect: Dialect,
+}
+
+impl Wanted {
+    /// Columns by their names in the file, with the time in one of them.
+    #[must_use]
+    pub fn plain(time: &str, columns: &[&str]) -> Self {
+        let column = |name: &&str| WantedColumn {
+            name: (*name).to_owned(),
+            column: (*name).to_owned(),
+            ..WantedColumn::default()
+        };
+        Wanted {
+            time: Some(time.to_owned()),
+            columns: columns.iter().map(column).collect(),
+            ..Wanted::default()
+        }
+    }
+
+    pub(super) fn titles(&self) -> Vec<&str> {
+        self.columns.iter().map(|wanted| wanted.column.as_str()).collect()
+    }
+}

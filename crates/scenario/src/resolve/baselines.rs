@@ -1,0 +1,171 @@
+//! Turns `[[baseline]]` into columns and sizes of tubes.
+
+use std::ops::Range;
+
+use diagnostics::{Error, Mistakes, Spanned, suggest};
+use recording::{Column, ColumnIndex, Columns, Full, ValueKind};
+
+use crate::pattern::matches;
+use crate::plan::{BaselinePlan, BaselineSignal, Clock, TubeSize};
+use crate::words::{Baseline, Scenario, Tube};
+
+pub(super) fn resolve(
+    scenario: &Scenario,
+    columns: &Columns<Full>,
+    clock: Option<Clock>,
+) -> Result<Vec<BaselinePlan>, Error> {
+    let baselines = scenario.document.baseline.iter().enumerate();
+    Mistakes::all(baselines.map(|(index, baseline)| {
+        let unique = unique(scenario, index, baseline);
+        Mistakes::both(unique, plan(scenario, baseline, columns, clock)).map(|((), plan)| plan)
+    }))
+}
+
+/// Reports tell baselines and checks by their names.
+fn unique(scenario: &Scenario, index: usize, baseline: &Baseline) -> Result<(), Error> {
+    let name = baseline.name.get_ref();
+    let before = scenario.document.baseline[..index].iter().map(|other| &other.name);
+    let mut others = scenario.document.check.iter().map(|check| &check.name).chain(before);
+    match others.any(|other| other.get_ref() == name) {
+        true => {
+            let message = format!("there is another check or baseline called `{name}`");
+            Err(scenario.source.error(baseline.name.span(), message, "the second one"))
+        }
+        false => Ok(()),
+    }
+}
+
+fn plan(
+    scenario: &Scenario,
+    baseline: &Baseline,
+    columns: &Columns<Full>,
+    clock: Option<Clock>,
+) -> Result<BaselinePlan, Error> {
+    let place = baseline.recording.span();
+    let signals = signals(scenario, baseline, columns);
+    let during = during(scenario, baseline, clock);
+    let form = form(scenario, baseline);
+    let (signals, (during, ())) = Mistakes::both(signals, Mistakes::both(during, form))?;
+    let (file, line) = scenario.source.line(baseline.name.span().start);
+    Ok(BaselinePlan {
+        file: file.to_owned(),
+        line,
+        name: baseline.name.get_ref().clone(),
+        path: scenario.source.resolve(&baseline.recording),
+        place,
+        during,
+        signals,
+        chosen: baseline.signals.is_some(),
+    })
+}
+
+fn form(scenario: &Scenario, baseline: &Baseline) -> Result<(), Error> {
+    let name = baseline.recording.get_ref();
+    match name.rsplit_once('.') {
+        Some((_, "mcap" | "csv")) => Ok(()),
+        _ => {
+            let message = format!("expected a recording `*.mcap` or `*.csv`, found `{name}`");
+            Err(scenario.error(&baseline.recording, message))
+        }
+    }
+}
+
+fn during(
+    scenario: &Scenario,
+    baseline: &Baseline,
+    clock: Option<Clock>,
+) -> Result<Option<[f64; 2]>, Error> {
+    let Some(word) = &baseline.during else { return Ok(None) };
+    let [from, to] = *word.get_ref();
+    let stop = clock.map_or(f64::INFINITY, |clock| clock.stop());
+    if 0.0 <= from && from < to && to <= stop {
+        return Ok(Some([from, to]));
+    }
+    let message = format!("expected a window from 0 to {stop} s, found {from} to {to} s");
+    Err(scenario.error(word, message))
+}
+
+/// The compared signals, in the order of the row.
+fn signals(
+    scenario: &Scenario,
+    baseline: &Baseline,
+    columns: &Columns<Full>,
+) -> Result<Vec<BaselineSignal>, Error> {
+    let given = baseline.signals.iter().flatten();
+    let patterns = given.chain(baseline.tubes.iter().flat_map(|tube| &tube.signals));
+    let known = Mistakes::all(patterns.map(|pattern| fits(scenario, pattern, columns)));
+    let all =
+        TubeSize { absolute: baseline.absolute, relative: baseline.relative, time: baseline.time };
+    let sizes = Mistakes::all(std::iter::once(check(scenario, baseline.name.span(), all)).chain(
+        baseline.tubes.iter().map(|tube| check(scenario, place(tube, baseline), merged(all, tube))),
+    ));
+    Mistakes::both(known, sizes)?;
+    let except = &scenario.document.record.except;
+    let numbers = columns.numbers().map(|(index, column)| (ColumnIndex::Number(index), column));
+    let texts = columns.texts().map(|(index, column)| (ColumnIndex::Text(index), column));
+    let signal = |(index, column): (ColumnIndex<Full>, &Column)| {
+        let name = column.name();
+        if columns.find(&name) != Some(index) {
+            // An input of the same name as an output has no name of its own.
+            return None;
+        }
+        let is =
+            |patterns: &[Spanned<String>]| patterns.iter().any(|it| matches(it.get_ref(), &name));
+        let wanted = match &baseline.signals {
+            Some(patterns) => is(patterns),
+            None => !is(except),
+        };
+        let named = baseline.signals.iter().flatten().any(|it| *it.get_ref() == name);
+        let tubes = baseline.tubes.iter().filter(|tube| is(&tube.signals));
+        wanted.then(|| BaselineSignal {
+            column: index,
+            exact: column.kind != ValueKind::Real,
+            unit: column.unit.clone(),
+            named,
+            size: tubes.fold(all, merged),
+            name: name.clone(),
+        })
+    };
+    Ok(numbers.chain(texts).filter_map(signal).collect())
+}
+
+/// A tube whose sizes are partly those of another one.
+fn merged(size: TubeSize, tube: &Tube) -> TubeSize {
+    TubeSize {
+        absolute: tube.absolute.unwrap_or(size.absolute),
+        relative: tube.relative.unwrap_or(size.relative),
+        time: tube.time.unwrap_or(size.time),
+    }
+}
+
+fn place(tube: &Tube, baseline: &Baseline) -> Range<usize> {
+    tube.signals.first().map_or(baseline.name.span(), Spanned::span)
+}
+
+fn check(scenario: &Scenario, place: Range<usize>, size: TubeSize) -> Result<(), Error> {
+    let sizes = [("absolute", size.absolute), ("relative", size.relative), ("time", size.time)];
+    match sizes.into_iter().find(|(_, size)| !(*size >= 0.0 && size.is_finite())) {
+        None => Ok(()),
+        Some((key, size)) => {
+            let message =
+                format!("expected a number from 0 on as `{key}` of the tube, found {size}");
+            Err(scenario.source.error(place, message, ""))
+        }
+    }
+}
+
+fn fits(
+    scenario: &Scenario,
+    pattern: &Spanned<String>,
+    columns: &Columns<Full>,
+) -> Result<(), Error> {
+    let names: Vec<_> = columns.iter().map(Column::name).collect();
+    match names.iter().any(|name| matches(pattern.get_ref(), name)) {
+        true => Ok(()),
+        false => {
+            let known = names.iter().map(String::as_str);
+            let unknown = suggest::unknown("signal", pattern.get_ref(), known);
+            Err(unknown.at(&scenario.source, pattern.span()))
+        }
+    }
+}

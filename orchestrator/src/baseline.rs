@@ -1,0 +1,136 @@
+//! Reads the baselines of a scenario, draws where a run left them, and writes new ones when the user asks for it.
+
+use std::path::{Path, PathBuf};
+
+use cosim::baseline::{BaselineOutcome, Baselines, Comparison, Deviation, SignalOutcome};
+use diagnostics::Error;
+use html_page::{Axis, Plot};
+use recording::Golden;
+use scenario::Scenario;
+use scenario::plan::{BaselinePlan, System};
+
+use crate::report::{Ending, RunReport};
+
+/// Signals in a picture; the others are in the report.
+const DRAWN: usize = 4;
+/// Points of a curve in a picture.
+const POINTS: usize = 2000;
+
+/// Reads the recordings that the run is compared with.
+///
+/// # Errors
+/// At the word that names one, when it is not there or cannot be read.
+pub(crate) fn read(scenario: &Scenario, system: &System) -> Result<Baselines, Error> {
+    let golden = |plan: &BaselinePlan| -> Result<(BaselinePlan, Golden), Error> {
+        let wrong = |message: String| scenario.source.error(plan.place.clone(), message, "");
+        if !plan.path.exists() {
+            let (path, file) = (plan.path.display(), scenario.source.path().display());
+            let help = format!("`trackside run {file} --bless` writes it from a run that is right");
+            return Err(wrong(format!("there is no baseline {path}")).help(help));
+        }
+        match Golden::read(&plan.path) {
+            Ok(golden) => Ok((plan.clone(), golden)),
+            Err(error) => Err(wrong(error.to_string())),
+        }
+    };
+    let read = diagnostics::Mistakes::all(system.baselines.iter().map(golden))?;
+    Ok(Baselines::new(read, &system.columns, system.clock.step))
+}
+
+/// Whether a baseline is a table, for which the run has to write one.
+pub(crate) fn wants_csv(system: &System) -> bool {
+    system.baselines.iter().any(|plan| recorded_file(plan) == "run.csv")
+}
+
+/// The recording of a run that has the form of the baseline.
+fn recorded_file(plan: &BaselinePlan) -> &'static str {
+    if plan.path.extension().is_some_and(|it| it == "csv") { "run.csv" } else { "run.mcap" }
+}
+
+/// Copies the recordings of the run to the places of its baselines, and notes them in the report. A run that fails is no
+/// baseline.
+///
+/// # Errors
+/// When one cannot be written.
+pub(crate) fn bless(system: &System, report: &mut RunReport) -> Result<(), Error> {
+    if report.verdict != Ending::Pass {
+        let names = system.baselines.iter().map(|plan| {
+            format!("the baseline {} was not written: the run did not pass", plan.path.display())
+        });
+        report.warnings.extend(names);
+        return Ok(());
+    }
+    for plan in &system.baselines {
+        let path = &plan.path;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let partial: PathBuf = path.with_extension("partial");
+        std::fs::create_dir_all(folder).map_err(|error| Error::output(folder, error))?;
+        std::fs::copy(report.folder.join(recorded_file(plan)), &partial)
+            .and_then(|_| std::fs::rename(&partial, path))
+            .map_err(|error| Error::output(path, error))?;
+        report.blessed.push(path.clone());
+    }
+    Ok(())
+}
+
+/// Draws each baseline that the run left, and notes the pictures in the report.
+///
+/// # Errors
+/// When a picture cannot be written.
+pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), Error> {
+    for outcome in &mut report.baselines {
+        let plots: Vec<_> = pictured(outcome)
+            .filter_map(|(signal, first)| {
+                let comparison = baselines.comparison(&outcome.name, &signal.signal)?;
+                let plot = plot(&comparison, signal, (first, signal.worst.unwrap_or(first)));
+                Some((format!("{}: run, and tube of {}", signal.signal, outcome.name), plot))
+            })
+            .collect();
+        if plots.is_empty() {
+            continue;
+        }
+        let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+        let name = format!("baseline_{}.svg", outcome.name.chars().map(plain).collect::<String>());
+        let path = report.folder.join(&name);
+        std::fs::write(&path, html_page::svg(&plots))
+            .map_err(|error| Error::output(&path, error))?;
+        report.files.push(name.clone());
+        outcome.picture = Some(name);
+    }
+    Ok(())
+}
+
+/// The signals that left their tube first.
+fn pictured(outcome: &BaselineOutcome) -> impl Iterator<Item = (&SignalOutcome, Deviation)> {
+    let failed = outcome.signals.iter().filter_map(|signal| Some((signal, signal.first?)));
+    let mut failed: Vec<_> = failed.collect();
+    failed.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
+    failed.into_iter().take(DRAWN)
+}
+
+/// A signal and its tube around the first and the worst deviation.
+fn plot(
+    comparison: &Comparison,
+    signal: &SignalOutcome,
+    (first, worst): (Deviation, Deviation),
+) -> Plot {
+    let Comparison { times, values, bounds } = comparison;
+    let [begin, end] = [times[0], times[times.len() - 1]];
+    let around = (0.1 * (end - begin)).max((worst.time - first.time).abs() * 0.2);
+    let [from, to] = [first.time.min(worst.time) - around, first.time.max(worst.time) + around];
+    let (from, to) = (from.max(begin), to.min(end));
+    let rows: Vec<_> = (0..times.len()).filter(|row| (from..=to).contains(&times[*row])).collect();
+    let rows: Vec<_> = rows.iter().copied().step_by(rows.len() / POINTS + 1).collect();
+    let unit = signal.unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
+    let band: Vec<_> = rows.iter().filter_map(|row| Some((times[*row], bounds[*row]?))).collect();
+    let line: Vec<_> = rows.iter().map(|row| (times[*row], values[*row])).collect();
+    let marks = [(first.time, first.value), (worst.time, worst.value)];
+    let heights = band.iter().flat_map(|(_, ends)| *ends);
+    let heights = heights.chain(line.iter().chain(&marks).map(|(_, value)| *value));
+    let y = Axis::about(&format!("{}{unit}", signal.signal), heights);
+    let mut plot = Plot::new([720.0, 240.0], Axis::linear("time [s]", from, to), y);
+    plot.band(&band, "c0", "tube");
+    plot.line(&line, "c1", "run");
+    plot.dots(&marks, 4.0, "c1", "");
+    plot
+}
