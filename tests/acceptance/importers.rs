@@ -78,9 +78,11 @@ fn the_plant_gives_equal_results_in_other_importers() {
         + "
 [[signal]]
 name = 'driver.delta'
+unit = 'rad'
 multisine = { peak = 0.05, frequencies = [0.2, 0.5, 1.1] }
 [[signal]]
 name = 'driver.F_x'
+unit = 'N'
 sine = { amplitude = 2000.0, frequency = 0.3 }
 [[connect]]
 from = 'driver.delta'
