@@ -80,6 +80,10 @@ fn a_folder_that_is_none_for_results_is_refused() {
         let ended = lab.trackside(&["run", "good.toml", "--out", out]).expect(2);
         ended.says(&[says, "--out target/runs/NAME"]);
     }
+    #[cfg(target_os = "linux")]
+    lab.trackside(&["run", "good.toml", "--out", "/proc/out"])
+        .expect(2)
+        .says(&["/proc/out: could not write"]);
     assert_eq!(lab.read("file"), "mine");
     assert!(lab.read("other/report.json").contains("tests"));
     // A table among the results of the last run would be gone before it is read.
