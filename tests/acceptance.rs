@@ -91,6 +91,9 @@ mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
+// The obstacles of a first day.
+#[path = "acceptance/first_day.rs"]
+mod first_day;
 // Folders of results, and all that can happen to them.
 #[path = "acceptance/results.rs"]
 mod results;
@@ -100,6 +103,9 @@ mod state;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
+// Units of connections, checks, diagrams and analyses, declared and missing.
+#[path = "acceptance/units.rs"]
+mod units;
 // Scenarios that validate the results of another one, and mistakes in them.
 #[path = "acceptance/validating.rs"]
 mod validating;
@@ -119,6 +125,7 @@ fn main() -> ExitCode {
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     features::register(&mut tests);
+    first_day::register(&mut tests);
     identification::register(&mut tests);
     importers::register(&mut tests);
     interop::register(&mut tests);
@@ -133,6 +140,7 @@ fn main() -> ExitCode {
     results::register(&mut tests);
     state::register(&mut tests);
     types::register(&mut tests);
+    units::register(&mut tests);
     validating::register(&mut tests);
     suite::run(&libtest_mimic::Arguments::from_args(), tests)
 }

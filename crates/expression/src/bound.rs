@@ -58,6 +58,9 @@ impl<S> Expression<S> {
                 bounds.extend(value.is_finite().then_some(Bound { of, value }));
             }
             Node::Negate(inner) => self.side(inner, -value, bounds),
+            Node::Convert(inner, factor, offset) => {
+                self.side(inner, (value - offset) / factor, bounds);
+            }
             Node::Call(function, arguments) => match (function.name, arguments.as_slice()) {
                 ("abs", [inner]) if value >= 0.0 => {
                     self.side(inner, value, bounds);
@@ -97,6 +100,9 @@ fn constant(node: &Node) -> Option<f64> {
     match node {
         Node::Number(number) => Some(*number),
         Node::Negate(inner) => constant(inner).map(|value| -value),
+        Node::Convert(inner, factor, offset) => {
+            constant(inner).map(|value| value * factor + offset)
+        }
         Node::Call(function, arguments) => {
             let values: Option<Vec<f64>> = arguments.iter().map(constant).collect();
             values.map(|values| (function.evaluate)(&values))

@@ -33,12 +33,17 @@ impl RunReport {
     }
 
     fn write_verdict(&self, html: &mut String) {
+        // The error follows.
+        let headline = match self.verdict {
+            Ending::Error => format!("stopped after {}", seconds(self.sim_seconds)),
+            Ending::Pass | Ending::Fail => self.headline(),
+        };
         let _ = writeln!(
             html,
             "<p class=\"banner {}\"><b>{}</b> {}</p>",
             class(self.verdict),
             word(self.verdict),
-            escape(&self.headline())
+            escape(&headline)
         );
         if let Some(error) = &self.error {
             let _ = writeln!(html, "<pre class=\"error\">{}</pre>", lines(error));
