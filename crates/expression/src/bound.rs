@@ -123,12 +123,16 @@ fn constant(node: &Node) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Expression, NumberIndex, Operand};
+    use crate::{Expression, NumberIndex, Operand, Signal, SignalUnit};
+    use units::Unit;
 
-    /// The bounds of signals `a`, `b` .. by their place in the alphabet.
+    /// The bounds of signals `a`, `b` .. by their place in the alphabet; `v` is in km/h.
     fn bounds(condition: &str) -> Vec<(usize, f64)> {
         let parsed = Expression::<()>::parse(condition, &mut |name| {
-            Some(Operand::Number(NumberIndex::new((name.as_bytes()[0] - b'a').into())))
+            let operand = Operand::Number(NumberIndex::new((name.as_bytes()[0] - b'a').into()));
+            let kmh = || SignalUnit::Known(Unit::parse("km/h").expect("a unit"), "km/h".to_owned());
+            let unit = if name == "v" { kmh() } else { SignalUnit::Plain };
+            Some(Signal { operand, unit })
         });
         let bounds = parsed.expect("a condition").bounds();
         bounds.into_iter().map(|bound| (bound.of.position(), bound.value)).collect()
@@ -144,6 +148,8 @@ mod tests {
             [(1, 2.0), (1, -2.0), (0, 4.0)]
         );
         assert_eq!(bounds("1 - a > 3"), [(0, -2.0)]);
+        let [(21, limit)] = bounds("v < 10 m/s")[..] else { panic!("one bound of v") };
+        assert!((limit - 36.0).abs() < 1e-9, "{limit} km/h");
     }
 
     #[test]
