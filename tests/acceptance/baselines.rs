@@ -97,7 +97,7 @@ fn a_run_that_differs_fails_with_first_and_worst_deviation_and_a_picture() {
     let picture = lab.read("out/baseline_as_before.svg");
     for part in [
         "<svg xmlns=",
-        "plant.r: run, and tube of as before",
+        "plant.r: the run (orange) and the tube of “as before” (blue)",
         "class=\"band c0\"",
         "class=\"line c1\"",
         "plant.r [rad/s]",

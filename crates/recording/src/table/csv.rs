@@ -37,7 +37,7 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     let column = |k: usize| -> Result<Series, CsvError> {
         let numbers = cells.numbers(k)?;
         let gap = cells.first_gap(&numbers);
-        Ok(Series { clock: 0, values: numbers.values, unit: file.unit(places[k]), gap })
+        Ok(Series { clock: 0, values: numbers.values, unit: file.unit(places[k])?, gap })
     };
     let columns = (0..places.len() - 1).map(column).collect::<Result<_, _>>()?;
     Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings })
@@ -97,10 +97,11 @@ pub(crate) fn whole(path: &Path) -> Result<Whole, TableError> {
             None => rows.column(place).map(str::to_owned).collect(),
         };
         let name = file.header.titles[place].plain.clone();
-        CsvColumn { name, unit: file.unit(place), numbers, texts }
+        Ok(CsvColumn { name, unit: file.unit(place)?, numbers, texts })
     };
     let times = cells.stamps(0, &Wanted::default())?;
-    Ok(Whole { times, columns: (1..places.len()).map(column).collect() })
+    let columns: Result<_, CsvError> = (1..places.len()).map(column).collect();
+    Ok(Whole { times, columns: columns? })
 }
 
 /// A text of the file, which may be of Western Windows.
