@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use cosim::baseline::{BaselineOutcome, Baselines, Comparison, Deviation, SignalOutcome};
 use diagnostics::Error;
 use html_page::{Axis, Plot};
-use recording::Golden;
+use recording::{ColumnIndex, Golden};
 use scenario::Scenario;
 use scenario::plan::{BaselinePlan, System};
 
@@ -28,7 +28,9 @@ pub(crate) fn read(scenario: &Scenario, system: &System) -> Result<Baselines, Er
             let help = format!("`trackside run {file} --bless` writes it from a run that is right");
             return Err(wrong(format!("there is no baseline {path}")).help(help));
         }
-        match Golden::read(&plan.path) {
+        let texts = plan.signals.iter().filter(|it| matches!(it.column, ColumnIndex::Text(_)));
+        let texts: Vec<_> = texts.map(|signal| signal.name.as_str()).collect();
+        match Golden::read(&plan.path, &texts) {
             Ok(golden) => Ok((plan.clone(), golden)),
             Err(error) => Err(wrong(error.to_string())),
         }
@@ -53,6 +55,9 @@ fn recorded_file(plan: &BaselinePlan) -> &'static str {
 /// # Errors
 /// When one cannot be written.
 pub(crate) fn bless(system: &System, report: &mut RunReport) -> Result<(), Error> {
+    if system.baselines.is_empty() {
+        report.warnings.push("the scenario has no [[baseline]] to write".to_owned());
+    }
     if report.verdict != Ending::Pass {
         let names = system.baselines.iter().map(|plan| {
             format!("the baseline {} was not written: the run did not pass", plan.path.display())
