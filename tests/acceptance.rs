@@ -88,6 +88,9 @@ mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
+// The obstacles of a first day.
+#[path = "acceptance/first_day.rs"]
+mod first_day;
 // Folders of results, and all that can happen to them.
 #[path = "acceptance/results.rs"]
 mod results;
@@ -116,6 +119,7 @@ fn main() -> ExitCode {
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     features::register(&mut tests);
+    first_day::register(&mut tests);
     identification::register(&mut tests);
     importers::register(&mut tests);
     interop::register(&mut tests);

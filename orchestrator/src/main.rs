@@ -3,9 +3,11 @@
 
 mod command;
 
+use std::io::IsTerminal as _;
 use std::process::ExitCode;
 
 use clap::Parser;
+use miette::MietteHandlerOpts;
 
 /// Co-simulation of vehicle dynamics: runs scenarios of FMUs, records them and judges them.
 #[derive(Parser)]
@@ -15,6 +17,19 @@ struct Cli {
     command: command::Command,
 }
 
+/// Terminals wrap errors at their width; elsewhere, in a file or the log of a CI system, lines stay whole.
+fn wrap_errors() {
+    let _ = miette::set_hook(Box::new(|_| {
+        let options = MietteHandlerOpts::new();
+        let options = match std::io::stderr().is_terminal() {
+            true => options.break_words(false),
+            false => options.wrap_lines(false),
+        };
+        Box::new(options.build())
+    }));
+}
+
 fn main() -> ExitCode {
+    wrap_errors();
     ExitCode::from(Cli::parse().command.run())
 }

@@ -7,7 +7,7 @@ use cosim::baseline::{BaselineOutcome, Baselines};
 use cosim::coupling;
 use cosim::master::{self, Progress};
 use cosim::node;
-use diagnostics::Error;
+use diagnostics::{Error, Mistakes};
 use scenario::plan::{Clock, System};
 use scenario::resolve::StartOverrides;
 use scenario::{Built, Scenario, words};
@@ -40,8 +40,18 @@ pub fn run(path: &Path, options: &RunOptions, events: Events) -> Result<Run, Err
     run_folder::check(&folder, scenario)?;
     let building =
         &mut |progress: package::BuildProgress| events(ProgressEvent::Building(progress));
-    let built = &package::build(scenario, building)?;
-    Job { scenario, built, options }.run(folder, events)
+    match package::build(scenario, building) {
+        Ok(built) => Job { scenario, built: &built, options }.run(folder, events),
+        Err(error) => Err(unbuilt(scenario, options, error)),
+    }
+}
+
+/// The error of a build, with all else that is wrong and can be known without it.
+fn unbuilt(scenario: &Scenario, options: &RunOptions, error: Error) -> Error {
+    let mut mistakes = Mistakes::from_iter([error]);
+    let nothing = Built::default();
+    mistakes.take(System::resolve(scenario, &nothing, &options.overrides, PathBuf::new()));
+    mistakes.finish().err().unwrap_or_else(Error::follow_up)
 }
 
 /// A scenario, its packages, and the options of its run.

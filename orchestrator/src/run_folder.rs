@@ -36,7 +36,21 @@ pub(crate) fn check(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
         mistakes.push(unfit(folder, "its report.json is not that of a run"));
     }
     mistakes.take(read_inside(&real, scenario));
+    mistakes.take(validated_inside(folder, scenario));
     mistakes.finish()
+}
+
+/// Refuses validations whose folder is a file, or a link to another place.
+fn validated_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
+    let names = scenario.document.validation.iter().map(|validation| &validation.name);
+    let errors = names.filter_map(|name| {
+        let path = folder.join(name.get_ref());
+        let kind = fs::symlink_metadata(&path).ok().filter(|it| !it.is_dir())?;
+        let kind = if kind.is_symlink() { "a link" } else { "a file" };
+        let message = format!("the validation writes into {}, which is {kind}", path.display());
+        Some(scenario.error(name, message))
+    });
+    errors.collect::<Mistakes>().finish()
 }
 
 fn unfit(folder: &Path, why: &str) -> Error {

@@ -366,11 +366,18 @@ fn a_start_value_that_the_fmu_refuses_is_pointed_at() {
 fn an_unknown_package_is_rejected() {
     let lab = Lab::new();
     let plant = "[[fmu]]\nname = \"plant\"\ncrate = \"plant-fum\"";
-    let text = Scenario::new().time(0.01, 0.1).section(plant).text();
-    let file = lab.write("case.toml", text);
-    let mut command = trackside(Path::new(ROOT));
-    let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
-    let ended = Ended::of(output.expect("it starts")).expect(2);
-    ended.says(&["no package `plant-fum`", "did you mean `plant-fmu`?", "case.toml:7:"]);
+    let run = |scenario: Scenario| {
+        let file = lab.write("case.toml", scenario.text());
+        let mut command = trackside(Path::new(ROOT));
+        let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
+        let ended = Ended::of(output.expect("it starts")).expect(2);
+        ended.says(&["no package `plant-fum`", "did you mean `plant-fmu`?", "case.toml:7:"])
+    };
+    let scenario = Scenario::new().time(0.01, 0.1).section(plant);
+    assert!(!run(scenario.clone()).stderr.contains("mistakes"));
+    // What has nothing to do with the package is told, too.
+    let signal = scenario.signal("driver.v", "unit = \"fortnight\"\nconstant = 1.0");
+    let ended = run(signal.check("fast", "plant.v_x > 1 m/s").check("slow", "drvr.v < 1"));
+    ended.says(&["fortnight", "unknown signal `drvr.v`", "3 mistakes"]);
     assert!(!lab.has("out"));
 }

@@ -186,6 +186,8 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
         run(&lab, &text).expect(2).says(&[says, &line]);
         assert!(!lab.has("out"), "{new}");
     }
+    let text = good.replacen("offsets =", "ofsets =", 1).replacen("order = 2", "ordr = 2", 1);
+    run(&lab, &text).expect(2).says(&["mean `offsets`?", "mean `order`?", "2 mistakes"]);
 }
 
 fn the_reference_of_the_plugin_is_that_of_its_schema() {

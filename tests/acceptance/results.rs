@@ -80,8 +80,20 @@ fn a_folder_that_is_none_for_results_is_refused() {
         let ended = lab.trackside(&["run", "good.toml", "--out", out]).expect(2);
         ended.says(&[says, "--out target/runs/NAME"]);
     }
+    #[cfg(target_os = "linux")]
+    lab.trackside(&["run", "good.toml", "--out", "/proc/out"])
+        .expect(2)
+        .says(&["/proc/out: could not write"]);
     assert_eq!(lab.read("file"), "mine");
     assert!(lab.read("other/report.json").contains("tests"));
+    // A validation writes into a folder of its own, and nowhere else.
+    let validation = "[[validation]]\nname = \"again\"\nscenario = \"good.toml\"";
+    lab.write("validated.toml", coasting(0.1).section(validation).text());
+    lab.write("taken/again", "mine");
+    lab.trackside(&["run", "validated.toml", "--out", "taken"])
+        .expect(2)
+        .says(&["taken/again, which is a file", "validated.toml:17:"]);
+    assert_eq!(lab.read("taken/again"), "mine");
     // A table among the results of the last run would be gone before it is read.
     lab.trackside(&["run", "good.toml", "--out", "out", "--csv"]).expect(0);
     let log = "[[table]]\nname = \"log\"\npath = \"out/run.csv\"\ntime = \"time\"\ncolumns = { v = { column = \"plant.v_x\" } }";

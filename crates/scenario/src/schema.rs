@@ -5,7 +5,7 @@ use std::ops::Range;
 use diagnostics::suggest::{self, Unknown};
 use serde_json::{Map, Value, json};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue};
 
 /// A word that breaks the schema.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -162,7 +162,14 @@ impl Walk<'_> {
         place: Range<usize>,
         table: &DeTable,
     ) {
-        let Some(value) = table.get(tag) else { return self.missing(tag, &Value::Null, place) };
+        let Some(value) = table.get(tag) else {
+            let misspelt =
+                |key: &&Spanned<DeString>| suggest::closest(key.get_ref(), [tag]).is_some();
+            return match table.keys().find(misspelt) {
+                Some(key) => self.unknown("key", key.get_ref(), vec![tag.to_owned()], key.span()),
+                None => self.missing(tag, &Value::Null, place),
+            };
+        };
         let Some(text) = value.get_ref().as_str() else {
             return self.value(&json!({ "type": "string" }), value);
         };
@@ -189,6 +196,7 @@ impl Walk<'_> {
                 self.table(table_of(self.root, schema), value.span(), table);
             }
             (DeValue::Array(list), None | Some("array")) => {
+                self.length(schema, list.len(), value.span());
                 list.iter().for_each(|value| self.value(&schema["items"], value));
             }
             (found, Some(expected)) if !fits(found, expected) => self.findings.push(Finding {
@@ -199,6 +207,17 @@ impl Walk<'_> {
             }),
             _ => {}
         }
+    }
+
+    /// A list that has to have as many entries as a point has coordinates.
+    fn length(&mut self, schema: &Value, found: usize, span: Range<usize>) {
+        let [least, most] = ["minItems", "maxItems"].map(|key| schema[key].as_u64());
+        let Some(expected) = least.filter(|least| Some(*least) == most && *least != found as u64)
+        else {
+            return;
+        };
+        let message = format!("expected a list of {expected}, found one of {found}");
+        self.findings.push(Finding { span, unknown: None, message, help: None });
     }
 
     fn unknown(&mut self, kind: &str, name: &str, known: Vec<String>, span: Range<usize>) {
@@ -301,6 +320,7 @@ mod tests {
                 "kind": {"oneOf": [{"const": "left"}, {"const": "right"}]},
                 "list": {"type": "array", "items": {"$ref": "#/$defs/Entry"}},
                 "curves": {"type": "array", "items": {"$ref": "#/$defs/Curve"}},
+                "pair": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
                 "names": {"type": "object", "additionalProperties": {"type": "string"}},
                 "loss": {"oneOf": [
                     {"type": "object", "additionalProperties": false, "properties": {"kind": {"const": "square"}}},
@@ -333,6 +353,14 @@ mod tests {
             "'rihgt'",
             "unknown value `rihgt`",
             Some("did you mean `right`?"),
+        ),
+        ("step = 1\npair = [1]", "[1]", "expected a list of 2, found one of 1", None),
+        ("step = 1\npair = [1, 2]", "", "", None),
+        (
+            "step = 1\nloss = { knd = 'huber' }",
+            "knd",
+            "unknown key `knd`",
+            Some("did you mean `kind`?"),
         ),
         (
             "step = 1\ncurves = ['plant.v_x']",

@@ -61,9 +61,13 @@ impl BuildLine {
                 (!std::mem::replace(&mut self.announced, true))
                     .then(|| format!("building {packages} ..."))
             }
-            BuildProgress::Done { packages, elapsed } => {
+            BuildProgress::Done { packages, elapsed, succeeded } => {
                 self.announced = false;
-                Some(format!("built {packages} in {}", seconds(*elapsed)))
+                let time = seconds(*elapsed);
+                Some(match succeeded {
+                    true => format!("built {packages} in {time}"),
+                    false => format!("{packages} did not build, after {time}"),
+                })
             }
         }
     }
@@ -93,10 +97,17 @@ mod tests {
             elapsed: Duration::from_secs(seconds),
             activity,
         };
-        let done = BuildProgress::Done { packages, elapsed: Duration::from_secs(31) };
+        let done = |succeeded| BuildProgress::Done {
+            packages,
+            elapsed: Duration::from_secs(31),
+            succeeded,
+        };
         let begin = Some("building plant-fmu, controller ...".to_owned());
         assert_eq!(line.line(&building(0, "Compiling nalgebra v0.35.0")), begin);
         assert_eq!(line.line(&building(12, "Compiling vehicle v0.1.0")), None);
-        assert_eq!(line.line(&done), Some("built plant-fmu, controller in 31 s".to_owned()));
+        let end = line.line(&done(true));
+        assert_eq!(end.as_deref(), Some("built plant-fmu, controller in 31 s"));
+        let end = line.line(&done(false));
+        assert_eq!(end.as_deref(), Some("plant-fmu, controller did not build, after 31 s"));
     }
 }

@@ -31,6 +31,8 @@ pub enum BuildProgress<'a> {
         packages: &'a str,
         /// Time that it took.
         elapsed: Duration,
+        /// Whether it built them.
+        succeeded: bool,
     },
 }
 
@@ -82,7 +84,8 @@ pub(super) fn build(
         }
     });
     if compiles {
-        progress(BuildProgress::Done { packages, elapsed: begin.elapsed() });
+        let succeeded = ended.as_ref().is_ok_and(|ended| ended.status.success());
+        progress(BuildProgress::Done { packages, elapsed: begin.elapsed(), succeeded });
     }
     let ended = ended.map_err(|error| format!("cannot follow cargo: {error}"))?;
     match ended.status.success() {
@@ -159,18 +162,9 @@ fn artifact(line: String) -> Option<Line> {
 
 /// Cargo aligns its status to the right of 12 letters; all else comes from a compiler.
 fn status_or_message(line: String) -> Option<Line> {
-    const STATUS: [&str; 3] = ["Compiling ", "Blocking ", "Building "];
-    const REST: [&str; 9] = [
-        "Finished ",
-        "Downloading ",
-        "Downloaded ",
-        "Updating ",
-        "Locking ",
-        "Adding ",
-        "Fresh ",
-        "Dirty ",
-        "Checking ",
-    ];
+    const STATUS: [&str; 6] =
+        ["Compiling ", "Blocking ", "Building ", "Updating ", "Downloading ", "Downloaded "];
+    const REST: [&str; 6] = ["Finished ", "Locking ", "Adding ", "Fresh ", "Dirty ", "Checking "];
     let begins = |words: &[&str]| {
         let text = line.trim_start();
         text.len() < line.len() && words.iter().any(|word| text.starts_with(word))

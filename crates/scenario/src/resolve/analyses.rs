@@ -140,10 +140,8 @@ fn load(
         }
         (None, Some(package), Some(product)) => match plugins.get(&product) {
             Some(path) => (package, path.clone()),
-            None => {
-                let message = format!("`{}` was not built", package.get_ref());
-                return Err(scenario.error(package, message));
-            }
+            // Whoever builds it has told why there is none.
+            None => return Err(Error::follow_up()),
         },
         _ => {
             let message = format!(

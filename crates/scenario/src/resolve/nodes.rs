@@ -244,11 +244,8 @@ fn fmu(
         (Some(path), None, _) if node.example.is_none() => (path, scenario.source.resolve(path)),
         (None, Some(package), Some(product)) => match archives.get(&product) {
             Some(path) => (package, path.clone()),
-            None => {
-                return Err(
-                    scenario.error(package, format!("`{}` was not built", package.get_ref()))
-                );
-            }
+            // Whoever builds it has told why there is none.
+            None => return Err(Error::follow_up()),
         },
         _ => {
             let message = format!(
