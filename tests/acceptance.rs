@@ -100,6 +100,9 @@ mod state;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
+// Units of connections, checks, diagrams and analyses, declared and missing.
+#[path = "acceptance/units.rs"]
+mod units;
 // Scenarios that validate the results of another one, and mistakes in them.
 #[path = "acceptance/validating.rs"]
 mod validating;
@@ -133,6 +136,7 @@ fn main() -> ExitCode {
     results::register(&mut tests);
     state::register(&mut tests);
     types::register(&mut tests);
+    units::register(&mut tests);
     validating::register(&mut tests);
     suite::run(&libtest_mimic::Arguments::from_args(), tests)
 }

@@ -72,7 +72,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
     ("numerics", &[]),
     ("diagnostics", &[]),
     ("html-page", &[]),
-    ("expression", &["diagnostics"]),
+    ("expression", &["diagnostics", "units"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),

@@ -235,7 +235,7 @@ fn an_example_is_packed_by_one_command_and_built_by_a_scenario() {
         "swing.toml",
         "[time]\nstep = 0.01\nstop = 2.0\n\n[[fmu]]\nname = \"mass\"\ncrate = \"fmu-export\"\n\
          example = \"spring_damper\"\nstart = { F = 0.0 }\n\n[[check]]\nname = \"swing\"\n\
-         that = \"abs(mass.a + 100 * mass.x + 2 * mass.v) < 1e-9 and mass.x > -0.074\"\n",
+         that = \"abs(mass.a + 100 1/s2 * mass.x + 2 1/s * mass.v) < 1e-9 and mass.x > -0.074\"\n",
     );
     let mut run = trackside(root);
     run.args(["run", "--rerun", "off", "--out"]).arg(lab.path("out")).arg(lab.path("swing.toml"));

@@ -58,7 +58,7 @@ noise = { std = 0.001 }
 
 [[check]]
 name = "slow"
-that = "abs(plant.v_x - driver.v / 3.6) < 1"
+that = "abs(plant.v_x - driver.v) < 1"
 
 [[check]]
 name = "log"
@@ -187,7 +187,7 @@ fn an_error_points_at_the_file_with_the_mistake() {
         (CHANGED, "tire_f.D", "tire_f.G", "case.toml:12:", "unknown variable `tire_f.G`"),
         (CHANGED, "\"plant.delta\"", "\"plant.delt\"", "case.toml:19:", "the key `from` is missing"),
         (CHANGED, "name = \"log\"", "nam = \"log\"", "case.toml:28:", "unknown key `nam`"),
-        (CHANGED, "abs(plant.v_x - driver.v / 3.6)", "abs(plant.v_z)", "case.toml:25:", "did you mean `plant.v_x`?"),
+        (CHANGED, "abs(plant.v_x - driver.v)", "abs(plant.v_z)", "case.toml:25:", "did you mean `plant.v_x`?"),
         (CHANGED, "unit = \"km/h\"\nramp", "unit = \"fortnight\"\nramp", "case.toml:16:", "fortnight"),
     ];
     let mut wrong = Vec::new();

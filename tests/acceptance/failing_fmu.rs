@@ -27,6 +27,7 @@ fn scenario(name: &str, start: &str) -> String {
     Scenario::new()
         .time(0.1, 1.0)
         .fmu(name, "misbehave.fmu", &format!("u = 0.0, {start}"))
+        .key("unit = { y = 's' }")
         .check("clock", &format!("abs({name}.y - time) < 1e-9"))
         .text()
 }

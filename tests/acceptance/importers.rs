@@ -78,9 +78,11 @@ fn the_plant_gives_equal_results_in_other_importers() {
         + "
 [[signal]]
 name = 'driver.delta'
+unit = 'rad'
 multisine = { peak = 0.05, frequencies = [0.2, 0.5, 1.1] }
 [[signal]]
 name = 'driver.F_x'
+unit = 'N'
 sine = { amplitude = 2000.0, frequency = 0.3 }
 [[connect]]
 from = 'driver.delta'
@@ -152,18 +154,22 @@ to = 'mass.F'
 /// A node of an FMU with variables of all types that was made in Python.
 fn made_in_python(name: &str, archive: &str, inputs: &str) -> String {
     let start = format!("count = 3, on = true, label = 'hello'{inputs}");
-    Scenario::new().fmu(name, archive, &start).text()
+    Scenario::new().fmu(name, archive, &start).key(PYTHON_UNITS).text()
 }
 
+/// pythonfmu writes no units.
+const PYTHON_UNITS: &str = "unit = { u = 'rad', y = 'rad' }";
+
 /// Runs a scenario that is made of the path of the archive, with the library that the FMU needs.
-fn run_python(python: &Python, lab: &Lab, scenario: impl Fn(&str) -> String) -> Ended {
+#[track_caller]
+fn run_python(python: &Python, lab: &Lab, scenario: impl Fn(&str) -> String, code: i32) -> Ended {
     let [library, archive, _] = python.fmus(&lab.path("made"));
     lab.write("python.toml", scenario(&archive));
     let mut command = trackside(&lab.path(""));
     command
         .args(["run", "python.toml", "--out", "run", "--csv", "--rerun", "off"])
         .env("LD_PRELOAD", library);
-    Ended::of(command.output().expect("it starts")).expect(0)
+    Ended::of(command.output().expect("it starts")).expect(code)
 }
 
 /// The outputs of one instance go to the inputs of a second one, in all types.
@@ -189,7 +195,7 @@ fn two_fmus_made_in_python_exchange_values_of_all_types() {
                 1 - late
             )
         };
-        run_python(python, &lab, scenario);
+        run_python(python, &lab, scenario, 0);
         python.run("compare_mcap.py", &[lab.path("run/run.mcap"), lab.path("run/run.csv")]);
     }
 }
@@ -222,6 +228,11 @@ name = 'integer and boolean outputs'
 that = 'last(demo.n) == 1000 and min(demo.b) == 0 and max(demo.b) == 1'
 "
     };
-    let ended = run_python(python, &lab, scenario);
+    let without = |archive: &str| scenario(archive).replace(PYTHON_UNITS, "");
+    run_python(python, &Lab::new(), without, 2).says(&[
+        "`demo` have no unit: `u` meets `driver.delta` [rad], `y` meets `plant.delta` [rad]",
+        "in [[fmu]] `demo` which units they have, such as unit = { u = \"rad\", y = \"rad\" }",
+    ]);
+    let ended = run_python(python, &lab, scenario, 0);
     assert!(ended.stdout.contains("all 2 checks passed"), "{}", ended.stdout);
 }

@@ -2,6 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use crate::dimension::UnitRule;
+
 /// A function of numbers at one sample.
 #[derive(Debug)]
 pub(crate) struct Function {
@@ -9,6 +11,7 @@ pub(crate) struct Function {
     /// Fewest and most arguments.
     pub arity: RangeInclusive<usize>,
     pub evaluate: fn(&[f64]) -> f64,
+    pub units: UnitRule,
     /// Whether the value is a truth: 1 or 0.
     pub is_condition: bool,
 }
@@ -24,24 +27,24 @@ impl PartialEq for Function {
 const ANY: usize = usize::MAX;
 
 pub(crate) static FUNCTIONS: &[Function] = &[
-    of("abs", 1, 1, |x| x[0].abs()),
-    of("sqrt", 1, 1, |x| x[0].sqrt()),
-    of("sin", 1, 1, |x| x[0].sin()),
-    of("cos", 1, 1, |x| x[0].cos()),
-    of("tan", 1, 1, |x| x[0].tan()),
-    of("atan", 1, 1, |x| x[0].atan()),
-    of("atan2", 2, 2, |x| fold(x, f64::atan2)),
-    of("exp", 1, 1, |x| x[0].exp()),
-    of("ln", 1, 1, |x| x[0].ln()),
-    of("min", 2, ANY, |x| fold(x, f64::min)),
-    of("max", 2, ANY, |x| fold(x, f64::max)),
-    of("sign", 1, 1, |x| if x[0] == 0.0 { 0.0 } else { x[0].signum() }),
-    of("deg", 1, 1, |x| x[0].to_degrees()),
-    of("rad", 1, 1, |x| x[0].to_radians()),
-    of("hypot", 2, 2, |x| fold(x, f64::hypot)),
+    of("abs", 1, 1, UnitRule::Kept, |x| x[0].abs()),
+    of("sqrt", 1, 1, UnitRule::Root, |x| x[0].sqrt()),
+    of("sin", 1, 1, UnitRule::OfAngle, |x| x[0].sin()),
+    of("cos", 1, 1, UnitRule::OfAngle, |x| x[0].cos()),
+    of("tan", 1, 1, UnitRule::OfAngle, |x| x[0].tan()),
+    of("atan", 1, 1, UnitRule::ToAngle, |x| x[0].atan()),
+    of("atan2", 2, 2, UnitRule::AngleOfTwo, |x| fold(x, f64::atan2)),
+    of("exp", 1, 1, UnitRule::OfAngle, |x| x[0].exp()),
+    of("ln", 1, 1, UnitRule::OfAngle, |x| x[0].ln()),
+    of("min", 2, ANY, UnitRule::Kept, |x| fold(x, f64::min)),
+    of("max", 2, ANY, UnitRule::Kept, |x| fold(x, f64::max)),
+    of("sign", 1, 1, UnitRule::Plain, |x| if x[0] == 0.0 { 0.0 } else { x[0].signum() }),
+    of("deg", 1, 1, UnitRule::Degrees, |x| x[0].to_degrees()),
+    of("rad", 1, 1, UnitRule::Radians, |x| x[0].to_radians()),
+    of("hypot", 2, 2, UnitRule::Sum, |x| fold(x, f64::hypot)),
     Function {
         is_condition: true,
-        ..of("isfinite", 1, 1, |x| f64::from(u8::from(x[0].is_finite())))
+        ..of("isfinite", 1, 1, UnitRule::Plain, |x| f64::from(u8::from(x[0].is_finite())))
     },
 ];
 
@@ -49,9 +52,10 @@ const fn of(
     name: &'static str,
     fewest: usize,
     most: usize,
+    units: UnitRule,
     evaluate: fn(&[f64]) -> f64,
 ) -> Function {
-    Function { name, arity: fewest..=most, evaluate, is_condition: false }
+    Function { name, arity: fewest..=most, evaluate, units, is_condition: false }
 }
 
 /// IEEE 754's minimum, maximum and hypot hide a NaN.

@@ -13,14 +13,21 @@
 //! A text is compared with another one by `==` and `!=` only: `plant.state == 'armed'`, with quotes of
 //! either kind.
 //!
+//! Signals have units, and so may numbers: `abs(plant.psi) < 5 deg`, `plant.v_x < 100 km/h`. A unit is joined without blanks, so
+//! `3 m / plant.v_x` divides. What is added or compared has one dimension, and is converted to the unit on the left; a number
+//! without a unit takes that of the other side. `rad` counts as 1 in products.
+//!
 //! Per sample: `abs sqrt sin cos tan atan exp ln sign deg rad isfinite` of one argument, `atan2
 //! hypot` of two, `min max` of two or more. Over the window: `max min mean rms std sum first last
 //! count` of one argument and `quantile(x, p)`.
 #![forbid(unsafe_code)]
 
+mod dimension;
 mod function;
 mod index;
+mod inference;
 mod monitor;
+mod operator;
 mod parser;
 mod reducer;
 #[cfg(test)]
@@ -30,8 +37,10 @@ mod token;
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use dimension::Dimension;
 use function::Function;
 use reducer::Reducer;
+use units::Unit;
 
 pub use index::{
     ColumnIndex, Number, NumberIndex, NumberRange, Text, TextIndex, TextRange, TypedIndex,
@@ -43,6 +52,7 @@ pub use monitor::{Monitor, Outcome};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression<S> {
     root: Node,
+    dimension: Box<Dimension>,
     reductions: Vec<Reduction>,
     space: PhantomData<S>,
 }
@@ -56,6 +66,32 @@ pub enum Operand<S> {
     Text(TextIndex<S>),
     /// A value of unknown kind: a text where it is compared with a text, else a number.
     Either(NumberIndex<S>, TextIndex<S>),
+}
+
+/// A signal as an expression sees it. One that is made of its operand alone is a plain number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal<S> {
+    /// Where its values are.
+    pub operand: Operand<S>,
+    /// Its unit.
+    pub unit: SignalUnit,
+}
+
+/// What is known about the unit of a signal.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SignalUnit {
+    /// It needs none: a count, a truth, a result of an analysis. It takes the unit of what it is compared with.
+    Plain,
+    /// It should have one, and nobody says which.
+    Missing,
+    /// The unit with its name.
+    Known(Unit, String),
+}
+
+impl<S, O: Into<Operand<S>>> From<O> for Signal<S> {
+    fn from(operand: O) -> Self {
+        Signal { operand: operand.into(), unit: SignalUnit::Plain }
+    }
 }
 
 impl<S> From<ColumnIndex<S>> for Operand<S> {
@@ -79,11 +115,22 @@ pub struct ParseError {
     pub help: Option<String>,
     /// The signal name that could not be resolved, if that is what is wrong, to suggest another.
     pub unknown: Option<String>,
+    /// The signal that lacks a unit, if that is what is wrong, to say where it is declared.
+    pub unitless: Option<Box<Unitless>>,
+}
+
+/// A signal whose unit is needed and not known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unitless {
+    /// The name of the signal.
+    pub signal: String,
+    /// The unit on the other side.
+    pub other: String,
 }
 
 impl ParseError {
     fn new(span: Range<usize>, message: impl Into<String>) -> Self {
-        Self { message: message.into(), span, help: None, unknown: None }
+        Self { message: message.into(), span, help: None, unknown: None, unitless: None }
     }
 
     fn help(mut self, help: impl Into<String>) -> Self {
@@ -102,6 +149,8 @@ enum Node {
     /// An index into [`Expression::reductions`].
     Reduced(usize),
     Negate(Box<Node>),
+    /// Value, factor and offset to the unit on the other side.
+    Convert(Box<Node>, f64, f64),
     Not(Box<Node>),
     Arithmetic(Operator, Box<[Node; 2]>),
     Compare(Relation, Box<[Node; 2]>),
@@ -172,6 +221,12 @@ impl<S> Expression<S> {
         )
     }
 
+    /// Its unit, if it has one, with the name that it was declared by. What products make has no name.
+    #[must_use]
+    pub fn unit(&self) -> Option<(Unit, Option<String>)> {
+        self.dimension.known()
+    }
+
     /// The numbers of a row that it depends on, some of them repeatedly.
     #[must_use]
     pub fn numbers(&self) -> Vec<NumberIndex<S>> {
@@ -199,7 +254,9 @@ impl Node {
                 TextSide::Signal(index) => Some(*index),
                 TextSide::Literal(_) => None,
             })),
-            Node::Negate(inner) | Node::Not(inner) => inner.texts(indices),
+            Node::Negate(inner) | Node::Not(inner) | Node::Convert(inner, ..) => {
+                inner.texts(indices)
+            }
             Node::Arithmetic(_, sides) | Node::Compare(_, sides) | Node::Join(_, sides) => {
                 sides.iter().for_each(|side| side.texts(indices));
             }
@@ -211,7 +268,9 @@ impl Node {
     fn numbers(&self, indices: &mut Vec<usize>) {
         match self {
             Node::Signal(index) | Node::Either(index, _) => indices.push(*index),
-            Node::Negate(inner) | Node::Not(inner) => inner.numbers(indices),
+            Node::Negate(inner) | Node::Not(inner) | Node::Convert(inner, ..) => {
+                inner.numbers(indices)
+            }
             Node::Arithmetic(_, sides) | Node::Compare(_, sides) | Node::Join(_, sides) => {
                 sides.iter().for_each(|side| side.numbers(indices));
             }

@@ -104,6 +104,7 @@ impl<'a, S, V: Values<S>> Sample<'a, S, V> {
             }
             Node::Reduced(index) => self.reduced.get(*index).copied().unwrap_or(f64::NAN),
             Node::Negate(inner) => -self.value(inner),
+            Node::Convert(inner, factor, offset) => self.value(inner) * factor + offset,
             Node::Arithmetic(operator, sides) => {
                 let (a, b) = (self.value(&sides[0]), self.value(&sides[1]));
                 match operator {

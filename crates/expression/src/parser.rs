@@ -5,25 +5,26 @@ use std::marker::PhantomData;
 use std::ops::Range;
 
 use diagnostics::suggest::{self, Unknown};
+use units::Unit;
 
 use super::token::{Token, tokens};
-use super::{
-    Expression, Junction, Node, Operand, Operator, ParseError, Reducer, Reduction, Relation,
-    TextSide,
-};
+use super::{Expression, Node, Operand, ParseError, Reducer, Reduction, Signal, TextSide};
+use crate::dimension::Dimension;
+use crate::inference::{Part, Rules};
+use crate::operator::{COMPARISON, POWER, combine, strength};
 use crate::{function, reducer};
 
 /// Words and symbols that one condition may have; it bounds the recursion for a hostile text.
 const LONGEST: usize = 400;
 
 impl<S> Expression<S> {
-    /// Reads a condition; `resolve` gives the index of a signal in the rows to come.
+    /// Reads a condition; `resolve` gives the index of a signal in the rows to come, and its unit.
     ///
     /// # Errors
-    /// When the text is malformed, a name is unknown, or signals and reductions are mixed.
+    /// When the text is malformed, a name is unknown, units do not fit, or signals and reductions are mixed.
     pub fn parse(
         text: &str,
-        resolve: &mut dyn FnMut(&str) -> Option<Operand<S>>,
+        resolve: &mut dyn FnMut(&str) -> Option<Signal<S>>,
     ) -> Result<Self, ParseError> {
         let tokens = tokens(text)?;
         if tokens.len() > LONGEST {
@@ -33,6 +34,7 @@ impl<S> Expression<S> {
         }
         let mut parser = Parser {
             text,
+            rules: Rules { text },
             tokens,
             next: 0,
             resolve,
@@ -40,7 +42,7 @@ impl<S> Expression<S> {
             reductions: Vec::new(),
             reduced: Vec::new(),
         };
-        let root = parser.number(0)?;
+        let Part { node: root, dimension, .. } = parser.number(0)?;
         if parser.peek() != Token::End {
             return Err(parser.expected("an operator or the end"));
         }
@@ -52,50 +54,17 @@ impl<S> Expression<S> {
                 "put `{name}` inside a reduction too, such as `max({name})`, or make two checks"
             )));
         }
-        Ok(Self { root, reductions: parser.reductions, space: PhantomData })
-    }
-}
-
-/// Binding strength of a binary operator.
-fn strength(symbol: &str) -> Option<u8> {
-    Some(match symbol {
-        "or" => 1,
-        "and" => 2,
-        "<" | "<=" | ">" | ">=" | "==" | "!=" => COMPARISON,
-        "+" | "-" => 4,
-        "*" | "/" => 5,
-        "^" => POWER,
-        _ => return None,
-    })
-}
-
-const COMPARISON: u8 = 3;
-const POWER: u8 = 6;
-
-fn combine(symbol: &str, left: Node, right: Node) -> Node {
-    let sides = Box::new([left, right]);
-    match symbol {
-        "or" => Node::Join(Junction::Or, sides),
-        "and" => Node::Join(Junction::And, sides),
-        "<" => Node::Compare(Relation::Less, sides),
-        "<=" => Node::Compare(Relation::LessOrEqual, sides),
-        ">" => Node::Compare(Relation::Greater, sides),
-        ">=" => Node::Compare(Relation::GreaterOrEqual, sides),
-        "==" => Node::Compare(Relation::Equal, sides),
-        "!=" => Node::Compare(Relation::NotEqual, sides),
-        "+" => Node::Arithmetic(Operator::Add, sides),
-        "-" => Node::Arithmetic(Operator::Subtract, sides),
-        "*" => Node::Arithmetic(Operator::Multiply, sides),
-        "/" => Node::Arithmetic(Operator::Divide, sides),
-        _ => Node::Arithmetic(Operator::Power, sides),
+        let dimension = Box::new(dimension);
+        Ok(Self { root, dimension, reductions: parser.reductions, space: PhantomData })
     }
 }
 
 struct Parser<'a, S> {
     text: &'a str,
+    rules: Rules<'a>,
     tokens: Vec<(Token<'a>, Range<usize>)>,
     next: usize,
-    resolve: &'a mut dyn FnMut(&str) -> Option<Operand<S>>,
+    resolve: &'a mut dyn FnMut(&str) -> Option<Signal<S>>,
     /// Places of signals and `time` outside every reduction.
     bare: Vec<Range<usize>>,
     reductions: Vec<Reduction>,
@@ -127,55 +96,52 @@ impl<'a, S> Parser<'a, S> {
     }
 
     /// An expression that is no text.
-    fn number(&mut self, least: u8) -> Result<Node, ParseError> {
-        let start = self.span().start;
-        let node = self.expression(least)?;
-        self.refuse_text(start, &node)?;
-        Ok(node)
+    fn number(&mut self, least: u8) -> Result<Part, ParseError> {
+        let part = self.expression(least)?;
+        self.refuse_text(&part)?;
+        Ok(part)
     }
 
-    /// Refuses a text that began at `start` and was just parsed.
-    fn refuse_text(&self, start: usize, node: &Node) -> Result<(), ParseError> {
-        let Node::Text(_) = node else { return Ok(()) };
-        let span = start..self.tokens[self.next - 1].1.end;
-        let message = format!("`{}` is a text, not a number", &self.text[span.clone()]);
-        let help = format!("compare it with another text: `{} == 'on'`", &self.text[span.clone()]);
-        Err(ParseError::new(span, message).help(help))
+    /// Refuses a text.
+    fn refuse_text(&self, part: &Part) -> Result<(), ParseError> {
+        let Node::Text(_) = part.node else { return Ok(()) };
+        let quoted = &self.text[part.span.clone()];
+        let message = format!("`{quoted}` is a text, not a number");
+        let help = format!("compare it with another text: `{quoted} == 'on'`");
+        Err(ParseError::new(part.span.clone(), message).help(help))
     }
 
-    /// The comparison that began at `start` and was just parsed, of two numbers or two texts.
-    fn compare(
-        &self,
-        symbol: &str,
-        start: usize,
-        left: Node,
-        right: Node,
-    ) -> Result<Node, ParseError> {
-        let error = |what| ParseError::new(start..self.tokens[self.next - 1].1.end, what);
-        let (left, right) = match (left, right) {
-            (Node::Either(_, index), right @ Node::Text(_)) => {
-                (Node::Text(TextSide::Signal(index)), right)
+    /// The comparison of two numbers or two texts.
+    fn compare(&self, symbol: &str, mut left: Part, mut right: Part) -> Result<Part, ParseError> {
+        let span = left.span.start..right.span.end;
+        let text = |part: &mut Part| {
+            if let Node::Either(_, index) = part.node {
+                part.node = Node::Text(TextSide::Signal(index));
             }
-            (left @ Node::Text(_), Node::Either(_, index)) => {
-                (left, Node::Text(TextSide::Signal(index)))
-            }
-            sides => sides,
         };
-        match (symbol, left, right) {
-            ("==" | "!=", Node::Text(a), Node::Text(b)) => Ok(Node::Same(symbol == "==", [a, b])),
+        match (&left.node, &right.node) {
+            (Node::Text(_), _) => text(&mut right),
+            (_, Node::Text(_)) => text(&mut left),
+            _ => {}
+        }
+        match (symbol, left.node, right.node) {
+            ("==" | "!=", Node::Text(a), Node::Text(b)) => {
+                Ok(Part::plain(Node::Same(symbol == "==", [a, b]), span))
+            }
             (_, Node::Text(_), Node::Text(_)) => {
-                Err(error("texts are compared by `==` and `!=` only"))
+                Err(ParseError::new(span, "texts are compared by `==` and `!=` only"))
             }
             (_, Node::Text(_), _) | (_, _, Node::Text(_)) => {
-                Err(error("this compares a text with a number")
+                Err(ParseError::new(span, "this compares a text with a number")
                     .help("what stands in quotes is a text, also '1'"))
             }
-            (_, left, right) => Ok(combine(symbol, left, right)),
+            (_, a, b) => {
+                combine(self.rules, symbol, Part { node: a, ..left }, Part { node: b, ..right })
+            }
         }
     }
 
-    fn expression(&mut self, least: u8) -> Result<Node, ParseError> {
-        let start = self.span().start;
+    fn expression(&mut self, least: u8) -> Result<Part, ParseError> {
         let mut left = self.prefix()?;
         let mut compared = false;
         while let Token::Symbol(symbol) = self.peek() {
@@ -189,7 +155,7 @@ impl<'a, S> Parser<'a, S> {
             }
             compared = strength == COMPARISON;
             if !compared {
-                self.refuse_text(start, &left)?;
+                self.refuse_text(&left)?;
             }
             self.next += 1;
             // A power groups from the right: 2^3^2 is 2^(3^2).
@@ -197,34 +163,41 @@ impl<'a, S> Parser<'a, S> {
             left = match compared {
                 true => {
                     let right = self.expression(least)?;
-                    self.compare(symbol, start, left, right)?
+                    self.compare(symbol, left, right)?
                 }
-                false => combine(symbol, left, self.number(least)?),
+                false => combine(self.rules, symbol, left, self.number(least)?)?,
             };
         }
         Ok(left)
     }
 
-    fn prefix(&mut self) -> Result<Node, ParseError> {
+    fn prefix(&mut self) -> Result<Part, ParseError> {
+        let start = self.span().start;
         if self.skip("not") {
-            Ok(Node::Not(Box::new(self.number(COMPARISON)?)))
+            let part = self.number(COMPARISON)?;
+            Ok(Part::plain(Node::Not(Box::new(part.node)), start..part.span.end))
         } else if self.skip("-") {
             // -a^2 is -(a^2), as in mathematics.
-            Ok(Node::Negate(Box::new(self.number(POWER)?)))
+            let part = self.number(POWER)?;
+            let span = start..part.span.end;
+            self.rules.negative(part, span)
         } else {
             self.operand()
         }
     }
 
-    fn operand(&mut self) -> Result<Node, ParseError> {
+    fn operand(&mut self) -> Result<Part, ParseError> {
         let (token, span) = self.tokens[self.next].clone();
-        let node = match token {
-            Token::Number(number) => Node::Number(number),
-            Token::Text(text) => Node::Text(TextSide::Literal(text.to_owned())),
-            Token::Name("pi") => Node::Number(PI),
+        let part = match token {
+            Token::Number(number) => {
+                self.next += 1;
+                return self.literal(number, span);
+            }
+            Token::Text(text) => Part::plain(Node::Text(TextSide::Literal(text.to_owned())), span),
+            Token::Name("pi") => Part::number(PI, None, span),
             Token::Name("time") => {
-                self.bare.push(span);
-                Node::Time
+                self.bare.push(span.clone());
+                Part { node: Node::Time, dimension: Dimension::seconds(), span }
             }
             Token::Name(name) => {
                 self.next += 1;
@@ -243,22 +216,33 @@ impl<'a, S> Parser<'a, S> {
                 if self.peek() != Token::Symbol(")") {
                     return Err(self.expected("an operator or `)`"));
                 }
-                inner
+                Part { span: span.start..self.span().end, ..inner }
             }
             _ => return Err(self.expected("a number, a signal, a function or `(`")),
         };
         self.next += 1;
-        Ok(node)
+        Ok(part)
     }
 
-    fn signal(&mut self, name: &str, span: Range<usize>) -> Result<Node, ParseError> {
-        if let Some(operand) = (self.resolve)(name) {
-            self.bare.push(span);
-            return Ok(match operand {
+    /// A number, with the unit that follows it.
+    fn literal(&mut self, number: f64, span: Range<usize>) -> Result<Part, ParseError> {
+        let Token::Unit(name) = self.peek() else { return Ok(Part::number(number, None, span)) };
+        let place = self.span();
+        self.next += 1;
+        let unit =
+            Unit::parse(name).map_err(|error| ParseError::new(place.clone(), error.to_string()))?;
+        Ok(Part::number(number, Some((unit, name)), span.start..place.end))
+    }
+
+    fn signal(&mut self, name: &str, span: Range<usize>) -> Result<Part, ParseError> {
+        if let Some(Signal { operand, unit }) = (self.resolve)(name) {
+            self.bare.push(span.clone());
+            let node = match operand {
                 Operand::Number(index) => Node::Signal(index.position()),
                 Operand::Text(index) => Node::Text(TextSide::Signal(index.position())),
                 Operand::Either(number, text) => Node::Either(number.position(), text.position()),
-            });
+            };
+            return Ok(Part { node, dimension: Dimension::of(name, unit), span });
         }
         let mut error = ParseError::new(span, format!("unknown signal `{name}`"));
         if is_function(name) {
@@ -271,7 +255,7 @@ impl<'a, S> Parser<'a, S> {
     }
 
     /// The rest of a call, after its opening parenthesis.
-    fn call(&mut self, name: &str, span: &Range<usize>) -> Result<Node, ParseError> {
+    fn call(&mut self, name: &str, span: &Range<usize>) -> Result<Part, ParseError> {
         if !is_function(name) {
             return Err(unknown_function(name, span.clone()));
         }
@@ -286,7 +270,7 @@ impl<'a, S> Parser<'a, S> {
         let whole = span.start..self.span().end;
         self.next += 1;
         let Some((reducer, parameter)) = reduction(name, &arguments, &whole)? else {
-            return call(name, arguments, whole);
+            return call(self.rules, name, arguments, whole);
         };
         if let Some(inner) = self.reduced.get(reduced) {
             let message = format!("`{name}` runs over the window, and so does what is inside it");
@@ -300,9 +284,11 @@ impl<'a, S> Parser<'a, S> {
             return Err(error);
         }
         self.bare.truncate(bare);
-        self.reduced.push(whole);
-        self.reductions.push(Reduction { reducer, parameter, argument: arguments.swap_remove(0) });
-        Ok(Node::Reduced(self.reductions.len() - 1))
+        self.reduced.push(whole.clone());
+        arguments.truncate(1);
+        let (mut nodes, dimension) = self.rules.call(name, reducer.units, arguments)?;
+        self.reductions.push(Reduction { reducer, parameter, argument: nodes.swap_remove(0) });
+        Ok(Part { node: Node::Reduced(self.reductions.len() - 1), dimension, span: whole })
     }
 }
 
@@ -326,13 +312,15 @@ fn unknown_function(name: &str, span: Range<usize>) -> ParseError {
 /// The reduction that the call is, with its parameter, if it is not a function of one sample.
 fn reduction(
     name: &str,
-    arguments: &[Node],
+    arguments: &[Part],
     whole: &Range<usize>,
 ) -> Result<Option<(&'static Reducer, f64)>, ParseError> {
     let Some(reducer) = reducer::find(name) else { return Ok(None) };
     if let Some(parameter) = &reducer.parameter {
         return match arguments {
-            [_, Node::Number(number)] if (parameter.accepts)(*number) => {
+            [_, Part { node: Node::Number(number), dimension: Dimension::Number, .. }]
+                if (parameter.accepts)(*number) =>
+            {
                 Ok(Some((reducer, *number)))
             }
             _ => Err(ParseError::new(whole.clone(), format!("expected {}", parameter.expected))
@@ -349,11 +337,17 @@ fn reduction(
     }
 }
 
-fn call(name: &str, arguments: Vec<Node>, whole: Range<usize>) -> Result<Node, ParseError> {
+fn call(
+    rules: Rules,
+    name: &str,
+    arguments: Vec<Part>,
+    whole: Range<usize>,
+) -> Result<Part, ParseError> {
     let known = function::find(name);
     match known {
         Some(function) if function.arity.contains(&arguments.len()) => {
-            Ok(Node::Call(function, arguments))
+            let (nodes, dimension) = rules.call(name, function.units, arguments)?;
+            Ok(Part { node: Node::Call(function, nodes), dimension, span: whole })
         }
         _ => {
             let wanted = known.map_or(1, |function| *function.arity.start());

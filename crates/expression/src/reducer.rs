@@ -2,12 +2,15 @@
 
 use std::fmt::Debug;
 
+use crate::dimension::UnitRule;
+
 /// A reduction of one quantity over the window.
 #[derive(Debug)]
 pub(crate) struct Reducer {
     pub name: &'static str,
     /// The second argument, a constant, when there is one.
     pub parameter: Option<Parameter>,
+    pub units: UnitRule,
     /// The accumulator before the first sample; its argument is the parameter.
     pub start: fn(f64) -> Box<dyn Accumulator>,
 }
@@ -53,15 +56,15 @@ impl Clone for Box<dyn Accumulator> {
 }
 
 pub(crate) static REDUCERS: &[Reducer] = &[
-    of("max", |_| picks(|x, value| x > value)),
-    of("min", |_| picks(|x, value| x < value)),
-    of("first", |_| picks(|_, _| false)),
-    of("last", |_| picks(|_, _| true)),
-    of("sum", |_| adds(|x| x, |sum, _| sum)),
-    of("mean", |_| adds(|x| x, |sum, count| sum / count)),
-    of("rms", |_| adds(|x| x * x, |sum, count| (sum / count).sqrt())),
-    of("count", |_| adds(|x| f64::from(u8::from(x != 0.0)), |sum, _| sum)),
-    of("std", |_| Box::new(Spread::default())),
+    of("max", UnitRule::Kept, |_| picks(|x, value| x > value)),
+    of("min", UnitRule::Kept, |_| picks(|x, value| x < value)),
+    of("first", UnitRule::Kept, |_| picks(|_, _| false)),
+    of("last", UnitRule::Kept, |_| picks(|_, _| true)),
+    of("sum", UnitRule::Sum, |_| adds(|x| x, |sum, _| sum)),
+    of("mean", UnitRule::Kept, |_| adds(|x| x, |sum, count| sum / count)),
+    of("rms", UnitRule::Sum, |_| adds(|x| x * x, |sum, count| (sum / count).sqrt())),
+    of("count", UnitRule::Plain, |_| adds(|x| f64::from(u8::from(x != 0.0)), |sum, _| sum)),
+    of("std", UnitRule::Spread, |_| Box::new(Spread::default())),
     Reducer {
         name: "quantile",
         parameter: Some(Parameter {
@@ -69,12 +72,17 @@ pub(crate) static REDUCERS: &[Reducer] = &[
             expected: "`quantile(x, p)` with a number p from 0 to 1",
             example: "`quantile(x, 0.95)` is the value that 95 % of the samples do not exceed",
         }),
+        units: UnitRule::Kept,
         start: |share| Box::new(Quantile { share, samples: Vec::new() }),
     },
 ];
 
-const fn of(name: &'static str, start: fn(f64) -> Box<dyn Accumulator>) -> Reducer {
-    Reducer { name, parameter: None, start }
+const fn of(
+    name: &'static str,
+    units: UnitRule,
+    start: fn(f64) -> Box<dyn Accumulator>,
+) -> Reducer {
+    Reducer { name, parameter: None, units, start }
 }
 
 /// The reduction of this name.

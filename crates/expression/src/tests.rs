@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use super::*;
 
+mod dimensions;
+
 const COLUMNS: [&str; 8] = [
     "a.x",
     "a.y",
@@ -32,7 +34,26 @@ impl Values<Tested> for TestedRow<'_> {
 }
 
 fn parse(text: &str) -> Result<Expression<Tested>, ParseError> {
-    Expression::parse(text, &mut |name| match name {
+    parse_in(text, &[])
+}
+
+/// Parses with these units of signals; the others are plain numbers.
+fn parse_in(text: &str, units: &[(&str, &str)]) -> Result<Expression<Tested>, ParseError> {
+    Expression::parse(text, &mut |name| {
+        let operand = operand(name)?;
+        let unit = match units.iter().find(|(signal, _)| *signal == name) {
+            None => SignalUnit::Plain,
+            Some((_, "")) => SignalUnit::Missing,
+            Some((_, unit)) => {
+                SignalUnit::Known(Unit::parse(unit).expect("a unit"), (*unit).to_owned())
+            }
+        };
+        Some(Signal { operand, unit })
+    })
+}
+
+fn operand(name: &str) -> Option<Operand<Tested>> {
+    match name {
         "r.number" => Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0))),
         "r.text" => Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0))),
         "a.state" => Some(Operand::Text(TextIndex::new(0))),
@@ -42,7 +63,7 @@ fn parse(text: &str) -> Result<Expression<Tested>, ParseError> {
             .position(|column| *column == name)
             .map(NumberIndex::new)
             .map(Operand::Number),
-    })
+    }
 }
 
 /// The outcome over samples of `a.x` at 0, 1, 2 ... s; `a.y` is its negative, `b.x` is 2, `a.state`
@@ -72,7 +93,7 @@ fn precedence_functions_and_names_are_those_of_mathematics() {
         ("2 - -3", 5.0),
         ("2.5e-3 * 1E3 + .5", 3.0),
         ("sin(pi / 6)", 0.5),
-        ("deg(pi) + rad(180)", 180.0 + PI),
+        ("deg(pi) + rad(180)", 360.0),
         ("atan2(1, -1)", 0.75 * PI),
         ("hypot(3, 4)", 5.0),
         ("min(3, 1, 2) + max(3, 1, 2)", 4.0),

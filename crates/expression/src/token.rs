@@ -2,11 +2,16 @@
 
 use std::ops::Range;
 
+use diagnostics::suggest;
+use units::{Unit, UnitError};
+
 use super::ParseError;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Token<'a> {
     Number(f64),
+    /// The unit of the number before it.
+    Unit(&'a str),
     Name(&'a str),
     /// A signal name between backticks.
     Quoted(&'a str),
@@ -37,6 +42,9 @@ const SYMBOLS: &[(&str, &str)] = &[
     (",", ","),
 ];
 
+/// Operators that are words.
+const KEYWORDS: [&str; 3] = ["and", "or", "not"];
+
 pub(crate) fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, ParseError> {
     let mut tokens = Vec::new();
     let mut at = 0;
@@ -47,11 +55,15 @@ pub(crate) fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, Parse
             tokens.push((Token::End, at..at));
             return Ok(tokens);
         };
-        let (token, length) = if first.is_ascii_digit() || first == '.' {
+        let after_number = matches!(tokens.last(), Some((Token::Number(_), _)));
+        let unit = if after_number { unit(rest, at)? } else { 0 };
+        let (token, length) = if unit > 0 {
+            (Token::Unit(&rest[..unit]), unit)
+        } else if first.is_ascii_digit() || first == '.' {
             number(rest, at)?
         } else if first.is_alphabetic() || first == '_' {
             let length = name_length(rest);
-            let keyword = ["and", "or", "not"].into_iter().find(|word| *word == &rest[..length]);
+            let keyword = KEYWORDS.into_iter().find(|word| *word == &rest[..length]);
             (keyword.map_or(Token::Name(&rest[..length]), Token::Symbol), length)
         } else if first == '`' {
             let name = quoted(rest, at, "expected a closing backtick after the signal name")?;
@@ -111,6 +123,34 @@ fn number(rest: &str, at: usize) -> Result<(Token<'_>, usize), ParseError> {
             at..at + length,
             format!("expected a finite number, found `{}`", &rest[..length]),
         )),
+    }
+}
+
+/// The bytes of the unit after a number, 0 without one: `deg`, `km/h`, `N/(m/s)`, `1/s`.
+fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
+    let name = &rest[..name_length(rest)];
+    let length = units::leading(rest);
+    let joint = usize::from(length > 0 && rest[length..].starts_with(['.', '*', '/']));
+    let next = &rest[length + joint..];
+    let is_letter = |c: char| c.is_alphabetic() || "°%_".contains(c);
+    let word = &next[..next.find(|c| !is_letter(c)).unwrap_or(next.len())];
+    // `km/hr` is no quotient of 1 km and a signal, but `km/plant.x` is.
+    let misspelt = match length {
+        0 => !word.is_empty() && !name.contains('.') && !KEYWORDS.contains(&name),
+        _ => joint == 1 && units::meant(word).is_some(),
+    };
+    let written = &rest[..length + joint + word.len()];
+    match Unit::parse(written) {
+        Err(error) if misspelt => {
+            let help = match &error {
+                UnitError::Unknown { word, meant: None, .. } => {
+                    suggest::closest_question(word, units::known())
+                }
+                _ => None,
+            };
+            Err(ParseError { help, ..ParseError::new(at..at + written.len(), error.to_string()) })
+        }
+        _ => Ok(length),
     }
 }
 

@@ -179,7 +179,7 @@ impl<S> ops::Index<TextIndex<S>> for Columns<S> {
 /// use expression::{Expression, Monitor, Operand};
 /// use recording::{Full, NumberIndex, Row};
 /// let speed = NumberIndex::<Full>::new(0);
-/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed)))?;
+/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed).into()))?;
 /// let row = Row::<Full>::from_values(vec![20.0], Vec::new());
 /// assert_eq!(Monitor::new(check, 0.0).sample(0.0, &row), Some(true));
 /// # Ok::<(), expression::ParseError>(())
@@ -191,7 +191,7 @@ impl<S> ops::Index<TextIndex<S>> for Columns<S> {
 /// use expression::{Expression, Monitor, Operand};
 /// use recording::{Full, NumberIndex, Recorded, Row};
 /// let speed = NumberIndex::<Full>::new(0);
-/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed)))?;
+/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed).into()))?;
 /// let row = Row::<Recorded>::from_values(vec![20.0], Vec::new());
 /// assert_eq!(Monitor::new(check, 0.0).sample(0.0, &row), Some(true));
 /// # Ok::<(), expression::ParseError>(())

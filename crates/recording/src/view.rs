@@ -308,11 +308,12 @@ mod tests {
     #[test]
     fn a_curve_depends_on_x_and_on_the_row() {
         let y = Expression::parse("x + 10 * car.b * (car.state == 'on')", &mut |name| {
-            Some(match name {
+            let operand = match name {
                 "x" => Operand::Number(AtX::X),
                 "car.b" => AtX::column(ColumnIndex::Number(NumberIndex::new(1))).into(),
                 _ => AtX::column(ColumnIndex::Text(TextIndex::new(0))).into(),
-            })
+            };
+            Some(operand.into())
         });
         let (label, role) = (String::new(), Role::Other);
         let curve = Function { label, role, y: y.expect("a formula"), moves: true };

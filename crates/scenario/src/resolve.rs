@@ -3,13 +3,18 @@
 mod analyses;
 mod baselines;
 mod checks;
+mod connection_units;
 mod connections;
+mod declared_units;
 mod logs;
 mod nodes;
 mod order;
 mod place;
+mod plots;
+mod port;
 mod quantity;
 mod recorded;
+mod signal_units;
 mod start_override;
 mod starts;
 mod types;
@@ -23,7 +28,9 @@ use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
 use recording::{Columns, Full, RunHeader, StatusTrack};
 
-pub use self::view::{by_unit, view as layout};
+pub use self::plots::by_unit;
+use self::signal_units::SignalUnits;
+pub use self::view::layout;
 use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
 use crate::words::Scenario;
@@ -80,15 +87,18 @@ impl System {
         let clock = mistakes.take(clock(scenario));
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
-        let unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
-        let notes = (&mut mistakes, &mut warnings);
-        let connections = connections::connect(scenario, &unplaced, timed, notes);
+        let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
+        let conversions = connection_units::judge(scenario, &mut unplaced, &mut mistakes);
+        let connections =
+            connections::connect(scenario, &unplaced, &conversions, timed, &mut mistakes);
+        let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &unplaced, &connections));
         let (nodes, columns) = place::place(unplaced, connections);
         let notes = (&mut mistakes, &mut warnings);
-        let analyses = analyses::resolve(scenario, &built.plugins, &columns, notes);
+        let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
-        let checks = mistakes.take(checks::resolve(scenario, &columns, clock)).unwrap_or_default();
+        let checks = checks::resolve(scenario, (&columns, &units), clock);
+        let checks = mistakes.take(checks).unwrap_or_default();
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         mistakes.take(recorded::check(scenario, &columns));
         let recorded = recorded::selection(scenario, &columns);
@@ -105,7 +115,7 @@ impl System {
             view: View::default(),
             folder,
         };
-        let view = mistakes.take(view::view(scenario, &header));
+        let view = mistakes.take(view::view(scenario, &header, &units));
         mistakes.finish()?;
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
             return Err(Error::follow_up());

@@ -6,10 +6,7 @@ use std::ops::Range;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UnitError {
     /// A word is in no table.
-    #[error(
-        "unknown unit `{word}` at byte {at} of `{text}`: expected names such as \
-         kg, m, s, N, Pa, W, rad, deg, rpm, joined by `.`, `*` or `/`"
-    )]
+    #[error("unknown unit `{word}` at byte {at} of `{text}`: {}", expected(*.meant))]
     Unknown {
         /// The unknown word.
         word: String,
@@ -17,6 +14,8 @@ pub enum UnitError {
         at: usize,
         /// The whole unit text.
         text: String,
+        /// The unit that the word is a common spelling of.
+        meant: Option<&'static str>,
     },
     /// A unit whose zero is shifted is part of a larger expression.
     #[error(
@@ -43,6 +42,16 @@ pub enum UnitError {
         /// The whole unit text.
         text: String,
     },
+}
+
+fn expected(meant: Option<&str>) -> String {
+    match meant {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => {
+            "expected names such as kg, m, s, N, Pa, W, rad, deg, rpm, joined by `.`, `*` or `/`"
+                .to_owned()
+        }
+    }
 }
 
 impl UnitError {

@@ -18,15 +18,22 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod leading;
 mod parser;
+mod spelling;
 mod table;
 
 pub use error::UnitError;
+pub use leading::leading;
 use parser::Parser;
+pub use spelling::meant;
 use table::{NAMES, NONE, SCALES, TEMPERATURE};
 
 /// The base units, in the order of [`Unit::exponents`].
 pub const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+
+/// Index of the angle in [`BASE`].
+const RAD: usize = 7;
 
 /// The names of all units that a text may consist of: for suggestions, and for a reference.
 pub fn known() -> impl Iterator<Item = &'static str> {
@@ -64,7 +71,14 @@ impl Unit {
         if let Some((_, factor, offset)) = SCALES.iter().find(|(name, ..)| *name == word) {
             return Ok(Self::from_base(TEMPERATURE, *factor, *offset));
         }
-        Parser::read(text)
+        Parser::read(text).map_err(|error| match meant(word) {
+            Some(meant) => {
+                let (word, text) = (word.to_owned(), text.to_owned());
+                let at = text.find(word.as_str()).unwrap_or_default();
+                UnitError::Unknown { word, at, text, meant: Some(meant) }
+            }
+            None => error,
+        })
     }
 
     /// Whether values of one unit can be expressed in the other.
@@ -109,8 +123,34 @@ impl Unit {
         }
     }
 
+    /// The same unit with angles counted as plain numbers: `rad/s` becomes `1/s`, with the factor of `deg` kept.
+    #[must_use]
+    pub fn without_angle(mut self) -> Self {
+        self.exponents[RAD] = 0;
+        self
+    }
+
+    /// `self^power`, or nothing when an exponent is not whole or leaves the range of `i8`. An angle counts as a plain number
+    /// where its own exponent is not whole.
+    #[must_use]
+    pub fn to_the(self, power: f64) -> Option<Self> {
+        let raised = |exponents: [i8; 8]| {
+            let mut raised = NONE;
+            for (to, from) in raised.iter_mut().zip(exponents) {
+                let exponent = f64::from(from) * power;
+                let fits = exponent.fract() == 0.0 && exponent.abs() <= f64::from(i8::MAX);
+                *to = fits.then_some(exponent as i8)?;
+            }
+            Some(raised)
+        };
+        let exponents =
+            raised(self.exponents).or_else(|| raised(self.without_angle().exponents))?;
+        Some(Self::from_base(exponents, self.factor.powf(power), 0.0))
+    }
+
     /// `self * other^exponent`, or nothing when a power leaves the range of `i8`.
-    fn times(self, other: Self, exponent: i8) -> Option<Self> {
+    #[must_use]
+    pub fn times(self, other: Self, exponent: i8) -> Option<Self> {
         let mut exponents = self.exponents;
         for (sum, power) in exponents.iter_mut().zip(other.exponents) {
             *sum = sum.checked_add(power.checked_mul(exponent)?)?;

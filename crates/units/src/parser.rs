@@ -1,10 +1,21 @@
 //! Reads products of powers of named units.
 
 use crate::table::{NAMES, SCALES};
-use crate::{Unit, UnitError};
+use crate::{Unit, UnitError, spelling};
 
 /// Nesting that no unit needs; it bounds the recursion for a hostile text.
 const DEEPEST: usize = 16;
+
+/// The bytes of the name at the beginning of a text. Digits after a name are its exponent, except in `g0`.
+pub(crate) fn name_length(text: &str) -> usize {
+    let is_name = |c: char| c.is_alphabetic() || matches!(c, '%' | '_' | '°');
+    let letters = text.find(|c| !is_name(c)).unwrap_or(text.len());
+    let known = |name: &&str| name.ends_with(|c: char| c.is_ascii_digit());
+    let mut numbered = NAMES.iter().map(|(name, ..)| *name).filter(known);
+    let full =
+        |name: &&str| name.trim_end_matches(|c: char| c.is_ascii_digit()) == &text[..letters];
+    numbered.find(|name| full(name) && text.starts_with(name)).map_or(letters, str::len)
+}
 
 pub(crate) struct Parser<'a> {
     text: &'a str,
@@ -64,8 +75,9 @@ impl<'a> Parser<'a> {
 
     fn name(&mut self) -> Result<Unit, UnitError> {
         let at = self.at;
-        let is_name = |c: char| c.is_alphabetic() || matches!(c, '%' | '_' | '°');
-        let word = self.take(is_name);
+        let length = name_length(&self.text[at..]);
+        self.at += length;
+        let word = &self.text[at..self.at];
         if word.is_empty() {
             return Err(self.expected("a unit name, `1` or `(`"));
         }
@@ -75,7 +87,8 @@ impl<'a> Parser<'a> {
         } else if SCALES.iter().any(|(name, ..)| *name == word) {
             Err(UnitError::Shifted { word, at, text })
         } else {
-            Err(UnitError::Unknown { word, at, text })
+            let meant = spelling::meant(&word);
+            Err(UnitError::Unknown { word, at, text, meant })
         }
     }
 

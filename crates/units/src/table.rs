@@ -10,12 +10,16 @@ const CURRENT: [i8; 8] = [0, 0, 0, 1, 0, 0, 0, 0];
 pub(crate) const TEMPERATURE: [i8; 8] = [0, 0, 0, 0, 1, 0, 0, 0];
 pub(crate) const ANGLE: [i8; 8] = [0, 0, 0, 0, 0, 0, 0, 1];
 const SPEED: [i8; 8] = [0, 1, -1, 0, 0, 0, 0, 0];
+const ACCELERATION: [i8; 8] = [0, 1, -2, 0, 0, 0, 0, 0];
 const RATE: [i8; 8] = [0, 0, -1, 0, 0, 0, 0, 0];
 const FORCE: [i8; 8] = [1, 1, -2, 0, 0, 0, 0, 0];
 const PRESSURE: [i8; 8] = [1, -1, -2, 0, 0, 0, 0, 0];
 const ENERGY: [i8; 8] = [1, 2, -2, 0, 0, 0, 0, 0];
 const POWER: [i8; 8] = [1, 2, -3, 0, 0, 0, 0, 0];
 const VOLTAGE: [i8; 8] = [1, 2, -3, -1, 0, 0, 0, 0];
+
+/// Third General Conference on Weights and Measures, 1901 [m/s2].
+const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Name, base-unit exponents and SI value of one, for all units without an offset.
 /// Inch, foot, mile, pound and psi follow the international yard and pound agreement of 1959.
@@ -52,18 +56,21 @@ pub(crate) const NAMES: &[(&str, [i8; 8], f64)] = &[
     ("rev", ANGLE, TAU),
     ("rpm", [0, 0, -1, 0, 0, 0, 0, 1], TAU / 60.0),
     ("mph", SPEED, 1609.344 / 3600.0),
+    ("g0", ACCELERATION, STANDARD_GRAVITY),
     ("Hz", RATE, 1.0),
     ("kHz", RATE, 1e3),
     ("N", FORCE, 1.0),
     ("kN", FORCE, 1e3),
     ("MN", FORCE, 1e6),
+    ("kgf", FORCE, STANDARD_GRAVITY),
+    ("lbf", FORCE, 0.453_592_37 * STANDARD_GRAVITY),
     ("Pa", PRESSURE, 1.0),
     ("hPa", PRESSURE, 1e2),
     ("kPa", PRESSURE, 1e3),
     ("MPa", PRESSURE, 1e6),
     ("mbar", PRESSURE, 1e2),
     ("bar", PRESSURE, 1e5),
-    ("psi", PRESSURE, 0.453_592_37 * 9.806_65 / (0.0254 * 0.0254)),
+    ("psi", PRESSURE, 0.453_592_37 * STANDARD_GRAVITY / (0.0254 * 0.0254)),
     ("J", ENERGY, 1.0),
     ("kJ", ENERGY, 1e3),
     ("MJ", ENERGY, 1e6),

@@ -46,6 +46,11 @@ const SIZES: &[(&str, &str, f64)] = &[
     (" N . m / rad ", "kg.m2/(s2.rad)", 1.0),
     ("V/Ohm", "A", 1.0),
     ("C/V/F", "1", 1.0),
+    ("g0", "m/s2", 9.806_65),
+    ("g02", "m2/s4", 9.806_65 * 9.806_65),
+    ("g0/rad", "m/(s2.rad)", 9.806_65),
+    ("kgf", "kg.m/s2", 9.806_65),
+    ("lbf", "kg.m/s2", 4.448_221_615_260_5),
 ];
 
 #[test]
@@ -110,7 +115,7 @@ fn different_dimensions_do_not_convert() {
 fn errors_say_where_they_are() {
     for (text, span, part) in [
         ("N.furlong/s", 2..9, "unknown unit `furlong` at byte 2"),
-        ("m/sec", 2..5, "unknown unit `sec`"),
+        ("m/sec", 2..5, "unknown unit `sec` at byte 2 of `m/sec`: did you mean `s`?"),
         ("N/degC", 2..6, "write `K`"),
         ("degC2", 0..4, "stand alone"),
         ("", 0..0, "found the end"),
@@ -122,6 +127,9 @@ fn errors_say_where_they_are() {
         ("m999", 1..2, "whole exponent"),
         ("m100.m100", 9..9, "powers within"),
         ("2.m", 0..1, "a unit name"),
+        ("km/hr", 0..5, "did you mean `km/h`?"),
+        ("Nm/rad", 0..2, "did you mean `N.m`?"),
+        (" deg. ", 1..5, "did you mean `deg`?"),
         ("m²", 1..3, "found `²`"),
         ("((((((((((((((((((((m", 16..17, "a unit name"),
     ] {
@@ -140,4 +148,83 @@ fn all_known_names_are_units_and_none_is_listed_twice() {
     names.dedup();
     assert_eq!(names.len(), count);
     assert!(["degC", "rpm", "N", "%"].iter().all(|name| names.contains(name)));
+}
+
+#[test]
+fn common_spellings_lead_to_a_unit_and_none_is_a_unit_itself() {
+    for (written, expected) in [
+        ("kmh", "km/h"),
+        ("KPH", "km/h"),
+        ("Degrees", "deg"),
+        ("°", "deg"),
+        ("RPM", "rpm"),
+        ("MPH", "mph"),
+        ("PSI", "psi"),
+        ("Bar", "bar"),
+        ("Nm", "N.m"),
+        ("seconds", "s"),
+        ("hours", "h"),
+        ("meters", "m"),
+        ("G", "g0"),
+        ("Gee", "g0"),
+        ("-", "1"),
+        ("°C", "degC"),
+    ] {
+        let error = Unit::parse(written).expect_err(written).to_string();
+        assert!(error.contains(&format!("did you mean `{expected}`?")), "{error}");
+        assert!(Unit::parse(expected).is_ok());
+    }
+    assert!(
+        Unit::parse("nm").is_err_and(|error| !error.to_string().contains("N.m")),
+        "a nanometre"
+    );
+}
+
+#[test]
+fn powers_and_roots_of_units_have_whole_exponents() {
+    let raised = |text: &str, power| unit(text).to_the(power).map(|unit| unit.dimension());
+    for (text, power, expected) in [
+        ("m/s", 2.0, Some("m2/s2")),
+        ("m2/s2", 0.5, Some("m/s")),
+        ("m", -1.0, Some("1/m")),
+        ("m.rad/s2", 2.0, Some("m2.rad2/s4")),
+        ("rad.m2", 0.5, Some("m")),
+        ("m", 0.5, None),
+        ("m100", 2.0, None),
+    ] {
+        assert_eq!(raised(text, power).as_deref(), expected, "{text}^{power}");
+    }
+    assert!((unit("km/h").to_the(2.0).expect("a unit").factor - 1.0 / 12.96).abs() < 1e-15);
+}
+
+#[test]
+fn angles_can_count_as_plain_numbers() {
+    let (degrees, plain) = (unit("deg/s").without_angle(), unit("1/s"));
+    let (scale, _) = Unit::conversion(&degrees, &plain).expect("angles left out");
+    assert!((scale - PI / 180.0).abs() < 1e-17);
+}
+
+#[test]
+fn the_unit_after_a_number_ends_where_signals_begin() {
+    for (text, unit) in [
+        ("m/s2", "m/s2"),
+        ("g0)", "g0"),
+        ("%", "%"),
+        ("1/s < 2", "1/s"),
+        ("1/plant.v", ""),
+        ("m*s/kg-2", "m*s/kg"),
+        ("m/s.x", "m"),
+        ("N.m/rad*plant.psi", "N.m/rad"),
+        ("m/s(2)", "m"),
+        ("m/(plant.x)", "m"),
+        ("m/time", "m"),
+        ("m^x", "m"),
+        ("s^-1", "s^-1"),
+        ("m_x", ""),
+        ("m[1]", ""),
+        ("((((((((((m", ""),
+        ("kmh", ""),
+    ] {
+        assert_eq!(&text[..leading(text)], unit, "{text}");
+    }
 }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::{FaultAction, FaultWords};
 
-/// Fault: the input gets this value, which may be `nan`.
+/// Fault: the input gets this value, in its unit, or `nan`.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.0)]

@@ -5,27 +5,32 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
+use expression::SignalUnit;
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
 use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
+use super::signal_units::{SignalUnits, cure};
 use super::{Notes, logs};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
 use crate::words::{Analysis, AnalysisSignal, Column, ScaledSignal, Scenario};
 
+/// The columns of the run and their units.
+type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);
+
 pub(super) fn resolve(
     scenario: &Scenario,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-    columns: &RunColumns<Full>,
+    signals: Signals,
     (mistakes, warnings): Notes,
 ) -> Vec<AnalysisPlan> {
     let analyses = &scenario.document.analysis;
     let plans = analyses.iter().enumerate().filter_map(|(index, analysis)| {
-        mistakes.take(unique(scenario, &analyses[..index], analysis, columns));
-        mistakes.take(plan(scenario, analysis, plugins, columns, warnings))
+        mistakes.take(unique(scenario, &analyses[..index], analysis, signals.0));
+        mistakes.take(plan(scenario, analysis, plugins, signals, warnings))
     });
     plans.collect()
 }
@@ -50,7 +55,7 @@ fn plan(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-    columns: &RunColumns<Full>,
+    signals: Signals,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let mut mistakes = Mistakes::default();
@@ -64,13 +69,14 @@ fn plan(
     for (name, signal) in &analysis.signals {
         let wanted = wanted(scenario, &plugin, name);
         let taken = taken(scenario, signal).and_then(|(full, place, scaling)| {
-            let (index, unit) = column(scenario, columns, (full, place.clone()))?;
-            Ok((index, unit, (place, full), scaling))
+            let index = column(scenario, signals.0, (full, place.clone()))?;
+            Ok((index, (place, full), scaling))
         });
-        let made = Mistakes::both(wanted, taken).and_then(|(wanted, taken)| {
-            let (index, unit, written, scaling) = taken;
-            let wired = wire(scenario, wanted, Origin::Run(index), unit, written, warnings)?;
-            Ok(scaled(wired, scaling))
+        let made = Mistakes::both(wanted, taken).and_then(|(wanted, (index, written, scaling))| {
+            let full = written.1;
+            let found = (Origin::Run(index), signals.1.of(full));
+            let cure = |unit: &str| cure(scenario, full, unit);
+            Ok(scaled(wire(scenario, wanted, found, written, &cure)?, scaling))
         });
         wired.extend(mistakes.take(made));
     }
@@ -83,7 +89,17 @@ fn plan(
         let made = made.and_then(|(wanted, unit)| {
             let Column { column, unit: word, .. } = entry.get_ref();
             let written = (word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
-            wire(scenario, wanted, Origin::Log(place), unit, written, warnings)
+            let cure = |unit: &str| {
+                format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
+            };
+            let unit = match unit {
+                None => SignalUnit::Missing,
+                Some(name) => {
+                    let unit = read_unit(scenario, &written, name);
+                    SignalUnit::Known(unit.map_err(|it| it.help(cure("m/s")))?, name.to_owned())
+                }
+            };
+            wire(scenario, wanted, (Origin::Log(place), unit), written, &cure)
         });
         wired.extend(mistakes.take(made));
     }
@@ -101,14 +117,14 @@ fn plan(
     })
 }
 
-/// The number that a word names, and its unit.
-fn column<'a>(
+/// The number that a word names.
+fn column(
     scenario: &Scenario,
-    columns: &'a RunColumns<Full>,
+    columns: &RunColumns<Full>,
     (full, place): (&str, Range<usize>),
-) -> Result<(NumberIndex<Full>, Option<&'a str>), Error> {
-    if let Some((index, column)) = columns.numbers().find(|(_, it)| it.name() == full) {
-        return Ok((index, column.unit.as_deref()));
+) -> Result<NumberIndex<Full>, Error> {
+    if let Some((index, _)) = columns.numbers().find(|(_, it)| it.name() == full) {
+        return Ok(index);
     }
     let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
     let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
@@ -199,14 +215,13 @@ fn scaled(wired: Wired, scaling: Scaling) -> Wired {
     }
 }
 
-/// Converts to the unit that the plugin wants.
+/// Converts to the unit that the plugin wants. `cure` says where a missing unit is declared.
 fn wire(
     scenario: &Scenario,
     wanted: &Wanted,
-    origin: Origin,
-    unit: Option<&str>,
-    (place, signal): (Range<usize>, &str),
-    warnings: &mut Vec<String>,
+    (origin, unit): (Origin, SignalUnit),
+    written: (Range<usize>, &str),
+    cure: &dyn Fn(&str) -> String,
 ) -> Result<Wired, Error> {
     let wired = |unit: &str, (factor, offset)| Wired {
         name: wanted.name.clone(),
@@ -216,26 +231,37 @@ fn wire(
         offset,
     };
     let Wanted { name, unit: to, .. } = wanted;
-    let Some(from) = unit else {
-        if !to.is_empty() {
-            warnings.push(format!("`{signal}` has no unit, `{name}` takes it as [{to}]"));
-        }
-        return Ok(wired(to, (1.0, 0.0)));
-    };
     if to.is_empty() {
-        return Ok(wired(from, (1.0, 0.0)));
+        let own = if let SignalUnit::Known(_, own) = &unit { own } else { "" };
+        return Ok(wired(own, (1.0, 0.0)));
     }
-    let parse = |unit: &str| {
-        Unit::parse(unit).map_err(|error| {
-            scenario.source.error(place.clone(), format!("`{signal}`: {error}"), "")
-        })
-    };
-    let conversion = Unit::conversion(&parse(from)?, &parse(to)?);
-    let conversion = conversion.ok_or_else(|| {
-        let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{from}]");
-        scenario.source.error(place.clone(), message, "")
-    })?;
-    Ok(wired(to, conversion))
+    let known = read_unit(scenario, &written, to)?;
+    let (place, signal) = written;
+    match unit {
+        SignalUnit::Known(from, own) => {
+            let conversion = Unit::conversion(&from, &known).ok_or_else(|| {
+                let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{own}]");
+                let help = format!("{} is not {}", from.dimension(), known.dimension());
+                scenario.source.error(place, message, "").help(help)
+            })?;
+            Ok(wired(to, conversion))
+        }
+        SignalUnit::Missing if known != Unit::ONE => {
+            let message = format!("`{name}` is wanted in [{to}], and `{signal}` has no unit");
+            Err(scenario.source.error(place, message, "").help(cure(to)))
+        }
+        SignalUnit::Missing | SignalUnit::Plain => Ok(wired(to, (1.0, 0.0))),
+    }
+}
+
+/// A unit that a signal or a plugin has.
+fn read_unit(
+    scenario: &Scenario,
+    (place, signal): &(Range<usize>, &str),
+    unit: &str,
+) -> Result<Unit, Error> {
+    Unit::parse(unit)
+        .map_err(|error| scenario.source.error(place.clone(), format!("`{signal}`: {error}"), ""))
 }
 
 /// Whether the plugin gets all that it cannot do without.

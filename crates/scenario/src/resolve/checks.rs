@@ -1,21 +1,25 @@
 //! Turns `[[check]]` into expressions over columns.
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use expression::{Expression, NumberIndex, Operand, ParseError, TextIndex};
+use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full};
 
+use super::signal_units::{SignalUnits, cure};
 use crate::plan::{CheckPlan, Clock, Condition, ResultName, Results};
 use crate::words::{Check, Scenario};
 
+/// The columns of the run and their units.
+type Signals<'a> = (&'a Columns<Full>, &'a SignalUnits);
+
 pub(super) fn resolve(
     scenario: &Scenario,
-    columns: &Columns<Full>,
+    signals: Signals,
     clock: Option<Clock>,
 ) -> Result<Vec<CheckPlan>, Error> {
     let checks = &scenario.document.check;
     Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
         let unique = unique(scenario, &checks[..index], check);
-        let plan = plan(scenario, check, columns, clock);
+        let plan = plan(scenario, check, signals, clock);
         Mistakes::both(unique, plan).map(|(_, plan)| plan)
     }))
 }
@@ -33,10 +37,10 @@ fn unique(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Er
 fn plan(
     scenario: &Scenario,
     check: &Check,
-    columns: &Columns<Full>,
+    signals: Signals,
     clock: Option<Clock>,
 ) -> Result<CheckPlan, Error> {
-    let condition = condition(scenario, check, columns);
+    let condition = condition(scenario, check, signals);
     let during = match (&condition, &check.during) {
         (Ok(Condition::Results(..)), Some(_)) => Err(timeless(scenario, check)),
         _ => during(scenario, check, clock),
@@ -72,20 +76,21 @@ struct Mixed;
 fn condition(
     scenario: &Scenario,
     check: &Check,
-    columns: &Columns<Full>,
+    (columns, units): Signals,
 ) -> Result<Condition, Error> {
     let result = |number| Operand::Either(NumberIndex::new(number), TextIndex::new(number));
     let (mut signals, mut results) = (0, Vec::new());
     let mixed = parse::<Mixed>(scenario, check, columns, &mut |name| {
         if let Some(result) = result_name(scenario, name) {
             results.push(result);
-            return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)));
+            return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)).into());
         }
         signals += 1;
-        Some(match columns.find(name)? {
+        let operand = match columns.find(name)? {
             ColumnIndex::Number(_) => Operand::Number(NumberIndex::new(0)),
             ColumnIndex::Text(_) => Operand::Text(TextIndex::new(0)),
-        })
+        };
+        Some(Signal { operand, unit: units.of(name) })
     })?;
     if !mixed.is_condition() {
         let message =
@@ -95,15 +100,18 @@ fn condition(
             .help("write for example `abs(plant.v_y) < 2`"));
     }
     if results.is_empty() {
-        let resolve = &mut |name: &str| columns.find(name).map(Operand::from);
+        let resolve = &mut |name: &str| {
+            let operand = columns.find(name)?.into();
+            Some(Signal { operand, unit: units.of(name) })
+        };
         return parse(scenario, check, columns, resolve).map(Condition::Run);
     }
     if signals > 0 {
         return Err(timeless(scenario, check));
     }
     let mut numbers = 0..results.len();
-    let condition =
-        parse::<Results>(scenario, check, columns, &mut |_| numbers.next().map(result))?;
+    let mut resolve = |_: &str| Some(result(numbers.next()?).into());
+    let condition = parse::<Results>(scenario, check, columns, &mut resolve)?;
     for index in condition.texts() {
         results[index.position()].is_text = true;
     }
@@ -114,7 +122,7 @@ fn parse<S>(
     scenario: &Scenario,
     check: &Check,
     columns: &Columns<Full>,
-    resolve: &mut dyn FnMut(&str) -> Option<Operand<S>>,
+    resolve: &mut dyn FnMut(&str) -> Option<Signal<S>>,
 ) -> Result<Expression<S>, Error> {
     Expression::parse(check.that.get_ref(), resolve)
         .map_err(|error| malformed(scenario, check, columns, error))
@@ -144,7 +152,8 @@ fn malformed(
         unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
     let message = format!("check `{}`: {}", check.name.get_ref(), error.message);
     let pointed = scenario.source.error(span, message, "here");
-    pointed.hint(closest.or(error.help).or(hint)).about_unknown(error.unknown)
+    let cure = error.unitless.map(|it| cure(scenario, &it.signal, &it.other));
+    pointed.hint(closest.or(cure).or(error.help).or(hint)).about_unknown(error.unknown)
 }
 
 /// The result that a name means when it begins with an analysis or a validation.

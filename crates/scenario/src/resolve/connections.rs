@@ -1,10 +1,11 @@
 //! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
 
-use diagnostics::{Error, Mistakes, Spanned, suggest};
-use units::Unit;
+use diagnostics::{Error, Mistakes};
 
+use super::connection_units::Conversions;
 use super::nodes::{Port, UnplacedNode};
-use super::{Notes, types};
+use super::port::{Side, find};
+use super::types;
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
 use crate::words::{At, Connect, Fault, Scenario};
@@ -27,8 +28,9 @@ pub(super) struct Connection {
 pub(super) fn connect(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
+    conversions: &Conversions,
     timed: (Option<Clock>, u64),
-    (mistakes, warnings): Notes,
+    mistakes: &mut Mistakes,
 ) -> Connections {
     let none = |node: &UnplacedNode| node.inputs.iter().map(|_| None).collect();
     let mut connections: Connections = unplaced.iter().map(none).collect();
@@ -44,8 +46,9 @@ pub(super) fn connect(
         let to = find(scenario, unplaced, &connect.to, Side::Input);
         let Some(to) = mistakes.take(to) else { continue };
         // An input whose connection is wrong has no column that a check could name.
-        let made = from
-            .and_then(|from| connection(scenario, unplaced, (connect, from, to), timed, warnings));
+        let units = conversions[index];
+        let made =
+            from.and_then(|from| connection(scenario, unplaced, (connect, from, to), units, timed));
         connections[to.0][to.1] = mistakes.take_named(connect.to.get_ref(), made);
     }
     for fault in &scenario.document.fault {
@@ -62,13 +65,13 @@ fn connection(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
     (connect, from, to): (&Connect, (usize, usize), (usize, usize)),
+    units: Option<(f64, f64)>,
     timed: (Option<Clock>, u64),
-    warnings: &mut Vec<String>,
 ) -> Result<Connection, Error> {
     let ports = (&unplaced[from.0].outputs[from.1], &unplaced[to.0].inputs[to.1]);
     let at = at(scenario, connect, &unplaced[from.0]);
     let input_chain = types::fit(scenario, connect, ports).and_then(|accepts| {
-        let chain = |accepts| input_chain(scenario, connect, ports, (accepts, timed), warnings);
+        let chain = |accepts| input_chain(scenario, connect, units, (accepts, timed));
         accepts.map(chain).transpose()
     });
     let (at, input_chain) = Mistakes::both(at, input_chain)?;
@@ -79,9 +82,8 @@ fn connection(
 fn input_chain(
     scenario: &Scenario,
     connect: &Connect,
-    ports: (&Port, &Port),
+    units: Option<(f64, f64)>,
     (accepts, (clock, seed)): (Accepts, (Option<Clock>, u64)),
-    warnings: &mut Vec<String>,
 ) -> Result<InputChain, Error> {
     let stages = || {
         let communication_step = clock.ok_or_else(Error::follow_up)?.step;
@@ -91,7 +93,7 @@ fn input_chain(
             effect.stage(&context).map_err(|message| scenario.source.error(place, message, ""))
         }))
     };
-    let converted = convert(scenario, connect, ports, warnings);
+    let converted = units.ok_or_else(Error::follow_up);
     let ((factor, offset), stages) = Mistakes::both(converted, stages())?;
     Ok(InputChain { factor, offset, effects: stages.into(), faults: Vec::new(), accepts })
 }
@@ -115,69 +117,6 @@ fn at(scenario: &Scenario, connect: &Connect, producer: &UnplacedNode) -> Result
         (Some(at), _) => Ok(*at.get_ref()),
         (None, Body::Fmu { .. }) => Ok(rules.default_at),
         (None, _) => Ok(At::Start),
-    }
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
-    Input,
-    Output,
-}
-
-/// The node and the port that a word names.
-fn find(
-    scenario: &Scenario,
-    unplaced: &[UnplacedNode],
-    word: &Spanned<String>,
-    side: Side,
-) -> Result<(usize, usize), Error> {
-    let full = word.get_ref();
-    let Some((node, variable)) = full.split_once('.') else {
-        return Err(scenario.error(word, format!("expected `node.variable`, found `{full}`")));
-    };
-    let Some(place) = unplaced.iter().position(|unplaced_node| unplaced_node.name == node) else {
-        let known = unplaced.iter().map(|unplaced_node| unplaced_node.name.as_str());
-        return Err(suggest::unknown("node", node, known).at(&scenario.source, word.span()));
-    };
-    let unplaced_node = &unplaced[place];
-    let (ports, others, name) = match side {
-        Side::Input => (&unplaced_node.inputs, &unplaced_node.outputs, "input"),
-        Side::Output => (&unplaced_node.outputs, &unplaced_node.inputs, "output"),
-    };
-    if let Some(port) = ports.iter().position(|port| port.name == variable) {
-        return Ok((place, port));
-    }
-    if others.iter().any(|port| port.name == variable) {
-        return Err(scenario
-            .error(word, format!("`{full}` is no {name} of `{node}`"))
-            .help("`from` names an output, `to` an input"));
-    }
-    let known: Vec<_> = ports.iter().map(|port| format!("{node}.{}", port.name)).collect();
-    let unknown = suggest::unknown(name, full, known.iter().map(String::as_str));
-    Err(unknown.at(&scenario.source, word.span()))
-}
-
-/// The factor and the offset that turn the unit of `from` into that of `to`.
-fn convert(
-    scenario: &Scenario,
-    connect: &Connect,
-    (from, to): (&Port, &Port),
-    warnings: &mut Vec<String>,
-) -> Result<(f64, f64), Error> {
-    let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
-    let (Some(from_name), Some(to_name)) = (&from.unit, &to.unit) else { return Ok((1.0, 0.0)) };
-    match (&from.dimension, &to.dimension) {
-        (Some(from), Some(to)) => Unit::conversion(from, to).ok_or_else(|| {
-            let message =
-                format!("cannot connect {names}: [{from_name}] is no unit of [{to_name}]");
-            let help = format!("{} is not {}", from.dimension(), to.dimension());
-            scenario.error(&connect.to, message).help(help)
-        }),
-        _ if from_name == to_name => Ok((1.0, 0.0)),
-        _ => {
-            warnings.push(format!("{names}: [{from_name}] and [{to_name}] cannot be compared, the value is handed over as it is"));
-            Ok((1.0, 0.0))
-        }
     }
 }
 

@@ -11,6 +11,7 @@ use fmu_import::{Causality, Fmu};
 use recording::ValueKind;
 use units::Unit;
 
+use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::starts::starts;
 use super::types::recorded_kind;
@@ -31,6 +32,8 @@ pub(super) struct Port {
     pub items: Vec<Item>,
     pub unit: Option<String>,
     pub dimension: Option<Unit>,
+    /// Whether something is wrong with its unit that was told already.
+    pub wrong_unit: bool,
     pub description: Option<String>,
     reference: u32,
     /// For outputs, the names of the inputs that they follow; `None` means all.
@@ -189,6 +192,7 @@ fn signal<'a>(
         items: Vec::new(),
         dimension,
         unit: part.unit.as_ref().map(|unit| unit.get_ref().clone()),
+        wrong_unit: false,
         description: None,
         reference: 0,
         follows: Some(Vec::new()),
@@ -214,6 +218,7 @@ fn table(
             // A file may tell a unit that is not known here.
             dimension: unit.as_deref().and_then(|unit| Unit::parse(unit).ok()),
             unit,
+            wrong_unit: false,
             description: Some(format!(
                 "column {} of {}",
                 column.get_ref().column.get_ref(),
@@ -257,10 +262,13 @@ fn fmu(
     };
     let fmu = Fmu::open(&path).map_err(|error| scenario.error(word, error.to_string()))?;
     mistakes.take(fmu.library().map_err(|error| scenario.error(word, error.to_string())));
-    let variables = &fmu.description.variables;
+    let (variables, wrong) =
+        with_declared_units(scenario, node, &fmu.description.variables, mistakes);
+    let variables = &variables;
     let ports = |causality| -> Vec<Port> {
-        let mut ports: Vec<_> =
-            fmu.description.with(causality).map(|place| port(variables, place)).collect();
+        let places = fmu.description.with(causality);
+        let port = |place| Port { wrong_unit: wrong.contains(&place), ..port(variables, place) };
+        let mut ports: Vec<_> = places.map(port).collect();
         ports.sort_by_key(|port| recorded_kind(port.kind) as u8);
         ports
     };
@@ -300,6 +308,7 @@ fn port(variables: &[Variable], place: usize) -> Port {
         items: variable.items.clone(),
         unit: variable.unit.clone(),
         dimension: variable.dimension,
+        wrong_unit: false,
         description: variable.description.clone(),
         reference: variable.reference,
         follows,

@@ -1,11 +1,13 @@
 //! Resolves the quantities of a layout: recorded signals and formulas of them.
 
 use diagnostics::{Error, Spanned, suggest};
-use expression::{Expression, Operand};
+use expression::{Expression, Operand, Signal, SignalUnit};
 use recording::view::{AtX, Quantity};
 use recording::{Column, ColumnIndex, Columns, NumberIndex, Recorded};
+use units::Unit;
 
 use super::checks::inside;
+use super::signal_units::{SignalUnits, cure};
 use crate::words::Scenario;
 
 /// Name of the axis x in the formula of a curve.
@@ -15,14 +17,19 @@ const ABSCISSA: &str = "x";
 pub(super) struct Names<'a> {
     scenario: &'a Scenario,
     columns: &'a Columns<Recorded>,
+    units: &'a SignalUnits,
     /// The names of the numbers, then those of the texts.
     names: Vec<String>,
 }
 
 impl<'a> Names<'a> {
-    pub(super) fn new(scenario: &'a Scenario, columns: &'a Columns<Recorded>) -> Self {
+    pub(super) fn new(
+        scenario: &'a Scenario,
+        columns: &'a Columns<Recorded>,
+        units: &'a SignalUnits,
+    ) -> Self {
         let names = columns.iter().map(Column::name).collect();
-        Names { scenario, columns, names }
+        Names { scenario, columns, units, names }
     }
 
     /// An error at a word of the file.
@@ -30,9 +37,22 @@ impl<'a> Names<'a> {
         self.scenario.error(at, message)
     }
 
-    /// The unit of a column.
-    pub(super) fn unit(&self, column: NumberIndex<Recorded>) -> Option<&'a str> {
-        self.columns[column].unit.as_deref()
+    /// The unit of a quantity with its name, if there is one. What products make is named in SI units.
+    pub(super) fn unit(&self, quantity: &Quantity) -> Option<(Option<Unit>, String)> {
+        match quantity {
+            Quantity::Column(column) => {
+                let column = &self.columns[*column];
+                let unit = match self.units.of(&column.name()) {
+                    SignalUnit::Known(unit, _) => Some(unit),
+                    _ => None,
+                };
+                Some((unit, column.unit.clone()?))
+            }
+            Quantity::Formula(formula) => {
+                let (unit, name) = formula.unit()?;
+                Some((Some(unit), name.unwrap_or_else(|| unit.dimension())))
+            }
+        }
     }
 
     /// A signal that is a number.
@@ -58,8 +78,13 @@ impl<'a> Names<'a> {
         if self.columns.find(text).is_some() || is_name(text) {
             return self.column(word).map(Quantity::Column);
         }
-        self.parse(word, text, &mut |name| self.columns.find(name).map(Operand::from))
-            .map(Quantity::Formula)
+        self.parse(word, text, &mut |name| self.signal(name)).map(Quantity::Formula)
+    }
+
+    /// A signal of a formula.
+    fn signal(&self, name: &str) -> Option<Signal<Recorded>> {
+        let operand = self.columns.find(name)?.into();
+        Some(Signal { operand, unit: self.units.of(name) })
     }
 
     /// A curve over [`ABSCISSA`]; and whether it depends on more than that.
@@ -71,10 +96,11 @@ impl<'a> Names<'a> {
         let mut moves = text.contains("time");
         let function = self.parse(word, text, &mut |name| {
             if name == ABSCISSA {
-                return Some(Operand::Number(AtX::X));
+                return Some(Operand::Number(AtX::X).into());
             }
             moves = true;
-            self.columns.find(name).map(AtX::column).map(Operand::from)
+            let operand = AtX::column(self.columns.find(name)?).into();
+            Some(Signal { operand, unit: self.units.of(name) })
         })?;
         Ok((function, moves))
     }
@@ -92,8 +118,7 @@ impl<'a> Names<'a> {
             None => format!("({})", word.get_ref()),
         };
         let sum = format!("{} + {sigmas} * {}", quoted(word), quoted(std));
-        self.parse(std, &sum, &mut |name| self.columns.find(name).map(Operand::from))
-            .map(Quantity::Formula)
+        self.parse(std, &sum, &mut |name| self.signal(name)).map(Quantity::Formula)
     }
 
     /// Parses what stands at `word`, or was made of it.
@@ -101,13 +126,17 @@ impl<'a> Names<'a> {
         &self,
         word: &Spanned<String>,
         text: &str,
-        resolve: &mut dyn FnMut(&str) -> Option<Operand<S>>,
+        resolve: &mut dyn FnMut(&str) -> Option<Signal<S>>,
     ) -> Result<Expression<S>, Error> {
         let parsed = Expression::parse(text, resolve).map_err(|error| {
-            let span = inside(self.scenario, word, error.span.clone());
+            let span = match text == word.get_ref() {
+                true => inside(self.scenario, word, error.span.clone()),
+                false => word.span(),
+            };
             let pointed = self.scenario.source.error(span, error.message, "here");
-            let help = error.unknown.as_deref().and_then(|name| self.hint(name)).or(error.help);
-            pointed.hint(help).about_unknown(error.unknown)
+            let cure = error.unitless.map(|it| cure(self.scenario, &it.signal, &it.other));
+            let hint = error.unknown.as_deref().and_then(|name| self.hint(name));
+            pointed.hint(hint.or(cure).or(error.help)).about_unknown(error.unknown)
         })?;
         if parsed.is_reduction() {
             let message = "expected a value at each moment, found one of the run as a whole";

@@ -9,7 +9,9 @@ use crate::words::Scenario;
 pub(super) fn unit(scenario: &Scenario, word: &Spanned<String>) -> Result<Unit, Error> {
     Unit::parse(word.get_ref()).map_err(|error| {
         let hint = match &error {
-            UnitError::Unknown { word, .. } => suggest::closest_question(word, units::known()),
+            UnitError::Unknown { word, meant: None, .. } => {
+                suggest::closest_question(word, units::known())
+            }
             _ => None,
         };
         scenario.error(word, error.to_string()).hint(hint)

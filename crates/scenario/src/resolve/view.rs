@@ -1,30 +1,39 @@
 //! Turns `[view]` into a layout by columns.
 
 use diagnostics::{Error, Mistakes, Spanned};
+use recording::RunHeader;
 use recording::table::{TableError, columns};
 use recording::view::{
-    Arrow, Distance, Function, Plot, Point, Pose, Quantity, Role, Series, Track, View, XyPlot,
-    edges,
+    Arrow, Distance, Function, Point, Pose, Quantity, Track, View, XyPlot, edges,
 };
-use recording::{Column, Direction, NumberIndex, Recorded, RunHeader};
-use units::Unit;
 
+use super::plots::{by_unit, plot};
 use super::quantity::Names;
-use super::unit;
+use super::signal_units::SignalUnits;
 use crate::words::{self, Scenario};
 
-/// More curves than this in one plot cannot be distinguished.
-const CURVES: usize = 8;
 /// Default positions of the axles ahead of the position, in lengths of the body.
 const AXLES: [f64; 2] = [0.30, -0.29];
+
+/// The layout that the scenario of a recording asks for.
+///
+/// # Errors
+/// All that does not fit, with its places in the file.
+pub fn layout(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
+    view(scenario, header, &SignalUnits::of_recording(&header.columns))
+}
 
 /// The layout that the scenario asks for; without plots there is one for each unit of each node.
 ///
 /// # Errors
 /// All that does not fit, with its places in the file.
-pub fn view(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
+pub(super) fn view(
+    scenario: &Scenario,
+    header: &RunHeader,
+    units: &SignalUnits,
+) -> Result<View, Error> {
     let written = &scenario.document.view;
-    let names = &Names::new(scenario, &header.columns);
+    let names = &Names::new(scenario, &header.columns, units);
     let mut mistakes = Mistakes::default();
     let pose = written.pose.as_ref().map(|it| pose(names, it)).transpose();
     // The path of a pose that is wrong cannot be followed, and the pose is what is told.
@@ -198,94 +207,4 @@ fn xy_plot(names: &Names, written: &words::XyPlot) -> Result<XyPlot, Error> {
         points,
         curves,
     })
-}
-
-fn plot(scenario: &Scenario, names: &Names, written: &words::Plot) -> Result<Plot, Error> {
-    let wanted = written.unit.as_ref().map(|word| Ok((word, unit::unit(scenario, word)?)));
-    let wanted = wanted.transpose();
-    // Without the unit of the axis there are still names to judge.
-    let axis = wanted.as_ref().ok().and_then(Option::as_ref);
-    let curves = written.signals.iter().map(|it| curve(scenario, names, it, axis));
-    let curves = Mistakes::all(curves);
-    let (wanted, curves) = Mistakes::both(wanted, curves)?;
-    let shown = wanted.map(|(word, _)| word.get_ref().clone());
-    let shown = shown.or_else(|| curves.iter().find_map(|(unit, _)| unit.clone()));
-    let title = match shown {
-        Some(unit) => format!("{} [{unit}]", written.title),
-        None => written.title.clone(),
-    };
-    let series = curves.into_iter().flat_map(|(_, series)| series).collect();
-    Ok(Plot { title, group: None, range: written.range, series })
-}
-
-/// The lines of a curve on an axis with this unit, and the unit of its own.
-fn curve(
-    scenario: &Scenario,
-    names: &Names,
-    written: &words::Curve,
-    axis: Option<&(&Spanned<String>, Unit)>,
-) -> Result<(Option<String>, Vec<Series>), Error> {
-    let quantity = names.quantity(&written.signal);
-    let unit = written.unit.as_ref().map(|word| unit::unit(scenario, word).map(|_| word.get_ref()));
-    let (quantity, unit) = Mistakes::both(quantity, unit.transpose())?;
-    let unit = match (unit, &quantity) {
-        (Some(unit), _) => Some(unit.as_str()),
-        (None, Quantity::Column(column)) => names.unit(*column),
-        (None, Quantity::Formula(_)) => None,
-    };
-    let own = unit.and_then(|unit| Unit::parse(unit).ok());
-    let (factor, offset) = match (axis, own) {
-        (Some((axis, wanted)), Some(own)) => Unit::conversion(&own, wanted).ok_or_else(|| {
-            let (signal, unit) = (written.signal.get_ref(), unit.unwrap_or("1"));
-            let message = format!("`{signal}` [{unit}] cannot be shown in {}", axis.get_ref());
-            scenario.error(&written.signal, message)
-        })?,
-        _ => (1.0, 0.0),
-    };
-    let label = written.label.clone().unwrap_or_else(|| written.signal.get_ref().clone());
-    let line = |quantity, bound| {
-        let (label, role) = (label.clone(), written.role);
-        Series { quantity, factor, offset, label, role, bound }
-    };
-    let bound = |(std, sigmas)| names.shifted(&written.signal, sigmas, std);
-    let bounds = written.std.iter().flat_map(|std| [(std, 2.0), (std, -2.0)]).map(bound);
-    let mut series: Vec<_> =
-        Mistakes::all(bounds)?.into_iter().map(|quantity| line(quantity, true)).collect();
-    series.push(line(quantity, false));
-    Ok((unit.map(str::to_owned), series))
-}
-
-/// Plots of all outputs among these columns, one for each unit of each node.
-pub fn by_unit<'a>(
-    columns: impl Iterator<Item = (NumberIndex<Recorded>, &'a Column)> + Clone,
-) -> Vec<Plot> {
-    let mut plots: Vec<Plot> = Vec::new();
-    let outputs = columns.clone().filter(|(_, column)| column.direction == Direction::Output);
-    for (index, column) in outputs {
-        let title = format!("{} [{}]", column.node, column.unit.as_deref().unwrap_or("1"));
-        let series = Series {
-            quantity: Quantity::Column(index),
-            factor: 1.0,
-            offset: 0.0,
-            label: column.variable.clone(),
-            role: Role::Other,
-            bound: false,
-        };
-        let open = |plot: &&mut Plot| plot.title == title && plot.series.len() < CURVES;
-        match plots.iter_mut().find(open) {
-            Some(plot) => plot.series.push(series),
-            None => {
-                let group = Some(column.node.clone());
-                plots.push(Plot { title, group, range: None, series: vec![series] });
-            }
-        }
-    }
-    let curves = |group: &Option<String>| {
-        columns.clone().filter(|(_, column)| Some(&column.node) == group.as_ref()).count()
-    };
-    // First the node that has most to show.
-    let sizes: Vec<_> = plots.iter().map(|plot| curves(&plot.group)).collect();
-    let mut sorted: Vec<_> = sizes.into_iter().zip(plots).collect();
-    sorted.sort_by_key(|(size, _)| std::cmp::Reverse(*size));
-    sorted.into_iter().map(|(_, plot)| plot).collect()
 }

@@ -33,6 +33,9 @@ macro_rules! connect {
             /// FMUs and the start for signals and tables.
             #[schemars(example = &"start")]
             pub at: Option<Spanned<At>>,
+            /// Unit of the end that has none, or one that cannot be read. Only one end may lack its unit.
+            #[schemars(example = &"km/h")]
+            pub unit: Option<Spanned<String>>,
             /// Type conversion. Type conversions are explicit.
             #[schemars(example = &"boolean_to_integer")]
             pub convert: Option<Spanned<Convert>>,

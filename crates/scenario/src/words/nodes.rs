@@ -40,6 +40,14 @@ pub struct Fmu {
         example = serde_json::json!({"start.v_x": 27.8, "F_x": 0.0})
     )]
     pub start: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    /// Units of Real variables without one in the description of the FMU. `*` in a name stands for any letters, and a full name
+    /// wins. A declaration must not contradict the description.
+    #[serde(default)]
+    #[schemars(
+        with = "BTreeMap<String, serde_json::Value>",
+        example = serde_json::json!({"v_x": "km/h", "tire*": "N"})
+    )]
+    pub unit: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
     /// Whether the FMU logs everything.
     #[serde(default)]
     #[schemars(example = true)]

@@ -198,7 +198,7 @@ pub struct Check {
     /// Beginning and end of the window of the condition [s]; the whole run without it.
     #[schemars(example = [2.0, 8.0])]
     pub during: Option<Spanned<[f64; 2]>>,
-    /// Tolerance of comparisons, in the unit of their sides.
+    /// Tolerance of comparisons, in the unit of their left sides.
     #[serde(default)]
     #[schemars(example = 0.001)]
     pub tolerance: f64,

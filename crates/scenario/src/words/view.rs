@@ -261,7 +261,7 @@ pub struct Curve {
     /// Recorded variable, or a formula of several.
     #[schemars(example = &"plant.v_x")]
     pub signal: Spanned<String>,
-    /// Unit of a formula. A signal has its own.
+    /// Unit of a signal or a formula without one. It must not contradict those of the signals.
     #[schemars(example = &"m/s")]
     pub unit: Option<Spanned<String>>,
     /// Standard deviation, in the unit of the signal. A band of 2 of them is drawn around the curve.

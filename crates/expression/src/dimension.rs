@@ -1,0 +1,169 @@
+//! Holds what is known about the unit of a part of an expression, and how the units of two parts compare.
+
+use std::f64::consts::PI;
+
+use units::Unit;
+
+use crate::SignalUnit;
+
+/// What a function or a reduction makes of the units of its arguments.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum UnitRule {
+    /// All arguments and the result have one unit.
+    Kept,
+    /// The same for sums and lengths, which mean nothing on a scale with a shifted zero.
+    Sum,
+    /// The same for differences, which have no zero.
+    Spread,
+    /// The square root of the unit.
+    Root,
+    /// A plain number of an angle or a plain number.
+    OfAngle,
+    /// An angle of a plain number.
+    ToAngle,
+    /// An angle of two values of one unit.
+    AngleOfTwo,
+    /// A plain number of anything.
+    Plain,
+    /// The angle, or the rate of one, in degrees.
+    Degrees,
+    /// The same in radians.
+    Radians,
+}
+
+/// What is known about the unit of a part.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Dimension {
+    /// A plain number takes the unit of what it is compared with or added to.
+    Number,
+    /// The signal that lacks a unit.
+    Missing(String),
+    Known(Known),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Known {
+    pub unit: Unit,
+    /// As it was declared; none for what products make.
+    pub name: Option<String>,
+}
+
+/// Index of the angle among the exponents of a unit.
+const RAD: usize = 7;
+pub(crate) const RADIAN: Unit = Unit::from_base([0, 0, 0, 0, 0, 0, 0, 1], 1.0, 0.0);
+const SECOND: Unit = Unit::from_base([0, 0, 1, 0, 0, 0, 0, 0], 1.0, 0.0);
+const FREQUENCY: Unit = Unit::from_base([0, 0, -1, 0, 0, 0, 0, 0], 1.0, 0.0);
+pub(crate) const KILOGRAM: Unit = Unit::from_base([1, 0, 0, 0, 0, 0, 0, 0], 1.0, 0.0);
+
+impl Known {
+    pub(crate) fn named(unit: Unit, name: &str) -> Self {
+        Known { unit, name: Some(name.to_owned()) }
+    }
+
+    pub(crate) fn text(&self) -> String {
+        self.name.clone().unwrap_or_else(|| self.unit.dimension())
+    }
+
+    pub(crate) fn is_shifted(&self) -> bool {
+        self.unit.offset != 0.0
+    }
+
+    /// Whether it is a plain number or an angle.
+    pub(crate) fn is_angle(&self) -> bool {
+        self.unit.without_angle().same_dimension(&Unit::ONE)
+    }
+
+    /// Whether a product with it leaves the other unit as it is.
+    pub(crate) fn is_one(&self) -> bool {
+        self.unit == Unit::ONE
+    }
+
+    /// Whether one is a frequency and the other an angular rate, which differ by 2 pi. Only declared units can be told apart.
+    pub(crate) fn confuses_turns(&self, other: &Self) -> bool {
+        let rate = |known: &Self| known.unit.without_angle().same_dimension(&FREQUENCY);
+        let declared = self.name.is_some() && other.name.is_some();
+        declared && rate(self) && rate(other) && !self.unit.same_dimension(&other.unit)
+    }
+
+    /// Factor and offset to another unit; an angle counts as a plain number.
+    pub(crate) fn conversion(&self, to: &Self) -> Option<(f64, f64)> {
+        match self.confuses_turns(to) {
+            true => None,
+            false => Unit::conversion(&self.unit.without_angle(), &to.unit.without_angle()),
+        }
+    }
+}
+
+impl Dimension {
+    /// That of a number without any dimension.
+    pub(crate) fn plain() -> Self {
+        Dimension::Known(Known::named(Unit::ONE, "1"))
+    }
+
+    pub(crate) fn radian() -> Self {
+        Dimension::Known(Known::named(RADIAN, "rad"))
+    }
+
+    /// That of the time.
+    pub(crate) fn seconds() -> Self {
+        Dimension::Known(Known::named(SECOND, "s"))
+    }
+
+    pub(crate) fn of(name: &str, unit: SignalUnit) -> Self {
+        match unit {
+            SignalUnit::Plain => Dimension::Number,
+            SignalUnit::Missing => Dimension::Missing(name.to_owned()),
+            SignalUnit::Known(unit, name) => Dimension::Known(Known { unit, name: Some(name) }),
+        }
+    }
+
+    pub(crate) fn unit(&self) -> Option<&Known> {
+        match self {
+            Dimension::Known(known) => Some(known),
+            _ => None,
+        }
+    }
+
+    /// The unit with the name that it was declared by.
+    pub(crate) fn known(&self) -> Option<(Unit, Option<String>)> {
+        self.unit().map(|known| (known.unit, known.name.clone()))
+    }
+}
+
+/// The unit in radians of an angle or of the rate of one; a frequency is none.
+pub(crate) fn turns(known: &Known) -> Option<Unit> {
+    let mut exponents = known.unit.exponents;
+    let angular =
+        exponents[RAD] == 1 || (exponents[RAD] == 0 && known.name.is_none()) || known.is_angle();
+    exponents[RAD] = 0;
+    let seconds = std::mem::take(&mut exponents[2]);
+    (angular && exponents == Unit::ONE.exponents).then(|| {
+        exponents[2] = seconds;
+        exponents[RAD] = 1;
+        Unit::from_base(exponents, 1.0, 0.0)
+    })
+}
+
+/// A unit of radians with degrees in their place.
+pub(crate) fn degrees(radians: Unit) -> Known {
+    let unit = Unit::from_base(radians.exponents, PI / 180.0, 0.0);
+    let name = match radians.exponents[2] {
+        0 => Some("deg".to_owned()),
+        -1 => Some("deg/s".to_owned()),
+        -2 => Some("deg/s2".to_owned()),
+        _ => None,
+    };
+    Known { unit, name }
+}
+
+/// The unit of a difference: K for degC.
+pub(crate) fn without_zero(dimension: Dimension) -> Dimension {
+    match dimension {
+        Dimension::Known(known) if known.is_shifted() => {
+            let unit = Unit::from_base(known.unit.exponents, known.unit.factor, 0.0);
+            let name = (unit.factor == 1.0).then(|| unit.dimension());
+            Dimension::Known(Known { unit, name })
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,144 @@
+//! Turns `[[view.plot]]` into curves over time on axes with units.
+
+use diagnostics::{Error, Mistakes};
+use recording::view::{Plot, Quantity, Role, Series};
+use recording::{Column, Direction, NumberIndex, Recorded};
+use units::Unit;
+
+use super::quantity::Names;
+use super::unit;
+use crate::words::{self, Scenario};
+
+/// More curves than this in one plot cannot be distinguished.
+const CURVES: usize = 8;
+
+/// A unit with its name; one of which only the name is known cannot be converted.
+pub(super) type NamedUnit = (Option<Unit>, String);
+
+pub(super) fn plot(
+    scenario: &Scenario,
+    names: &Names,
+    written: &words::Plot,
+) -> Result<Plot, Error> {
+    let wanted = written.unit.as_ref().map(|word| {
+        let unit = unit::unit(scenario, word)?;
+        Ok((Some(unit), word.get_ref().clone()))
+    });
+    let wanted = wanted.transpose();
+    let shown = match &wanted {
+        Ok(Some(axis)) => Some(axis.clone()),
+        Ok(None) => written.signals.iter().find_map(|it| axis(scenario, names, it)),
+        // Without the unit of the axis there are still names to judge.
+        Err(_) => None,
+    };
+    let curves = written.signals.iter().map(|it| curve(scenario, names, it, shown.as_ref()));
+    let (_, curves) = Mistakes::both(wanted, Mistakes::all(curves))?;
+    let title = match shown {
+        Some((_, unit)) => format!("{} [{unit}]", written.title),
+        None => written.title.clone(),
+    };
+    let series = curves.into_iter().flatten().collect();
+    Ok(Plot { title, group: None, range: written.range, series })
+}
+
+/// The axis of a curve that is alone: what a formula makes without a name is shown in SI units.
+fn axis(scenario: &Scenario, names: &Names, written: &words::Curve) -> Option<NamedUnit> {
+    let quantity = names.quantity(&written.signal).ok()?;
+    let (unit, name) = curve_unit(scenario, names, written, &quantity).ok()??;
+    Some((Unit::parse(&name).ok().or(unit), name))
+}
+
+/// The lines of a curve on an axis.
+fn curve(
+    scenario: &Scenario,
+    names: &Names,
+    written: &words::Curve,
+    axis: Option<&NamedUnit>,
+) -> Result<Vec<Series>, Error> {
+    let quantity = names.quantity(&written.signal)?;
+    let own = curve_unit(scenario, names, written, &quantity)?;
+    let (factor, offset) = match (axis, own) {
+        (Some((Some(to), axis)), Some((Some(from), own))) => conversion(&quantity, &from, to)
+            .ok_or_else(|| {
+                let signal = written.signal.get_ref();
+                let message = format!("`{signal}` [{own}] cannot be shown in {axis}");
+                let help = format!("{} is not {}", from.dimension(), to.dimension());
+                scenario.error(&written.signal, message).help(help)
+            })?,
+        _ => (1.0, 0.0),
+    };
+    let label = written.label.clone().unwrap_or_else(|| written.signal.get_ref().clone());
+    let line = |quantity, bound| {
+        let (label, role) = (label.clone(), written.role);
+        Series { quantity, factor, offset, label, role, bound }
+    };
+    let bound = |(std, sigmas)| names.shifted(&written.signal, sigmas, std);
+    let bounds = written.std.iter().flat_map(|std| [(std, 2.0), (std, -2.0)]).map(bound);
+    let mut series: Vec<_> =
+        Mistakes::all(bounds)?.into_iter().map(|quantity| line(quantity, true)).collect();
+    series.push(line(quantity, false));
+    Ok(series)
+}
+
+/// The unit of a curve: the one that is written, which must not contradict that of its signals.
+fn curve_unit(
+    scenario: &Scenario,
+    names: &Names,
+    written: &words::Curve,
+    quantity: &Quantity,
+) -> Result<Option<NamedUnit>, Error> {
+    let own = names.unit(quantity);
+    let Some(word) = &written.unit else { return Ok(own) };
+    let (unit, said) = (unit::unit(scenario, word)?, word.get_ref());
+    match own {
+        Some((Some(known), own)) if conversion(quantity, &known, &unit) != Some((1.0, 0.0)) => {
+            let signal = written.signal.get_ref();
+            let message = format!("`{signal}` is in [{own}], and is said to be in [{said}]");
+            Err(scenario.error(word, message).help("leave `unit` out: the diagram converts"))
+        }
+        _ => Ok(Some((Some(unit), said.clone()))),
+    }
+}
+
+/// Factor and offset from one unit to the other; in formulas an angle counts as a plain number.
+fn conversion(quantity: &Quantity, from: &Unit, to: &Unit) -> Option<(f64, f64)> {
+    match quantity {
+        Quantity::Column(_) => Unit::conversion(from, to),
+        Quantity::Formula(_) => Unit::conversion(&from.without_angle(), &to.without_angle()),
+    }
+}
+
+/// Plots of all outputs among these columns, one for each unit of each node.
+pub fn by_unit<'a>(
+    columns: impl Iterator<Item = (NumberIndex<Recorded>, &'a Column)> + Clone,
+) -> Vec<Plot> {
+    let mut plots: Vec<Plot> = Vec::new();
+    let outputs = columns.clone().filter(|(_, column)| column.direction == Direction::Output);
+    for (index, column) in outputs {
+        let title = format!("{} [{}]", column.node, column.unit.as_deref().unwrap_or("1"));
+        let series = Series {
+            quantity: Quantity::Column(index),
+            factor: 1.0,
+            offset: 0.0,
+            label: column.variable.clone(),
+            role: Role::Other,
+            bound: false,
+        };
+        let open = |plot: &&mut Plot| plot.title == title && plot.series.len() < CURVES;
+        match plots.iter_mut().find(open) {
+            Some(plot) => plot.series.push(series),
+            None => {
+                let group = Some(column.node.clone());
+                plots.push(Plot { title, group, range: None, series: vec![series] });
+            }
+        }
+    }
+    let curves = |group: &Option<String>| {
+        columns.clone().filter(|(_, column)| Some(&column.node) == group.as_ref()).count()
+    };
+    // First the node that has most to show.
+    let sizes: Vec<_> = plots.iter().map(|plot| curves(&plot.group)).collect();
+    let mut sorted: Vec<_> = sizes.into_iter().zip(plots).collect();
+    sorted.sort_by_key(|(size, _)| std::cmp::Reverse(*size));
+    sorted.into_iter().map(|(_, plot)| plot).collect()
+}

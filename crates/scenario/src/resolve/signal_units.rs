@@ -1,0 +1,76 @@
+//! Knows the unit of each variable, for expressions and analyses, and where the scenario declares a missing one.
+
+use std::collections::BTreeMap;
+
+use expression::SignalUnit;
+use fmu_import::description::Type;
+use recording::{Column, Columns};
+use units::Unit;
+
+use super::nodes::{Port, UnplacedNode};
+use crate::words::Scenario;
+
+/// The units of variables by their names, `node.variable`.
+#[derive(Debug, Default)]
+pub(super) struct SignalUnits(BTreeMap<String, SignalUnit>);
+
+impl SignalUnits {
+    /// Those of all inputs and outputs.
+    pub(super) fn of_nodes(nodes: &[UnplacedNode]) -> Self {
+        let ports = nodes.iter().flat_map(|node| {
+            let ports = node.outputs.iter().chain(&node.inputs);
+            ports.map(|port| (format!("{}.{}", node.name, port.name), signal_unit(port)))
+        });
+        SignalUnits(ports.collect())
+    }
+
+    /// Those of a recording. The run has judged them already: what is not known takes any.
+    pub(super) fn of_recording<S>(columns: &Columns<S>) -> Self {
+        let unit = |column: &Column| {
+            let name = column.unit.clone()?;
+            Some((column.name(), SignalUnit::Known(Unit::parse(&name).ok()?, name)))
+        };
+        SignalUnits(columns.iter().filter_map(unit).collect())
+    }
+
+    pub(super) fn of(&self, name: &str) -> SignalUnit {
+        self.0.get(name).cloned().unwrap_or(SignalUnit::Plain)
+    }
+}
+
+/// The unit of a port. Only Real numbers have one.
+pub(super) fn signal_unit(port: &Port) -> SignalUnit {
+    match (port.kind, port.dimension, &port.unit) {
+        _ if port.wrong_unit => SignalUnit::Plain,
+        (Type::Real, Some(unit), Some(name)) => SignalUnit::Known(unit, name.clone()),
+        (Type::Real, ..) => SignalUnit::Missing,
+        _ => SignalUnit::Plain,
+    }
+}
+
+/// The remedy for a variable without a unit: the line that declares it, with an example.
+pub(super) fn cure(scenario: &Scenario, signal: &str, example: &str) -> String {
+    let document = &scenario.document;
+    let (node, variable) = signal.split_once('.').unwrap_or((signal, ""));
+    if document.fmu.iter().any(|fmu| fmu.name.get_ref() == node) {
+        let key = key(variable);
+        return format!(
+            "say which unit `{signal}` has: unit = {{ {key} = \"{example}\" }} in [[fmu]] `{node}`"
+        );
+    }
+    if document.table.iter().any(|table| table.name.get_ref() == node) {
+        return format!(
+            "say which unit `{signal}` has: unit = \"{example}\" in the column `{variable}` of [[table]] `{node}`"
+        );
+    }
+    format!("say which unit `{signal}` has: unit = \"{example}\" in [[signal]] `{signal}`")
+}
+
+/// A name as a key of TOML.
+pub(super) fn key(name: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    if !name.is_empty() && name.chars().all(is_bare) {
+        return name.to_owned();
+    }
+    format!("\"{name}\"")
+}

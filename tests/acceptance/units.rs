@@ -1,0 +1,227 @@
+//! Connects, judges and analyses values with units, without, and with declared ones.
+
+use super::fixture::Scenario;
+use super::fmus::{ours, relay};
+use super::harness::{Ended, Lab};
+use super::plugins;
+
+tests! {
+    an_fmu_without_units_is_refused_until_its_units_are_declared: Compiler,
+    several_variables_without_units_are_one_mistake: Compiler,
+    a_declared_unit_fits_the_description_and_the_type: Compiler,
+    checks_convert_what_has_one_dimension_and_refuse_the_rest,
+    diagrams_of_formulas_have_units,
+    an_analysis_gets_no_signal_without_a_unit: Compiler,
+}
+
+/// The relay, whose Real variables have no units, driven at 100 km/h.
+fn driven(keys: &str, connect: &str, more: &str) -> String {
+    let start = "n = 0, on = false, text = '', mode = 1, gear = 1";
+    Scenario::new()
+        .time(0.1, 0.3)
+        .fmu("car", "relay.fmu", start)
+        .key(keys)
+        .signal("driver.v", "unit = \"km/h\"\nconstant = 100")
+        .connect("driver.v", "car.x")
+        .key(connect)
+        .section(more)
+        .text()
+}
+
+fn run(lab: &Lab, text: &str) -> Ended {
+    lab.write("case.toml", text);
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv", "--rerun", "off"])
+}
+
+/// The last value of a column.
+fn last(lab: &Lab, name: &str) -> f64 {
+    let mut reader = csv::Reader::from_path(lab.path("out/run.csv")).expect("a table");
+    let titles = reader.headers().expect("titles").clone();
+    let is_it = |title: &str| title.split([' ', '[']).next() == Some(name);
+    let index = titles.iter().position(is_it).unwrap_or_else(|| panic!("no {name}: {titles:?}"));
+    let row = reader.records().last().expect("a row").expect("a row");
+    row[index].parse().expect("a number")
+}
+
+fn an_fmu_without_units_is_refused_until_its_units_are_declared() {
+    let lab = Lab::new();
+    lab.write("relay.fmu", relay());
+    run(&lab, &driven("", "", "")).expect(2).says(&[
+        "`driver.v` is in [km/h], and `car.x` has no unit",
+        "say which unit `car.x` has: unit = { x = \"km/h\" } in [[fmu]] `car`",
+        "or unit = \"km/h\" in the [[connect]]",
+        "case.toml:",
+    ]);
+    assert!(!lab.has("out"));
+    let arrived = "[[check]]\nname = \"arrived\"\nthat = \"abs(car.x - driver.v) < 1e-9 and car.x > 99 km/h\"";
+    for (keys, connect, expected) in [
+        ("unit = { x = \"m/s\" }", "", 100.0 / 3.6),
+        ("unit = { \"x*\" = \"m/s\" }", "", 100.0 / 3.6),
+        ("unit = { \"*\" = \"m\", x = \"mph\" }", "", 160.934_4_f64.recip() * 10_000.0),
+        ("", "unit = \"m/s\"", 100.0 / 3.6),
+        ("", "unit = \"km/h\"", 100.0),
+    ] {
+        run(&lab, &driven(keys, connect, arrived)).expect(0);
+        let found = last(&lab, "car.x");
+        assert!((found - expected).abs() < 1e-9, "{keys}{connect}: {found}");
+    }
+    // A start value on the command line is in the declared unit, or converted to it.
+    let standing =
+        driven("unit = { x = \"m/s\" }", "", "").replace("text = ''", "text = '', x = 0.0");
+    let standing = standing.split("[[signal]]").next().unwrap_or_default();
+    lab.write("case.toml", standing);
+    let set =
+        ["run", "case.toml", "--out", "out", "--csv", "--rerun", "off", "--set", "car.x=72 km/h"];
+    lab.trackside(&set).expect(0);
+    assert!((last(&lab, "car.x_out") - 20.0).abs() < 1e-9);
+    // Plain numbers need no declaration.
+    let plain = driven("", "", "").replace("unit = \"km/h\"", "unit = \"1\"");
+    run(&lab, &plain).expect(0);
+}
+
+fn several_variables_without_units_are_one_mistake() {
+    let lab = Lab::new();
+    lab.write("relay.fmu", relay());
+    lab.add(&ours().join("plant.fmu"));
+    let more = "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { F_x = 0.0 }\n\
+                [[connect]]\nfrom = \"car.x_out\"\nto = \"plant.delta\"\n";
+    let ended = run(&lab, &driven("", "", more)).expect(2).says(&[
+        "connected variables of `car` have no unit: `x` meets `driver.v` [km/h], `x_out` meets `plant.delta` [rad]",
+        "in [[fmu]] `car` which units they have, such as unit = { x = ",
+        "x_out = \"rad\" }",
+    ]);
+    assert_eq!(ended.stderr.matches("no unit").count(), 1, "{}", ended.stderr);
+}
+
+fn a_declared_unit_fits_the_description_and_the_type() {
+    let lab = Lab::new();
+    lab.write("relay.fmu", relay());
+    lab.add(&ours().join("plant.fmu"));
+    let plant =
+        "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { F_x = 0.0, delta = 0.0 }\n";
+    let of_plant =
+        |unit: &str| driven("unit = { x = \"m/s\" }", "", &format!("{plant}unit = {{ {unit} }}"));
+    for (text, says) in [
+        (
+            driven("unit = { x = \"kmh\" }", "", ""),
+            &["unknown unit `kmh`", "did you mean `km/h`?"][..],
+        ),
+        (
+            driven("unit = { xx = \"m/s\" }", "unit = \"m/s\"", ""),
+            &["unknown variable of `car` `xx`", "did you mean `x`?"],
+        ),
+        (driven("unit = { x = 3 }", "", ""), &["expected a unit such as \"m/s\" for `x`"]),
+        (
+            driven("unit = { x = \"m/s\", n = \"m\" }", "", ""),
+            &["`n` is Integer, and only Real variables have units"],
+        ),
+        (
+            driven("unit = { \"x*\" = \"m/s\", \"*x\" = \"km/h\" }", "", ""),
+            &["two patterns fit `x`", "a full name wins"],
+        ),
+        (
+            of_plant("v_x = \"km/h\""),
+            &["`v_x` is in [m/s] by the description of the FMU", "and is said to be in"],
+        ),
+        (
+            driven("unit = { x = \"m/s\" }", "unit = \"m/s\"", ""),
+            &["neither of `driver.v` and `car.x` lacks a unit"],
+        ),
+        (
+            driven("", "unit = \"m/s\"", "").replace("unit = \"km/h\"\n", ""),
+            &["both of `driver.v` and `car.x` lack a unit"],
+        ),
+        (driven("", "unit = \"rad\"", ""), &["[km/h] is no unit of [rad]", "m/s is not rad"]),
+    ] {
+        let ended = run(&lab, &text).expect(2).says(says);
+        assert!(!ended.stderr.contains("has no unit"), "one mistake only: {}", ended.stderr);
+    }
+    run(&lab, &of_plant("v_x = \"m/s\", \"v_*\" = \"m/s\"")).expect(0);
+}
+
+/// The plant, driven straight on by a speed in km/h, with a check or a view.
+fn judged(section: &str) -> String {
+    Scenario::new()
+        .time(0.1, 0.2)
+        .fmu("plant", "plant.fmu", "start.v_x = 10.0, F_x = 0.0, delta = 0.0")
+        .signal("driver.v", "unit = \"km/h\"\nconstant = 36")
+        .signal("driver.bare", "constant = 36")
+        .section(section)
+        .text()
+}
+
+fn checks_convert_what_has_one_dimension_and_refuse_the_rest() {
+    let lab = Lab::new();
+    lab.add(&ours().join("plant.fmu"));
+    let check =
+        |that: &str| run(&lab, &judged(&format!("[[check]]\nname = \"c\"\nthat = \"{that}\"")));
+    for that in [
+        "abs(plant.v_x - driver.v) < 0.5",
+        "plant.v_x < 37 km/h and plant.v_x > 9 m/s",
+        "abs(plant.psi) < 5 deg",
+        "max(abs(plant.a_y)) < 1.4 g0",
+    ] {
+        check(that).expect(0);
+    }
+    check("abs(plant.v_x - driver.v) < 0.001 km/h").expect(1);
+    for (that, says) in [
+        (
+            "plant.v_x - plant.psi < 1",
+            &[
+                "`plant.v_x` is in [m/s], `plant.psi` in [rad]: they cannot be subtracted",
+                "rad is not m/s",
+                "case.toml:",
+            ][..],
+        ),
+        (
+            "plant.v_x < driver.bare",
+            &[
+                "`driver.bare` has no unit: they cannot be compared",
+                "unit = \"m/s\" in [[signal]] `driver.bare`",
+            ],
+        ),
+        ("plant.v_x < 100 kph", &["unknown unit `kph`", "did you mean `km/h`?"]),
+        ("max(plant.a_y) < 1.4 g", &["standard gravity is `g0`"]),
+    ] {
+        check(that).expect(2).says(says);
+    }
+}
+
+fn diagrams_of_formulas_have_units() {
+    let lab = Lab::new();
+    lab.add(&ours().join("plant.fmu"));
+    let plot = |curve: &str| {
+        run(
+            &lab,
+            &judged(&format!(
+                "[[view.plot]]\ntitle = \"t\"\nunit = \"deg\"\nsignals = [{{ {curve} }}]"
+            )),
+        )
+    };
+    plot("signal = \"plant.psi + plant.r * 0.1 s\"").expect(0);
+    plot("signal = \"plant.v_y / plant.v_x\"").expect(0);
+    plot("signal = \"plant.v_x * 2 s\"")
+        .expect(2)
+        .says(&["`plant.v_x * 2 s` [m] cannot be shown in deg"]);
+    plot("signal = \"plant.psi * 2\", unit = \"deg\"")
+        .expect(2)
+        .says(&["is in [rad], and is said to be in [deg]"]);
+    plot("signal = \"plant.psi + plant.v_x\"").expect(2).says(&["they cannot be added"]);
+}
+
+fn an_analysis_gets_no_signal_without_a_unit() {
+    let lab = Lab::new();
+    plugins::compile(&lab, plugin::abi::VERSION);
+    lab.write("log.csv", "t,v\n5,1\n6,2\n");
+    let head = "[time]\nstep = 0.5\nstop = 1.0\n[[signal]]\nname = \"car.v\"\nconstant = 3\n\
+                [[analysis]]\nname = \"odd\"\npath = \"odd.so\"\n";
+    run(&lab, &format!("{head}signals = {{ speed = \"car.v\" }}\n")).expect(2).says(&[
+        "`speed` is wanted in [m/s], and `car.v` has no unit",
+        "unit = \"m/s\" in [[signal]] `car.v`",
+    ]);
+    let table = "[analysis.table]\npath = \"log.csv\"\ntime = \"t\"\ncolumns = { speed = { column = \"v\" } }\n";
+    run(&lab, &format!("{head}{table}")).expect(2).says(&[
+        "`speed` is wanted in [m/s], and `v` has no unit",
+        "unit = \"m/s\" in the column `speed`",
+    ]);
+}
