@@ -3,7 +3,7 @@
 use std::net::IpAddr;
 use std::path::PathBuf;
 
-use scenario::resolve::StartOverrides;
+use scenario::resolve::Overrides;
 
 use crate::package::BuildProgress;
 
@@ -31,7 +31,7 @@ pub struct RunOptions {
     /// Whether the recordings of the run become its baselines, instead of a comparison with them.
     pub bless: bool,
     /// Start values and seed.
-    pub overrides: StartOverrides,
+    pub overrides: Overrides,
     /// Where the replay goes.
     pub replay: Replay,
     /// Simulated seconds per second; as fast as possible unless it is given.

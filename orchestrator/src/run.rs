@@ -9,7 +9,7 @@ use cosim::master::{self, Progress};
 use cosim::node;
 use diagnostics::{Error, Mistakes};
 use scenario::plan::{Clock, System};
-use scenario::resolve::StartOverrides;
+use scenario::resolve::Overrides;
 use scenario::{Built, Scenario, words};
 
 use crate::options::{ProgressEvent, Replay, RunOptions};
@@ -144,7 +144,7 @@ impl Job<'_> {
         events(ProgressEvent::Validation(name));
         let overrides = validation::overrides(self.scenario, validation, system, Some(report))?;
         let options = RunOptions {
-            overrides: StartOverrides { seed: self.options.overrides.seed, ..overrides },
+            overrides: Overrides { seed: self.options.overrides.seed, ..overrides },
             // A viewer that is connected goes on showing this run.
             replay: if self.options.replay == Replay::Off { Replay::Off } else { Replay::Save },
             realtime: None,

@@ -7,7 +7,7 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::Causality;
 use fmu_import::description::Variable;
 use scenario::plan::{Body, NodePlan, Start, StartValue, System};
-use scenario::resolve::{StartOverride, StartOverrides};
+use scenario::resolve::{Override, Overrides};
 use scenario::words::Validation;
 use scenario::{Built, Scenario};
 
@@ -37,12 +37,12 @@ pub fn overrides(
     validation: &Validation,
     system: &System,
     report: Option<&RunReport>,
-) -> Result<StartOverrides, Error> {
+) -> Result<Overrides, Error> {
     let defaults =
         validation.like.iter().map(|(node, model)| copied(scenario, node, model, system));
     let starts = validation.set.iter().map(|entry| given(scenario, entry, report));
     let (defaults, starts) = Mistakes::both(Mistakes::all(defaults), Mistakes::all(starts))?;
-    Ok(StartOverrides {
+    Ok(Overrides {
         defaults: defaults.into_iter().flatten().collect(),
         starts: starts.into_iter().flatten().collect(),
         seed: None,
@@ -55,7 +55,7 @@ fn copied(
     node: &Spanned<String>,
     model: &Spanned<String>,
     system: &System,
-) -> Result<Vec<StartOverride>, Error> {
+) -> Result<Vec<Override>, Error> {
     let fmus = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
     let Some(plan) = fmus().find(|plan| plan.name == *model.get_ref()) else {
         let known = fmus().map(|plan| plan.name.as_str());
@@ -63,7 +63,7 @@ fn copied(
         return Err(unknown.at(&scenario.source, model.span()));
     };
     let source = Arc::new(scenario.source.clone());
-    let given = parameters(plan).map(|(variable, value)| StartOverride {
+    let given = parameters(plan).map(|(variable, value)| Override {
         node: node.get_ref().clone(),
         variable,
         value,
@@ -77,7 +77,7 @@ fn given(
     scenario: &Scenario,
     entry: &Spanned<String>,
     report: Option<&RunReport>,
-) -> Result<Vec<StartOverride>, Error> {
+) -> Result<Vec<Override>, Error> {
     let left = |file: &str| {
         let report = report?;
         let known = report.files.iter().any(|name| name == file);
@@ -95,8 +95,8 @@ fn given(
         }
     }
     let find = |file: &str| left(file).unwrap_or_else(|| beside(file));
-    let mut given = StartOverride::parse(entry.get_ref(), find)
-        .map_err(|message| scenario.error(entry, message))?;
+    let mut given =
+        Override::parse(entry.get_ref(), find).map_err(|message| scenario.error(entry, message))?;
     let source = Arc::new(scenario.source.clone());
     given.iter_mut().for_each(|it| it.place = Some((source.clone(), entry.span())));
     Ok(given)

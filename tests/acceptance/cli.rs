@@ -163,6 +163,16 @@ fn a_value_that_cannot_be_set_is_told() {
         ended.says(says);
         assert!(!lab.has("wrong"), "{set}");
     }
+    // All of them at once.
+    let set =
+        ["--set", "driver.delta=fast", "--set", "plant.bdy.m=3", "--set", "plant.delta.gain=big"];
+    let ended = lab.trackside(&[&["run", "driven.toml", "--out", "wrong"][..], &set].concat());
+    ended.expect(2).says(&[
+        "--set driver.delta",
+        "--set plant.bdy.m",
+        "--set plant.delta.gain",
+        "3 mistakes",
+    ]);
 }
 
 /// The last value of a column.

@@ -204,6 +204,10 @@ fn an_error_points_at_the_file_with_the_mistake() {
         assert_ne!(text, good, "{old}");
         look_at(&text, line, says);
     }
+    // All of them in one go, with the form of the file.
+    let text =
+        CHANGED.replacen("\"never*\"", "\"newer\", \"nada\"", 1).replacen("stop =", "stpo =", 1);
+    look_at(&text, "case.toml:5:", "3 mistakes");
     // Words of the extended file.
     #[rustfmt::skip]
     let cases = [

@@ -9,13 +9,13 @@ mod declared_units;
 mod logs;
 mod nodes;
 mod order;
+mod overrides;
 mod place;
 mod plots;
 mod port;
 mod quantity;
 mod recorded;
 mod signal_units;
-mod start_override;
 mod starts;
 mod types;
 mod unit;
@@ -34,7 +34,7 @@ pub use self::view::layout;
 use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
 use crate::words::Scenario;
-pub use start_override::StartOverride;
+pub use overrides::Override;
 
 /// Takes the mistakes and the warnings.
 type Notes<'n> = (&'n mut Mistakes, &'n mut Vec<String>);
@@ -51,18 +51,18 @@ fn source(scenario: &Scenario) -> TextSource {
 
 /// Start values and other words from outside the scenario, and the seed.
 #[derive(Debug, Clone, Default)]
-pub struct StartOverrides {
+pub struct Overrides {
     /// Start values that give way to those of the scenario.
-    pub defaults: Vec<StartOverride>,
+    pub defaults: Vec<Override>,
     /// Values that those of the scenario give way to.
-    pub starts: Vec<StartOverride>,
+    pub starts: Vec<Override>,
     /// The seed.
     pub seed: Option<u64>,
 }
 
-impl StartOverrides {
+impl Overrides {
     /// All start values, those that count in the end last.
-    fn all(&self) -> impl Iterator<Item = &StartOverride> {
+    fn all(&self) -> impl Iterator<Item = &Override> {
         self.defaults.iter().chain(&self.starts)
     }
 }
@@ -76,14 +76,14 @@ impl System {
     pub fn resolve(
         scenario: &Scenario,
         built: &Built,
-        overrides: &StartOverrides,
+        overrides: &Overrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
-        let (changed, starts) = start_override::apply(scenario, overrides)?;
+        let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
+        let (changed, starts) = overrides::apply(scenario, overrides, &mut mistakes);
         let scenario = changed.as_ref().unwrap_or(scenario);
         let document = &scenario.document;
         let seed = overrides.seed.unwrap_or(document.seed);
-        let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
         let clock = mistakes.take(clock(scenario));
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
@@ -106,7 +106,7 @@ impl System {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             source: source(scenario),
-            given: overrides.all().map(StartOverride::text).collect(),
+            given: overrides.all().map(Override::text).collect(),
             step: clock.map_or(0.0, |clock| clock.step),
             stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
             seed,

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::schema;
 use crate::signal::Part;
 pub use baseline::{Baseline, Tube};
-pub(crate) use change::{Change, converted, quantity};
+pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
 pub use nodes::{Column, Fmu, Table};

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use diagnostics::{Error, Mistakes};
 use indicatif::ProgressBar;
 use orchestrator::{ProgressEvent, Replay, RunOptions, suite};
-use scenario::resolve::{StartOverride, StartOverrides};
+use scenario::resolve::{Override, Overrides};
 
 use super::progress::{BuildLine, progress_bar};
 use super::{print, report_error};
@@ -96,7 +96,7 @@ impl Arguments {
             out: None,
             csv: self.csv,
             bless: self.bless,
-            overrides: StartOverrides { starts, seed: self.seed, ..StartOverrides::default() },
+            overrides: Overrides { starts, seed: self.seed, ..Overrides::default() },
             replay: match self.rerun {
                 ReplayArg::Save => Replay::Save,
                 ReplayArg::Connect => Replay::Connect(self.viewer.clone()),
@@ -118,9 +118,9 @@ impl Arguments {
 }
 
 /// Start values of `--set`.
-fn starts(set: &[String]) -> Result<Vec<StartOverride>, Error> {
+fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
     let starts = set.iter().map(|entry| {
-        let given = StartOverride::parse(entry, |file| file.into());
+        let given = Override::parse(entry, |file| file.into());
         given.map_err(|message| Error::input(format!("--set: {message}")))
     });
     Ok(Mistakes::all(starts)?.into_iter().flatten().collect())

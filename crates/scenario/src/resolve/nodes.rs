@@ -15,7 +15,7 @@ use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::starts::starts;
 use super::types::recorded_kind;
-use super::{Notes, StartOverrides, start_override};
+use super::{Notes, Overrides, overrides};
 use crate::build_request::BuildRequest;
 use crate::plan::{Body, Clock, Ports};
 use crate::signal::{Part, Signal};
@@ -57,7 +57,7 @@ pub(super) struct UnplacedNode {
 pub(super) fn unplaced(
     scenario: &Scenario,
     archives: &BTreeMap<BuildRequest, PathBuf>,
-    overrides: &StartOverrides,
+    overrides: &Overrides,
     (clock, seed): (Option<Clock>, u64),
     (mistakes, warnings): Notes,
 ) -> Vec<UnplacedNode> {
@@ -73,7 +73,7 @@ pub(super) fn unplaced(
         let node = mistakes.take_named(fmu.name.get_ref(), node);
         unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
-    mistakes.take(start_override::check_nodes(scenario, overrides));
+    mistakes.take(overrides::check_nodes(scenario, overrides));
     let is_empty =
         document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
@@ -242,7 +242,7 @@ fn fmu(
     scenario: &Scenario,
     node: &words::Fmu,
     archives: &BTreeMap<BuildRequest, PathBuf>,
-    overrides: &StartOverrides,
+    overrides: &Overrides,
     mistakes: &mut Mistakes,
 ) -> Result<UnplacedNode, Error> {
     let (word, path) = match (&node.path, &node.package, node.build_request()) {

@@ -8,7 +8,7 @@ use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Type, Variable, list};
 use fmu_import::{Causality, Variability};
 
-use super::{StartOverride, StartOverrides};
+use super::{Override, Overrides};
 use crate::plan::{Start, StartValue, WordPlace};
 use crate::words::{self, Scenario, converted, quantity};
 
@@ -17,12 +17,12 @@ pub(super) fn starts(
     scenario: &Scenario,
     node: &words::Fmu,
     variables: &[Variable],
-    overrides: &StartOverrides,
+    overrides: &Overrides,
     mistakes: &mut Mistakes,
 ) -> (Vec<Start>, Vec<String>) {
     let mut starts = Starts { variables, written: BTreeMap::new() };
-    let of_this = |given: &&StartOverride| given.node == *node.name.get_ref();
-    let outer = |given: &StartOverride, starts: &mut Starts, mistakes: &mut Mistakes| {
+    let of_this = |given: &&Override| given.node == *node.name.get_ref();
+    let outer = |given: &Override, starts: &mut Starts, mistakes: &mut Mistakes| {
         let value = typed(variables, &given.variable, &given.value);
         let added =
             value.and_then(|value| starts.add(&given.variable, &value, given.place.clone()));

@@ -72,25 +72,34 @@ impl Scenario {
     /// The scenario with these changes, without those that it is validated by.
     ///
     /// # Errors
-    /// The first change that does not fit.
-    pub(crate) fn changed(&self, changes: &[Change]) -> Result<Scenario, Misfit> {
+    /// The changes that do not fit.
+    pub(crate) fn changed(&self, changes: &[Change]) -> Result<Scenario, Vec<Misfit>> {
         let wrong =
             |place, message: &str| Misfit { place, message: message.to_owned(), help: None };
         let texts = self.source.shifted();
         let values: Vec<_> = changes.iter().map(|change| self.value(change)).collect();
         let table = read::merged(&self.source, &texts);
-        let mut table = table.map_err(|error| wrong(0, &error.to_string()))?;
+        let mut table = table.map_err(|error| vec![wrong(0, &error.to_string())])?;
+        let mut misfits = Vec::new();
         for (place, (change, value)) in changes.iter().zip(&values).enumerate() {
-            let value = value.as_ref().map_err(|message| wrong(place, message))?;
-            self.change(&mut table, change, value).map_err(|message| wrong(place, &message))?;
-            let found = schema::findings(super::schema(), 0..0, &table).into_iter().next();
-            if let Some(Finding { message, help, .. }) = found {
-                return Err(Misfit { place, message, help });
+            let mut next = table.clone();
+            let value = value.as_ref().map_err(Clone::clone);
+            match value.and_then(|value| self.change(&mut next, change, value)) {
+                Err(message) => misfits.push(wrong(place, &message)),
+                Ok(()) => match schema::findings(super::schema(), 0..0, &next).into_iter().next() {
+                    Some(Finding { message, help, .. }) => {
+                        misfits.push(Misfit { place, message, help })
+                    }
+                    None => table = next,
+                },
             }
+        }
+        if !misfits.is_empty() {
+            return Err(misfits);
         }
         let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, table)));
         let last = changes.len().saturating_sub(1);
-        let document = document.map_err(|error| wrong(last, error.message()))?;
+        let document = document.map_err(|error| vec![wrong(last, error.message())])?;
         let (name, source) = (self.name.clone(), self.source.clone());
         Ok(Scenario { name, source, document, validations: Vec::new() })
     }

@@ -137,12 +137,24 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
 
 /// The tables of all files, merged; `texts` are the shifted ones.
 pub(super) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+    let mut mistakes = Mistakes::default();
+    let merged = merge(source, texts, &mut mistakes)?;
+    mistakes.finish().map(|()| merged)
+}
+
+/// The same with all that could be merged; the errors are those of the syntax.
+fn merge<'t>(
+    source: &Source,
+    texts: &'t [String],
+    mistakes: &mut Mistakes,
+) -> Result<DeTable<'t>, Error> {
     let parsed = texts.iter().map(|text| parsed(source, text));
     let files = Mistakes::all(parsed)?.into_iter().rev();
-    let mut mistakes = Vec::new();
-    let merged = files.reduce(|base, changes| extend::extend(base, changes, &mut mistakes));
-    let wrong = |Wrong { place, message, help }| source.error(place, message, "").hint(help);
-    mistakes.into_iter().map(wrong).collect::<Mistakes>().finish()?;
+    let mut misfits = Vec::new();
+    let merged = files.reduce(|base, changes| extend::extend(base, changes, &mut misfits));
+    for Wrong { place, message, help } in misfits {
+        mistakes.push(source.error(place, message, "").hint(help));
+    }
     Ok(merged.map(Spanned::into_inner).unwrap_or_default())
 }
 
@@ -155,17 +167,22 @@ fn parsed<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Er
 
 /// The merged document of all files.
 fn document(source: &Source) -> Result<Document, Error> {
-    let texts = source.shifted();
-    let merged = Spanned::new(0..0, merged(source, &texts)?);
-    let document = Document::deserialize(Deserializer::from(merged))
-        .map_err(|error| misshapen(source, &texts, &error))?;
-    if document.extends.is_some() {
-        return Ok(document);
-    }
+    let (texts, mut mistakes) = (source.shifted(), Mistakes::default());
+    let merged = merge(source, &texts, &mut mistakes)?;
+    let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, merged.clone())));
+    let document = document.map_err(|error| misshapen(source, &merged, &error));
+    let document = document.and_then(|document| without_base(source, &document).map(|()| document));
+    let document = mistakes.take(document);
+    mistakes.finish()?;
+    document.ok_or_else(Error::follow_up)
+}
+
+/// Refuses to leave out entries where none are inherited.
+fn without_base(source: &Source, document: &Document) -> Result<(), Error> {
     let message = "there is nothing to leave out: the scenario extends no other";
-    let names = document.without.values().flatten();
+    let names = document.without.values().flatten().filter(|_| document.extends.is_none());
     let errors = names.map(|name| source.error(name.span(), message, ""));
-    errors.collect::<Mistakes>().finish().map(|()| document)
+    errors.collect::<Mistakes>().finish()
 }
 
 /// The error of a parser, at its place.
@@ -175,9 +192,8 @@ fn wrong(source: &Source, error: &toml::de::Error) -> Error {
 }
 
 /// The errors of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
-fn misshapen(source: &Source, texts: &[String], error: &toml::de::Error) -> Error {
-    let Ok(merged) = merged(source, texts) else { return wrong(source, error) };
-    let found = schema::findings(super::schema(), 0..0, &merged);
+fn misshapen(source: &Source, merged: &DeTable, error: &toml::de::Error) -> Error {
+    let found = schema::findings(super::schema(), 0..0, merged);
     let found: Mistakes = found.into_iter().map(|finding| told(source, finding)).collect();
     // Of what the schema does not tell, the parser tells the first.
     found.finish().err().unwrap_or_else(|| wrong(source, error))

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use diagnostics::suggest::{self, Unknown};
 use diagnostics::{Error, Mistakes};
 
-use super::StartOverrides;
+use super::Overrides;
 use super::starts::flatten;
 use crate::plan::WordPlace;
-use crate::words::{Change, Scenario};
+use crate::words::{Change, Misfit, Scenario};
 
 /// A value from the command line, or from the scenario that this one validates: a start value, or a word about a signal, a
 /// sensor effect or a fault.
 #[derive(Debug, Clone)]
-pub struct StartOverride {
+pub struct Override {
     /// The node.
     pub node: String,
     /// Its variable.
@@ -24,7 +24,7 @@ pub struct StartOverride {
     pub place: Option<WordPlace>,
 }
 
-impl StartOverride {
+impl Override {
     /// Reads `node.variable=value`, or the file of `@FILE`; `find` turns the name of the file into its path.
     ///
     /// # Errors
@@ -39,7 +39,7 @@ impl StartOverride {
             return Err(format!("expected node.variable=value or @FILE, found `{entry}`"));
         };
         let (node, variable, value) = (node.to_owned(), variable.to_owned(), value.to_owned());
-        Ok(vec![StartOverride { node, variable, value, place: None }])
+        Ok(vec![Override { node, variable, value, place: None }])
     }
 
     /// As it is written on the command line.
@@ -52,7 +52,7 @@ impl StartOverride {
     }
 
     pub(super) fn error(&self, message: &str) -> Error {
-        let StartOverride { node, variable, .. } = self;
+        let Override { node, variable, .. } = self;
         match &self.place {
             Some((source, place)) => {
                 source.error(place.clone(), format!("{node}.{variable}: {message}"), "")
@@ -65,24 +65,26 @@ impl StartOverride {
 /// The scenario with the words that these values change, and the start values among them; no scenario when it stays as it is.
 pub(super) fn apply(
     scenario: &Scenario,
-    overrides: &StartOverrides,
-) -> Result<(Option<Scenario>, StartOverrides), Error> {
-    let is_word = |given: &StartOverride| scenario.has_word(&given.name());
+    overrides: &Overrides,
+    mistakes: &mut Mistakes,
+) -> (Option<Scenario>, Overrides) {
+    let is_word = |given: &Override| scenario.has_word(&given.name());
     let (words, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_word);
-    let rest = StartOverrides { starts, ..overrides.clone() };
+    let rest = Overrides { starts, ..overrides.clone() };
     if words.is_empty() {
-        return Ok((None, rest));
+        return (None, rest);
     }
-    let change = |given: &StartOverride| Change { name: given.name(), value: given.value.clone() };
+    let change = |given: &Override| Change { name: given.name(), value: given.value.clone() };
     let changes: Vec<_> = words.iter().map(change).collect();
-    match scenario.changed(&changes) {
-        Ok(changed) => Ok((Some(changed), rest)),
-        Err(misfit) => Err(words[misfit.place].error(&misfit.message).hint(misfit.help)),
-    }
+    let changed = scenario.changed(&changes).map_err(|misfits| {
+        let told = |it: Misfit| words[it.place].error(&it.message).hint(it.help);
+        misfits.into_iter().for_each(|misfit| mistakes.push(told(misfit)));
+    });
+    (changed.ok(), rest)
 }
 
 /// Finds the values of nodes that are no FMUs, and of no word of the scenario.
-pub(super) fn check_nodes(scenario: &Scenario, overrides: &StartOverrides) -> Result<(), Error> {
+pub(super) fn check_nodes(scenario: &Scenario, overrides: &Overrides) -> Result<(), Error> {
     let document = &scenario.document;
     let fmus: Vec<_> = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str()).collect();
     let signals: Vec<_> =
@@ -109,7 +111,7 @@ pub(super) fn check_nodes(scenario: &Scenario, overrides: &StartOverrides) -> Re
 
 /// Start values from a TOML file with a table for each node, or with keys `"node.variable"`, such as an
 /// identification writes.
-fn read(path: &Path) -> Result<Vec<StartOverride>, String> {
+fn read(path: &Path) -> Result<Vec<Override>, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
     let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let tables: toml::Table = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
@@ -124,7 +126,7 @@ fn read(path: &Path) -> Result<Vec<StartOverride>, String> {
             };
             let (node, variable) = (node.to_owned(), variable.to_owned());
             let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-            starts.push(StartOverride { node, variable, value, place: None });
+            starts.push(Override { node, variable, value, place: None });
             Ok(())
         })?;
     }
