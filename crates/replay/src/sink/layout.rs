@@ -37,12 +37,15 @@ const PLOTS_WIDTH: f32 = 790.0;
 /// Width of a legend at least, for its title [px].
 const KEY_WIDTH: f32 = 130.0;
 
+/// The plots of a group, with its name.
+type NamedCharts = (String, Vec<Chart>);
+
 /// The layout of a recording.
 pub(super) struct Layout {
     pub application: ApplicationId,
     pub charts: Vec<Chart>,
     /// Columns of analyses: the plots of each group, by analysis and group.
-    pub derived: Vec<(String, Vec<(String, Vec<Chart>)>)>,
+    pub derived: Vec<(String, Vec<NamedCharts>)>,
     /// Diagrams of one quantity over another.
     pub xy_plots: Vec<Shown>,
     /// Diagrams of analyses.
