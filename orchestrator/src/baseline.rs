@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use cosim::baseline::{BaselineOutcome, Baselines, Comparison, Deviation, SignalOutcome};
 use diagnostics::Error;
 use html_page::{Axis, Plot};
-use recording::Golden;
+use recording::{ColumnIndex, Golden};
 use scenario::Scenario;
 use scenario::plan::{BaselinePlan, System};
 
@@ -28,7 +28,9 @@ pub(crate) fn read(scenario: &Scenario, system: &System) -> Result<Baselines, Er
             let help = format!("`trackside run {file} --bless` writes it from a run that is right");
             return Err(wrong(format!("there is no baseline {path}")).help(help));
         }
-        match Golden::read(&plan.path) {
+        let texts = plan.signals.iter().filter(|it| matches!(it.column, ColumnIndex::Text(_)));
+        let texts: Vec<_> = texts.map(|signal| signal.name.as_str()).collect();
+        match Golden::read(&plan.path, &texts) {
             Ok(golden) => Ok((plan.clone(), golden)),
             Err(error) => Err(wrong(error.to_string())),
         }
@@ -53,6 +55,9 @@ fn recorded_file(plan: &BaselinePlan) -> &'static str {
 /// # Errors
 /// When one cannot be written.
 pub(crate) fn bless(system: &System, report: &mut RunReport) -> Result<(), Error> {
+    if system.baselines.is_empty() {
+        report.warnings.push("the scenario has no [[baseline]] to write".to_owned());
+    }
     if report.verdict != Ending::Pass {
         let names = system.baselines.iter().map(|plan| {
             format!("the baseline {} was not written: the run did not pass", plan.path.display())
@@ -83,14 +88,19 @@ pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), 
             .filter_map(|(signal, first)| {
                 let comparison = baselines.comparison(&outcome.name, &signal.signal)?;
                 let plot = plot(&comparison, signal, (first, signal.worst.unwrap_or(first)));
-                Some((format!("{}: run, and tube of {}", signal.signal, outcome.name), plot))
+                Some((
+                    format!(
+                        "{}: the run (orange) and the tube of “{}” (blue)",
+                        signal.signal, outcome.name
+                    ),
+                    plot,
+                ))
             })
             .collect();
         if plots.is_empty() {
             continue;
         }
-        let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
-        let name = format!("baseline_{}.svg", outcome.name.chars().map(plain).collect::<String>());
+        let name = file_name(&outcome.name, &report.files);
         let path = report.folder.join(&name);
         std::fs::write(&path, html_page::svg(&plots))
             .map_err(|error| Error::output(&path, error))?;
@@ -98,6 +108,16 @@ pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), 
         outcome.picture = Some(name);
     }
     Ok(())
+}
+
+/// The name of a picture, other than those of the files that are there.
+fn file_name(baseline: &str, files: &[String]) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+    let mut stem = format!("baseline_{}", baseline.chars().map(plain).collect::<String>());
+    while files.iter().any(|file| *file == format!("{stem}.svg")) {
+        stem.push('_');
+    }
+    stem + ".svg"
 }
 
 /// The signals that left their tube first.
@@ -130,6 +150,11 @@ fn plot(
     let y = Axis::about(&format!("{}{unit}", signal.signal), heights);
     let mut plot = Plot::new([720.0, 240.0], Axis::linear("time [s]", from, to), y);
     plot.band(&band, "c0", "tube");
+    // A narrow tube is seen by its edges.
+    for end in [0, 1] {
+        let edge: Vec<_> = band.iter().map(|(time, ends)| (*time, ends[end])).collect();
+        plot.line(&edge, "c0", "");
+    }
     plot.line(&line, "c1", "run");
     plot.dots(&marks, 4.0, "c1", "");
     plot

@@ -9,6 +9,7 @@ tests! {
     a_run_that_differs_fails_with_first_and_worst_deviation_and_a_picture: Compiler,
     a_late_edge_passes_within_the_time_tolerance: Compiler,
     a_new_version_of_an_fmu_is_compared_with_the_old_one: Compiler,
+    texts_are_compared_as_texts: Compiler,
     a_failed_run_is_never_blessed: Compiler,
     the_suite_blesses_and_compares: Compiler,
 }
@@ -97,7 +98,7 @@ fn a_run_that_differs_fails_with_first_and_worst_deviation_and_a_picture() {
     let picture = lab.read("out/baseline_as_before.svg");
     for part in [
         "<svg xmlns=",
-        "plant.r: run, and tube of as before",
+        "plant.r: the run (orange) and the tube of “as before” (blue)",
         "class=\"band c0\"",
         "class=\"line c1\"",
         "plant.r [rad/s]",
@@ -154,6 +155,25 @@ fn a_new_version_of_an_fmu_is_compared_with_the_old_one() {
     lab.write("case.toml", &earlier);
     let same = lab.trackside(&["run", "case.toml", "--out", "earlier"]).expect(2);
     same.says(&["`earlier/run.mcap` is in the folder that the results go to"]);
+}
+
+/// A text that is empty, and one that looks like a number, in either form of recording.
+fn texts_are_compared_as_texts() {
+    for file in ["golden.mcap", "golden.csv"] {
+        let lab = Lab::new();
+        lab.write("relay.fmu", relay());
+        let text = |label: &str| {
+            let start = format!("x = 0, n = 0, on = false, text = \"{label}\", mode = 1, gear = 1");
+            let scenario = Scenario::new().time(0.1, 0.2).fmu("relay", "relay.fmu", &start);
+            scenario.section(&format!("[[baseline]]\nname = \"b\"\nrecording = \"{file}\"")).text()
+        };
+        for label in ["", "12"] {
+            run(&lab, &text(label), &["--bless"]).expect(0);
+            run(&lab, &text(label), &[]).expect(0);
+        }
+        let failed = run(&lab, &text("13"), &[]).expect(1);
+        assert!(failed.stdout.contains("another text at 0.000 s: \"13\""), "{}", failed.stdout);
+    }
 }
 
 fn a_failed_run_is_never_blessed() {

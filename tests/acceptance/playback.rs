@@ -219,6 +219,20 @@ fn a_log_in_another_dialect_and_sign_convention_is_played_back_in_si() {
         speeds.iter().zip([36.0, 54.0, 72.0]).all(|(v, it)| (v - it).abs() < 1e-12),
         "{speeds:?}"
     );
+    // A gain may change the dimension, as that of a sensor in V does; else the unit of the file counts.
+    let force = |keys: &str| {
+        let columns = format!("columns = {{ F = {{ column = \"Lenkrad\", unit = {keys} }} }}\n");
+        let (table, _) = table.split_once("columns").expect("columns");
+        let text = Scenario::new().time(0.1, 0.2);
+        let text = text.section(&format!("[[table]]\nname = \"log\"\n{table}{columns}"));
+        run(&lab, &text.text(), "force")
+    };
+    force("\"N\", gain = 2").expect(0);
+    assert!(lab.read("force/run.csv").starts_with("time [s],log.F [N]\n0,-33\n"));
+    force("\"N\"").expect(2).says(&["was recorded in [deg], and is said to be in [N]"]);
+    force("\"rad\", gain = 2")
+        .expect(2)
+        .says(&["was recorded in [deg], and is said to be in [rad]"]);
     // The same for analyses, of the log and of the run.
     let mean = "[[analysis]]\nname = \"NAME\"\ncrate = \"plugin\"\nexample = \"mean\"\n";
     let of_run = "signals = { x = { from = \"log.delta\", gain = 2, offset = 1.0, sign = -1 } }";

@@ -243,7 +243,7 @@ impl Baselines {
             let [lower, upper] = (*bounds)?;
             Some(Deviation { time: *time, value: *value, lower, upper })
         });
-        let outside = rows.filter(|it| inside(it.time) && !(it.distance() <= 0.0));
+        let outside = rows.filter(|it| inside(it.time) && it.distance() > 0.0);
         let outside: Vec<_> = outside.collect();
         let farther = |a: Deviation, b: Deviation| if b.distance() > a.distance() { b } else { a };
         let (first, worst) = (outside.first().copied(), outside.iter().copied().reduce(farther));

@@ -39,13 +39,15 @@ pub enum GoldenValues {
 }
 
 impl Golden {
-    /// Reads `run.mcap` of a run, or CSV as `run.csv`, with the time in the first column.
+    /// Reads `run.mcap` of a run, or CSV as `run.csv`, with the time in the first column. CSV does not tell which columns are
+    /// `texts`: an empty one may be a number that is missing.
     ///
     /// # Errors
     /// When the file cannot be read, or is no recording of a run.
-    pub fn read(path: &Path) -> Result<Self, Error> {
+    pub fn read(path: &Path, texts: &[&str]) -> Result<Self, Error> {
         if path.extension().is_some_and(|it| it == "csv") {
-            let read = table::whole(path).map_err(|error| Error::input(error.to_string()))?;
+            let read =
+                table::whole(path, texts).map_err(|error| Error::input(error.to_string()))?;
             let column = |CsvColumn { name, unit, numbers, texts }: CsvColumn| GoldenColumn {
                 name,
                 unit,

@@ -37,7 +37,7 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     let column = |k: usize| -> Result<Series, CsvError> {
         let numbers = cells.numbers(k)?;
         let gap = cells.first_gap(&numbers);
-        Ok(Series { clock: 0, values: numbers.values, unit: file.unit(places[k]), gap })
+        Ok(Series { clock: 0, values: numbers.values, unit: file.unit(places[k])?, gap })
     };
     let columns = (0..places.len() - 1).map(column).collect::<Result<_, _>>()?;
     Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings })
@@ -73,7 +73,7 @@ pub(crate) struct Whole {
     pub columns: Vec<CsvColumn>,
 }
 
-/// A column: its numbers if all cells are numbers, or else its texts.
+/// A column: its numbers, or its texts where it is one of texts or a cell is no number.
 #[derive(Debug)]
 pub(crate) struct CsvColumn {
     pub name: String,
@@ -82,8 +82,8 @@ pub(crate) struct CsvColumn {
     pub texts: Vec<String>,
 }
 
-/// Reads all columns; numbers that are missing are NaN.
-pub(crate) fn whole(path: &Path) -> Result<Whole, TableError> {
+/// Reads all columns, those called `texts` as they are; numbers that are missing are NaN.
+pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
     let bytes =
         std::fs::read(path).map_err(|source| TableError::Open { path: path.to_owned(), source })?;
     let file = CsvFile::open(path, &bytes, &[], &Dialect::default())?;
@@ -91,16 +91,19 @@ pub(crate) fn whole(path: &Path) -> Result<Whole, TableError> {
     let rows = file.rows(&places)?;
     let cells = Cells::new(&file, &rows, &places, None)?;
     let column = |place: usize| {
-        let numbers = cells.numbers(place).ok().map(|numbers| numbers.values);
+        let name = file.header.titles[place].plain.clone();
+        let is_text = texts.contains(&name.as_str());
+        let numbers = cells.numbers(place).ok().filter(|_| !is_text);
+        let numbers = numbers.map(|numbers| numbers.values);
         let texts = match &numbers {
             Some(_) => Vec::new(),
             None => rows.column(place).map(str::to_owned).collect(),
         };
-        let name = file.header.titles[place].plain.clone();
-        CsvColumn { name, unit: file.unit(place), numbers, texts }
+        Ok(CsvColumn { name, unit: file.unit(place)?, numbers, texts })
     };
     let times = cells.stamps(0, &Wanted::default())?;
-    Ok(Whole { times, columns: (1..places.len()).map(column).collect() })
+    let columns: Result<_, CsvError> = (1..places.len()).map(column).collect();
+    Ok(Whole { times, columns: columns? })
 }
 
 /// A text of the file, which may be of Western Windows.

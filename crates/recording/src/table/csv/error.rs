@@ -119,6 +119,22 @@ pub enum CsvError {
         /// What may be behind it.
         hint: &'static str,
     },
+    /// A title and the line of units contradict each other.
+    #[error(
+        "`{column}` of {} is in [{title}] by its title and in [{below}] by line {line}: correct one of them", path.display()
+    )]
+    TwoUnits {
+        /// The file.
+        path: PathBuf,
+        /// The title of the column.
+        column: String,
+        /// The unit in the title.
+        title: String,
+        /// The unit in the line.
+        below: String,
+        /// The line.
+        line: usize,
+    },
     /// The unit of the time is none, or contradicts that of the scenario.
     #[error("the time `{column}` of {} is in [{unit}], {why}", path.display())]
     TimeUnit {

@@ -129,9 +129,17 @@ impl<'a> CsvFile<'a> {
     }
 
     /// The unit of a column: that in its title, or that of the line below.
-    pub fn unit(&self, place: usize) -> Option<String> {
+    pub fn unit(&self, place: usize) -> Result<Option<String>, CsvError> {
         let title = &self.header.titles[place];
-        title.unit.clone().or_else(|| self.units.get(place).cloned().flatten())
+        let below = self.units.get(place).cloned().flatten();
+        match (title.unit.clone(), below) {
+            (Some(title), Some(below)) if title != below => {
+                let (path, column) = (self.path.to_owned(), self.header.titles[place].text.clone());
+                let line = self.line(self.header.end);
+                Err(CsvError::TwoUnits { path, column, title, below, line })
+            }
+            (title, below) => Ok(title.or(below)),
+        }
     }
 
     /// The number of the line that a row begins in; blank lines before it are skipped.

@@ -118,9 +118,8 @@ impl<'a> Cells<'a> {
 
     /// The time stamps [s], in rising order.
     pub fn stamps(&self, column: usize, wanted: &Wanted) -> Result<Vec<f64>, CsvError> {
-        let clocks: Option<Vec<_>> = self.rows.column(column).map(clock).collect();
-        let mut stamps = match clocks {
-            Some(stamps) => stamps,
+        let stamps = match self.rows.column(column).next().and_then(clock) {
+            Some(_) => self.clocks(column)?,
             None => {
                 let factor = self.time_factor(column, wanted.time_unit)?;
                 let seconds = |stamp: f64| if factor == 1.0 { stamp } else { stamp * factor };
@@ -128,7 +127,7 @@ impl<'a> Cells<'a> {
             }
         };
         let Some(row) = stamps.windows(2).position(|pair| pair[1] <= pair[0]) else {
-            return Ok(std::mem::take(&mut stamps));
+            return Ok(stamps);
         };
         let (before, found) = (stamps[row], stamps[row + 1]);
         let midnight = before > 86_000.0 && before < 86_400.0 && found < 400.0;
@@ -140,9 +139,19 @@ impl<'a> Cells<'a> {
         Err(CsvError::TimeNotIncreasing { path, line, before, found, hint })
     }
 
+    /// The time stamps of clocks or dates.
+    fn clocks(&self, column: usize) -> Result<Vec<f64>, CsvError> {
+        let rows = self.rows.column(column).enumerate();
+        let stamp = |(row, text)| {
+            let expected = "a clock or a date as in the rows before";
+            clock(text).ok_or_else(|| self.wrong((row, column), text, expected, ""))
+        };
+        rows.map(stamp).collect()
+    }
+
     /// The seconds in one unit of the time.
     fn time_factor(&self, column: usize, said: Option<Unit>) -> Result<f64, CsvError> {
-        let Some(written) = self.file.unit(self.places[column]) else {
+        let Some(written) = self.file.unit(self.places[column])? else {
             return Ok(said.map_or(1.0, |unit| unit.factor));
         };
         let is_time =

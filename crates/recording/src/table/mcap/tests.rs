@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions, Writer};
 
-use super::super::{Gaps, Table, TableError, Wanted};
+use super::super::{Dialect, Gaps, Table, TableError, Wanted};
 
 /// A file that is removed again.
 struct Scrap(PathBuf);
@@ -62,6 +62,18 @@ fn put(writer: &mut File, channel_id: u16, [log_time, publish_time]: [u64; 2], d
 /// A time of day in 2023 [ns], of which `f64` seconds would lose the last digits.
 const EPOCH: u64 = 1_700_000_000_123_456_789;
 const MS: u64 = 1_000_000;
+
+#[test]
+fn words_about_csv_are_refused() {
+    let scrap = recording("dialect", None, |file| {
+        let topic = channel(file, "/x", "json");
+        put(file, topic, [1; 2], br#"{"x":1}"#);
+    });
+    let dialect = Dialect { unit_row: Some(true), ..Dialect::default() };
+    let wanted = Wanted { time: None, dialect, ..Wanted::plain("", &["/x.x"]) };
+    let error = Table::read(&scrap.0, &wanted).expect_err("it is MCAP").to_string();
+    assert!(error.contains("is MCAP: `unit_row` is about CSV files"), "{error}");
+}
 
 #[test]
 fn a_message_without_a_value_is_a_gap_of_its_channel() {
