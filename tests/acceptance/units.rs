@@ -1,13 +1,14 @@
 //! Connects, judges and analyses values with units, without, and with declared ones.
 
 use super::fixture::Scenario;
-use super::fmus::{ours, relay};
+use super::fmus::{changed, ours, relay};
 use super::harness::{Ended, Lab};
 use super::plugins;
 
 tests! {
     an_fmu_without_units_is_refused_until_its_units_are_declared: Compiler,
     several_variables_without_units_are_one_mistake: Compiler,
+    units_that_cannot_be_read_fit_equal_ones_only: Compiler,
     a_declared_unit_fits_the_description_and_the_type: Compiler,
     checks_convert_what_has_one_dimension_and_refuse_the_rest,
     diagrams_of_formulas_have_units,
@@ -91,6 +92,33 @@ fn several_variables_without_units_are_one_mistake() {
         "x_out = \"rad\" }",
     ]);
     assert_eq!(ended.stderr.matches("no unit").count(), 1, "{}", ended.stderr);
+}
+
+fn units_that_cannot_be_read_fit_equal_ones_only() {
+    let lab = Lab::new();
+    let relay = lab.write("relay.fmu", relay());
+    let strange = changed(&relay, |name, bytes| {
+        let text = match name {
+            "modelDescription.xml" => {
+                let text = String::from_utf8(bytes).expect("XML");
+                text.replace("<Real start", "<Real unit=\"paces\" start")
+                    .replace("<Real/>", "<Real unit=\"paces\"/>")
+                    .into_bytes()
+            }
+            _ => bytes,
+        };
+        Some((name.to_owned(), text))
+    });
+    lab.write("relay.fmu", strange);
+    run(&lab, &driven("", "", "")).expect(2).says(&[
+        "`driver.v` is in [km/h], and the unit [paces] of `car.x` cannot be read",
+        "unit = { x =",
+    ]);
+    let start = "n = 0, on = false, text = '', mode = 1, gear = 1";
+    let more = "[[connect]]\nfrom = \"car.x_out\"\nto = \"next.x\"";
+    let chain = Scenario::new().fmu("next", "relay.fmu", start).section(more).text();
+    run(&lab, &driven("unit = { x = \"m/s\" }", "", &chain)).expect(0);
+    assert!((last(&lab, "next.x") - 100.0 / 3.6).abs() < 1e-9);
 }
 
 fn a_declared_unit_fits_the_description_and_the_type() {

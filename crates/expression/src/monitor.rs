@@ -263,7 +263,7 @@ pub struct Monitor<S> {
 }
 
 impl<S> Monitor<S> {
-    /// Watches a condition whose comparisons are loosened by `tolerance`: `a < b` is
+    /// Watches a condition whose comparisons are loosened by `tolerance`, in the unit of their left sides: `a < b` is
     /// `a < b + tolerance`, and `a == b` is `|a - b| <= tolerance`. Comparisons that are operands,
     /// as in `count(a < b)`, are exact.
     #[must_use]

@@ -136,7 +136,7 @@ fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
     let word = &next[..next.find(|c| !is_letter(c)).unwrap_or(next.len())];
     // `km/hr` is no quotient of 1 km and a signal, but `km/plant.x` is.
     let misspelt = match length {
-        0 => !word.is_empty() && !name.contains('.') && !KEYWORDS.contains(&name),
+        0 => !word.is_empty() && !is_other_word(name, &rest[name.len()..]),
         _ => joint == 1 && units::meant(word).is_some(),
     };
     let written = &rest[..length + joint + word.len()];
@@ -152,6 +152,12 @@ fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
         }
         _ => Ok(length),
     }
+}
+
+/// Whether a name means something else than a unit: an operator, a constant, a signal or a function.
+fn is_other_word(name: &str, after: &str) -> bool {
+    let known = KEYWORDS.contains(&name) || ["pi", "time"].contains(&name);
+    known || name.contains('.') || after.starts_with('(')
 }
 
 /// The bytes of the FMI structured name at the beginning of `text`: identifiers joined by dots,

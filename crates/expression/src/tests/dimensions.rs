@@ -70,6 +70,7 @@ fn the_right_side_is_converted_to_the_unit_of_the_left_one() {
         ("sqrt($v^2 + $w^2)", 200.0_f64.sqrt()),
         ("sqrt(2 * 1 g0 * 20 m) - $v", (2.0 * 20.0_f64).sqrt() - 10.0 / 9.806_65_f64.sqrt()),
         ("atan2($v, $w) - 45 deg", 0.0),
+        ("1 rev * 3 Hz - $r", 2.75),
         ("$T - 10", 10.0),
         ("$T < 294 K", 1.0),
         ("($T - 0 degC) * 3 + 1 K", 61.0),
@@ -151,6 +152,8 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("$psi < 5 °", "°", "did you mean `deg`?", ""),
     ("$a_y < 2 G", "G", "did you mean `g0`?", ""),
     ("$v < 5 m/degC", "m/degC", "can only stand alone: write `K`", ""),
+    ("$v < 2 pi", "pi", "expected an operator or the end, found `pi`", ""),
+    ("$v < 3 sin($psi)", "sin", "expected an operator or the end", ""),
     ("$v < 5 $v", "$v", "expected an operator", ""),
     ("$v < 5 m/s s", "s", "expected an operator", ""),
 ];
