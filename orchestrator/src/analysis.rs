@@ -9,6 +9,8 @@ use recording::{Derived, Full, NumberIndex, Row, Sink};
 use scenario::plan::{AnalysisPlan, Origin, Wired, is_reserved};
 use serde_json::Value;
 
+use crate::report::PreviousRun;
+
 /// The columns of a run that analyses want, kept until it is over.
 #[derive(Debug, Default)]
 pub struct Collected {
@@ -119,6 +121,7 @@ impl AnalysisHost<'_> {
         if !self.files.iter().any(|known| known == name) && path.symlink_metadata().is_ok() {
             return Err(Error::output(&path, "there is such a file already, and no run wrote it"));
         }
+        PreviousRun::note(self.folder, name)?;
         std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
         if !self.files.iter().any(|known| known == name) {
             self.files.push(name.to_owned());

@@ -200,8 +200,8 @@ impl RunReport {
         self.realtime_factor = self.sim_seconds / wall_seconds;
     }
 
-    /// Writes what a later run needs to clean up when this one is killed: the files of analyses so far, and the folders of
-    /// `validations`.
+    /// Writes what a later run needs to clean up when this one is killed: the folders of `validations`. Files are noted as they
+    /// are written.
     ///
     /// # Errors
     /// When the file cannot be written.

@@ -85,7 +85,7 @@ impl Job<'_> {
         let mut progress = Progress::default();
         let pace = Pace { clock: system.clock, begin, factor: self.options.realtime };
         let outcome = simulate(&mut system, nodes, (&mut recorder, &mut progress), &pace, events)
-            .and_then(|()| self.analyse(&system, &mut recorder, &mut report, events))
+            .and_then(|()| analyse(&system, &mut recorder, &mut report, events))
             .and_then(|()| self.validate_all(&system, &mut report, events));
         if let Err(error @ Error::Output { .. }) = outcome {
             return Err(error);
@@ -107,19 +107,6 @@ impl Job<'_> {
             Some(error) => Err(error),
             None => Ok(Run { report, _recorder: recorder }),
         }
-    }
-
-    fn analyse(
-        self,
-        system: &System,
-        recorder: &mut Recorder,
-        report: &mut RunReport,
-        events: Events,
-    ) -> Result<(), Error> {
-        system.analyses.iter().try_for_each(|plan| {
-            recorder.analyse(plan, report, events)?;
-            report.sketch(&self.scenario.document.validation)
-        })
     }
 
     fn validate_all(
@@ -197,4 +184,13 @@ fn simulate(
     };
     let mut coupling = coupling::of(system.coupling);
     master::run(system, &mut nodes, coupling.as_mut(), recorder, progress, &mut tick)
+}
+
+fn analyse(
+    system: &System,
+    recorder: &mut Recorder,
+    report: &mut RunReport,
+    events: Events,
+) -> Result<(), Error> {
+    system.analyses.iter().try_for_each(|plan| recorder.analyse(plan, report, events))
 }

@@ -116,6 +116,7 @@ fn set_reaches_signals_effects_and_faults() {
     lab.write("driven.toml", driven());
     for (set, column, expected) in [
         ("driver.delta=3", "driver.delta", 3.0),
+        ("driver.delta=4deg", "driver.delta", 4.0),
         ("driver.delta=0.5 rad", "driver.delta", 0.5_f64.to_degrees()),
         ("driver.delta.step.after=2", "driver.delta", 2.0),
         ("driver.delta.step.at=1", "driver.delta", 0.0),

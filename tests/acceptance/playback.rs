@@ -229,6 +229,10 @@ fn a_log_in_another_dialect_and_sign_convention_is_played_back_in_si() {
     };
     force("\"N\", gain = 2").expect(0);
     assert!(lab.read("force/run.csv").starts_with("time [s],log.F [N]\n0,-33\n"));
+    lab.write("log.csv", LOG.replace(";deg;", ";g;"));
+    force("\"g0\"").expect(0);
+    assert!(lab.read("force/run.csv").starts_with("time [s],log.F [g0]\n0,-16.5\n"));
+    lab.write("log.csv", LOG);
     force("\"N\"").expect(2).says(&["was recorded in [deg], and is said to be in [N]"]);
     force("\"rad\", gain = 2")
         .expect(2)

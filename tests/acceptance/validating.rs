@@ -10,6 +10,7 @@ tests! {
     a_failing_or_broken_validation_decides_the_exit_code: Compiler,
     mistakes_are_reported_before_anything_runs: Compiler,
     missing_data_of_a_validation_is_no_failure: Compiler,
+    an_analysis_replaces_files_of_runs_only: Compiler,
 }
 
 /// A car whose mass is "found" by a plugin.
@@ -174,4 +175,21 @@ fn missing_data_of_a_validation_is_no_failure() {
     lab.write("case.toml", case());
     let ended = lab.trackside(&["test", "case.toml"]).expect(0);
     assert!(ended.stdout.contains("data file manoeuvres/log.csv is not there"), "{}", ended.stdout);
+}
+
+fn an_analysis_replaces_files_of_runs_only() {
+    let lab = lab();
+    lab.write("out/found.toml", "mine");
+    run(&lab, &case(), &["--rerun", "off"])
+        .expect(2)
+        .says(&["out/found.toml", "there is such a file already, and no run wrote it"]);
+    assert_eq!(lab.read("out/found.toml"), "mine");
+    std::fs::remove_file(lab.path("out/found.toml")).expect("a file");
+    run(&lab, &case(), &["--rerun", "off"]).expect(0);
+    // What a run leaves that is killed after its analysis.
+    std::fs::remove_file(lab.path("out/report.json")).expect("a report");
+    let noted =
+        serde_json::json!({"scenario": "case", "verdict": "error", "files": ["found.toml"]});
+    lab.write("out/report.json.partial", noted.to_string());
+    run(&lab, &case(), &["--rerun", "off"]).expect(0);
 }

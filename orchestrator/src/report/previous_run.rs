@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use diagnostics::Error;
 use scenario::plan::REPORT;
 use serde::{Deserialize, Serialize};
+
+use super::write_json;
 
 /// The report while it is written; until then, what a killed run leaves of it.
 pub(crate) const PARTIAL: &str = "report.json.partial";
@@ -37,15 +40,27 @@ pub(crate) struct PreviousValidation {
 impl PreviousRun {
     /// What the report in the folder says, or else what a killed run had said by then; none without either.
     pub fn read(folder: &Path) -> Option<Self> {
-        let read = |name| {
-            let text = std::fs::read_to_string(folder.join(name)).ok()?;
-            serde_json::from_str::<Self>(&text).ok()
-        };
-        let mut previous = read(REPORT).or_else(|| read(PARTIAL))?;
+        let mut previous =
+            Self::parse(&folder.join(REPORT)).or_else(|| Self::parse(&folder.join(PARTIAL)))?;
         let plain =
             |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
         previous.files.retain(plain);
         previous.validations.retain(|validation| plain(&validation.name));
         Some(previous)
+    }
+
+    fn parse(path: &Path) -> Option<Self> {
+        serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
+    }
+
+    /// Notes a file before it is written: if the run is killed, the next one knows whose it is.
+    ///
+    /// # Errors
+    /// When the note cannot be written.
+    pub fn note(folder: &Path, file: &str) -> Result<(), Error> {
+        let path = folder.join(PARTIAL);
+        let mut noted = Self::parse(&path).unwrap_or_default();
+        noted.files.push(file.to_owned());
+        write_json(&path, &noted)
     }
 }

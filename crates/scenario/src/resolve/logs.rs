@@ -132,6 +132,7 @@ fn wrong_word<'a>(wanted: &Words<'a>, error: &TableError) -> &'a Spanned<String>
 
 /// The unit of a column: that of the scenario or that of the file, which must not contradict each other. A unit of the file
 /// that is not known here gives way, and so does one of another dimension if the column has a gain, as that of a sensor in V.
+/// Loggers write g for g0, too.
 fn unit(
     scenario: &Scenario,
     column: &Column,
@@ -141,13 +142,15 @@ fn unit(
     let (written, name) = (word.get_ref(), column.column.get_ref());
     let known = super::unit::unit(scenario, word)?;
     match recorded.map(|recorded| (recorded, Unit::parse(recorded))) {
+        Some(("g", _)) if written == "g0" => Ok(Some(written.clone())),
         Some((_, Ok(unit))) if column.gain.is_some() && !unit.same_dimension(&known) => {
             Ok(Some(written.clone()))
         }
         Some((recorded, Ok(unit))) if unit != known => {
             let message =
                 format!("`{name}` was recorded in [{recorded}], and is said to be in [{written}]");
-            let help = "leave `unit` out: the recording's is taken, and connections convert";
+            let help = "leave `unit` out: the recording's is taken, and connections convert; if the file is wrong, \
+                        correct its values by a `gain`";
             Err(scenario.error(word, message).help(help))
         }
         _ => Ok(Some(written.clone())),

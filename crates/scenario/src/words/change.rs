@@ -6,7 +6,7 @@ use diagnostics::suggest;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
-use units::Unit;
+use units::{Unit, UnitError};
 
 use super::{Connect, Document, Scenario, read};
 use crate::schema::{self, Finding};
@@ -141,10 +141,17 @@ impl Scenario {
     }
 }
 
-/// The parts of a number with a unit behind it, such as `100 km/h`.
+/// The parts of a number with a unit behind it, such as `100 km/h`; none for what TOML can read.
 pub(crate) fn quantity(text: &str) -> Option<(f64, &str)> {
-    let (number, unit) = text.trim().split_once(char::is_whitespace)?;
-    Some((number.parse().ok()?, unit.trim()))
+    let text = text.trim();
+    let begins = |text: &str, fits: fn(char) -> bool| text.chars().next().is_some_and(fits);
+    if DeValue::parse(text).is_ok() || !begins(text, |c| c.is_ascii_digit() || "+-.".contains(c)) {
+        return None;
+    }
+    let ends = text.char_indices().rev().map(|(end, _)| text.split_at(end));
+    let mut parts = ends
+        .filter_map(|(number, unit)| Some((number.trim_end().parse().ok()?, unit.trim_start())));
+    parts.next().filter(|(_, unit)| begins(unit, |c| c.is_alphabetic() || "%°".contains(c)))
 }
 
 /// A number in another unit.
@@ -152,9 +159,15 @@ pub(crate) fn converted(number: f64, unit: &str, wanted: Option<&str>) -> Result
     let wanted =
         wanted.ok_or_else(|| format!("it has no unit, so the value cannot be in {unit}"))?;
     let parse = |text| {
-        let hint = || suggest::closest_question(unit, units::known());
-        let hint = || hint().map(|hint| format!("; {hint}")).unwrap_or_default();
-        Unit::parse(text).map_err(|error| format!("{error}{}", hint()))
+        Unit::parse(text).map_err(|error| {
+            let hint = match &error {
+                UnitError::Unknown { word, meant: None, .. } => {
+                    suggest::closest_question(word, units::known())
+                }
+                _ => None,
+            };
+            hint.map_or_else(|| error.to_string(), |hint| format!("{error}; {hint}"))
+        })
     };
     let conversion = Unit::conversion(&parse(unit)?, &parse(wanted)?);
     let (factor, offset) = conversion
@@ -235,4 +248,31 @@ fn moved<'t>(value: DeValue<'t>, place: &Range<usize>) -> Spanned<DeValue<'t>> {
         value => value,
     };
     Spanned::new(place.clone(), value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantity;
+
+    #[test]
+    fn a_number_is_split_from_its_unit() {
+        for (text, expected) in [
+            ("100 km/h", Some((100.0, "km/h"))),
+            ("100km/h", Some((100.0, "km/h"))),
+            ("-1.5e-3 m", Some((-1.5e-3, "m"))),
+            (" 3  deg ", Some((3.0, "deg"))),
+            ("3 %", Some((3.0, "%"))),
+            ("3", None),
+            ("1e3", None),
+            ("0x10", None),
+            ("1_000", None),
+            ("inf", None),
+            ("infinite", None),
+            ("fast", None),
+            ("m 3", None),
+            ("", None),
+        ] {
+            assert_eq!(quantity(text), expected, "{text}");
+        }
+    }
 }

@@ -37,10 +37,13 @@ fn bracket(text: &str) -> Option<(&str, Option<String>)> {
     Some((plain, unit))
 }
 
-/// The unit that a text names, in the spelling of this program.
+/// The unit that a text names, in the spelling of this program: `kmph` is km/h.
 pub(super) fn unit(text: &str) -> Option<String> {
     let spelled = spelled(text);
-    Unit::parse(&spelled).is_ok().then_some(spelled)
+    match Unit::parse(&spelled) {
+        Ok(_) => Some(spelled),
+        Err(_) => units::meant(text.trim()).map(str::to_owned),
+    }
 }
 
 /// Other signs for the same unit: `°C`, `m/s²`, `µm`, and `-` for no dimension.
@@ -89,6 +92,8 @@ mod tests {
             ("a [m/s²]", "a", Some("m/s2")),
             ("mu [-]", "mu", Some("1")),
             ("slip [furlong]", "slip", Some("furlong")),
+            ("wheel_fl(kmph)", "wheel_fl", Some("km/h")),
+            ("time [sec]", "time", Some("s")),
             ("speed (GPS)", "speed", None),
             ("tire.f_z[1,2]", "tire.f_z[1,2]", None),
             ("tire.f_z[1,2] [N]", "tire.f_z[1,2]", Some("N")),
