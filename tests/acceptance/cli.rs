@@ -224,7 +224,7 @@ fn junit(xml: &str) {
         "<testcase name=\"distance\" classname=\"good\" file=\"./good.toml\" line=\"13\"",
         "<testcase name=\"distance\" classname=\"fails\" file=\"./fails.toml\" line=\"13\">",
         "<failure message=\"20.",
-        " against 10.000000 at 1.000 s",
+        " against 10.000000 m at 1.000 s",
         "<testcase name=\"run\" classname=\"broken\"",
         "<error message=\"check `distance`: unknown signal `plnt.X`\"",
         "<testcase name=\"run\" classname=\"skipped\"",

@@ -113,7 +113,7 @@ fn long_run(lab: &Lab) -> std::process::Child {
     let begin = Instant::now();
     while !lab.has("out/report.json.partial") {
         assert!(child.try_wait().expect("a process").is_none(), "it ended");
-        assert!(begin.elapsed() < Duration::from_secs(30), "nothing was recorded");
+        assert!(begin.elapsed() < Duration::from_secs(300), "nothing was recorded");
         std::thread::sleep(Duration::from_millis(10));
     }
     child
@@ -139,7 +139,7 @@ fn a_killed_run_leaves_nothing_that_disturbs_the_next() {
         .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
         .collect();
     names.sort();
-    assert_eq!(names, ["report.json", "run.mcap"]);
+    assert_eq!(names, ["report.html", "report.json", "run.mcap"]);
 }
 
 fn the_report_says_what_the_run_was_made_with() {

@@ -364,6 +364,7 @@ impl BaselineOutcome {
             first: earliest.and_then(|signal| signal.first).map(|it| it.time),
             value: worst.map(|worst| worst.value),
             limit: worst.map(|it| if it.value > it.upper { it.upper } else { it.lower }),
+            unit: earliest.and_then(|signal| signal.unit.clone()),
             reason: self.reason.clone().or(told),
             trace: Trace::default(),
         }

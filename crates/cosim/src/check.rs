@@ -44,6 +44,9 @@ pub struct Verdict {
     pub value: Option<f64>,
     /// The right side of the comparison there.
     pub limit: Option<f64>,
+    /// The unit of both sides, if they have one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub unit: Option<String>,
     /// Why it failed, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -186,6 +189,7 @@ fn digits(value: &f64) -> String {
 }
 
 fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
+    let unit = plan.condition.compared_unit().map(str::to_owned);
     let reason =
         match outcome {
             Outcome { passed: true, .. } => None,
@@ -194,7 +198,8 @@ fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
             Outcome { value: Some(value), limit: Some(limit), at, .. } => {
                 let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
                 let [value, limit] = [value, limit].map(digits);
-                Some(format!("{value} against {limit}{place}"))
+                let unit = unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
+                Some(format!("{value} against {limit}{unit}{place}"))
             }
             Outcome { at, .. } => Some(at.map_or("it does not hold".to_owned(), |at| {
                 format!("it does not hold at {at:.3} s")
@@ -214,6 +219,7 @@ fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
         first: outcome.first,
         value: outcome.value,
         limit: outcome.limit,
+        unit,
         reason,
         trace: Trace::default(),
     }

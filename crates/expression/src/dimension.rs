@@ -124,6 +124,12 @@ impl Dimension {
         }
     }
 
+    /// The unit for people: plain numbers and products of odd size have none.
+    pub(crate) fn shown(&self) -> Option<String> {
+        let known = self.unit().filter(|known| !known.is_one())?;
+        (known.name.is_some() || known.unit.factor == 1.0).then(|| known.text())
+    }
+
     /// The unit with the name that it was declared by.
     pub(crate) fn known(&self) -> Option<(Unit, Option<String>)> {
         self.unit().map(|known| (known.unit, known.name.clone()))

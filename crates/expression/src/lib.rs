@@ -57,6 +57,8 @@ pub use trace::{Trace, TracePoint, Traced};
 pub struct Expression<S> {
     root: Node,
     dimension: Box<Dimension>,
+    /// The unit of the sides of the comparison at the root.
+    compared: Option<Box<str>>,
     reductions: Vec<Reduction>,
     space: PhantomData<S>,
 }
@@ -229,6 +231,12 @@ impl<S> Expression<S> {
     #[must_use]
     pub fn unit(&self) -> Option<(Unit, Option<String>)> {
         self.dimension.known()
+    }
+
+    /// The unit that both sides are compared in, if it is one comparison of values with a unit.
+    #[must_use]
+    pub fn compared_unit(&self) -> Option<&str> {
+        self.compared.as_deref()
     }
 
     /// The numbers of a row that it depends on, some of them repeatedly.

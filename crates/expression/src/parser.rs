@@ -40,6 +40,7 @@ impl<S> Expression<S> {
             resolve,
             bare: Vec::new(),
             reductions: Vec::new(),
+            compared: None,
             reduced: Vec::new(),
         };
         let Part { node: root, dimension, .. } = parser.number(0)?;
@@ -55,7 +56,10 @@ impl<S> Expression<S> {
             )));
         }
         let dimension = Box::new(dimension);
-        Ok(Self { root, dimension, reductions: parser.reductions, space: PhantomData })
+        let compared = parser.compared.filter(|_| matches!(root, Node::Compare(..)));
+        let compared = compared.map(String::into_boxed_str);
+        let reductions = parser.reductions;
+        Ok(Self { root, dimension, compared, reductions, space: PhantomData })
     }
 }
 
@@ -68,6 +72,8 @@ struct Parser<'a, S> {
     /// Places of signals and `time` outside every reduction.
     bare: Vec<Range<usize>>,
     reductions: Vec<Reduction>,
+    /// The unit of the last comparison, which is the root if the root is one.
+    compared: Option<String>,
     /// Place of each reduction.
     reduced: Vec<Range<usize>>,
 }
@@ -163,6 +169,7 @@ impl<'a, S> Parser<'a, S> {
             left = match compared {
                 true => {
                     let right = self.expression(least)?;
+                    self.compared = left.dimension.shown().or_else(|| right.dimension.shown());
                     self.compare(symbol, left, right)?
                 }
                 false => combine(self.rules, symbol, left, self.number(least)?)?,

@@ -7,7 +7,7 @@ use crate::escape::escape;
 use crate::plot::{Layer, Plot, Shape};
 
 /// Space for the labels of the axes [px]: left, right, top, bottom.
-const MARGIN: [f64; 4] = [58.0, 14.0, 10.0, 44.0];
+const MARGIN: [f64; 4] = [70.0, 14.0, 10.0, 44.0];
 
 impl Plot {
     fn area(&self) -> [f64; 2] {
@@ -124,7 +124,7 @@ impl Plot {
                 bottom + 16.0
             );
         }
-        for (value, text) in self.y.ticks(height / 40.0) {
+        for (value, text) in self.y.ticks(height / 30.0) {
             let y = top + (1.0 - self.y.share(value)) * height;
             let _ = writeln!(svg, r#"<path class="grid" d="M{left} {y:.1}H{:.1}"/>"#, left + width);
             let _ = writeln!(

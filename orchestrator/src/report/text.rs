@@ -18,7 +18,7 @@ impl RunReport {
         let own = self.checks.iter().cloned().map(|check| (String::new(), check));
         let checks: Vec<_> = own.chain(self.validations.iter().flat_map(of_validations)).collect();
         if !checks.is_empty() {
-            text += "| check | | worst | limit | at [s] |\n|---|---|---|---|---|\n";
+            text += "| check | | worst | limit | unit | at [s] |\n|---|---|---|---|---|---|\n";
         }
         for (of, check) in &checks {
             let number =
@@ -27,7 +27,8 @@ impl RunReport {
             let (name, worst, limit, at) =
                 (&check.name, number(check.value), number(check.limit), number(check.at));
             // Writing into a string cannot fail.
-            let _ = writeln!(text, "| {of}{name} | {sign} | {worst} | {limit} | {at} |");
+            let unit = check.unit.as_deref().unwrap_or_default();
+            let _ = writeln!(text, "| {of}{name} | {sign} | {worst} | {limit} | {unit} | {at} |");
         }
         text
     }
@@ -96,15 +97,16 @@ fn lines(checks: &[Verdict], indent: &str) -> String {
     let width = checks.iter().map(|check| check.name.chars().count()).max().unwrap_or(0);
     for check in checks {
         let sign = if check.passed { "ok    " } else { "FAILED" };
+        let unit = check.unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
         // Writing into a string cannot fail.
         let _ = write!(text, "{indent}{sign}  {:width$}  {}", check.name, check.that);
         let _ = match (&check.reason, check.value) {
             (Some(reason), _) => writeln!(text, "  ({reason})"),
             // A small part of something is worth as many digits as a large one.
             (None, Some(value)) if value != 0.0 && value.abs() < 1e-2 => {
-                writeln!(text, "  ({value:.2e})")
+                writeln!(text, "  ({value:.2e}{unit})")
             }
-            (None, Some(value)) => writeln!(text, "  ({value:.4})"),
+            (None, Some(value)) => writeln!(text, "  ({value:.4}{unit})"),
             (None, None) => writeln!(text),
         };
     }

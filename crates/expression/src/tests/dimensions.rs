@@ -177,3 +177,26 @@ fn words_after_numbers_are_operators_or_units() {
         assert_eq!(typed(text).is_ok(), !text.contains('m'), "{text}");
     }
 }
+
+#[test]
+fn a_comparison_names_the_unit_of_its_sides() {
+    for (text, unit) in [
+        ("$v < 3", Some("m/s")),
+        ("3 < $w", Some("km/h")),
+        ("$w < $v", Some("km/h")),
+        ("max(abs($a_y)) < 1.4 g0", Some("m/s2")),
+        ("5 deg > $psi", Some("deg")),
+        ("$v * 2 s < 3", Some("m")),
+        ("$v * $w < 3", None),
+        ("$none < 3", None),
+        ("count($v < 3) < 5", None),
+        ("$v < 3 and $w < 4", None),
+        ("$v", None),
+    ] {
+        assert_eq!(
+            typed(text).map(|it| it.compared_unit().map(str::to_owned)),
+            Ok(unit.map(str::to_owned)),
+            "{text}"
+        );
+    }
+}

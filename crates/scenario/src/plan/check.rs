@@ -18,6 +18,17 @@ pub enum Condition {
     Results(Expression<Results>, Vec<ResultName>),
 }
 
+impl Condition {
+    /// The unit that both sides are compared in, if it is one comparison of values with a unit.
+    #[must_use]
+    pub fn compared_unit(&self) -> Option<&str> {
+        match self {
+            Condition::Run(expression) => expression.compared_unit(),
+            Condition::Results(expression, _) => expression.compared_unit(),
+        }
+    }
+}
+
 /// The name of a result: `tires.least_squares.front.mean.D`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ResultName {

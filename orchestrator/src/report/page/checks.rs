@@ -31,7 +31,7 @@ pub(super) fn write_table(html: &mut String, checks: &[Verdict]) {
         return;
     }
     html.push_str(
-        "<table class=\"checks\">\n<tr><th>Check</th><th></th><th>Worst value</th><th>Limit</th><th>At [s]</th>\
+        "<table class=\"checks\">\n<tr><th>Check</th><th></th><th>Worst value</th><th>Limit</th><th>Unit</th><th>At [s]</th>\
          <th>First deviation [s]</th><th>Window [s]</th></tr>\n",
     );
     for check in checks {
@@ -43,12 +43,13 @@ pub(super) fn write_table(html: &mut String, checks: &[Verdict]) {
         let _ = writeln!(
             html,
             "<tr><td>{}<br/><code>{}</code>{reason}</td><td class=\"verdict {class}\">{word}</td>\
-             <td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+             <td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td>\
              <td class=\"number\">{}</td><td class=\"number\">{from} to {to}</td></tr>",
             escape(&check.name),
             escape(&check.that),
             number(check.value),
             number(check.limit),
+            escape(check.unit.as_deref().unwrap_or_default()),
             time(check.at),
             time(check.first),
         );
@@ -70,7 +71,8 @@ fn picture(check: &Verdict, size: [f64; 2]) -> Option<String> {
         Traced::Reduced => ("quantity", "limit"),
         Traced::Margins => ("margin", "violated below"),
     };
-    let y = Axis::about(label, points.iter().flat_map(|point| point.value).chain(limits));
+    let title = check.unit.as_ref().map_or(label.to_owned(), |unit| format!("{label} [{unit}]"));
+    let y = Axis::about(&title, points.iter().flat_map(|point| point.value).chain(limits));
     let mut plot = Plot::new(size, Axis::linear("time [s]", from, to), y);
     plot.line(&outline(points, |point| point.value), "c0", label);
     if points.iter().any(|point| point.limit[0].is_finite()) {
