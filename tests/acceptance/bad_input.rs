@@ -253,7 +253,7 @@ fn look_at(lab: &Lab, good: &str, (old, new, at, says): Mistake) -> Option<Strin
 
 /// Mistakes of the syntax, of the form, and of the meaning: what is replaced, and by what; each is one mistake.
 #[rustfmt::skip]
-const TOGETHER: [&[(&str, &str)]; 3] = [
+const TOGETHER: [&[(&str, &str)]; 4] = [
     &[("title = \"Good\"", "title = \"Good"), ("step = 0.01", "step = 0.0.1")],
     &[("stop =", "stpo ="), ("unit = \"m/s\"", "unit = 5"), ("that =", "tht =")],
     &[
@@ -263,6 +263,10 @@ const TOGETHER: [&[(&str, &str)]; 3] = [
         ("[[check]]", "[[fault]]\ninput = \"plant.F_y\"\nfrom = 0.0\nfreeze = true\n\n[[check]]"),
         ("[[check]]", "[view]\ndistance = \"plant.s\"\n\n[[check]]"),
         ("[[check]]", "[[check]]\nname = \"drives on\"\nthat = \"time > -1\"\n\n[[check]]"),
+    ],
+    &[
+        ("column = \"steer\"", "column = \"stear\""), ("unit = \"rad\"", "unit = \"radians\""),
+        ("columns = { ", "columns = { other = { column = \"nothing\" }, "),
     ],
 ];
 

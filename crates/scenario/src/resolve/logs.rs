@@ -1,6 +1,7 @@
 //! Reads the recorded files of a scenario, and points at the word that does not fit the file.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use diagnostics::{Error, Mistakes, Spanned};
 use recording::table::{Dialect, Gaps, Scaling, Table, TableError, Wanted, WantedColumn};
@@ -54,13 +55,36 @@ pub(super) fn read(
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
     let path = scenario.source.resolve(words.path);
-    let mut table = Table::read(&path, &wanted(scenario, words)?)
-        .map_err(|error| scenario.error(wrong_word(words, &error), error.to_string()))?;
+    let spelled = words.columns.values().filter_map(|column| column.get_ref().unit.as_ref());
+    let spelled = Mistakes::all(spelled.map(|word| super::unit::unit(scenario, word)));
+    let table = wanted(scenario, words).and_then(|wanted| whole(scenario, words, &path, wanted));
+    let (_, mut table) = Mistakes::both(spelled, table)?;
     table.set_origin(words.origin);
     warnings.extend_from_slice(table.warnings());
     let units = words.columns.values().zip(0..);
     let units = units.map(|(column, place)| unit(scenario, column.get_ref(), table.unit(place)));
     Ok(Log { units: Mistakes::all(units)?, table })
+}
+
+/// The table with all columns. If it cannot be had, each column is read on its own, so that no mistake hides another.
+fn whole(
+    scenario: &Scenario,
+    words: &Words,
+    path: &Path,
+    mut wanted: Wanted,
+) -> Result<Table, Error> {
+    let read = |wanted: &Wanted| {
+        Table::read(path, wanted)
+            .map_err(|error| scenario.error(wrong_word(words, &error), error.to_string()))
+    };
+    read(&wanted).or_else(|error| {
+        let columns = std::mem::take(&mut wanted.columns).into_iter();
+        let alone = Mistakes::all(columns.map(|column| {
+            wanted.columns = vec![column];
+            read(&wanted)
+        }));
+        Err(alone.err().unwrap_or(error))
+    })
 }
 
 fn wanted(scenario: &Scenario, words: &Words) -> Result<Wanted, Error> {
