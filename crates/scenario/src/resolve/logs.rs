@@ -77,13 +77,13 @@ fn whole(
         Table::read(path, wanted)
             .map_err(|error| scenario.error(wrong_word(words, &error), error.to_string()))
     };
-    read(&wanted).or_else(|error| {
+    read(&wanted).map_err(|error| {
         let columns = std::mem::take(&mut wanted.columns).into_iter();
         let alone = Mistakes::all(columns.map(|column| {
             wanted.columns = vec![column];
             read(&wanted)
         }));
-        Err(alone.err().unwrap_or(error))
+        alone.err().unwrap_or(error)
     })
 }
 
