@@ -2,6 +2,7 @@
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use diagnostics::{Error, Mistakes, Spanned};
 use scenario::Scenario;
@@ -84,6 +85,22 @@ pub(crate) struct RunFolder {
     _lock: File,
 }
 
+/// Time for which a lock is tried again.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Locks a folder. A process that starts another one shares its locks with it for a moment, so a lock may outlive its run.
+fn patiently(folder: &File) -> Result<(), TryLockError> {
+    let begin = Instant::now();
+    loop {
+        match folder.try_lock() {
+            Err(TryLockError::WouldBlock) if begin.elapsed() < PATIENCE => {
+                std::thread::sleep(PATIENCE / 50);
+            }
+            outcome => return outcome,
+        }
+    }
+}
+
 impl RunFolder {
     /// Makes the folder and locks it.
     ///
@@ -93,7 +110,7 @@ impl RunFolder {
         let output = |error| Error::output(path, error);
         fs::create_dir_all(path).map_err(output)?;
         let lock = File::open(path).map_err(output)?;
-        match lock.try_lock() {
+        match patiently(&lock) {
             Err(TryLockError::WouldBlock) => {
                 let message = format!("another run is writing into {}", path.display());
                 Err(Error::input(message)

@@ -205,9 +205,9 @@ mod tests {
         let mut plot = plot();
         plot.dots(&[(0.0, 0.0), (1.0, 1.1)], 2.0, "c0", "n <1>");
         let drawn = plot.figure("a & b");
-        // The drawing area is 228 px wide and 146 px high; y reaches from −1.1 to 1.1.
+        // The drawing area is 216 px wide and 146 px high; y reaches from −1.1 to 1.1.
         assert!(
-            drawn.contains(r#"cx="0.0" cy="73.0""#) && drawn.contains(r#"cx="228.0" cy="0.0""#),
+            drawn.contains(r#"cx="0.0" cy="73.0""#) && drawn.contains(r#"cx="216.0" cy="0.0""#),
             "{drawn}"
         );
         assert!(
