@@ -65,9 +65,7 @@ fn read_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
         let path = scenario.source.resolve(word);
         fs::canonicalize(path).is_ok_and(|path| path.starts_with(folder))
     };
-    let texts = scenario.document.analysis.iter().flat_map(|analysis| analysis.files.values());
-    let errors = scenario.data_files().chain(scenario.baseline_files()).chain(texts);
-    let errors = errors.filter(inside).map(|word| {
+    let errors = scenario.read_files().filter(inside).map(|word| {
         let message = format!("`{}` is in the folder that the results go to", word.get_ref());
         scenario
             .error(word, message)

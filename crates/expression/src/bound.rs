@@ -108,14 +108,7 @@ fn constant(node: &Node) -> Option<f64> {
             values.map(|values| (function.evaluate)(&values))
         }
         Node::Arithmetic(operator, sides) => {
-            let (a, b) = (constant(&sides[0])?, constant(&sides[1])?);
-            Some(match operator {
-                Operator::Add => a + b,
-                Operator::Subtract => a - b,
-                Operator::Multiply => a * b,
-                Operator::Divide => a / b,
-                Operator::Power => a.powf(b),
-            })
+            Some(operator.apply(constant(&sides[0])?, constant(&sides[1])?))
         }
         _ => None,
     }

@@ -40,6 +40,20 @@ impl Judgement {
     }
 }
 
+impl Operator {
+    pub(crate) fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            // IEEE 754 has NaN^0 = 1 and 1^NaN = 1.
+            Self::Power if a.is_nan() || b.is_nan() => f64::NAN,
+            Self::Power => a.powf(b),
+        }
+    }
+}
+
 impl Relation {
     fn complement(self) -> Self {
         match self {
@@ -107,16 +121,7 @@ impl<'a, S, V: Values<S>> Sample<'a, S, V> {
             Node::Negate(inner) => -self.value(inner),
             Node::Convert(inner, factor, offset) => self.value(inner) * factor + offset,
             Node::Arithmetic(operator, sides) => {
-                let (a, b) = (self.value(&sides[0]), self.value(&sides[1]));
-                match operator {
-                    Operator::Add => a + b,
-                    Operator::Subtract => a - b,
-                    Operator::Multiply => a * b,
-                    Operator::Divide => a / b,
-                    // IEEE 754 has NaN^0 = 1 and 1^NaN = 1.
-                    Operator::Power if a.is_nan() || b.is_nan() => f64::NAN,
-                    Operator::Power => a.powf(b),
-                }
+                operator.apply(self.value(&sides[0]), self.value(&sides[1]))
             }
             Node::Call(function, arguments) => self.call(function, arguments),
             Node::Text(_) => f64::NAN,

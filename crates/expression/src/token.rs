@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use diagnostics::suggest;
-use units::{Unit, UnitError};
+use units::Unit;
 
 use super::ParseError;
 
@@ -142,12 +142,8 @@ fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
     let written = &rest[..length + joint + word.len()];
     match Unit::parse(written) {
         Err(error) if misspelt => {
-            let help = match &error {
-                UnitError::Unknown { word, meant: None, .. } => {
-                    suggest::closest_question(word, units::known())
-                }
-                _ => None,
-            };
+            let known = |word| suggest::closest_question(word, units::known());
+            let help = error.unknown().and_then(known);
             Err(ParseError { help, ..ParseError::new(at..at + written.len(), error.to_string()) })
         }
         _ => Ok(length),

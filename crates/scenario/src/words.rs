@@ -8,6 +8,7 @@ mod fault;
 mod nodes;
 mod place;
 mod read;
+mod recorded_file;
 mod results;
 mod view;
 
@@ -24,7 +25,9 @@ pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
-pub use nodes::{Column, Fmu, Table};
+pub use nodes::{Fmu, Table};
+pub use recorded_file::Column;
+pub(crate) use recorded_file::RecordedFile;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
@@ -174,9 +177,11 @@ impl Scenario {
         played.chain(logs.map(|log| &log.path))
     }
 
-    /// The words that name recordings which the run is compared with.
-    pub fn baseline_files(&self) -> impl Iterator<Item = &Spanned<String>> {
-        self.document.baseline.iter().map(|baseline| &baseline.recording)
+    /// The words that name files which the run reads: recorded files, recordings to compare with, texts for analyses.
+    pub fn read_files(&self) -> impl Iterator<Item = &Spanned<String>> {
+        let baselines = self.document.baseline.iter().map(|baseline| &baseline.recording);
+        let texts = self.document.analysis.iter().flat_map(|analysis| analysis.files.values());
+        self.data_files().chain(baselines).chain(texts)
     }
 
     /// An error at a word of the scenario.

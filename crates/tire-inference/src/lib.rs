@@ -16,6 +16,7 @@ pub mod fit;
 pub mod kernel;
 pub mod linearised_slip_noise;
 pub mod minimise;
+pub mod model;
 pub mod noise;
 pub mod parameters;
 pub mod posterior;

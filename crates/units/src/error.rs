@@ -55,6 +55,15 @@ fn expected(meant: Option<&str>) -> String {
 }
 
 impl UnitError {
+    /// The word that is in no table and is no known spelling either: a name to compare with the known ones.
+    #[must_use]
+    pub fn unknown(&self) -> Option<&str> {
+        match self {
+            Self::Unknown { word, meant: None, .. } => Some(word),
+            _ => None,
+        }
+    }
+
     /// The bytes of the unit text that the error is about.
     #[must_use]
     pub fn span(&self) -> Range<usize> {

@@ -78,9 +78,7 @@ impl Provenance {
             path: file.path.clone(),
             sha256: sha256(file.text.as_bytes()),
         });
-        let texts = scenario.document.analysis.iter().flat_map(|analysis| analysis.files.values());
-        let data = scenario.data_files().chain(scenario.baseline_files()).chain(texts);
-        let data = data.map(|word| scenario.source.resolve(word));
+        let data = scenario.read_files().map(|word| scenario.source.resolve(word));
         let begun = SystemTime::now().duration_since(UNIX_EPOCH);
         Provenance {
             command: std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),

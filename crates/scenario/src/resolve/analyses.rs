@@ -16,7 +16,7 @@ use super::{Notes, logs};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisSignal, Column, ScaledSignal, Scenario};
+use crate::words::{Analysis, AnalysisSignal, AnalysisTable, Column, ScaledSignal, Scenario};
 
 /// The columns of the run and their units.
 type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);
@@ -59,7 +59,7 @@ fn plan(
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let mut mistakes = Mistakes::default();
-    let read = |table| logs::read(scenario, &logs::Words::from(table), warnings);
+    let read = |table: &AnalysisTable| logs::read(scenario, table.file(), warnings);
     let log = analysis.table.as_ref().map(read);
     let log = mistakes.take(log.transpose()).flatten();
     let Some((plugin, library)) = mistakes.take(load(scenario, analysis, plugins)) else {

@@ -1,44 +1,12 @@
 //! Reads the recorded files of a scenario, and points at the word that does not fit the file.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use diagnostics::{Error, Mistakes, Spanned};
-use recording::table::{Dialect, Gaps, Scaling, Table, TableError, Wanted, WantedColumn};
+use recording::table::{Scaling, Table, TableError, Wanted, WantedColumn};
 use units::Unit;
 
-use crate::words::{self, AnalysisTable, Column, Scenario};
-
-/// The words of a scenario that say what is wanted of a file.
-pub(super) struct Words<'a> {
-    pub path: &'a Spanned<String>,
-    pub time: Option<&'a Spanned<String>>,
-    pub time_unit: Option<&'a Spanned<String>>,
-    pub origin: Option<f64>,
-    pub gaps: Gaps,
-    pub dialect: Dialect,
-    pub columns: &'a BTreeMap<Spanned<String>, Spanned<Column>>,
-}
-
-impl<'a> From<&'a words::Table> for Words<'a> {
-    fn from(table: &'a words::Table) -> Self {
-        let words::Table { path, time, time_unit, origin, gaps, columns, .. } = table;
-        let words::Table { separator, decimal, unit_row, .. } = *table;
-        let dialect = Dialect { separator, decimal, unit_row };
-        let (time, time_unit, origin, gaps) = (time.as_ref(), time_unit.as_ref(), *origin, *gaps);
-        Words { path, time, time_unit, origin, gaps, dialect, columns }
-    }
-}
-
-impl<'a> From<&'a AnalysisTable> for Words<'a> {
-    fn from(table: &'a AnalysisTable) -> Self {
-        let AnalysisTable { path, time, time_unit, origin, gaps, columns, .. } = table;
-        let AnalysisTable { separator, decimal, unit_row, .. } = *table;
-        let dialect = Dialect { separator, decimal, unit_row };
-        let (time, time_unit, origin, gaps) = (time.as_ref(), time_unit.as_ref(), *origin, *gaps);
-        Words { path, time, time_unit, origin, gaps, dialect, columns }
-    }
-}
+use crate::words::{Column, RecordedFile, Scenario};
 
 /// A file, as it was wanted.
 pub(super) struct Log {
@@ -51,25 +19,29 @@ pub(super) struct Log {
 /// Reads the columns.
 pub(super) fn read(
     scenario: &Scenario,
-    words: &Words,
+    words: RecordedFile,
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
     let path = scenario.source.resolve(words.path);
-    let spelled = words.columns.values().filter_map(|column| column.get_ref().unit.as_ref());
-    let spelled = Mistakes::all(spelled.map(|word| super::unit::unit(scenario, word)));
+    let units = Mistakes::all(words.columns.values().map(|column| {
+        let word = column.get_ref().unit.as_ref();
+        word.map(|word| super::unit::unit(scenario, word)).transpose()
+    }));
     let table = wanted(scenario, words).and_then(|wanted| whole(scenario, words, &path, wanted));
-    let (_, mut table) = Mistakes::both(spelled, table)?;
+    let (units, mut table) = Mistakes::both(units, table)?;
     table.set_origin(words.origin);
     warnings.extend_from_slice(table.warnings());
-    let units = words.columns.values().zip(0..);
-    let units = units.map(|(column, place)| unit(scenario, column.get_ref(), table.unit(place)));
+    let units = words.columns.values().zip(units).zip(0..);
+    let units = units.map(|((column, unit), place)| {
+        agreed(scenario, (column.get_ref(), unit), table.unit(place))
+    });
     Ok(Log { units: Mistakes::all(units)?, table })
 }
 
 /// The table with all columns. If it cannot be had, each column is read on its own, so that no mistake hides another.
 fn whole(
     scenario: &Scenario,
-    words: &Words,
+    words: RecordedFile,
     path: &Path,
     mut wanted: Wanted,
 ) -> Result<Table, Error> {
@@ -87,7 +59,7 @@ fn whole(
     })
 }
 
-fn wanted(scenario: &Scenario, words: &Words) -> Result<Wanted, Error> {
+fn wanted(scenario: &Scenario, words: RecordedFile) -> Result<Wanted, Error> {
     let column = |(name, column): (&Spanned<String>, &Spanned<Column>)| {
         let Column { column, gain, offset, sign, gaps, .. } = column.get_ref();
         Ok(WantedColumn {
@@ -147,7 +119,7 @@ pub(super) fn scaling(
 }
 
 /// The word of the scenario that does not fit the file.
-fn wrong_word<'a>(wanted: &Words<'a>, error: &TableError) -> &'a Spanned<String> {
+fn wrong_word<'a>(wanted: RecordedFile<'a>, error: &TableError) -> &'a Spanned<String> {
     let columns = wanted.columns.values().map(|column| &column.get_ref().column);
     let mut words = columns.chain(wanted.time);
     let wrong = words.find(|word| Some(word.get_ref().as_str()) == error.word());
@@ -157,14 +129,15 @@ fn wrong_word<'a>(wanted: &Words<'a>, error: &TableError) -> &'a Spanned<String>
 /// The unit of a column: that of the scenario or that of the file, which must not contradict each other. A unit of the file
 /// that is not known here gives way, and so does one of another dimension if the column has a gain, as that of a sensor in V.
 /// Loggers write g for g0, too.
-fn unit(
+fn agreed(
     scenario: &Scenario,
-    column: &Column,
+    (column, unit): (&Column, Option<Unit>),
     recorded: Option<&str>,
 ) -> Result<Option<String>, Error> {
-    let Some(word) = &column.unit else { return Ok(recorded.map(str::to_owned)) };
+    let (Some(word), Some(known)) = (&column.unit, unit) else {
+        return Ok(recorded.map(str::to_owned));
+    };
     let (written, name) = (word.get_ref(), column.column.get_ref());
-    let known = super::unit::unit(scenario, word)?;
     match recorded.map(|recorded| (recorded, Unit::parse(recorded))) {
         Some(("g", _)) if written == "g0" => Ok(Some(written.clone())),
         Some((_, Ok(unit))) if column.gain.is_some() && !unit.same_dimension(&known) => {

@@ -206,7 +206,7 @@ fn table(
     warnings: &mut Vec<String>,
 ) -> Result<UnplacedNode, Error> {
     let columns = &table.columns;
-    let Log { table: mut read, units } = logs::read(scenario, &table.into(), warnings)?;
+    let Log { table: mut read, units } = logs::read(scenario, table.file(), warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for ((name, column), unit) in columns.iter().zip(units) {

@@ -84,7 +84,7 @@ fn typed(variables: &[Variable], name: &str, written: &str) -> Result<toml::Valu
         (Ok(toml::Value::String(quoted)), ..) => toml::Value::String(quoted),
         (Ok(value), kind, _) if kind != Some(Type::String) => value,
         (_, Some(Type::Real), Some((number, unit))) => {
-            let wanted = variable.and_then(|variable| variable.unit.as_deref());
+            let wanted = variable.and_then(|it| Some((it.dimension, it.unit.as_deref()?)));
             let number = converted(number, unit, wanted);
             toml::Value::Float(number.map_err(|message| format!("`{name}`: {message}"))?)
         }

@@ -1,19 +1,15 @@
 //! Reads a unit from a word of the file, with a suggestion for a misspelt one.
 
 use diagnostics::{Error, Spanned, suggest};
-use units::{Unit, UnitError};
+use units::Unit;
 
 use crate::words::Scenario;
 
 /// The unit that a word names.
 pub(super) fn unit(scenario: &Scenario, word: &Spanned<String>) -> Result<Unit, Error> {
     Unit::parse(word.get_ref()).map_err(|error| {
-        let hint = match &error {
-            UnitError::Unknown { word, meant: None, .. } => {
-                suggest::closest_question(word, units::known())
-            }
-            _ => None,
-        };
+        let known = |word| suggest::closest_question(word, units::known());
+        let hint = error.unknown().and_then(known);
         scenario.error(word, error.to_string()).hint(hint)
     })
 }

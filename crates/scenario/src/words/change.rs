@@ -6,7 +6,7 @@ use diagnostics::suggest;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
-use units::{Unit, UnitError};
+use units::Unit;
 
 use super::{Connect, Document, Scenario, read};
 use crate::schema::{self, Finding};
@@ -137,6 +137,7 @@ impl Scenario {
         let Some((number, unit)) = quantity(&change.value) else { return Ok(change.value.clone()) };
         let own = self.document.signal[index].get_ref().unit.as_ref();
         let own = own.map(|word| word.get_ref().as_str());
+        let own = own.map(|text| (None, text));
         Ok(toml::Value::Float(converted(number, unit, own)?).to_string())
     }
 }
@@ -154,24 +155,26 @@ pub(crate) fn quantity(text: &str) -> Option<(f64, &str)> {
     parts.next().filter(|(_, unit)| begins(unit, |c| c.is_alphabetic() || "%°".contains(c)))
 }
 
-/// A number in another unit.
-pub(crate) fn converted(number: f64, unit: &str, wanted: Option<&str>) -> Result<f64, String> {
-    let wanted =
+/// The unit that a text names.
+fn readable(text: &str) -> Result<Unit, String> {
+    Unit::parse(text).map_err(|error| {
+        let known = |word| suggest::closest_question(word, units::known());
+        let hint = error.unknown().and_then(known);
+        hint.map_or_else(|| error.to_string(), |hint| format!("{error}; {hint}"))
+    })
+}
+
+/// A number in another unit. An FMU may define the unit of a name itself.
+pub(crate) fn converted(
+    number: f64,
+    unit: &str,
+    wanted: Option<(Option<Unit>, &str)>,
+) -> Result<f64, String> {
+    let (defined, name) =
         wanted.ok_or_else(|| format!("it has no unit, so the value cannot be in {unit}"))?;
-    let parse = |text| {
-        Unit::parse(text).map_err(|error| {
-            let hint = match &error {
-                UnitError::Unknown { word, meant: None, .. } => {
-                    suggest::closest_question(word, units::known())
-                }
-                _ => None,
-            };
-            hint.map_or_else(|| error.to_string(), |hint| format!("{error}; {hint}"))
-        })
-    };
-    let conversion = Unit::conversion(&parse(unit)?, &parse(wanted)?);
-    let (factor, offset) = conversion
-        .ok_or_else(|| format!("expected a value in [{wanted}], found one in [{unit}]"))?;
+    let wanted = defined.map_or_else(|| readable(name), Ok)?;
+    let (factor, offset) = Unit::conversion(&readable(unit)?, &wanted)
+        .ok_or_else(|| format!("expected a value in [{name}], found one in [{unit}]"))?;
     Ok(number * factor + offset)
 }
 

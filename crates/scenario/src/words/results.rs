@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use diagnostics::Spanned;
-use recording::table::{Decimal, Gaps, Separator};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::nodes::{Column, build_request};
+use super::nodes::build_request;
+use super::recorded_file::recorded_file;
 use crate::build_request::BuildRequest;
 
 /// An analysis of recorded signals by a plugin. The plugin is a dynamic library (`path`) or a package of the workspace (`crate`).
@@ -117,37 +117,9 @@ impl<'de> Deserialize<'de> for AnalysisSignal {
     }
 }
 
-/// A CSV file or an MCAP recording whose rows the plugin gets.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct AnalysisTable {
-    /// CSV file or MCAP recording, relative to the scenario file.
-    #[schemars(example = &"drive.csv")]
-    pub path: Spanned<String>,
-    /// Column of the time, as in `[[table]]`.
-    #[schemars(example = &"t_s")]
-    pub time: Option<Spanned<String>>,
-    /// Unit of the time; that of the file without it, or else s.
-    #[schemars(example = &"ms")]
-    pub time_unit: Option<Spanned<String>>,
-    /// Time of the file at the analysis' time 0 [s]; that of its first row without it.
-    #[schemars(example = 1000.0)]
-    pub origin: Option<f64>,
-    /// Rows where a column has no value: an empty cell, `NaN`, `NA` or `-`. A column can have a rule of its own.
-    #[serde(default)]
-    #[schemars(example = &"hold")]
-    pub gaps: Gaps,
-    /// Letter between the cells of a CSV file; detected without it.
-    #[schemars(example = &";")]
-    pub separator: Option<Separator>,
-    /// Decimal mark of a CSV file; detected without it.
-    #[schemars(example = &",")]
-    pub decimal: Option<Decimal>,
-    /// Whether a line of units follows the titles of a CSV file; detected without it.
-    #[schemars(example = true)]
-    pub unit_row: Option<bool>,
-    /// Signals of the file by the plugin's names.
-    pub columns: BTreeMap<Spanned<String>, Spanned<Column>>,
+recorded_file! {
+    /// A CSV file or an MCAP recording whose rows the plugin gets.
+    pub struct AnalysisTable {}
 }
 
 /// A scenario that runs after the analyses, with their results.

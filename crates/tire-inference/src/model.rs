@@ -1,0 +1,77 @@
+//! Holds whether the model of an identification fits its data: verdicts on parameters are never better than that.
+
+use serde::Serialize;
+
+use crate::verdict::Verdict;
+
+/// Whether a model describes its data.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fit {
+    /// No test found more than chance explains.
+    #[default]
+    Fits,
+    /// A test failed.
+    DoesNotFit,
+}
+
+/// One look at the residuals of a fit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FitTest {
+    /// What is looked at, such as `whiteness of r`.
+    pub name: String,
+    /// The figure.
+    pub statistic: f64,
+    /// The largest figure that counts as a fit.
+    pub limit: f64,
+    /// What the figure means, in a sentence.
+    pub sentence: String,
+}
+
+impl FitTest {
+    /// Whether the figure is within its limit; a figure that is no number is not.
+    pub fn passed(&self) -> bool {
+        self.statistic <= self.limit
+    }
+}
+
+/// The verdict on a model, with what it rests on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ModelVerdict {
+    /// Whether the model fits.
+    pub verdict: Fit,
+    /// The verdict in a sentence that names the likeliest cause.
+    pub sentence: String,
+    /// All tests.
+    pub tests: Vec<FitTest>,
+}
+
+impl ModelVerdict {
+    /// The verdict on a parameter of this model.
+    pub fn cap(&self, verdict: Verdict) -> Verdict {
+        match (self.verdict, verdict) {
+            (Fit::DoesNotFit, Verdict::Identified) => Verdict::Weak,
+            (_, verdict) => verdict,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_identified_by_a_model_that_does_not_fit() {
+        let wrong = ModelVerdict { verdict: Fit::DoesNotFit, ..ModelVerdict::default() };
+        assert_eq!(wrong.cap(Verdict::Identified), Verdict::Weak);
+        assert_eq!(wrong.cap(Verdict::NotIdentifiable), Verdict::NotIdentifiable);
+        assert_eq!(ModelVerdict::default().cap(Verdict::Identified), Verdict::Identified);
+    }
+
+    #[test]
+    fn a_figure_that_is_no_number_fails() {
+        let name = "whiteness of r".to_owned();
+        let sentence = String::new();
+        assert!(!FitTest { name, statistic: f64::NAN, limit: 1.0, sentence }.passed());
+    }
+}
