@@ -41,7 +41,8 @@ impl Analysis for Identify {
     fn check(request: &Request) -> Result<(), ConfigError> {
         match Config::read(request.config)? {
             Config::Tires(config) => {
-                config.car.demand_wheels(|name| request.signal(name).is_some())?;
+                let has = |name: &str| request.signal(name).is_some();
+                config.car.iter().try_for_each(|car| car.demand_wheels(has))?;
                 let mut recording = DriveLog::default();
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());

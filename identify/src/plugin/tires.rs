@@ -61,7 +61,7 @@ pub(super) fn tires(
     for signal in &request.signals {
         recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
     }
-    let (car, _uncertainty) = config.car.read().map_err(|error| error.to_string())?;
+    let (car, _uncertainty) = config.car().map_err(|error| error.to_string())?;
     let pipeline = Pipeline { car, ..config.prepare.clone() };
     let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
