@@ -137,6 +137,6 @@ impl JsonSchema for Air {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let aero = Aero::json_schema(generator);
         let none = json_schema!({ "const": "none", "description": "Neither drag nor downforce." });
-        json_schema!({ "anyOf": [{ "type": "string", "oneOf": [none] }, aero] })
+        json_schema!({ "anyOf": [aero, { "type": "string", "oneOf": [none] }] })
     }
 }
