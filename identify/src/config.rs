@@ -1,13 +1,16 @@
 //! Reads the configuration of an identification: the part `[analysis.config]` of a scenario.
 
+mod car;
 mod closed_loop;
 mod curve;
+mod known;
 mod rules;
 mod study;
 mod tires;
 
 use std::collections::BTreeMap;
 
+pub use car::{DrivenCar, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
 pub use curve::{Curve, Hold, OneCurve};
 use plugin::ConfigError;

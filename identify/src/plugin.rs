@@ -40,7 +40,9 @@ impl Analysis for Identify {
 
     fn check(request: &Request) -> Result<(), ConfigError> {
         match Config::read(request.config)? {
-            Config::Tires(_) => {
+            Config::Tires(config) => {
+                let has = |name: &str| request.signal(name).is_some();
+                config.car.iter().try_for_each(|car| car.demand_wheels(has))?;
                 let mut recording = DriveLog::default();
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());

@@ -1,5 +1,4 @@
 //! Configuration of `task = "closed_loop"`.
-#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,23 +7,22 @@ use drive_inference::regression::Weights;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::{DriveOptions, Formulation, Noises};
 use plugin::ConfigError;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
-use vehicle::{Aero, Body, Vehicle};
 
+use super::car::DrivenCar;
 use super::rules::{self, demand};
 use super::{plant, prior};
 
 /// Identifies the tires of both axles from drives under closed-loop control.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = demand_car)]
 pub struct ClosedLoop {
-    /// Mass, inertia and lengths; those of the demo car by default.
-    pub body: Body,
-    /// Drag and downforce.
-    pub aero: Aero,
+    /// The car. Its data have no default.
+    pub car: DrivenCar,
     /// Formulation of the fit that decides.
     pub method: Formulation,
     /// Further formulations, for comparison.
@@ -56,6 +54,9 @@ pub struct ClosedLoop {
     pub svi: bool,
     /// Takes intervals from profiles of the likelihood, which takes longer than the fit; otherwise from its curvature.
     pub profile: bool,
+    /// Longest time between two rows without a gap [s]; a gap ends a recording. By default 3.5 times the step that 95 % of all
+    /// steps do not exceed.
+    pub gap: Option<f64>,
     /// Beginning and end of the times to use [s]; all times by default.
     pub windows: Vec<[f64; 2]>,
     /// Times kept for validation: the identified car predicts the measurements.
@@ -64,6 +65,11 @@ pub struct ClosedLoop {
     pub node: String,
     /// Seed of the starts.
     pub seed: u64,
+}
+
+/// Of all keys, the car alone is required.
+fn demand_car(schema: &mut Schema) {
+    schema.insert("required".to_owned(), ["car"].as_slice().into());
 }
 
 /// Times kept for validation.
@@ -112,8 +118,7 @@ impl Default for ClosedLoop {
     fn default() -> Self {
         let usual = DriveOptions::default();
         Self {
-            body: Body::default(),
-            aero: Aero::default(),
+            car: DrivenCar::default(),
             method: usual.method,
             compare: usual.compare,
             bounds: BTreeMap::new(),
@@ -128,6 +133,7 @@ impl Default for ClosedLoop {
             posterior: usual.posterior,
             svi: usual.svi,
             profile: usual.profile,
+            gap: None,
             windows: Vec::new(),
             validate: Vec::new(),
             node: plant(),
@@ -138,11 +144,6 @@ impl Default for ClosedLoop {
 
 impl ClosedLoop {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let Body { m, I_zz, l_f, l_r, h } = self.body;
-        for (name, value) in [("m", m), ("I_zz", I_zz), ("l_f", l_f), ("l_r", l_r)] {
-            rules::positive(&format!("body.{name}"), value)?;
-        }
-        rules::not_negative("body.h", h)?;
         rules::not_negative("regularisation", self.regularisation)?;
         rules::not_negative("axle_coupling", self.axle_coupling)?;
         if let Weights::Variance { clamp } = self.weights {
@@ -156,7 +157,8 @@ impl ClosedLoop {
         demand(pem && self.posterior || !self.svi, "svi", expected, true)?;
         self.check_tires()?;
         self.check_noise()?;
-        self.check_times()
+        self.check_times()?;
+        self.car.read().map(drop)
     }
 
     fn check_tires(&self) -> Result<(), ConfigError> {
@@ -193,6 +195,7 @@ impl ClosedLoop {
     }
 
     fn check_times(&self) -> Result<(), ConfigError> {
+        self.gap.map_or(Ok(()), |gap| rules::positive("gap", gap))?;
         for (index, window) in self.windows.iter().enumerate() {
             rules::rising(&format!("windows.{index}"), *window)?;
         }
@@ -208,9 +211,14 @@ impl ClosedLoop {
     }
 
     /// What the library is asked for.
-    pub fn options(&self) -> DriveOptions {
-        DriveOptions {
-            car: Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() },
+    ///
+    /// # Errors
+    /// When data of the car are missing or make no sense.
+    pub fn options(&self) -> Result<DriveOptions, ConfigError> {
+        let (car, uncertainty) = self.car.read()?;
+        Ok(DriveOptions {
+            car,
+            uncertainty,
             method: self.method,
             compare: self.compare.clone(),
             prior: prior(Prior::lateral(), &self.bounds, &self.typical),
@@ -225,7 +233,7 @@ impl ClosedLoop {
             posterior: self.posterior,
             svi: self.svi,
             profile: self.profile,
-        }
+        })
     }
 }
 
