@@ -109,15 +109,7 @@ impl Terms {
         let rows = self.v_x[0].len();
         let arm =
             case.car.axles.map(|[l_f, l_r]| if relation == Relation::Front { l_f } else { l_r });
-        let at = |k: usize| -> f64 {
-            let reach = arm.unwrap_or(0.0) * self.curvature[0][k];
-            match relation {
-                Relation::RigidBody => self.a_y[0][k] - self.turn[0][k] - self.v_y[0][k],
-                Relation::Rear => self.sideslip[0][k] - reach,
-                Relation::Front => self.delta[0][k] - self.sideslip[0][k] - reach,
-            }
-        };
-        let target: Vec<f64> = (0..rows).map(at).collect();
+        let target = self.target(relation, arm);
         let force = self.forces(relation, case);
         let top = quantile(force.iter().map(|force| force.abs()), 0.98);
         let linear = |k: usize| relation == Relation::RigidBody || force[k].abs() < LINEAR * top;
@@ -171,6 +163,19 @@ impl Terms {
             }
         }
         Some(Measured { relation, blocks, own, rows: rows as f64 })
+    }
+
+    /// What is 0 for true signals, but for the slip that the force of an axle makes.
+    fn target(&self, relation: Relation, arm: Option<f64>) -> Vec<f64> {
+        let at = |k: usize| -> f64 {
+            let reach = arm.unwrap_or(0.0) * self.curvature[0][k];
+            match relation {
+                Relation::RigidBody => self.a_y[0][k] - self.turn[0][k] - self.v_y[0][k],
+                Relation::Rear => self.sideslip[0][k] - reach,
+                Relation::Front => self.delta[0][k] - self.sideslip[0][k] - reach,
+            }
+        };
+        (0..self.v_x[0].len()).map(at).collect()
     }
 
     /// The force of an axle over the mass that it carries [m/s²]: a_y + l_f r' in front and a_y − l_r r' in the rear, with
