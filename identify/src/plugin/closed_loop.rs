@@ -162,6 +162,7 @@ fn report(
         json!({ "window": window, "rows": recording.len(), "smoothing": explained.report })
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
+    result.insert("bounds".to_owned(), json!(options.prior.bounds));
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));

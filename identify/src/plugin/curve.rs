@@ -54,10 +54,11 @@ pub(super) fn curve(
     };
     let page = Page { title: "Tire", sections: vec![section], ..Page::default() };
     page::leave(&page, host);
-    let result: Map<_, _> = found
+    let mut result: Map<_, _> = found
         .estimates
         .iter()
         .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
         .collect();
+    result.insert("bounds".to_owned(), json!(settings.prior.bounds));
     Ok(result.into())
 }

@@ -133,6 +133,10 @@ fn report(
     }
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
+    let bounds = curves.iter().zip(found).map(|(curve, (settings, _))| {
+        (curve.key.to_owned(), json!(settings.prior.bounds))
+    });
+    result.insert("bounds".to_owned(), Value::Object(bounds.collect()));
     result.into()
 }
 
