@@ -1,8 +1,10 @@
 //! Reads the configuration of an identification: the part `[analysis.config]` of a scenario.
 
 mod bounds;
+mod car;
 mod closed_loop;
 mod curve;
+mod known;
 mod rules;
 mod study;
 mod tires;
@@ -10,6 +12,7 @@ mod tires;
 use std::collections::BTreeMap;
 
 pub use bounds::BoundsChoice;
+pub use car::{DrivenCar, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
 pub use curve::{Curve, Hold, OneCurve};
 use plugin::ConfigError;
@@ -106,11 +109,7 @@ fn plant() -> String {
 }
 
 /// The usual prior with other bounds and other typical values.
-fn prior(
-    usual: Prior,
-    bounds: &BoundsChoice,
-    typical: &BTreeMap<Parameter, f64>,
-) -> Prior {
+fn prior(usual: Prior, bounds: &BoundsChoice, typical: &BTreeMap<Parameter, f64>) -> Prior {
     let mut prior = usual.within(bounds.bounds());
     for (&parameter, &value) in typical {
         prior.centre[parameter as usize] = value;

@@ -40,7 +40,8 @@ impl Analysis for Identify {
 
     fn check(request: &Request) -> Result<(), ConfigError> {
         match Config::read(request.config)? {
-            Config::Tires(_) => {
+            Config::Tires(config) => {
+                config.car.demand_wheels(|name| request.signal(name).is_some())?;
                 let mut recording = DriveLog::default();
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());

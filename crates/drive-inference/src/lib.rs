@@ -41,6 +41,7 @@ pub mod smoothing;
 #[cfg(test)]
 mod tests;
 pub mod tires;
+mod uncertainty;
 pub mod validation;
 mod variational;
 mod verdict;
@@ -56,3 +57,4 @@ pub use replay::{Replay, replay};
 pub use series::Series;
 pub use smoothing::{Explained, SmootherOptions};
 pub use tires::Tires;
+pub use uncertainty::CarUncertainty;

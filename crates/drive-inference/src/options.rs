@@ -12,6 +12,7 @@ use crate::likelihood::DriveNoise;
 use crate::regression::{Target, Weights};
 use crate::regularisation::Expected;
 use crate::smoothing::SmootherOptions;
+use crate::uncertainty::CarUncertainty;
 
 /// How tires are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +128,8 @@ pub enum Noises {
 pub struct DriveOptions {
     /// The car; its own tires are not used.
     pub car: Vehicle,
+    /// How well the car is known.
+    pub uncertainty: CarUncertainty,
     /// What decides.
     pub method: Formulation,
     /// What is fitted besides, for comparison.
@@ -170,6 +173,7 @@ impl Default for DriveOptions {
     fn default() -> Self {
         Self {
             car: Vehicle::default(),
+            uncertainty: CarUncertainty::default(),
             method: Formulation::PredictionError,
             compare: Vec::new(),
             prior: Prior::lateral(),

@@ -17,8 +17,10 @@ pub struct Bounds {
 impl Bounds {
     /// Holds real tires, from ice (B 4, D 0.1) and rubber without a peak (C 0.84) to racing tires under a low load (D above 2). E ends
     /// at 1, beyond which the curve folds back (Pacejka, Tire and Vehicle Dynamics, section 4.3).
-    pub const WIDE: Self =
-        Self { lower: [1.0, 0.5, 0.05, -20.0, -0.02, -0.1], upper: [80.0, 3.0, 3.0, 1.0, 0.02, 0.1] };
+    pub const WIDE: Self = Self {
+        lower: [1.0, 0.5, 0.05, -20.0, -0.02, -0.1],
+        upper: [80.0, 3.0, 3.0, 1.0, 0.02, 0.1],
+    };
 
     /// Table I of Goblirsch et al., "Bayesian Optimization-based Tire Parameter and Uncertainty Estimation for Real-World
     /// Data", IV 2025; the shifts, which it does not bound, ours.

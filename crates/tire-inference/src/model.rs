@@ -56,6 +56,31 @@ impl ModelVerdict {
     }
 }
 
+/// An error of a sensor or of the car that was estimated with the tires.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CauseEstimate {
+    /// Name, such as `steering_offset`.
+    pub name: String,
+    /// Name for people.
+    pub title: String,
+    /// Unit of the numbers.
+    pub unit: String,
+    /// Mean.
+    pub value: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// 95 % interval.
+    pub interval: [f64; 2],
+    /// Whether the data tell it.
+    pub verdict: Verdict,
+    /// By how much it raises the logarithm of the likelihood [nat]; absent where it was not chosen for that.
+    pub gain: Option<f64>,
+    /// The error in a sentence.
+    pub sentence: String,
+    /// What to write into the scenario so that the error is gone.
+    pub correction: String,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,4 @@
 //! Configuration of `task = "closed_loop"`.
-#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,8 +11,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
-use vehicle::{Aero, Body, Vehicle};
 
+use super::car::DrivenCar;
 use super::rules::{self, demand};
 use super::{BoundsChoice, plant, prior};
 
@@ -21,10 +20,9 @@ use super::{BoundsChoice, plant, prior};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClosedLoop {
-    /// Mass, inertia and lengths; those of the demo car by default.
-    pub body: Body,
-    /// Drag and downforce.
-    pub aero: Aero,
+    /// The car. Its data have no default.
+    #[schemars(required)]
+    pub car: DrivenCar,
     /// Formulation of the fit that decides.
     pub method: Formulation,
     /// Further formulations, for comparison.
@@ -113,8 +111,7 @@ impl Default for ClosedLoop {
     fn default() -> Self {
         let usual = DriveOptions::default();
         Self {
-            body: Body::default(),
-            aero: Aero::default(),
+            car: DrivenCar::default(),
             method: usual.method,
             compare: usual.compare,
             bounds: BoundsChoice::default(),
@@ -139,11 +136,6 @@ impl Default for ClosedLoop {
 
 impl ClosedLoop {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let Body { m, I_zz, l_f, l_r, h } = self.body;
-        for (name, value) in [("m", m), ("I_zz", I_zz), ("l_f", l_f), ("l_r", l_r)] {
-            rules::positive(&format!("body.{name}"), value)?;
-        }
-        rules::not_negative("body.h", h)?;
         rules::not_negative("regularisation", self.regularisation)?;
         rules::not_negative("axle_coupling", self.axle_coupling)?;
         if let Weights::Variance { clamp } = self.weights {
@@ -157,7 +149,8 @@ impl ClosedLoop {
         demand(pem && self.posterior || !self.svi, "svi", expected, true)?;
         self.check_tires()?;
         self.check_noise()?;
-        self.check_times()
+        self.check_times()?;
+        self.car.read().map(drop)
     }
 
     fn check_tires(&self) -> Result<(), ConfigError> {
@@ -205,9 +198,14 @@ impl ClosedLoop {
     }
 
     /// What the library is asked for.
-    pub fn options(&self) -> DriveOptions {
-        DriveOptions {
-            car: Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() },
+    ///
+    /// # Errors
+    /// When data of the car are missing or make no sense.
+    pub fn options(&self) -> Result<DriveOptions, ConfigError> {
+        let (car, uncertainty) = self.car.read()?;
+        Ok(DriveOptions {
+            car,
+            uncertainty,
             method: self.method,
             compare: self.compare.clone(),
             prior: prior(Prior::lateral(), &self.bounds, &self.typical),
@@ -222,7 +220,7 @@ impl ClosedLoop {
             posterior: self.posterior,
             svi: self.svi,
             profile: self.profile,
-        }
+        })
     }
 }
 

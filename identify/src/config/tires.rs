@@ -1,12 +1,13 @@
 //! Configuration of `task = "tires"`.
 
 use plugin::ConfigError;
-use preparation::{Error, Pipeline};
+use preparation::{Car, Error, Pipeline};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use tire_inference::settings::Method;
 use tire_inference::variational::Optimiser;
 
+use super::car::LoggedCar;
 use super::curve::Curve;
 use super::{methods, plant, rules};
 use crate::prior_from_file::Files;
@@ -15,6 +16,10 @@ use crate::prior_from_file::Files;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tires {
+    /// The car. Its data have no default.
+    #[serde(default)]
+    #[schemars(required)]
+    pub car: LoggedCar,
     /// Preparation: from signals to points of curves.
     #[serde(default)]
     pub prepare: Pipeline,
@@ -51,7 +56,9 @@ impl Tires {
         rules::methods(&self.methods)?;
         rules::not_negative("axle_coupling", self.axle_coupling)?;
         rules::svi(&self.svi)?;
-        self.prepare.check().map_err(|error| match &error {
+        // The car has its own errors.
+        let prepare = Pipeline { car: Car::default(), ..self.prepare.clone() };
+        prepare.check().map_err(|error| match &error {
             Error::Setting { name, .. } => {
                 ConfigError::at(name, error.to_string()).within("prepare")
             }
@@ -59,6 +66,7 @@ impl Tires {
         })?;
         self.lateral.check().map_err(|error| error.within("lateral"))?;
         self.longitudinal.check().map_err(|error| error.within("longitudinal"))?;
-        self.files.check(&["front", "rear", "front_x", "rear_x"])
+        self.files.check(&["front", "rear", "front_x", "rear_x"])?;
+        self.car.read().map(drop)
     }
 }

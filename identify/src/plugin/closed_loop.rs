@@ -73,7 +73,7 @@ pub(super) fn closed_loop(
     let kept =
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
-    let options = config.options();
+    let options = config.options().map_err(|error| error.to_string())?;
     let mut progress = |share, what: &str| host.progress(share, what);
     let found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
     go_on(host, 0.95, "validating")?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, DriveLog, Points, Prepared, Stage};
+use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
@@ -61,7 +61,9 @@ pub(super) fn tires(
     for signal in &request.signals {
         recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
     }
-    let prepared = config.prepare.run(&recording).map_err(|error| error.to_string())?;
+    let (car, _uncertainty) = config.car.read().map_err(|error| error.to_string())?;
+    let pipeline = Pipeline { car, ..config.prepare.clone() };
+    let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
     let curves = curves(&prepared);
     let mut found: Vec<(Settings, Answer)> = Vec::new();
@@ -133,9 +135,10 @@ fn report(
     }
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
-    let bounds = curves.iter().zip(found).map(|(curve, (settings, _))| {
-        (curve.key.to_owned(), json!(settings.prior.bounds))
-    });
+    let bounds = curves
+        .iter()
+        .zip(found)
+        .map(|(curve, (settings, _))| (curve.key.to_owned(), json!(settings.prior.bounds)));
     result.insert("bounds".to_owned(), Value::Object(bounds.collect()));
     result.into()
 }

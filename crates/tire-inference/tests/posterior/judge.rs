@@ -122,10 +122,8 @@ pub fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, roug
         for l in 0..count {
             let D = low + (high - low) * (l as f64 + 0.5) / count as f64;
             let squares = zero + D * (slope + D * bend);
-            let log = -half * squares.ln()
-                + log_B
-                + (root - 1.0) * s.ln()
-                + ((high - low) * step).ln();
+            let log =
+                -half * squares.ln() + log_B + (root - 1.0) * s.ln() + ((high - low) * step).ln();
             if log > sum.log {
                 let shrink = (sum.log - log).exp();
                 sum.mass *= shrink;

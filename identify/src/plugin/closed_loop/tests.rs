@@ -25,6 +25,12 @@ static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
     drive::drive(&car, &drive::limit(&[25.0], 9.0), &drive::USUAL, 1)
 });
 
+/// The car of the drives, exactly known.
+const CAR: &str = "car.body = { m = 780.0, I_zz = 1000.0, l_f = 1.4, l_r = 1.6, h = 0.35 }
+car.aero = { rho = 1.225, area = 1.5, C_d = 0.3, C_lf = 0.0, C_lr = 0.0 }
+car.brake_front_share = 0.6
+car.exact = true";
+
 /// Keeps what an analysis leaves, and calls it off after a number of questions.
 #[derive(Default)]
 struct Log {
@@ -77,7 +83,7 @@ fn request<'a>(recording: &'a Drive, config: &'a str) -> Request<'a> {
 }
 
 fn run(recording: &Drive, config: &str, log: &mut Log) -> Result<Value, String> {
-    let config = format!("task = \"closed_loop\"\n{config}");
+    let config = format!("task = \"closed_loop\"\n{CAR}\n{config}");
     let request = request(recording, &config);
     Identify::check(&request).map_err(|error| error.to_string())?;
     let text = Identify::run(&request, log).map_err(|error| error.to_string())?;
@@ -250,11 +256,12 @@ fn a_mistake_is_named_by_its_key() {
         ("windows = [[5.0, 2.0]]", "windows.0: expected two rising numbers, found 5 and 2"),
         ("[[validate]]\nname = \"lap\"\nfrom = 3.0\nuntil = 3.0", "validate.0.until: expected a time after from = 3, found 3"),
         ("method = \"axle_forces\"\nprofile = true", "profile: expected false, as only method = \"pem\" has a likelihood"),
-        ("body = { m = 0.0, I_zz = 1.0, l_f = 1.0, l_r = 1.0, h = 0.3 }", "body.m: expected a number above 0, found 0"),
+        ("car.body = { m = 0.0, I_zz = 1.0, l_f = 1.0, l_r = 1.0, h = 0.3 }", "car.body.m: expected a number above 0, found 0"),
     ];
     let part = LIMIT.slice(0..200);
     for (config, says) in cases {
-        let text = format!("task = \"closed_loop\"\n{config}");
+        let car = if config.starts_with("car") { "" } else { CAR };
+        let text = format!("task = \"closed_loop\"\n{car}\n{config}");
         let error = Identify::check(&request(&part, &text)).expect_err(config).to_string();
         assert!(error.contains(says), "{config}: {error}");
     }

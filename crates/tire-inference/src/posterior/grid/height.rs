@@ -40,11 +40,8 @@ impl Height {
     /// The height of a value of E, or of the nearest one within the bounds.
     pub fn of(&self, value: f64) -> f64 {
         let share = ((self.upper - value) / (self.upper - self.lower)).clamp(0.0, 1.0);
-        let square = if self.bend > 0.0 {
-            (share * self.bend.exp_m1()).ln_1p() / self.bend
-        } else {
-            share
-        };
+        let square =
+            if self.bend > 0.0 { (share * self.bend.exp_m1()).ln_1p() / self.bend } else { share };
         square.sqrt().min(1.0)
     }
 
