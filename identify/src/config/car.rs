@@ -13,8 +13,8 @@ use super::rules::{self, demand};
 
 /// Mass, inertia and lengths of the car. A plain number has the usual standard deviation; a table has its own: a number `value`
 /// and its standard deviation `std`, in the same unit.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Masses {
     /// Mass with driver and fuel [kg]; usual standard deviation 2 %.
     #[schemars(required)]
@@ -36,11 +36,11 @@ pub struct Masses {
 
 /// The car of a closed-loop drive: driven at the rear axle.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(deny_unknown_fields)]
 pub struct DrivenCar {
     /// Mass, inertia and lengths.
     #[schemars(required)]
-    body: Masses,
+    body: Option<Masses>,
     /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce
     /// coefficients `C_lf` and `C_lr` of front and rear axle.
     #[schemars(required)]
@@ -51,21 +51,23 @@ pub struct DrivenCar {
     /// Standard deviation of the gain of the signal `F_x` [-]; usually 0.05.
     F_x_gain_std: Option<f64>,
     /// Plain numbers are known exactly, as those of a simulated car.
+    #[serde(default)]
     exact: bool,
 }
 
 /// The car of a log.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(deny_unknown_fields)]
 pub struct LoggedCar {
     /// Mass, inertia and lengths.
     #[schemars(required)]
-    body: Masses,
+    body: Option<Masses>,
     /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce
     /// coefficients `C_lf` and `C_lr` of front and rear axle.
     #[schemars(required)]
     aero: Option<Air>,
     /// Rolling resistance coefficient [-].
+    #[serde(default)]
     c_roll: f64,
     /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
     #[schemars(required)]
@@ -80,6 +82,7 @@ pub struct LoggedCar {
     /// Limited-slip differential of the rear axle; without it both wheels drive alike.
     differential: Option<Differential>,
     /// Plain numbers are known exactly, as those of a simulated car.
+    #[serde(default)]
     exact: bool,
 }
 
@@ -150,12 +153,13 @@ impl Masses {
 
 /// Names what is missing, the use of each, and how to say "unknown".
 fn needed(missing: &[Missing]) -> ConfigError {
-    let list: Vec<_> =
-        missing.iter().map(|(key, its_use)| format!("`{key}` ({its_use})")).collect();
+    let list: String =
+        missing.iter().map(|(key, its_use)| format!("\n  `{key}`: {its_use}")).collect();
     ConfigError::new(format!(
-        "expected the data of the car, which have no default; missing: {}. For one that nobody measured, write an estimate with \
-         its standard deviation, such as I_zz = {{ value = 1605.0, std = 160.0 }}: it widens the intervals",
-        list.join(", ")
+        "expected the data of the car, which have no default; missing:{list}\n\
+         For one that nobody measured, write an estimate with its standard deviation, such as\n  \
+         I_zz = {{ value = 1605.0, std = 160.0 }}\n\
+         It widens the intervals of the tires."
     ))
 }
 
@@ -186,11 +190,13 @@ impl DrivenCar {
     }
 
     fn known(&self) -> Result<(Vehicle, CarUncertainty), ConfigError> {
-        let body = self.body.read(self.exact).map_err(|error| error.within("body"))?;
+        let body = self.body.unwrap_or_default();
+        let missing = body.missing();
+        let body = body.read(self.exact).map_err(|error| error.within("body"))?;
         let (Some((body, usual)), Some(aero), Some(brake_front_share)) =
             (body, self.aero, self.brake_front_share)
         else {
-            let mut missing = self.body.missing();
+            let mut missing = missing;
             missing.extend(self.aero.is_none().then_some(AERO));
             missing.extend(self.brake_front_share.is_none().then_some(BRAKES));
             return Err(needed(&missing));
@@ -214,11 +220,13 @@ impl LoggedCar {
     }
 
     fn known(&self) -> Result<(Car, CarUncertainty), ConfigError> {
-        let body = self.body.read(self.exact).map_err(|error| error.within("body"))?;
+        let body = self.body.unwrap_or_default();
+        let missing = body.missing();
+        let body = body.read(self.exact).map_err(|error| error.within("body"))?;
         let (Some((body, usual)), Some(aero), Some(drive_front_share), Some(brake_front_share)) =
             (body, self.aero, self.drive_front_share, self.brake_front_share)
         else {
-            let mut missing = self.body.missing();
+            let mut missing = missing;
             missing.extend(self.aero.is_none().then_some(AERO));
             missing.extend(self.drive_front_share.is_none().then_some(DRIVE));
             missing.extend(self.brake_front_share.is_none().then_some(BRAKES_OR_RULE));

@@ -7,7 +7,7 @@ use drive_inference::regression::Weights;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::{DriveOptions, Formulation, Noises};
 use plugin::ConfigError;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
@@ -19,9 +19,9 @@ use super::{BoundsChoice, plant, prior};
 /// Identifies the tires of both axles from drives under closed-loop control.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = demand_car)]
 pub struct ClosedLoop {
     /// The car. Its data have no default.
-    #[schemars(required)]
     pub car: DrivenCar,
     /// Formulation of the fit that decides.
     pub method: Formulation,
@@ -55,6 +55,9 @@ pub struct ClosedLoop {
     pub svi: bool,
     /// Takes intervals from profiles of the likelihood, which takes longer than the fit; otherwise from its curvature.
     pub profile: bool,
+    /// Longest time between two rows without a gap [s]; a gap ends a recording. By default 3.5 times the step that 95 % of all
+    /// steps do not exceed.
+    pub gap: Option<f64>,
     /// Beginning and end of the times to use [s]; all times by default.
     pub windows: Vec<[f64; 2]>,
     /// Times kept for validation: the identified car predicts the measurements.
@@ -63,6 +66,11 @@ pub struct ClosedLoop {
     pub node: String,
     /// Seed of the starts.
     pub seed: u64,
+}
+
+/// Of all keys, the car alone is required.
+fn demand_car(schema: &mut Schema) {
+    schema.insert("required".to_owned(), ["car"].as_slice().into());
 }
 
 /// Times kept for validation.
@@ -126,6 +134,7 @@ impl Default for ClosedLoop {
             posterior: usual.posterior,
             svi: usual.svi,
             profile: usual.profile,
+            gap: None,
             windows: Vec::new(),
             validate: Vec::new(),
             node: plant(),
@@ -183,6 +192,7 @@ impl ClosedLoop {
     }
 
     fn check_times(&self) -> Result<(), ConfigError> {
+        self.gap.map_or(Ok(()), |gap| rules::positive("gap", gap))?;
         for (index, window) in self.windows.iter().enumerate() {
             rules::rising(&format!("windows.{index}"), *window)?;
         }

@@ -136,6 +136,7 @@ impl JsonSchema for Air {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let aero = Aero::json_schema(generator);
-        json_schema!({ "anyOf": [{ "const": "none", "description": "Neither drag nor downforce." }, aero] })
+        let none = json_schema!({ "const": "none", "description": "Neither drag nor downforce." });
+        json_schema!({ "anyOf": [aero, { "type": "string", "oneOf": [none] }] })
     }
 }

@@ -1,5 +1,6 @@
 //! Configuration of `task = "tires"`.
 
+use drive_inference::CarUncertainty;
 use plugin::ConfigError;
 use preparation::{Car, Error, Pipeline};
 use schemars::JsonSchema;
@@ -17,9 +18,8 @@ use crate::prior_from_file::Files;
 #[serde(deny_unknown_fields)]
 pub struct Tires {
     /// The car. Its data have no default.
-    #[serde(default)]
     #[schemars(required)]
-    pub car: LoggedCar,
+    pub car: Option<LoggedCar>,
     /// Preparation: from signals to points of curves.
     #[serde(default)]
     pub prepare: Pipeline,
@@ -67,6 +67,14 @@ impl Tires {
         self.lateral.check().map_err(|error| error.within("lateral"))?;
         self.longitudinal.check().map_err(|error| error.within("longitudinal"))?;
         self.files.check(&["front", "rear", "front_x", "rear_x"])?;
-        self.car.read().map(drop)
+        self.car().map(drop)
+    }
+
+    /// The car, and how well it is known.
+    ///
+    /// # Errors
+    /// When data are missing or make no sense.
+    pub fn car(&self) -> Result<(Car, CarUncertainty), ConfigError> {
+        self.car.clone().unwrap_or_default().read()
     }
 }

@@ -224,6 +224,30 @@ fn noises_bounds_and_coupling_are_those_that_were_asked_for() {
 }
 
 #[test]
+fn nothing_is_integrated_over_a_gap() {
+    let without = |from: f64, until: f64| {
+        let inside = |k: &usize| !(from..until).contains(&LIMIT.t[*k]);
+        LIMIT.rows(&(0..LIMIT.len()).filter(inside).collect::<Vec<_>>())
+    };
+    let gap = without(10.0, 15.0);
+    let config = "em_passes = 0\nposterior = false\n[[validate]]\nname = \"weave\"\nfrom = 8.0\nuntil = 17.0";
+    let found = run(&gap, config, &mut Log::default()).expect("tires");
+    assert_eq!(found["recordings"].as_array().map(Vec::len), Some(2));
+    let [from, until] = [0, 1].map(|end| number(&found["sampling"]["gaps"][0][end]));
+    assert!((from - 9.99).abs() < 1e-9 && (until - 15.0).abs() < 1e-9, "{}", found["sampling"]);
+    // The car starts anew behind the gap, else it is metres off.
+    let weave = &found["validate"]["weave"];
+    assert!(number(&weave["in_noise"]["r"]) < 1.5, "{weave}");
+    for (axle, truth) in [("front", 1.5), ("rear", 1.7)] {
+        let axle = &found["pem"][axle];
+        let (D, std) = (number(&axle["mean"]["D"]), number(&axle["std"]["D"]));
+        assert!((D - truth).abs() < 4.0 * std, "D {D} ± {std}, truth {truth}");
+    }
+    let error = run(&gap, "gap = 0.005", &mut Log::default()).expect_err("all are gaps");
+    assert!(error.contains("2499 gaps: steps of more than 0.00500 s"), "{error}");
+}
+
+#[test]
 fn it_can_be_called_off() {
     for questions in [0, 2] {
         let mut log = Log { questions: Some(questions), ..Log::default() };
@@ -266,10 +290,10 @@ fn a_mistake_is_named_by_its_key() {
         assert!(error.contains(says), "{config}: {error}");
     }
     for (config, says) in [
-        ("windows = [[100.0, 200.0]]", "the recording goes from 0 to 1.99 s"),
+        ("windows = [[100.0, 200.0]]", "the recording goes from 0 to 1.9900 s"),
         (
             "[[validate]]\nname = \"lap\"\nfrom = 1.9\nuntil = 9.0",
-            "`lap`: expected 50 rows or more from 1.9 to 9 s",
+            "`lap`: expected 50 successive rows or more from 1.9 to 9 s",
         ),
     ] {
         let error = run(&part, config, &mut Log::default()).expect_err(config);
