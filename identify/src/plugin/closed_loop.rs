@@ -26,6 +26,7 @@ use crate::config::{ClosedLoop, HoldOut};
 use crate::page::{self, Drives, Page, Section};
 use crate::plugin::go_on;
 use crate::start_values::{self, Tire};
+use crate::told::{Overall, Told, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
@@ -78,7 +79,8 @@ pub(super) fn closed_loop(
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
     let options = config.options().map_err(|error| error.to_string())?;
     let mut progress = |share, what: &str| host.progress(share, what);
-    let found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
+    let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
+    found.estimates = found.estimates.map(forget_absent_peak);
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
@@ -169,6 +171,17 @@ fn validation(
     Ok(Validation { name, recording, replay })
 }
 
+/// What was found as a whole.
+fn overall(found: &Identified) -> Overall<'_> {
+    let told = |(name, axle)| Told {
+        name,
+        direction: Direction::Lateral,
+        estimate: &found.estimates[axle],
+    };
+    let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
+    Overall { curves, ..Overall::default() }
+}
+
 fn report(
     options: &DriveOptions,
     (used, sampling): (&[Drive], &Sampling),
@@ -183,6 +196,8 @@ fn report(
         json!({ "window": window, "rows": recording.len(), "smoothing": explained.report })
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
+    result.insert("bounds".to_owned(), json!(options.prior.bounds));
+    overall(found).add_to(&mut result);
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
