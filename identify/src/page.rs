@@ -1,6 +1,7 @@
 //! Writes `tires.html`: the identified tires on one page that needs nothing but a browser.
 
 mod curves;
+pub mod doctor;
 mod drives;
 pub mod names;
 mod replay;
@@ -9,6 +10,7 @@ mod studies;
 use std::fmt::Write;
 
 use curves::Figures;
+use drive_doctor::Examination;
 pub use drives::Drives;
 use html_page::escape;
 use names::{ORDER, class, describe, unit, words};
@@ -37,6 +39,8 @@ pub struct Page<'a> {
     pub sections: Vec<Section<'a>>,
     /// Drives under closed-loop control.
     pub drives: Option<Drives<'a>>,
+    /// What is wrong with the log.
+    pub log: Option<&'a Examination>,
     /// Estimates over excitation.
     pub excitation: Option<&'a excitation::Study>,
     /// Sensitivities over slip.
@@ -101,6 +105,10 @@ fn render(page: &Page, figures: &[Figures]) -> String {
     }
     if let Some(drives) = &page.drives {
         html.push_str(&drives::drives(drives));
+    }
+    let log = page.log.map(doctor::section).filter(|log| !log.is_empty());
+    if let Some(log) = log {
+        let _ = writeln!(html, "<h2>What is wrong with the log</h2>\n{log}");
     }
     if let Some(study) = page.excitation {
         html.push_str("<h2>What excitation tells</h2>\n");

@@ -87,6 +87,7 @@ fn page(found: &Found, title: &str) -> String {
         facts: &[("seed".to_owned(), "42 & <b>".to_owned())],
         sections: vec![section],
         drives: None,
+        log: None,
         excitation: Some(&found.study),
         sensitivity: Some(&sensitivity),
     })

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use drive_doctor::Examination;
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
+use preparation::{Column, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
@@ -14,7 +15,7 @@ use tire_inference::settings::Settings;
 use crate::config::Tires;
 use crate::design::d_optimal;
 use crate::page::{self, Page, Section};
-use crate::plugin::{go_on, methods, overall};
+use crate::plugin::{doctor, go_on, methods, overall};
 use crate::start_values::{self, Tire};
 use crate::told::{Overall, Told, forget_absent_peak};
 
@@ -60,11 +61,9 @@ pub(super) fn tires(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "preparing the points")?;
-    let mut recording = DriveLog::default();
-    for signal in &request.signals {
-        recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
-    }
+    let recording = doctor::log(request);
     let (car, _uncertainty) = config.car().map_err(|error| error.to_string())?;
+    let log = doctor::of_car(&recording, &car.body);
     let pipeline = Pipeline { car, ..config.prepare.clone() };
     let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
@@ -86,15 +85,15 @@ pub(super) fn tires(
         tire.estimates = tire
             .estimates
             .into_iter()
-            .map(|(method, estimate)| (method, forget_absent_peak(estimate)))
+            .map(|(method, estimate)| (method, doctor::cap(&log, forget_absent_peak(estimate))))
             .collect();
         found.push((settings, tire));
     }
     if config.axle_coupling > 0.0 {
         couple_axles(&curves, &mut found, config.axle_coupling)?;
     }
-    leave_files(config, &curves, &found, &prepared, host);
-    Ok(report(config, &curves, &found, &prepared))
+    leave_files(config, &curves, &found, (&prepared, &log), host);
+    Ok(report(config, &curves, &found, (&prepared, &log)))
 }
 
 /// Fits the lateral curves of both axles again, drawn to each other.
@@ -139,7 +138,7 @@ fn report(
     config: &Tires,
     curves: &[Curve],
     found: &[(Settings, Answer)],
-    prepared: &Prepared,
+    (prepared, log): (&Prepared, &Examination),
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
     for (index, method) in config.methods.iter().enumerate() {
@@ -150,7 +149,10 @@ fn report(
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }
-    told(curves, found).add_to(&mut result);
+    let mut told = told(curves, found);
+    doctor::tell(log, &mut told);
+    told.add_to(&mut result);
+    result.insert("doctor".to_owned(), json!(log));
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
     let bounds = curves
@@ -165,7 +167,7 @@ fn leave_files(
     config: &Tires,
     curves: &[Curve],
     found: &[(Settings, Answer)],
-    prepared: &Prepared,
+    (prepared, log): (&Prepared, &Examination),
     host: &mut dyn Host,
 ) {
     // The first method that was asked for is the one to go on with.
@@ -190,8 +192,13 @@ fn leave_files(
         methods: methods(found),
     });
     let facts = facts(prepared);
-    let page =
-        Page { title: "Tires", facts: &facts, sections: sections.collect(), ..Page::default() };
+    let page = Page {
+        title: "Tires",
+        facts: &facts,
+        log: Some(log),
+        sections: sections.collect(),
+        ..Page::default()
+    };
     page::leave(&page, host);
 }
 
