@@ -1,6 +1,7 @@
 //! Names quantities and verdicts for people.
 
 use preparation::direction::Direction;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::verdict::Verdict;
 
 /// The order of rows.
@@ -47,5 +48,23 @@ pub fn unit(name: &str, direction: Direction) -> &'static str {
         (Direction::Lateral, "B" | "K") => "1/rad",
         (Direction::Lateral, "S_h" | "peak_slip") => "rad",
         _ => "–",
+    }
+}
+
+/// Where standard deviations, intervals, bands and densities come from, in a sentence.
+pub fn uncertainty(source: UncertaintySource) -> &'static str {
+    match source {
+        UncertaintySource::Grid => {
+            "Intervals, bands and densities are those of the exact posterior in the box, on a grid."
+        }
+        UncertaintySource::Tempered => {
+            "Intervals, bands and densities are those of draws from the posterior in the box."
+        }
+        UncertaintySource::Importance | UncertaintySource::Svi => {
+            "Intervals, bands and densities are those of weighted draws from the posterior in the box."
+        }
+        UncertaintySource::Likelihood => {
+            "Intervals, bands and densities are those of a normal distribution in the box, as the curvature of the cost says."
+        }
     }
 }
