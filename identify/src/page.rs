@@ -14,14 +14,13 @@ use std::fmt::Write;
 use curves::Figures;
 pub use drives::Drives;
 use html_page::escape;
-use names::{ORDER, class, describe, uncertainty, unit, words};
+use names::{ORDER, class, describe, the_box, uncertainty, unit, words};
 use numerics::convergence::Status;
 use numerics::text::{decimals, significant, with_std};
 use plugin::Host;
 use preparation::direction::Direction;
 use preparation::samples::Samples;
 use tire_inference::estimate::Estimate;
-use tire_inference::parameters::{COUNT, Parameter};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::predictive::Predictive;
 use tire_inference::posterior::report::UncertaintySource;
@@ -144,11 +143,10 @@ fn write_section(html: &mut String, section: &Section, figures: &Figures, misfit
         let [low, high] = estimate.slip_range.map(|slip| section.direction.slip(slip));
         let _ = writeln!(
             html,
-            "<p class=\"faint\">{} samples with slip from {low} to {high}. Outside of it the curve is an extrapolation. {} The \
-             box: {}.</p>",
+            "<p class=\"faint\">{} samples with slip from {low} to {high}. Outside of it the curve is an extrapolation. {} {}</p>",
             estimate.samples,
             uncertainty(estimate.source),
-            the_box(section.prior)
+            escape(&the_box(section.prior))
         );
     }
     html.push_str(&figures.curve());
@@ -167,17 +165,6 @@ fn write_section(html: &mut String, section: &Section, figures: &Figures, misfit
     html.push_str("<h3>Methods</h3>\n");
     write_methods(html, section);
     html.push_str(&figures.trace());
-}
-
-/// Ends of the parameters that are fitted.
-fn the_box(prior: &Prior) -> String {
-    let [low, high] = [0.0, 1.0].map(|end| prior.at(&[end; COUNT]));
-    let of = |parameter: Parameter| {
-        let ends = [low, high].map(|ends| significant(ends[parameter as usize], 3));
-        format!("{} {} … {}", parameter.name(), ends[0], ends[1])
-    };
-    let free = Parameter::ALL.into_iter().filter(|parameter| prior.free[*parameter as usize]);
-    free.map(of).collect::<Vec<_>>().join(", ")
 }
 
 fn write_check(html: &mut String, check: &Predictive) {

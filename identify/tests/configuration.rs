@@ -37,6 +37,7 @@ fn an_error_has_the_path_of_its_key() {
         ("task = \"tires\"\nlateral.boundz.B = [1.0, 2.0]", "lateral.boundz"),
         ("task = \"tires\"\nlateral.bounds.B = [9.0, 2.0]", "lateral.bounds.B"),
         ("task = \"tires\"\nlateral.bounds.B = [9.0, \"x\"]", "lateral.bounds.B.1"),
+        ("task = \"tires\"\nlateral.bounds = \"narrow\"", "lateral.bounds"),
         ("task = \"tires\"\nlongitudinal.starts = 0", "longitudinal.starts"),
         ("task = \"tires\"\nlateral.loss = { kind = \"hubert\" }", "lateral.loss.kind"),
         ("task = \"tires\"\nlateral.loss = { kind = \"huber\", threshold = 0 }", "lateral.loss"),

@@ -14,7 +14,7 @@ use tire_inference::prior::Prior;
 
 use super::car::DrivenCar;
 use super::rules::{self, demand};
-use super::{plant, prior};
+use super::{BoundsChoice, plant, prior};
 
 /// Identifies the tires of both axles from drives under closed-loop control.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -27,12 +27,13 @@ pub struct ClosedLoop {
     pub method: Formulation,
     /// Further formulations, for comparison.
     pub compare: Vec<Formulation>,
-    /// Lowest and highest values of B, C, D, E of both axles; those of the literature by default.
-    pub bounds: BTreeMap<Parameter, [f64; 2]>,
+    /// Lowest and highest values of B, C, D, E of both axles: `"wide"` by default, `"goblirsch2025"` for Table I of Goblirsch et
+    /// al. (2025), or ranges by parameter.
+    pub bounds: BoundsChoice,
     /// θ_0: values of a typical tire; those of a lateral curve by default.
     pub typical: BTreeMap<Parameter, f64>,
     /// λ_reg: weight of the distance of each tire to the typical values [-], in standard deviations of a uniform distribution
-    /// within the bounds.
+    /// within the bounds, or within `goblirsch2025` where that is narrower.
     pub regularisation: f64,
     /// λ_sim: weight of the difference between both tires [-], in the same standard deviations.
     pub axle_coupling: f64,
@@ -121,7 +122,7 @@ impl Default for ClosedLoop {
             car: DrivenCar::default(),
             method: usual.method,
             compare: usual.compare,
-            bounds: BTreeMap::new(),
+            bounds: BoundsChoice::default(),
             typical: BTreeMap::new(),
             regularisation: usual.regularisation,
             axle_coupling: usual.axle_coupling,
@@ -163,18 +164,14 @@ impl ClosedLoop {
 
     fn check_tires(&self) -> Result<(), ConfigError> {
         let shift = |parameter: &Parameter| [Parameter::S_h, Parameter::S_v].contains(parameter);
-        let bounds = self.bounds.keys().map(|parameter| ("bounds", parameter));
-        let typical = self.typical.keys().map(|parameter| ("typical", parameter));
+        let bounds = self.bounds.given().map(|(parameter, _)| ("bounds", parameter));
+        let typical = self.typical.keys().map(|&parameter| ("typical", parameter));
         if let Some((table, parameter)) = bounds.chain(typical).find(|(_, it)| shift(it)) {
             let name = parameter.name();
             let message = format!("`{name}` is not fitted to drives; expected B, C, D or E");
             return Err(ConfigError::at(&format!("{table}.{name}"), message));
         }
-        rules::bounds(&self.bounds)?;
-        for (parameter, [low, _]) in &self.bounds {
-            let positive = *parameter == Parameter::E || *low > 0.0;
-            demand(positive, &format!("bounds.{}", parameter.name()), "bounds above 0", low)?;
-        }
+        self.bounds.check()?;
         for (parameter, value) in &self.typical {
             let key = format!("typical.{}", parameter.name());
             demand(value.is_finite(), &key, "a finite typical value", value)?;

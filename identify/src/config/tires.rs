@@ -36,7 +36,7 @@ pub struct Tires {
     #[serde(default)]
     pub svi: Optimiser,
     /// λ_sim: weight of the difference between front and rear lateral curves [-], in standard deviations of a uniform
-    /// distribution within the bounds.
+    /// distribution within the bounds, or within `goblirsch2025` where that is narrower.
     #[serde(default)]
     pub axle_coupling: f64,
     /// Node that gets the start values in `tires.toml`.

@@ -1,7 +1,9 @@
 //! Names quantities and verdicts for people.
 
 use preparation::direction::Direction;
+use tire_inference::parameters::Parameter;
 use tire_inference::posterior::report::UncertaintySource;
+use tire_inference::prior::Prior;
 use tire_inference::verdict::Verdict;
 
 /// The order of rows.
@@ -67,4 +69,14 @@ pub fn uncertainty(source: UncertaintySource) -> &'static str {
             "Intervals, bands and densities are those of a normal distribution in the box, as the curvature of the cost says."
         }
     }
+}
+
+/// The box of the parameters that are fitted, in a sentence.
+pub fn the_box(prior: &Prior) -> String {
+    let of = |parameter: Parameter| {
+        let [low, high] = prior.bounds.of(parameter);
+        format!("{} {low} … {high}", parameter.name())
+    };
+    let free = Parameter::ALL.into_iter().filter(|parameter| prior.free[*parameter as usize]);
+    format!("Box `{}`: {}.", prior.bounds.name(), free.map(of).collect::<Vec<_>>().join(", "))
 }

@@ -172,11 +172,12 @@ fn validation(
 }
 
 /// What was found as a whole.
-fn overall(found: &Identified) -> Overall<'_> {
+fn overall<'a>(options: &'a DriveOptions, found: &'a Identified) -> Overall<'a> {
     let told = |(name, axle)| Told {
         name,
         direction: Direction::Lateral,
         estimate: &found.estimates[axle],
+        prior: &options.prior,
     };
     let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
     Overall { curves, ..Overall::default() }
@@ -196,7 +197,8 @@ fn report(
         json!({ "window": window, "rows": recording.len(), "smoothing": explained.report })
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
-    overall(found).add_to(&mut result);
+    result.insert("bounds".to_owned(), json!(options.prior.bounds));
+    overall(options, found).add_to(&mut result);
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
@@ -251,7 +253,8 @@ fn draw(
         .iter()
         .map(|validation| (validation.name.as_str(), &validation.recording, &validation.replay))
         .collect();
-    let (overall, car) = (overall(found), page::car::driven(&options.car, &options.uncertainty));
+    let (overall, car) =
+        (overall(options, found), page::car::driven(&options.car, &options.uncertainty));
     let facts = facts(used, sampling);
     let page = Page {
         title: "Tires from closed-loop driving",

@@ -52,7 +52,12 @@ pub(super) fn curve(
         .map(|(method, estimate)| (method, forget_absent_peak(estimate)))
         .collect();
     let first = found.estimates.first().map(|(_, estimate)| estimate);
-    let told = |estimate| Told { name: "curve", direction: config.direction, estimate };
+    let told = |estimate| Told {
+        name: "curve",
+        direction: config.direction,
+        estimate,
+        prior: &settings.prior,
+    };
     let overall = overall(first.into_iter().map(told).collect());
     let section = Section {
         name: "Curve",
@@ -69,6 +74,7 @@ pub(super) fn curve(
         .iter()
         .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
         .collect();
+    result.insert("bounds".to_owned(), json!(settings.prior.bounds));
     overall.add_to(&mut result);
     Ok(result.into())
 }

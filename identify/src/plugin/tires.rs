@@ -129,9 +129,9 @@ fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
 
 /// What was found as a whole; the first method that was asked for is the one to go on with.
 fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)]) -> Overall<'a> {
-    let told = |(curve, (_, answer)): (&Curve, &'a (Settings, Answer))| {
-        let estimate = &answer.estimates[0].1;
-        Told { name: curve.axle, direction: curve.direction, estimate }
+    let told = |(curve, (settings, answer)): (&Curve, &'a (Settings, Answer))| {
+        let (estimate, prior) = (&answer.estimates[0].1, &settings.prior);
+        Told { name: curve.axle, direction: curve.direction, estimate, prior }
     };
     overall(curves.iter().zip(found).map(told).collect())
 }
@@ -155,6 +155,11 @@ fn report(
     told(curves, found).add_to(&mut result);
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
+    let bounds = curves
+        .iter()
+        .zip(found)
+        .map(|(curve, (settings, _))| (curve.key.to_owned(), json!(settings.prior.bounds)));
+    result.insert("bounds".to_owned(), Value::Object(bounds.collect()));
     result.into()
 }
 
