@@ -123,6 +123,7 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     determinism::register(&mut tests);
+    doctor::register(&mut tests);
     documents::register(&mut tests);
     editors::register(&mut tests);
     extending::register(&mut tests);

@@ -85,9 +85,9 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     overall.log.extend(others.map(|it| format!("Log: {}", it.sentence)));
 }
 
-/// An estimate, whose verdicts are capped by an error of the log that no fit makes up for.
-pub(super) fn cap(found: &Examination, mut estimate: Estimate) -> Estimate {
-    let Some(refusal) = found.refusal() else { return estimate };
+/// Caps the verdicts of an estimate by an error of the log that no fit makes up for.
+pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
+    let Some(refusal) = found.refusal() else { return };
     let model = judge(found, ModelVerdict::default());
     for (name, verdict) in &mut estimate.identified {
         let capped = model.cap(*verdict);
@@ -97,7 +97,6 @@ pub(super) fn cap(found: &Examination, mut estimate: Estimate) -> Estimate {
             *reason = format!("The log is wrong: {}", refusal.sentence);
         }
     }
-    estimate
 }
 
 /// A row for each finding: how sure, which channels, the line to write.
