@@ -122,7 +122,8 @@ pub(super) fn closed_loop(
         Tire { node, tire, estimate, direction }
     };
     let tires = [tire("tire_f", &found.estimates.front), tire("tire_r", &found.estimates.rear)];
-    host.file("tires.toml", &start_values::write(&tires));
+    let verdict = overall(&options, &found, &log).verdict();
+    host.file("tires.toml", &start_values::write(&tires, &verdict));
     draw(&options, (&used, &recording.sampling, &log), &found, &validations, host);
     Ok(report(&options, (&used, &recording.sampling, &log), &found, &validations))
 }
