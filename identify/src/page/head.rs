@@ -6,8 +6,8 @@ use html_page::escape;
 use numerics::text::{decimals, significant, with_std};
 use tire_inference::model::{CauseEstimate, ModelVerdict};
 
+use crate::names::{class, words};
 use crate::page::Page;
-use crate::page::names::{class, words};
 use crate::told::Overall;
 
 /// All of it.
