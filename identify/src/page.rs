@@ -6,17 +6,17 @@ pub mod doctor;
 mod drives;
 mod head;
 mod misfit;
-pub mod names;
+
 mod replay;
 mod studies;
 
 use std::fmt::Write;
 
+use crate::names::{ORDER, class, describe, the_box, uncertainty, unit, words};
 use curves::Figures;
 use drive_doctor::Examination;
 pub use drives::Drives;
 use html_page::escape;
-use names::{ORDER, class, describe, the_box, uncertainty, unit, words};
 use numerics::convergence::Status;
 use numerics::text::{decimals, significant, with_std};
 use plugin::Host;
