@@ -15,16 +15,22 @@
 #[cfg(test)]
 extern crate self as drive_inference;
 
+mod adequacy;
 mod car;
+pub mod cause;
 mod coordinates;
 mod error;
 mod evaluation;
 mod explored;
 mod filter;
+mod global;
 mod identification;
 mod identified;
+mod joint;
 pub mod likelihood;
+mod noises;
 mod options;
+mod passes;
 pub mod pem;
 pub mod points;
 mod posterior_samples;
@@ -33,17 +39,24 @@ mod progress;
 mod recording;
 pub mod regression;
 mod regularisation;
+mod relaxed;
 pub mod replay;
 mod ridge;
+mod rows;
+mod samples;
 pub mod search;
+pub mod selection;
+mod sensors;
 mod series;
 pub mod smoothing;
 #[cfg(test)]
 mod tests;
 pub mod tires;
+mod told;
 pub mod validation;
 mod variational;
 mod verdict;
+mod wide;
 
 pub use error::Error;
 pub use identification::identify;

@@ -8,9 +8,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
+use crate::cause::{Cause, Causes};
 use crate::likelihood::DriveNoise;
 use crate::regression::{Target, Weights};
 use crate::regularisation::Expected;
+use crate::selection::Wanted;
 use crate::smoothing::SmootherOptions;
 
 /// How tires are found.
@@ -122,6 +124,22 @@ pub enum Noises {
     Known(DriveNoise),
 }
 
+/// What is known of errors of sensors and car.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CauseOptions {
+    /// Which are estimated.
+    pub wanted: Wanted,
+    /// Their standard deviations before any data; 0 where there is no error.
+    pub std: Causes,
+}
+
+impl Default for CauseOptions {
+    fn default() -> Self {
+        let std = Causes(Cause::ALL.map(|cause| cause.about().std));
+        Self { wanted: Wanted::default(), std }
+    }
+}
+
 /// What can be chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveOptions {
@@ -155,6 +173,8 @@ pub struct DriveOptions {
     /// Whether a normal distribution is fitted to that posterior first, by variational inference: it is judged, reported, and where the
     /// weighted draws start.
     pub svi: bool,
+    /// Errors of sensors and car.
+    pub causes: CauseOptions,
     /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes longer than the fit.
     pub profile: bool,
 }
@@ -183,6 +203,7 @@ impl Default for DriveOptions {
             smoothing: SmootherOptions::default(),
             posterior: true,
             svi: false,
+            causes: CauseOptions::default(),
             profile: false,
         }
     }

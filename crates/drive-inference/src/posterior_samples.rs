@@ -14,9 +14,10 @@ use tire_inference::posterior::report::{Band, PosteriorReport, SamplingMethod, S
 use tire_inference::prior::Prior;
 use tire_inference::variational;
 
+use crate::adequacy::Scatter;
 use crate::coordinates::Coordinates;
 use crate::explored::{Explored, inverse, of_axle};
-use crate::tires::{Tires, block, from_vector, to_vector};
+use crate::tires::{SIZE, Tires, block, from_vector, to_vector};
 use crate::variational::{DriveDensity, Variational};
 
 /// How many there are.
@@ -50,7 +51,7 @@ impl Drawn {
 
 /// What draws are to be like.
 #[derive(Clone, Copy)]
-pub struct Request {
+pub struct Request<'a> {
     /// What is known of each tire before any data.
     pub prior: Prior,
     /// Slips of the bands [rad]: smallest and largest of each axle.
@@ -59,6 +60,8 @@ pub struct Request {
     pub svi: bool,
     /// Standard deviation of the noise of the friction coefficient [-], to be reported.
     pub noise_std: f64,
+    /// What draws are widened to.
+    pub scatter: Option<&'a Scatter>,
     /// Of the generators.
     pub seed: u64,
 }
@@ -69,7 +72,7 @@ pub struct Request {
 pub fn posterior(
     explored: &Explored,
     optima: &[(Tires, f64)],
-    &Request { prior, slip_range, svi, noise_std, seed }: &Request,
+    &Request { prior, slip_range, svi, noise_std, scatter, seed }: &Request,
     go_on: impl Fn() -> bool,
 ) -> Option<Drawn> {
     let best = from_vector(&explored.x);
@@ -96,14 +99,20 @@ pub fn posterior(
     let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
     let even = sampled.is_exact();
     let axles = if even {
-        let tires = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
+        let widen = scatter.and_then(|scatter| widening(scatter, &coordinates, &best));
+        let centre = coordinates.point(&best);
+        let tires = |index: usize| {
+            let z = &sampled.points[index];
+            let wide = widen.as_ref().map(|widen| &centre + widen * (z - &centre));
+            coordinates.parameters(wide.as_ref().unwrap_or(z)).map(|(it, _)| it)
+        };
         let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
         let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
         let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
         Axles::new(|axle| PosteriorSamples { samples: draws(axle) })
     } else {
         // A handful of draws would look like certainty.
-        normal(explored, seed).axles
+        normal(explored, scatter, seed).axles
     };
     let report = |axle: Axle| {
         let posterior = &axles[axle];
@@ -132,11 +141,23 @@ pub fn posterior(
     Some(Drawn { axles, reports, svi })
 }
 
+/// Maps distances from the best tires so that their covariance by the curvature becomes that of the blocks.
+fn widening(scatter: &Scatter, coordinates: &Coordinates, best: &Tires) -> Option<DMatrix<f64>> {
+    let z = coordinates.point(best);
+    let none = coordinates.information(&z, &DMatrix::zeros(SIZE, SIZE));
+    let factor = |covariance: &DMatrix<f64>| {
+        let information = coordinates.information(&z, &inverse(covariance)) - &none;
+        Some(Cholesky::new(inverse(&information))?.l())
+    };
+    let (curvature, blocks) = (factor(&scatter.curvature)?, factor(&scatter.blocks)?);
+    Some(blocks * curvature.try_inverse()?)
+}
+
 /// From the normal distribution about the best parameters, as far as it is in the box; none if its covariance is not positive
 /// definite.
-pub fn normal(explored: &Explored, seed: u64) -> Drawn {
+pub fn normal(explored: &Explored, scatter: Option<&Scatter>, seed: u64) -> Drawn {
     let mut rng = Pcg64::seed_from_u64(seed);
-    let covariance = explored.in_box();
+    let covariance = scatter.map_or_else(|| explored.in_box(), |it| it.blocks.clone());
     let [lower, upper] = &explored.corners;
     let axles = Axles::new(|axle| {
         let Some(factor) = Cholesky::new(of_axle(&covariance, axle)) else {
