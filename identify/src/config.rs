@@ -1,13 +1,18 @@
 //! Reads the configuration of an identification: the part `[analysis.config]` of a scenario.
 
+mod bounds;
+mod car;
 mod closed_loop;
 mod curve;
+mod known;
 mod rules;
 mod study;
 mod tires;
 
 use std::collections::BTreeMap;
 
+pub use bounds::BoundsChoice;
+pub use car::{DrivenCar, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
 pub use curve::{Curve, Hold, OneCurve};
 use plugin::ConfigError;
@@ -104,14 +109,8 @@ fn plant() -> String {
 }
 
 /// The usual prior with other bounds and other typical values.
-fn prior(
-    usual: Prior,
-    bounds: &BTreeMap<Parameter, [f64; 2]>,
-    typical: &BTreeMap<Parameter, f64>,
-) -> Prior {
-    let mut within = usual.bounds;
-    bounds.iter().for_each(|(&parameter, &range)| within.set(parameter, range));
-    let mut prior = usual.within(within);
+fn prior(usual: Prior, bounds: &BoundsChoice, typical: &BTreeMap<Parameter, f64>) -> Prior {
+    let mut prior = usual.within(bounds.bounds());
     for (&parameter, &value) in typical {
         prior.centre[parameter as usize] = value;
     }

@@ -14,3 +14,4 @@ pub mod prior_from_file;
 pub mod sobol;
 pub mod start_values;
 pub mod studies;
+pub mod told;

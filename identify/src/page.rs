@@ -2,6 +2,7 @@
 
 mod curves;
 mod drives;
+pub mod names;
 mod replay;
 mod studies;
 
@@ -10,6 +11,7 @@ use std::fmt::Write;
 use curves::Figures;
 pub use drives::Drives;
 use html_page::escape;
+use names::{ORDER, class, describe, unit, words};
 use numerics::convergence::Status;
 use numerics::text::{significant, with_std};
 use plugin::Host;
@@ -21,7 +23,6 @@ use tire_inference::posterior::predictive::Predictive;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::ByName;
-use tire_inference::verdict::Verdict;
 
 use crate::studies::{excitation, sensitivity};
 
@@ -278,50 +279,6 @@ fn end(status: Status) -> &'static str {
         Status::Converged => "converged",
         Status::Stalled => "stalled",
         Status::IterationLimit => "limit of iterations",
-    }
-}
-
-/// The order of rows.
-const ORDER: [&str; 9] = ["B", "C", "D", "E", "S_h", "S_v", "K", "peak", "peak_slip"];
-
-fn words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Identified => "identified",
-        Verdict::Weak => "weak",
-        Verdict::NotIdentifiable => "not identifiable",
-    }
-}
-
-fn class(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Identified => "identified",
-        Verdict::Weak => "weak",
-        Verdict::NotIdentifiable => "not_identifiable",
-    }
-}
-
-fn describe(name: &str, direction: Direction) -> String {
-    let what = match name {
-        "B" => "stiffness factor",
-        "C" => "shape factor",
-        "D" => "peak factor",
-        "E" => "curvature factor",
-        "S_h" => "horizontal shift",
-        "S_v" => "vertical shift",
-        "K" => "stiffness B C D",
-        "peak" => "highest friction coefficient",
-        "peak_slip" => "slip at the peak",
-        _ => "",
-    };
-    format!("{what} [{}]", unit(name, direction))
-}
-
-/// The unit of a quantity: slip angles are in radians, slip ratios are numbers.
-fn unit(name: &str, direction: Direction) -> &'static str {
-    match (direction, name) {
-        (Direction::Lateral, "B" | "K") => "1/rad",
-        (Direction::Lateral, "S_h" | "peak_slip") => "rad",
-        _ => "–",
     }
 }
 

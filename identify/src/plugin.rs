@@ -8,6 +8,7 @@ use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
 use preparation::DriveLog;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
+use tire_inference::model::{Fit, ModelVerdict};
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
@@ -15,6 +16,7 @@ use tire_inference::synthetic::Excitation;
 use crate::config::{Config, Sensitivity};
 use crate::page::{self, Page};
 use crate::studies::{excitation, sensitivity};
+use crate::told::{Overall, Told};
 
 /// The plugin.
 struct Identify;
@@ -40,7 +42,9 @@ impl Analysis for Identify {
 
     fn check(request: &Request) -> Result<(), ConfigError> {
         match Config::read(request.config)? {
-            Config::Tires(_) => {
+            Config::Tires(config) => {
+                let has = |name: &str| request.signal(name).is_some();
+                config.car.iter().try_for_each(|car| car.demand_wheels(has))?;
                 let mut recording = DriveLog::default();
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());
@@ -76,6 +80,28 @@ const CANCELLED: &str = "cancelled";
 
 fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
     if host.progress(share, what) { Ok(()) } else { Err(CANCELLED.to_owned()) }
+}
+
+/// What was found of these curves as a whole: whether the model fits is what their samples say under the posterior of each.
+fn overall<'a>(curves: Vec<Told<'a>>) -> Overall<'a> {
+    let predictive = |told: &Told<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
+    let checks: Vec<_> =
+        curves.iter().filter_map(|told| Some((told.title(), predictive(told)?))).collect();
+    let wrong: Vec<_> = checks.iter().filter(|(_, check)| !check.fits).collect();
+    let model = match (checks.is_empty(), wrong.is_empty()) {
+        (true, _) => ModelVerdict::default(),
+        (_, true) => ModelVerdict {
+            sentence: "The model fits the data.".to_owned(),
+            ..ModelVerdict::default()
+        },
+        _ => {
+            let names: Vec<_> = wrong.iter().map(|(title, _)| title.as_str()).collect();
+            let sentence = format!("The model does not fit the data ({}).", names.join(", "));
+            ModelVerdict { verdict: Fit::DoesNotFit, sentence, ..ModelVerdict::default() }
+        }
+    };
+    let log = wrong.iter().map(|(title, check)| format!("{title}: {}", check.message)).collect();
+    Overall { model, log, curves, ..Overall::default() }
 }
 
 /// What the page shows of each method.

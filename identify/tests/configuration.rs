@@ -1,5 +1,6 @@
 //! Checks the meaning of each configuration key, and that an error names its key.
 
+use drive_inference::{CarUncertainty, DriveOptions};
 use identify::config::Config;
 use tire_inference::variational::Optimiser;
 use tire_inference::variational::adam::Adam;
@@ -36,6 +37,7 @@ fn an_error_has_the_path_of_its_key() {
         ("task = \"tires\"\nlateral.boundz.B = [1.0, 2.0]", "lateral.boundz"),
         ("task = \"tires\"\nlateral.bounds.B = [9.0, 2.0]", "lateral.bounds.B"),
         ("task = \"tires\"\nlateral.bounds.B = [9.0, \"x\"]", "lateral.bounds.B.1"),
+        ("task = \"tires\"\nlateral.bounds = \"narrow\"", "lateral.bounds"),
         ("task = \"tires\"\nlongitudinal.starts = 0", "longitudinal.starts"),
         ("task = \"tires\"\nlateral.loss = { kind = \"hubert\" }", "lateral.loss.kind"),
         ("task = \"tires\"\nlateral.loss = { kind = \"huber\", threshold = 0 }", "lateral.loss"),
@@ -45,7 +47,16 @@ fn an_error_has_the_path_of_its_key() {
             "prepare.smooth.wheels.sigma",
         ),
         ("task = \"tires\"\nfiles.prior = \"\"", "files.prior"),
-        ("task = \"closed_loop\"\nbody.m = 1.0", "body"),
+        ("task = \"closed_loop\"", "car"),
+        ("task = \"closed_loop\"\ncar.body.m = 1.0", "car"),
+        ("task = \"closed_loop\"\ncar.body.m = \"heavy\"", "car.body.m"),
+        ("task = \"closed_loop\"\ncar.body.m = { value = 1.0, sd = 1.0 }", "car.body.m.sd"),
+        ("task = \"closed_loop\"\ncar.aero = \"no\"", "car.aero"),
+        ("task = \"closed_loop\"\ncar.aero = { rho = 1.0, C_D = 0.3 }", "car.aero.C_D"),
+        ("task = \"closed_loop\"\ncar.wheel_f = { radius = 0.3 }", "car.wheel_f"),
+        ("task = \"tires\"", "car"),
+        ("task = \"tires\"\nprepare.car.body.m = 1.0", "prepare.car"),
+        ("task = \"tires\"\ncar.wheel_f.stiffness = 2e5", "car.wheel_f"),
         ("task = \"closed_loop\"\nmethod = \"mep\"", "method"),
         ("task = \"closed_loop\"\ntypical.S_h = 0.0", "typical.S_h"),
         ("task = \"closed_loop\"\nbounds.C = [-1.0, 2.0]", "bounds.C"),
@@ -65,6 +76,69 @@ fn an_error_has_the_path_of_its_key() {
     ] {
         let error = Config::read(text).expect_err(text);
         assert_eq!(error.key(), key, "{text}: {error}");
-        assert!(!error.message.contains('\n'), "{text}: {error}");
+        let list = error.message.contains("missing:\n");
+        assert!(list || !error.message.contains('\n'), "{text}: {error}");
+    }
+}
+
+const BODY: &str =
+    "m = 982.0, I_zz = { value = 1600.0, std = 320.0 }, l_f = 1.33, l_r = 1.07, h = 0.45";
+
+fn closed_loop(car: &str) -> Result<DriveOptions, String> {
+    let text = format!("task = \"closed_loop\"\n[car]\n{car}");
+    match Config::read(&text).map_err(|error| error.to_string())? {
+        Config::ClosedLoop(drive) => drive.options().map_err(|error| error.to_string()),
+        other => panic!("a closed loop, not {other:?}"),
+    }
+}
+
+#[test]
+fn all_missing_data_of_the_car_are_told_at_once_with_their_uses() {
+    let error = closed_loop("body = { m = 982.0, l_f = 1.33 }").expect_err("no inertia");
+    for said in [
+        "`body.I_zz`: yaw moment of inertia [kg·m²], for",
+        "`body.l_r`: ",
+        "`body.h`: ",
+        "`aero`: ",
+        "\"none\"",
+        "`brake_front_share`: ",
+        "I_zz = { value = 1605.0, std = 160.0 }",
+    ] {
+        assert!(error.contains(said), "{said}: {error}");
+    }
+    assert!(!error.contains("`body.m`") && !error.contains("`body.l_f`"), "{error}");
+    assert!(error.starts_with("car: expected the data of the car"), "{error}");
+    let error = Config::read("task = \"tires\"").expect_err("no car").to_string();
+    assert!(error.contains("`drive_front_share`: ") && error.contains("\"by_load\""), "{error}");
+}
+
+#[test]
+fn numbers_of_the_car_have_standard_deviations() {
+    let rest = "aero = \"none\"\nbrake_front_share = 0.6";
+    let plain = closed_loop(&format!("body = {{ {BODY} }}\n{rest}")).expect("a car");
+    let usual = CarUncertainty { m: 0.02, cg: 0.01, I_zz: 0.2, h: 0.02, F_x_gain: 0.05 };
+    assert_eq!(plain.uncertainty, usual);
+    assert_eq!((plain.car.body.m, plain.car.aero.drag(50.0)), (982.0, 0.0));
+    let exact =
+        closed_loop(&format!("body = {{ {BODY} }}\n{rest}\nexact = true\nF_x_gain_std = 0.01"));
+    let stated = CarUncertainty { I_zz: 0.2, F_x_gain: 0.01, ..CarUncertainty::NONE };
+    assert_eq!(exact.expect("a car").uncertainty, stated);
+    for (body, says) in [
+        (
+            "m = { value = 982.0, std = -1.0 }",
+            "car.body.m.std: expected a standard deviation from 0 to 491, found -1",
+        ),
+        ("m = { value = 982.0, std = 600.0 }", "found 600"),
+        ("l_f = { value = 1.0, std = nan }", "car.body.l_f.std"),
+        ("m = 0.0", "car.body.m: expected a number above 0"),
+        ("m = nan", "car.body.m: expected a number above 0"),
+    ] {
+        let name = body.split(' ').next().unwrap_or_default();
+        let others = BODY
+            .replace(&format!("{name} = "), "h_ = ")
+            .replace("h_ = 982.0, ", "")
+            .replace("h_ = 1.33, ", "");
+        let error = closed_loop(&format!("body = {{ {others}, {body} }}\n{rest}")).expect_err(body);
+        assert!(error.contains(says), "{body}: {error}");
     }
 }

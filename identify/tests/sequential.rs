@@ -7,7 +7,7 @@ use preparation::samples::Samples;
 use serde_json::json;
 use tire_inference::compressed::Compressed;
 use tire_inference::estimate::{Answer, identify};
-use tire_inference::parameters::{COUNT, Normal, Parameter};
+use tire_inference::parameters::{Bounds, COUNT, Normal, Parameter};
 use tire_inference::posterior::{self, grid};
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
@@ -26,7 +26,9 @@ fn joined(first: &Samples, second: &Samples) -> Samples {
 }
 
 fn found(samples: &Samples, prior_from_file: Option<Normal>) -> Answer {
-    let settings = Settings { prior_from_file, ..Settings::new(Direction::Longitudinal) };
+    let usual = Settings::new(Direction::Longitudinal);
+    let prior = usual.prior.within(Bounds::GOBLIRSCH);
+    let settings = Settings { prior, prior_from_file, ..usual };
     identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
 }
 

@@ -4,6 +4,7 @@ mod page;
 mod previous_run;
 mod provenance;
 mod text;
+mod told;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

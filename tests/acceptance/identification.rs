@@ -72,6 +72,12 @@ fn a_recording_gives_the_tires_that_the_run_gave_and_they_drive_the_plant() {
     Ended::of(command.output().expect("it starts")).expect(0);
 }
 
+/// The configuration of a scenario's analysis.
+fn car_and_task(scenario: &str) -> &str {
+    let config = &scenario[scenario.find("[analysis.config]").expect("a configuration")..];
+    &config[..config.find("[[").expect("more than that")]
+}
+
 fn noisy_sensors_in_a_closed_loop_give_the_tires_of_the_plant() {
     let lab = Lab::new();
     let recording = limit_handling().path("run/run.mcap");
@@ -81,8 +87,8 @@ fn noisy_sensors_in_a_closed_loop_give_the_tires_of_the_plant() {
     let columns =
         columns.map(|(name, signal)| format!("{name} = {{ column = \"estimator.{signal}\" }}\n"));
     let text = format!(
-        "[[analysis]]\nname = \"tires\"\ncrate = \"identify\"\nconfig = {{ task = \"closed_loop\" }}\n\n\
-         [analysis.table]\npath = {recording:?}\n[analysis.table.columns]\n{}",
+        "[[analysis]]\nname = \"tires\"\ncrate = \"identify\"\n\n{}\n[analysis.table]\npath = {recording:?}\n[analysis.table.columns]\n{}",
+        car_and_task(include_str!("../../scenarios/closed_loop_identification.toml")),
         columns.collect::<String>()
     );
     run(&lab, &text).expect(0);

@@ -1,9 +1,12 @@
 //! Names the errors of sensors and car that can be estimated together with the tires: the causes of a misfit.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+use std::borrow::Cow;
+
 use preparation::Interpolation;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use vehicle::Vehicle;
 
 use crate::recording::Drive;
@@ -12,10 +15,7 @@ use crate::recording::Drive;
 pub const COUNT: usize = 22;
 
 /// An error that is constant over a drive. Of a channel the record is (1 + gain) × the true value, one delay before, + offset.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(usize)]
 pub enum Cause {
     /// Offset of the steering angle [rad].
@@ -185,6 +185,33 @@ impl Cause {
             }
         };
         About { name, title, unit, std, shown }
+    }
+}
+
+/// By its name.
+impl JsonSchema for Cause {
+    fn schema_name() -> Cow<'static, str> {
+        "Cause".into()
+    }
+
+    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
+        let choice = |cause: Self| {
+            let About { name, title, unit, std, .. } = cause.about();
+            let words = format!("The {title} [{unit}]; usual standard deviation {std}.");
+            json_schema!({ "const": name, "description": words })
+        };
+        json_schema!({ "type": "string", "oneOf": Self::ALL.map(choice) })
+    }
+}
+
+impl<'de> Deserialize<'de> for Cause {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(from)?;
+        let found = Self::ALL.into_iter().find(|cause| cause.about().name == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(|cause| format!("`{}`", cause.about().name)).join(", ");
+            D::Error::custom(format!("unknown error `{name}`, expected one of {known}"))
+        })
     }
 }
 

@@ -6,10 +6,12 @@
 
 use nalgebra::{DMatrix, DVector};
 use tire_inference::axles::{Axle, Axles};
+use tire_inference::parameters::{Bounds, TireParameters};
 
 use crate::tires::{self, SIZE, Tires, indices};
 
-/// A start this close to a bound, as a share of the box, is moved inside: the logit of the bound itself is infinite.
+/// A start this close to a bound, as a share of the range of tires of the literature, is moved inside: the logit of the bound itself
+/// is infinite.
 const INSIDE: f64 = 0.01;
 /// Closer to a bound than this the logit is too bent to shear by its slope.
 const BENT: f64 = 0.1;
@@ -18,6 +20,8 @@ const BENT: f64 = 0.1;
 pub struct Coordinates {
     lower: [f64; SIZE],
     width: [f64; SIZE],
+    /// The least share of the box that a start is away from a bound.
+    inside: [f64; SIZE],
     /// By how much the logit of B falls with ln C and ln D along the ridge, of each axle.
     fall: Axles<f64>,
 }
@@ -31,9 +35,16 @@ impl Coordinates {
             let share = ((tire.B - lower[at.B]) / width).clamp(BENT, 1.0 - BENT);
             tire.B / (width * share * (1.0 - share))
         });
+        let width: [f64; SIZE] = std::array::from_fn(|i| upper[i] - lower[i]);
+        let known = TireParameters::<f64>::PARAMETERS.map(|parameter| {
+            let [low, high] = Bounds::GOBLIRSCH.of(parameter);
+            high - low
+        });
+        let inside = |i: usize| INSIDE * (known[i % known.len()] / width[i]).min(1.0);
         Self {
             lower: std::array::from_fn(|i| lower[i]),
-            width: std::array::from_fn(|i| upper[i] - lower[i]),
+            width,
+            inside: std::array::from_fn(inside),
             fall,
         }
     }
@@ -42,7 +53,8 @@ impl Coordinates {
     pub fn point(&self, tires: &Tires) -> DVector<f64> {
         let theta = tires::to_array(*tires);
         let mut z = DVector::from_fn(SIZE, |i, _| {
-            let share = ((theta[i] - self.lower[i]) / self.width[i]).clamp(INSIDE, 1.0 - INSIDE);
+            let inside = self.inside[i];
+            let share = ((theta[i] - self.lower[i]) / self.width[i]).clamp(inside, 1.0 - inside);
             (share / (1.0 - share)).ln()
         });
         for axle in Axle::ALL {
@@ -133,7 +145,6 @@ fn logistic(z: f64) -> f64 {
 mod tests {
     use approx::assert_relative_eq;
     use proptest::prelude::*;
-    use tire_inference::parameters::{Bounds, TireParameters};
 
     use super::*;
 
@@ -143,14 +154,14 @@ mod tests {
     };
 
     fn coordinates() -> Coordinates {
-        Coordinates::new(&tires::corners(&Bounds::default()), &TIRES)
+        Coordinates::new(&tires::corners(&Bounds::GOBLIRSCH), &TIRES)
     }
 
     proptest! {
         #[test]
         fn a_point_and_its_parameters_belong_together(
-            front in (5.4..39.6f64, 1.03..2.97f64, 0.14..2.96f64, -0.97..0.97f64),
-            rear in (5.4..39.6f64, 1.03..2.97f64, 0.14..2.96f64, -0.97..0.97f64),
+            front in (5.4..39.6f64, 1.03..2.97f64, 0.14..1.96f64, -0.97..0.97f64),
+            rear in (5.4..39.6f64, 1.03..2.97f64, 0.14..1.96f64, -0.97..0.97f64),
         ) {
             let theta = [front.0, front.1, front.2, front.3, rear.0, rear.1, rear.2, rear.3];
             let coordinates = coordinates();

@@ -200,7 +200,7 @@ impl Run<'_> {
                 Noises::Known(noise) => Noise::Given(noise),
                 Noises::Estimated => Noise::Estimated(self.noise),
             },
-            std: self.options.causes.std,
+            std: self.options.error_std(),
             search: self.options.causes.wanted,
             cancel: self.progress.cancel.clone(),
         }
@@ -228,7 +228,7 @@ impl Run<'_> {
             expected: options.expected(),
             active,
             held: unknowns.causes,
-            std: options.causes.std,
+            std: options.error_std(),
         };
         let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian);
         let explored = Explored {
@@ -250,6 +250,7 @@ impl Run<'_> {
         let scatter = blocks.scatter();
         let covariance = scatter.as_ref().map_or(covariance, |scatter| scatter.blocks.clone());
         let causes = told::causes(&minimum, &joint, &gains, &unknowns);
+        let model = told::with_causes(model, &causes);
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
         let request = Request {

@@ -14,6 +14,7 @@ use crate::regression::{Target, Weights};
 use crate::regularisation::Expected;
 use crate::selection::Wanted;
 use crate::smoothing::SmootherOptions;
+use crate::uncertainty::CarUncertainty;
 
 /// How tires are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,6 +146,8 @@ impl Default for CauseOptions {
 pub struct DriveOptions {
     /// The car; its own tires are not used.
     pub car: Vehicle,
+    /// How well the car is known.
+    pub uncertainty: CarUncertainty,
     /// What decides.
     pub method: Formulation,
     /// What is fitted besides, for comparison.
@@ -180,6 +183,21 @@ pub struct DriveOptions {
 }
 
 impl DriveOptions {
+    /// Standard deviations of all errors before any data; those of the car are its own.
+    pub fn error_std(&self) -> Causes {
+        let CarUncertainty { m, cg, I_zz, h, F_x_gain } = self.uncertainty;
+        let mut std = self.causes.std;
+        let of_car = [
+            (Cause::Mass, m),
+            (Cause::CentreOfGravity, cg),
+            (Cause::Inertia, I_zz),
+            (Cause::Height, h),
+            (Cause::ForceGain, F_x_gain),
+        ];
+        of_car.into_iter().for_each(|(cause, known)| std[cause] = known);
+        std
+    }
+
     /// What is expected of both tires.
     pub fn expected(&self) -> Expected {
         Expected::new(&self.prior, self.regularisation, self.axle_coupling)
@@ -190,6 +208,7 @@ impl Default for DriveOptions {
     fn default() -> Self {
         Self {
             car: Vehicle::default(),
+            uncertainty: CarUncertainty::default(),
             method: Formulation::PredictionError,
             compare: Vec::new(),
             prior: Prior::lateral(),

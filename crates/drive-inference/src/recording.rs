@@ -58,16 +58,18 @@ impl Drive {
 
     /// Rows `range` as a recording of their own.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
-        let cut = |column: &[f64]| column[range.clone()].to_vec();
-        Self {
-            t: cut(&self.t),
-            v_x: cut(&self.v_x),
-            v_y: cut(&self.v_y),
-            r: cut(&self.r),
-            a_y: cut(&self.a_y),
-            F_x: cut(&self.F_x),
-            delta: cut(&self.delta),
-        }
+        self.rows(&range.collect::<Vec<_>>())
+    }
+
+    /// Appends a later recording.
+    pub fn append(&mut self, later: &Self) {
+        self.t.extend(&later.t);
+        self.v_x.extend(&later.v_x);
+        self.v_y.extend(&later.v_y);
+        self.r.extend(&later.r);
+        self.a_y.extend(&later.a_y);
+        self.F_x.extend(&later.F_x);
+        self.delta.extend(&later.delta);
     }
 
     /// Median time from one row to the next [s].
@@ -82,18 +84,18 @@ impl Drive {
         self.t.iter().map(|t| (from..=until).contains(t)).collect()
     }
 
-    /// The stretches of marked rows that are long enough to be used, each as a recording of its own.
-    pub fn stretches(&self, marked: &[bool]) -> Vec<Self> {
-        let mut stretches = Vec::new();
-        let mut from = 0;
-        for stretch in marked.chunk_by(|a, b| a == b) {
-            let until = from + stretch.len();
-            if stretch[0] && stretch.len() >= SHORTEST {
-                stretches.push(self.slice(from..until));
-            }
-            from = until;
+    /// Some of the rows.
+    pub fn rows(&self, rows: &[usize]) -> Self {
+        let pick = |column: &[f64]| rows.iter().map(|&k| column[k]).collect();
+        Self {
+            t: pick(&self.t),
+            v_x: pick(&self.v_x),
+            v_y: pick(&self.v_y),
+            r: pick(&self.r),
+            a_y: pick(&self.a_y),
+            F_x: pick(&self.F_x),
+            delta: pick(&self.delta),
         }
-        stretches
     }
 
     /// Checks that the columns fit each other and hold numbers.
@@ -102,15 +104,8 @@ impl Drive {
     ///
     /// [`Error::Length`], [`Error::NotFinite`], [`Error::Time`] and [`Error::TooShort`], with the number of the recording.
     pub fn check(&self, recording: usize) -> Result<(), Error> {
+        self.check_numbers(recording)?;
         let expected = self.len();
-        for (column, values) in self.columns() {
-            if values.len() != expected {
-                return Err(Error::Length { recording, column, expected, found: values.len() });
-            }
-            if let Some(row) = values.iter().position(|value| !value.is_finite()) {
-                return Err(Error::NotFinite { recording, column, row, found: values[row] });
-            }
-        }
         if expected < SHORTEST {
             return Err(Error::TooShort { recording, expected: SHORTEST, found: expected });
         }
@@ -120,6 +115,20 @@ impl Drive {
             }
             None => Ok(()),
         }
+    }
+
+    /// Checks that the columns are of one length and hold numbers.
+    pub(crate) fn check_numbers(&self, recording: usize) -> Result<(), Error> {
+        let expected = self.len();
+        for (column, values) in self.columns() {
+            if values.len() != expected {
+                return Err(Error::Length { recording, column, expected, found: values.len() });
+            }
+            if let Some(row) = values.iter().position(|value| !value.is_finite()) {
+                return Err(Error::NotFinite { recording, column, row, found: values[row] });
+            }
+        }
+        Ok(())
     }
 
     /// Standard deviations of the noise of v_x, v_y, r and a_y as third differences show it: a first guess, too high where the

@@ -47,28 +47,32 @@ pub struct Replay {
     pub columns: [Vec<f64>; 4],
 }
 
-/// Drives a car along a recording from a state at its first row.
-pub fn replay(car: &Vehicle, recording: &Drive, start: State, noise: &DriveNoise) -> Replay {
-    let mut state = start;
-    let mut columns = [(); 4].map(|()| Vec::with_capacity(recording.len()));
-    for k in 0..recording.len() {
-        let input = Input { F_x: recording.F_x[k], delta: recording.delta[k] };
-        if k > 0 {
-            let h = recording.t[k] - recording.t[k - 1];
-            state = car.advance(&state, &input, h, SUBSTEP);
+/// Drives a car along stretches of a recording, along each from a state at its first row: over the gaps between them nothing is
+/// known.
+pub fn replay(car: &Vehicle, stretches: &[(&Drive, State)], noise: &DriveNoise) -> Replay {
+    let mut columns = [const { Vec::new() }; 4];
+    let mut all = Drive::default();
+    for &(recording, mut state) in stretches {
+        for k in 0..recording.len() {
+            let input = Input { F_x: recording.F_x[k], delta: recording.delta[k] };
+            if k > 0 {
+                let h = recording.t[k] - recording.t[k - 1];
+                state = car.advance(&state, &input, h, SUBSTEP);
+            }
+            let a_y = car.evaluate(&state, &input).a_y;
+            for (column, value) in columns.iter_mut().zip([state.v_x, state.v_y, state.r, a_y]) {
+                column.push(value);
+            }
         }
-        let a_y = car.evaluate(&state, &input).a_y;
-        for (column, value) in columns.iter_mut().zip([state.v_x, state.v_y, state.r, a_y]) {
-            column.push(value);
-        }
+        all.append(recording);
     }
-    let measured = [&recording.v_x, &recording.v_y, &recording.r, &recording.a_y];
-    let still = vec![0.0; recording.len()];
+    let measured = [&all.v_x, &all.v_y, &all.r, &all.a_y];
+    let still = vec![0.0; all.len()];
     let size = measured.map(|column| rmse(column, &still));
     let off: [f64; 4] = std::array::from_fn(|i| rmse(&columns[i], measured[i]));
     let over = |a: &[f64; 4], b: &[f64; 4]| Sensors::from(std::array::from_fn(|i| a[i] / b[i]));
     Replay {
-        window: [recording.t[0], recording.t[recording.len() - 1]],
+        window: [all.t.first(), all.t.last()].map(|t| t.copied().unwrap_or(f64::NAN)),
         rmse: off.into(),
         normalised: over(&off, &size),
         floor: over(&noise.sensor, &size),

@@ -61,8 +61,9 @@ pub struct Found {
     pub std: [f64; 4],
 }
 
-/// The middle of the box of both tires, then points that leave no gaps.
+/// The middle of the box of both tires, then points that leave no gaps where tires of the literature are.
 pub fn starts(bounds: &Bounds, count: usize, seed: u64) -> Vec<Tires> {
+    let bounds = bounds.and(&Bounds::GOBLIRSCH);
     let points = AdditiveRecurrence::<SIZE>::new(seed);
     let at = |shares: [f64; SIZE]| {
         from_array(shares).map(|tire| TireParameters {

@@ -2,7 +2,7 @@
 
 use numerics::sqp::{Minimum, Objective};
 use numerics::text::significant;
-use tire_inference::model::CauseEstimate;
+use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use tire_inference::verdict::{NARROWED, Verdict};
 
 use crate::adequacy::CHANNELS;
@@ -38,6 +38,25 @@ pub fn causes(
     all.extend(colours(joint, at, gain(Addition::Colour)));
     all.sort_by(|a, b| b.gain.unwrap_or(0.0).total_cmp(&a.gain.unwrap_or(0.0)));
     all
+}
+
+/// The verdict on the model, which names the errors that it needs to fit.
+pub fn with_causes(model: ModelVerdict, causes: &[CauseEstimate]) -> ModelVerdict {
+    let named: Vec<&str> = causes
+        .iter()
+        .filter(|cause| cause.gain.is_some())
+        .map(|cause| cause.sentence.split(';').next().unwrap_or_default())
+        .collect();
+    if named.is_empty() {
+        return model;
+    }
+    let named = named.join(", ");
+    let named = named.trim_end_matches('.');
+    let sentence = match model.verdict {
+        Fit::Fits => format!("{named}; with that corrected, the model fits."),
+        Fit::DoesNotFit => format!("{} Nor is it enough that: {named}.", model.sentence),
+    };
+    ModelVerdict { sentence, ..model }
 }
 
 /// Noises that last.

@@ -57,7 +57,7 @@ pub struct Judge<'a> {
 impl Judge<'_> {
     /// The estimates of both axles.
     pub fn estimates(&self) -> Axles<Estimate> {
-        let before = PosteriorSamples { samples: self.prior.fill(BEFORE).collect() };
+        let before = PosteriorSamples { samples: self.prior.literature().fill(BEFORE).collect() };
         let mut known = Axles::new(|axle| self.known(axle, &before));
         let better = if self.profile { self.follow(&mut known) } else { 0.0 };
         let mut estimates = Axles::new(|axle| self.estimate(axle, &known[axle]));

@@ -22,6 +22,12 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
+/// Decimals of a value of which two digits of the uncertainty are written; four digits of the value where that is unknown.
+pub fn decimals(value: f64, std: f64) -> usize {
+    let (digits, size) = if std.is_finite() && std > 0.0 { (1.0, std) } else { (3.0, value.abs()) };
+    if size > 0.0 { (digits - size.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 }
+}
+
 /// A value with as many decimals as two digits of its uncertainty have.
 pub fn with_std(value: f64, std: f64) -> String {
     if !value.is_finite() {
@@ -30,7 +36,7 @@ pub fn with_std(value: f64, std: f64) -> String {
     if !std.is_finite() || std <= 0.0 {
         return significant(value, 4);
     }
-    let decimals = (1.0 - std.log10().floor()).clamp(0.0, 9.0) as usize;
+    let decimals = decimals(value, std);
     format!("{value:.decimals$} ± {std:.decimals$}")
 }
 

@@ -8,32 +8,24 @@ use vehicle::{Aero, AxleForces, Body, Differential, Wheel, slip_ratio};
 use crate::error::Error;
 use crate::row::Row;
 
-/// The car. The default is the demo car; a car of your own needs its whole `body`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+/// The car. The default is the demo car.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Car {
     /// Mass, inertia and lengths.
     pub body: Body,
     /// Drag and downforce.
-    #[serde(default)]
     pub aero: Aero,
     /// Rolling resistance coefficient [-].
-    #[serde(default)]
     pub c_roll: f64,
     /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
-    #[serde(default)]
     pub drive_front_share: f64,
     /// Share of the braking force at the front axle [-], from 0 to 1, or `"by_load"`.
-    #[serde(default)]
     pub brake_front_share: BrakeShare,
     /// Wheels of the front axle.
-    #[serde(default)]
     pub wheel_f: Wheel,
     /// Wheels of the rear axle.
-    #[serde(default)]
     pub wheel_r: Wheel,
     /// Limited-slip differential of the rear axle; without it both wheels drive alike.
-    #[serde(default)]
     pub differential: Option<Differential>,
 }
 

@@ -17,6 +17,7 @@ use crate::slip_resampling::SlipResampling;
 #[serde(default, deny_unknown_fields)]
 pub struct Pipeline {
     /// The car.
+    #[serde(skip)]
     pub car: Car,
     /// Rate of the common instants [Hz].
     pub rate: f64,

@@ -40,7 +40,8 @@ impl<'a> Profiler<'a> {
             .zip(&squares)
             .min_by(|a, b| a.1.total_cmp(b.1))
             .map(|pair| *pair.0);
-        let starts = std::iter::once(*optimum).chain(draw).chain(prior.fill(STARTS));
+        let likely = prior.literature();
+        let starts = std::iter::once(*optimum).chain(draw).chain(likely.fill(STARTS));
         let mut found: Vec<(Theta, f64)> =
             starts.map(|start| minimise(data, prior, &start, None)).collect();
         found.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -50,7 +51,7 @@ impl<'a> Profiler<'a> {
             let apart = |other: &Theta| {
                 prior
                     .free()
-                    .any(|p| (theta[p as usize] - other[p as usize]).abs() > 0.02 * prior.std(p))
+                    .any(|p| (theta[p as usize] - other[p as usize]).abs() > 0.02 * prior.unit(p))
             };
             if this.rise(squares, least) < RULED_OUT
                 && apart(&best)

@@ -14,7 +14,8 @@ use crate::kernel::value_and_gradient;
 use crate::parameters::Theta;
 use crate::prior::Prior;
 
-/// A start this close to a bound, as a share of the box, is moved inside: the logit of the bound itself is infinite.
+/// A start this close to a bound, as a share of where tires of the literature are, is moved inside: the logit of the bound itself is
+/// infinite.
 const INSIDE: f64 = 0.01;
 
 /// The posterior of one tire.
@@ -47,9 +48,11 @@ impl<'a> TireDensity<'a> {
 
     /// The point of a tire and its noise.
     pub fn point(&self, theta: &Theta, noise_std: f64) -> DVector<f64> {
+        let likely = self.prior.literature().bounds;
         let logits = self.free.iter().map(|&i| {
             let [low, width] = self.edge(i);
-            let share = ((theta[i] - low) / width).clamp(INSIDE, 1.0 - INSIDE);
+            let inside = INSIDE * ((likely.upper[i] - likely.lower[i]) / width).min(1.0);
+            let share = ((theta[i] - low) / width).clamp(inside, 1.0 - inside);
             (share / (1.0 - share)).ln()
         });
         let tiny = f64::MIN_POSITIVE;

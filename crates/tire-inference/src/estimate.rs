@@ -218,7 +218,7 @@ pub fn to_hold(
     let mut held = Vec::new();
     let mut given = posterior.clone();
     loop {
-        let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.std(*p);
+        let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.unit(*p);
         let wide = candidates.iter().copied().filter(|p| ratio(p) >= NARROWED);
         let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
         held.push(widest);

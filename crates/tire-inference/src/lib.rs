@@ -8,6 +8,7 @@
 
 pub mod axle_coupling;
 pub mod axles;
+pub mod bounds;
 pub mod compressed;
 pub mod curve_profile;
 pub mod density;

@@ -1,4 +1,4 @@
-//! Names the parameters of a tire, and holds what is known of them before any data: bounds and a prior.
+//! Names the parameters of a tire, and reads and writes their values.
 #![allow(
     non_snake_case,
     non_camel_case_types,
@@ -9,6 +9,8 @@ use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vehicle::MagicFormula;
+
+pub use crate::bounds::Bounds;
 
 /// How many parameters a curve has.
 pub const COUNT: usize = 6;
@@ -164,54 +166,5 @@ impl TireParameters {
     /// Stiffness per unit of load, B C D [1/rad].
     pub fn stiffness(&self) -> f64 {
         self.B * self.C * self.D
-    }
-}
-
-/// The box that every parameter stays in, borders included.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Lowest values.
-    pub lower: Theta,
-    /// Highest values.
-    pub upper: Theta,
-}
-
-impl Bounds {
-    /// Table I of Goblirsch et al., "Bayesian Optimization-based Tire Parameter and Uncertainty Estimation for Real-World
-    /// Data", IV 2025; the shifts, which it does not bound, ours.
-    pub const GOBLIRSCH: Self =
-        Self { lower: [5.0, 1.0, 0.1, -1.0, -0.02, -0.1], upper: [40.0, 3.0, 2.0, 1.0, 0.02, 0.1] };
-
-    /// Lowest and highest value of a parameter.
-    pub fn of(&self, parameter: Parameter) -> [f64; 2] {
-        [self.lower[parameter as usize], self.upper[parameter as usize]]
-    }
-
-    /// Sets the lowest and the highest value of a parameter.
-    pub fn set(&mut self, parameter: Parameter, [low, high]: [f64; 2]) {
-        self.lower[parameter as usize] = low;
-        self.upper[parameter as usize] = high;
-    }
-
-    /// The value of a parameter at a share of its edge of the box.
-    pub fn at(&self, parameter: Parameter, share: f64) -> f64 {
-        let [low, high] = self.of(parameter);
-        low + share * (high - low)
-    }
-
-    /// The nearest value of a parameter in the box.
-    pub fn clamp(&self, parameter: Parameter, value: f64) -> f64 {
-        let [low, high] = self.of(parameter);
-        value.clamp(low, high)
-    }
-}
-
-impl Default for Bounds {
-    /// That of [`Bounds::GOBLIRSCH`] but for D, up to 3: racing tires under a low load have friction coefficients far above 2, and a
-    /// box that ends below the truth gives a wrong tire where a wider one costs nothing.
-    fn default() -> Self {
-        let mut bounds = Self::GOBLIRSCH;
-        bounds.set(Parameter::D, [0.1, 3.0]);
-        bounds
     }
 }

@@ -46,6 +46,17 @@ impl Prior {
         Parameter::ALL.into_iter().filter(|&parameter| self.free[parameter as usize])
     }
 
+    /// Bounds that tires of the literature are within, as far as they are within those of this prior: what data narrow a quantity
+    /// from. A wider box teaches nothing.
+    pub fn literature(&self) -> Self {
+        Self { bounds: self.bounds.and(&Bounds::GOBLIRSCH), ..*self }
+    }
+
+    /// The unit of differences of a parameter: the standard deviation where it is uniform within the bounds of [`Self::literature`].
+    pub fn unit(&self, parameter: Parameter) -> f64 {
+        self.literature().std(parameter)
+    }
+
     /// Standard deviation of a parameter that is uniform within the box.
     pub fn std(&self, parameter: Parameter) -> f64 {
         let i = parameter as usize;

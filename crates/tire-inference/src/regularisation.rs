@@ -66,7 +66,7 @@ impl AxleCoupling {
 }
 
 fn units(prior: &Prior) -> Theta {
-    Parameter::ALL.map(|parameter| prior.std(parameter))
+    Parameter::ALL.map(|parameter| prior.unit(parameter))
 }
 
 #[cfg(test)]
@@ -81,7 +81,7 @@ mod tests {
         let regularisation = Regularisation::towards_typical(&prior, 3.0).expect("a weight");
         let coupling = AxleCoupling::new(&prior, 3.0);
         for parameter in Parameter::ALL {
-            let (from, unit) = (prior.centre[parameter as usize], prior.std(parameter));
+            let (from, unit) = (prior.centre[parameter as usize], prior.unit(parameter));
             let mut theta = prior.centre;
             theta[parameter as usize] += unit;
             let (cost, gradient) = regularisation.at(&theta);

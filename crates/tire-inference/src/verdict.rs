@@ -92,7 +92,7 @@ pub fn judge(
     optimum: &Theta,
 ) -> Vec<Judgement> {
     let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
-    let before = PosteriorSamples { samples: prior.fill(4096).collect() };
+    let before = PosteriorSamples { samples: prior.literature().fill(4096).collect() };
     let lessons = Lessons::new(evidence, posterior);
     let one = |quantity: Quantity| {
         let values = posterior.values(quantity);
@@ -183,7 +183,7 @@ impl Known {
 /// prior has long tails, the middle 68 %.
 pub fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &PosteriorSamples) -> f64 {
     match quantity {
-        Quantity::Parameter(parameter) => std(values) / prior.std(parameter),
+        Quantity::Parameter(parameter) => std(values) / prior.unit(parameter),
         _ => middle(values.to_vec()) / middle(before.values(quantity)),
     }
 }
@@ -193,7 +193,7 @@ pub fn width_of_std(quantity: Quantity, prior: &Prior, std: f64, before: &Poster
     /// The middle 68 % of the standard normal distribution.
     const MIDDLE: f64 = 1.988_915_7;
     match quantity {
-        Quantity::Parameter(parameter) => std / prior.std(parameter),
+        Quantity::Parameter(parameter) => std / prior.unit(parameter),
         _ => MIDDLE * std / middle(before.values(quantity)),
     }
 }

@@ -10,13 +10,15 @@ use crate::slip::slip_speed;
 ///
 /// Default: 0.3 m, rigid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(deny_unknown_fields)]
 pub struct Wheel {
     /// Radius without load and at rest [m].
     pub radius: f64,
     /// Vertical stiffness of one tire [N/m]; without it the tire is rigid.
+    #[serde(default)]
     pub stiffness: Option<f64>,
     /// Growth of the radius with the square of the wheel speed [m·s²/rad²].
+    #[serde(default)]
     pub growth: f64,
 }
 

@@ -1,40 +1,41 @@
 //! Configuration of `task = "closed_loop"`.
-#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use drive_inference::cause::Cause;
 use drive_inference::likelihood::DriveNoise;
 use drive_inference::regression::Weights;
+use drive_inference::selection::Mode;
 use drive_inference::smoothing::SmootherOptions;
-use drive_inference::{DriveOptions, Formulation, Noises};
+use drive_inference::{CauseOptions, DriveOptions, Formulation, Noises};
 use plugin::ConfigError;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
-use vehicle::{Aero, Body, Vehicle};
 
+use super::car::DrivenCar;
 use super::rules::{self, demand};
-use super::{plant, prior};
+use super::{BoundsChoice, plant, prior};
 
 /// Identifies the tires of both axles from drives under closed-loop control.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = demand_car)]
 pub struct ClosedLoop {
-    /// Mass, inertia and lengths; those of the demo car by default.
-    pub body: Body,
-    /// Drag and downforce.
-    pub aero: Aero,
+    /// The car. Its data have no default.
+    pub car: DrivenCar,
     /// Formulation of the fit that decides.
     pub method: Formulation,
     /// Further formulations, for comparison.
     pub compare: Vec<Formulation>,
-    /// Lowest and highest values of B, C, D, E of both axles; those of the literature by default.
-    pub bounds: BTreeMap<Parameter, [f64; 2]>,
+    /// Lowest and highest values of B, C, D, E of both axles: `"wide"` by default, `"goblirsch2025"` for Table I of Goblirsch et
+    /// al. (2025), or ranges by parameter.
+    pub bounds: BoundsChoice,
     /// θ_0: values of a typical tire; those of a lateral curve by default.
     pub typical: BTreeMap<Parameter, f64>,
     /// λ_reg: weight of the distance of each tire to the typical values [-], in standard deviations of a uniform distribution
-    /// within the bounds.
+    /// within the bounds, or within `goblirsch2025` where that is narrower.
     pub regularisation: f64,
     /// λ_sim: weight of the difference between both tires [-], in the same standard deviations.
     pub axle_coupling: f64,
@@ -56,6 +57,14 @@ pub struct ClosedLoop {
     pub svi: bool,
     /// Takes intervals from profiles of the likelihood, which takes longer than the fit; otherwise from its curvature.
     pub profile: bool,
+    /// Errors of sensors, and relaxation lengths: whether each is estimated with the tires. By default where the data ask for it.
+    pub errors: BTreeMap<Cause, Mode>,
+    /// Standard deviations of these errors before any data, each in its unit; those of sensors that were mounted with care by
+    /// default.
+    pub error_std: BTreeMap<Cause, f64>,
+    /// Longest time between two rows without a gap [s]; a gap ends a recording. By default 3.5 times the step that 95 % of all
+    /// steps do not exceed.
+    pub gap: Option<f64>,
     /// Beginning and end of the times to use [s]; all times by default.
     pub windows: Vec<[f64; 2]>,
     /// Times kept for validation: the identified car predicts the measurements.
@@ -64,6 +73,11 @@ pub struct ClosedLoop {
     pub node: String,
     /// Seed of the starts.
     pub seed: u64,
+}
+
+/// Of all keys, the car alone is required.
+fn demand_car(schema: &mut Schema) {
+    schema.insert("required".to_owned(), ["car"].as_slice().into());
 }
 
 /// Times kept for validation.
@@ -112,11 +126,12 @@ impl Default for ClosedLoop {
     fn default() -> Self {
         let usual = DriveOptions::default();
         Self {
-            body: Body::default(),
-            aero: Aero::default(),
+            car: DrivenCar::default(),
             method: usual.method,
             compare: usual.compare,
-            bounds: BTreeMap::new(),
+            errors: BTreeMap::new(),
+            error_std: BTreeMap::new(),
+            bounds: BoundsChoice::default(),
             typical: BTreeMap::new(),
             regularisation: usual.regularisation,
             axle_coupling: usual.axle_coupling,
@@ -128,6 +143,7 @@ impl Default for ClosedLoop {
             posterior: usual.posterior,
             svi: usual.svi,
             profile: usual.profile,
+            gap: None,
             windows: Vec::new(),
             validate: Vec::new(),
             node: plant(),
@@ -138,11 +154,6 @@ impl Default for ClosedLoop {
 
 impl ClosedLoop {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let Body { m, I_zz, l_f, l_r, h } = self.body;
-        for (name, value) in [("m", m), ("I_zz", I_zz), ("l_f", l_f), ("l_r", l_r)] {
-            rules::positive(&format!("body.{name}"), value)?;
-        }
-        rules::not_negative("body.h", h)?;
         rules::not_negative("regularisation", self.regularisation)?;
         rules::not_negative("axle_coupling", self.axle_coupling)?;
         if let Weights::Variance { clamp } = self.weights {
@@ -156,23 +167,20 @@ impl ClosedLoop {
         demand(pem && self.posterior || !self.svi, "svi", expected, true)?;
         self.check_tires()?;
         self.check_noise()?;
-        self.check_times()
+        self.check_times()?;
+        self.car.read().map(drop)
     }
 
     fn check_tires(&self) -> Result<(), ConfigError> {
         let shift = |parameter: &Parameter| [Parameter::S_h, Parameter::S_v].contains(parameter);
-        let bounds = self.bounds.keys().map(|parameter| ("bounds", parameter));
-        let typical = self.typical.keys().map(|parameter| ("typical", parameter));
+        let bounds = self.bounds.given().map(|(parameter, _)| ("bounds", parameter));
+        let typical = self.typical.keys().map(|&parameter| ("typical", parameter));
         if let Some((table, parameter)) = bounds.chain(typical).find(|(_, it)| shift(it)) {
             let name = parameter.name();
             let message = format!("`{name}` is not fitted to drives; expected B, C, D or E");
             return Err(ConfigError::at(&format!("{table}.{name}"), message));
         }
-        rules::bounds(&self.bounds)?;
-        for (parameter, [low, _]) in &self.bounds {
-            let positive = *parameter == Parameter::E || *low > 0.0;
-            demand(positive, &format!("bounds.{}", parameter.name()), "bounds above 0", low)?;
-        }
+        self.bounds.check()?;
         for (parameter, value) in &self.typical {
             let key = format!("typical.{}", parameter.name());
             demand(value.is_finite(), &key, "a finite typical value", value)?;
@@ -193,6 +201,17 @@ impl ClosedLoop {
     }
 
     fn check_times(&self) -> Result<(), ConfigError> {
+        self.gap.map_or(Ok(()), |gap| rules::positive("gap", gap))?;
+        for (cause, std) in &self.error_std {
+            rules::positive(&format!("error_std.{}", cause.about().name), *std)?;
+        }
+        let of_car = self.errors.keys().chain(self.error_std.keys());
+        for cause in of_car.filter(|cause| Cause::CAR.contains(cause)) {
+            let name = cause.about().name;
+            let expected =
+                "an error of a sensor; those of the car are standard deviations in `car`";
+            demand(false, &format!("errors.{name}"), expected, format_args!("`{name}`"))?;
+        }
         for (index, window) in self.windows.iter().enumerate() {
             rules::rising(&format!("windows.{index}"), *window)?;
         }
@@ -208,9 +227,18 @@ impl ClosedLoop {
     }
 
     /// What the library is asked for.
-    pub fn options(&self) -> DriveOptions {
-        DriveOptions {
-            car: Vehicle { body: self.body, aero: self.aero, ..Vehicle::default() },
+    ///
+    /// # Errors
+    /// When data of the car are missing or make no sense.
+    pub fn options(&self) -> Result<DriveOptions, ConfigError> {
+        let (car, uncertainty) = self.car.read()?;
+        let mut causes = CauseOptions::default();
+        self.errors.iter().for_each(|(cause, mode)| causes.wanted.0[*cause as usize] = *mode);
+        self.error_std.iter().for_each(|(cause, std)| causes.std[*cause] = *std);
+        Ok(DriveOptions {
+            car,
+            uncertainty,
+            causes,
             method: self.method,
             compare: self.compare.clone(),
             prior: prior(Prior::lateral(), &self.bounds, &self.typical),
@@ -225,7 +253,7 @@ impl ClosedLoop {
             posterior: self.posterior,
             svi: self.svi,
             profile: self.profile,
-        }
+        })
     }
 }
 

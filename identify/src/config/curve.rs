@@ -14,7 +14,7 @@ use tire_inference::regularisation::Regularisation;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::variational::Optimiser;
 
-use super::{methods, prior, rules};
+use super::{BoundsChoice, methods, prior, rules};
 use crate::prior_from_file::Files;
 
 /// Identifies one curve from slips and forces.
@@ -62,8 +62,9 @@ impl OneCurve {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Curve {
-    /// Lowest and highest values; those of the literature by default.
-    pub bounds: BTreeMap<Parameter, [f64; 2]>,
+    /// Lowest and highest values: `"wide"` by default, `"goblirsch2025"` for Table I of Goblirsch et al. (2025), or ranges by
+    /// parameter.
+    pub bounds: BoundsChoice,
     /// Typical values, for parameters that the data cannot tell; those of the literature by default.
     pub typical: BTreeMap<Parameter, f64>,
     /// Parameters to hold at their typical values.
@@ -77,7 +78,7 @@ pub struct Curve {
     /// Standard deviation of the noise of the slip, in the unit of the slip; 0 by default. With normal noise only.
     pub slip_std: Option<f64>,
     /// λ_reg: weight of the distance to the typical values [-], in standard deviations of a uniform distribution within the
-    /// bounds.
+    /// bounds, or within `goblirsch2025` where that is narrower.
     pub regularisation: f64,
     /// Number of starts of the fit.
     pub starts: Option<usize>,
@@ -96,7 +97,7 @@ pub enum Hold {
 
 impl Curve {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        rules::bounds(&self.bounds)?;
+        self.bounds.check()?;
         rules::not_negative("regularisation", self.regularisation)?;
         if !self.loss.is_valid() {
             return Err(ConfigError::at("loss", "expected finite numbers above 0"));

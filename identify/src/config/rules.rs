@@ -1,10 +1,8 @@
 //! Rules for values of a configuration; each error has the path of its key.
 
-use std::collections::BTreeMap;
 use std::fmt::Display;
 
 use plugin::ConfigError;
-use tire_inference::parameters::Parameter;
 use tire_inference::settings::Method;
 use tire_inference::variational::Optimiser;
 use tire_inference::variational::adam::Adam;
@@ -36,12 +34,6 @@ pub(super) fn at_least(key: &str, least: usize, found: usize) -> Result<(), Conf
 pub(super) fn rising(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
     let rise = low < high && low.is_finite() && high.is_finite();
     demand(rise, key, "two rising numbers", format_args!("{low} and {high}"))
-}
-
-pub(super) fn bounds(bounds: &BTreeMap<Parameter, [f64; 2]>) -> Result<(), ConfigError> {
-    let mut bounds = bounds.iter();
-    bounds
-        .try_for_each(|(parameter, range)| rising(&format!("bounds.{}", parameter.name()), *range))
 }
 
 pub(super) fn methods(methods: &[Method]) -> Result<(), ConfigError> {

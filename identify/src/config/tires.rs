@@ -1,12 +1,14 @@
 //! Configuration of `task = "tires"`.
 
+use drive_inference::CarUncertainty;
 use plugin::ConfigError;
-use preparation::{Error, Pipeline};
+use preparation::{Car, Error, Pipeline};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use tire_inference::settings::Method;
 use tire_inference::variational::Optimiser;
 
+use super::car::LoggedCar;
 use super::curve::Curve;
 use super::{methods, plant, rules};
 use crate::prior_from_file::Files;
@@ -15,6 +17,9 @@ use crate::prior_from_file::Files;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tires {
+    /// The car. Its data have no default.
+    #[schemars(required)]
+    pub car: Option<LoggedCar>,
     /// Preparation: from signals to points of curves.
     #[serde(default)]
     pub prepare: Pipeline,
@@ -31,7 +36,7 @@ pub struct Tires {
     #[serde(default)]
     pub svi: Optimiser,
     /// λ_sim: weight of the difference between front and rear lateral curves [-], in standard deviations of a uniform
-    /// distribution within the bounds.
+    /// distribution within the bounds, or within `goblirsch2025` where that is narrower.
     #[serde(default)]
     pub axle_coupling: f64,
     /// Node that gets the start values in `tires.toml`.
@@ -51,7 +56,9 @@ impl Tires {
         rules::methods(&self.methods)?;
         rules::not_negative("axle_coupling", self.axle_coupling)?;
         rules::svi(&self.svi)?;
-        self.prepare.check().map_err(|error| match &error {
+        // The car has its own errors.
+        let prepare = Pipeline { car: Car::default(), ..self.prepare.clone() };
+        prepare.check().map_err(|error| match &error {
             Error::Setting { name, .. } => {
                 ConfigError::at(name, error.to_string()).within("prepare")
             }
@@ -59,6 +66,15 @@ impl Tires {
         })?;
         self.lateral.check().map_err(|error| error.within("lateral"))?;
         self.longitudinal.check().map_err(|error| error.within("longitudinal"))?;
-        self.files.check(&["front", "rear", "front_x", "rear_x"])
+        self.files.check(&["front", "rear", "front_x", "rear_x"])?;
+        self.car().map(drop)
+    }
+
+    /// The car, and how well it is known.
+    ///
+    /// # Errors
+    /// When data are missing or make no sense.
+    pub fn car(&self) -> Result<(Car, CarUncertainty), ConfigError> {
+        self.car.clone().unwrap_or_default().read()
     }
 }

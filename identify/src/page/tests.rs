@@ -7,7 +7,7 @@ use tire_inference::fit::Solution;
 use tire_inference::posterior::{SamplingOptions, draw};
 use tire_inference::settings::{Method as Asked, Settings};
 use tire_inference::synthetic::{Excitation, samples};
-use tire_inference::verdict::{Evidence, judge};
+use tire_inference::verdict::{Evidence, Verdict, judge};
 
 use super::*;
 use crate::studies::excitation::{Level, Study};

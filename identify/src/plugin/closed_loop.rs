@@ -7,8 +7,10 @@ use std::collections::BTreeMap;
 
 use drive_inference::replay::{Replay, replay};
 use drive_inference::{
-    Drive, DriveOptions, Fitted, Identified, SHORTEST, Tires, identify, smoothing,
+    Drive, DriveOptions, Fitted, Identified, SHORTEST, Sampled, Sampling, Tires, identify,
+    smoothing,
 };
+use numerics::text::significant;
 use plugin::{Host, Request};
 use preparation::direction::Direction;
 use serde_json::{Map, Value, json};
@@ -24,6 +26,7 @@ use crate::config::{ClosedLoop, HoldOut};
 use crate::page::{self, Drives, Page, Section};
 use crate::plugin::go_on;
 use crate::start_values::{self, Tire};
+use crate::told::{Overall, Told, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
@@ -68,16 +71,18 @@ pub(super) fn closed_loop(
     request: &Request,
     host: &mut dyn Host,
 ) -> Result<Value, String> {
-    let recording = recording(request)?;
-    let used = used(config, &recording)?;
+    let mut recording =
+        Sampled::new(&recording(request)?, config.gap).map_err(|error| error.to_string())?;
+    let used = used(config, &mut recording)?;
     let kept =
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
-    let options = config.options();
+    let options = config.options().map_err(|error| error.to_string())?;
     let mut progress = |share, what: &str| host.progress(share, what);
-    let found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
+    let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
+    found.estimates = found.estimates.map(forget_absent_peak);
     go_on(host, 0.95, "validating")?;
-    let validate = |(name, recording)| validation(name, recording, &options, &found);
+    let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
     columns::record(&options.car, &used, &found, host);
     validations.iter().for_each(|validation| columns::record_validation(validation, host));
@@ -88,69 +93,103 @@ pub(super) fn closed_loop(
     let tires = [tire("tire_f", &found.estimates.front), tire("tire_r", &found.estimates.rear)];
     host.file("tires.toml", &start_values::write(&tires));
     draw(&options, &used, &found, &validations, host);
-    Ok(report(&options, &used, &found, &validations))
+    Ok(report(&options, (&used, &recording.sampling), &found, &validations))
 }
 
 /// The stretches that tires are identified from.
-fn used(config: &ClosedLoop, recording: &Drive) -> Result<Vec<Drive>, String> {
-    let mut marked = vec![config.windows.is_empty(); recording.len()];
+fn used(config: &ClosedLoop, recording: &mut Sampled) -> Result<Vec<Drive>, String> {
+    let drive = recording.drive();
+    let mut marked = vec![config.windows.is_empty(); drive.len()];
     let mut mark = |window, value| {
-        let rows = marked.iter_mut().zip(recording.during(window));
+        let rows = marked.iter_mut().zip(drive.during(window));
         rows.filter(|(_, inside)| *inside).for_each(|(marked, _)| *marked = value);
     };
     config.windows.iter().for_each(|&window| mark(window, true));
     config.validate.iter().for_each(|HoldOut { from, until, .. }| mark([*from, *until], false));
-    let stretches = recording.stretches(&marked);
+    let (stretches, short) = recording.stretches(&marked);
+    recording.sampling.short = short;
     if stretches.is_empty() {
-        let extent = extent(recording);
         return Err(format!(
-            "expected {SHORTEST} successive rows or more to identify from, found fewer in the windows; the recording {extent}"
+            "expected {SHORTEST} successive rows or more to identify from, found fewer in the windows; the recording {}",
+            extent(recording)
         ));
     }
     Ok(stretches)
 }
 
-/// The rows of a window that is kept for validation.
-fn kept(window: &HoldOut, recording: &Drive) -> Result<Drive, String> {
+/// The stretches of a window that is kept for validation.
+fn kept(window: &HoldOut, recording: &Sampled) -> Result<Vec<Drive>, String> {
     let HoldOut { name, from, until } = window;
-    let rows = recording.stretches(&recording.during([*from, *until]));
-    rows.into_iter().next().ok_or_else(|| {
-        format!(
-            "`{name}`: expected {SHORTEST} rows or more from {from} to {until} s, found fewer; the recording {}",
+    let (stretches, _) = recording.stretches(&recording.drive().during([*from, *until]));
+    if stretches.is_empty() {
+        return Err(format!(
+            "`{name}`: expected {SHORTEST} successive rows or more from {from} to {until} s, found fewer; the recording {}",
             extent(recording)
-        )
-    })
+        ));
+    }
+    Ok(stretches)
 }
 
-fn extent(recording: &Drive) -> String {
-    match (recording.t.first(), recording.t.last()) {
-        (Some(first), Some(last)) => format!("goes from {first} to {last} s"),
+fn extent(recording: &Sampled) -> String {
+    let Sampling { step, gap, gaps, .. } = &recording.sampling;
+    let [step, gap] = [step, gap].map(|time| significant(*time, 3));
+    let gaps = match gaps.len() {
+        0 => String::new(),
+        count => format!(
+            " and has {count} gaps: steps of more than {gap} s, the median being {step} s; `gap` sets the longest that is none"
+        ),
+    };
+    match (recording.drive().t.first(), recording.drive().t.last()) {
+        (Some(first), Some(last)) => {
+            let [first, last] = [first, last].map(|time| significant(*time, 5));
+            format!("goes from {first} to {last} s{gaps}")
+        }
         _ => "is empty".to_owned(),
     }
 }
 
-/// Lets the identified car drive what was kept.
+/// Lets the identified car drive what was kept, from the smoothed state at the begin of each stretch.
 fn validation(
     name: String,
-    recording: Drive,
+    stretches: &[Drive],
     options: &DriveOptions,
     found: &Identified,
 ) -> Result<Validation, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
-    recording.check(0).map_err(|error| failed(error.to_string()))?;
-    let explained =
-        smoothing::explain(&options.car, &recording, &found.noise, &options.smoothing, || true)
-            .map_err(|error| failed(error.to_string()))?;
-    let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
-    let start = State { v_x, v_y, r, ..State::default() };
+    let car = found.errors.car(&options.car);
+    let mut recording = Drive::default();
+    let mut starts = Vec::new();
+    for stretch in stretches {
+        // The car and its inputs as they were found to be.
+        let stretch = &found.errors.inputs(stretch);
+        let explained =
+            smoothing::explain(&car, stretch, &found.noise, &options.smoothing, || true)
+                .map_err(|error| failed(error.to_string()))?;
+        let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
+        starts.push((stretch.clone(), State { v_x, v_y, r, ..State::default() }));
+        recording.append(stretch);
+    }
+    let starts: Vec<_> = starts.iter().map(|(stretch, start)| (stretch, *start)).collect();
     let [front, rear] = found.tires.map(|tire| tire.curve()).into_array();
-    let replay = replay(&options.car.with_tires(front, rear), &recording, start, &found.noise);
+    let replay = replay(&car.with_tires(front, rear), &starts, &found.noise);
     Ok(Validation { name, recording, replay })
+}
+
+/// What was found as a whole.
+fn overall(found: &Identified) -> Overall<'_> {
+    let told = |(name, axle)| Told {
+        name,
+        direction: Direction::Lateral,
+        estimate: &found.estimates[axle],
+    };
+    let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
+    let (model, causes) = (found.model.clone(), found.causes.as_slice());
+    Overall { curves, model, causes, ..Overall::default() }
 }
 
 fn report(
     options: &DriveOptions,
-    used: &[Drive],
+    (used, sampling): (&[Drive], &Sampling),
     found: &Identified,
     validations: &[Validation],
 ) -> Value {
@@ -162,11 +201,14 @@ fn report(
         json!({ "window": window, "rows": recording.len(), "smoothing": explained.report })
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
+    result.insert("bounds".to_owned(), json!(options.prior.bounds));
+    overall(found).add_to(&mut result);
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
     result.insert("formulations".to_owned(), json!(formulations.collect::<BTreeMap<_, _>>()));
     result.insert("recordings".to_owned(), recordings.collect());
+    result.insert("sampling".to_owned(), json!(sampling));
     result.insert("validate".to_owned(), json!(validations.collect::<BTreeMap<_, _>>()));
     result.insert("seconds".to_owned(), json!(found.seconds));
     result.into()

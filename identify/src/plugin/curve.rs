@@ -9,7 +9,8 @@ use tire_inference::settings::Settings;
 
 use crate::config::OneCurve;
 use crate::page::{self, Page, Section};
-use crate::plugin::{go_on, methods};
+use crate::plugin::{go_on, methods, overall};
+use crate::told::{Told, forget_absent_peak};
 
 /// The columns of slip and force, which belong together row by row.
 ///
@@ -44,7 +45,12 @@ pub(super) fn curve(
     let settings = Settings { prior_from_file, svi: config.svi, ..usual };
     let wrong = |error: FitError| error.to_string();
     let settings = config.fit.loss.settle(settings, &samples).map_err(wrong)?;
-    let found = identify(&samples, &settings, &config.methods).map_err(wrong)?;
+    let mut found = identify(&samples, &settings, &config.methods).map_err(wrong)?;
+    found.estimates = found
+        .estimates
+        .into_iter()
+        .map(|(method, estimate)| (method, forget_absent_peak(estimate)))
+        .collect();
     let section = Section {
         name: "Curve",
         direction: config.direction,
@@ -54,10 +60,14 @@ pub(super) fn curve(
     };
     let page = Page { title: "Tire", sections: vec![section], ..Page::default() };
     page::leave(&page, host);
-    let result: Map<_, _> = found
+    let mut result: Map<_, _> = found
         .estimates
         .iter()
         .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
         .collect();
+    result.insert("bounds".to_owned(), json!(settings.prior.bounds));
+    let first = found.estimates.first().map(|(_, estimate)| estimate);
+    let told = |estimate| Told { name: "curve", direction: config.direction, estimate };
+    overall(first.into_iter().map(told).collect()).add_to(&mut result);
     Ok(result.into())
 }

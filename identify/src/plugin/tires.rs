@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, DriveLog, Points, Prepared, Stage};
+use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
@@ -14,8 +14,9 @@ use tire_inference::settings::Settings;
 use crate::config::Tires;
 use crate::design::d_optimal;
 use crate::page::{self, Page, Section};
-use crate::plugin::{go_on, methods};
+use crate::plugin::{go_on, methods, overall};
 use crate::start_values::{self, Tire};
+use crate::told::{Overall, Told, forget_absent_peak};
 
 /// One curve of the car.
 struct Curve<'a> {
@@ -23,6 +24,8 @@ struct Curve<'a> {
     key: &'static str,
     /// Its name on the page.
     name: &'static str,
+    /// Its name in a sentence.
+    axle: &'static str,
     direction: Direction,
     points: &'a Points,
 }
@@ -37,11 +40,11 @@ fn curves(prepared: &Prepared) -> Vec<Curve<'_>> {
         (["rear", "rear_x"], ["Rear axle, lateral", "Rear axle, longitudinal"], &prepared.rear),
     ];
     let mut curves = Vec::new();
-    for (keys, names, axle) in axles {
+    for ((keys, names, axle), short) in axles.into_iter().zip(["front", "rear"]) {
         let lateral = (Direction::Lateral, Some(&axle.lateral));
         let both = [lateral, (Direction::Longitudinal, axle.longitudinal.as_ref())];
         for ((key, name), (direction, points)) in keys.into_iter().zip(names).zip(both) {
-            curves.extend(points.map(|points| Curve { key, name, direction, points }));
+            curves.extend(points.map(|points| Curve { key, name, axle: short, direction, points }));
         }
     }
     curves
@@ -61,7 +64,9 @@ pub(super) fn tires(
     for signal in &request.signals {
         recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
     }
-    let prepared = config.prepare.run(&recording).map_err(|error| error.to_string())?;
+    let (car, _uncertainty) = config.car().map_err(|error| error.to_string())?;
+    let pipeline = Pipeline { car, ..config.prepare.clone() };
+    let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
     let curves = curves(&prepared);
     let mut found: Vec<(Settings, Answer)> = Vec::new();
@@ -77,7 +82,12 @@ pub(super) fn tires(
         let samples = &curve.points.samples;
         let wrong = |error: FitError| format!("{}: {error}", curve.name);
         let settings = of.loss.settle(settings, samples).map_err(wrong)?;
-        let tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
+        let mut tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
+        tire.estimates = tire
+            .estimates
+            .into_iter()
+            .map(|(method, estimate)| (method, forget_absent_peak(estimate)))
+            .collect();
         found.push((settings, tire));
     }
     if config.axle_coupling > 0.0 {
@@ -115,6 +125,15 @@ fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
     Some(json!({ "slips": design.slips, "shares": design.shares }))
 }
 
+/// What was found as a whole; the first method that was asked for is the one to go on with.
+fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)]) -> Overall<'a> {
+    let told = |(curve, (_, answer)): (&Curve, &'a (Settings, Answer))| {
+        let estimate = &answer.estimates[0].1;
+        Told { name: curve.axle, direction: curve.direction, estimate }
+    };
+    overall(curves.iter().zip(found).map(told).collect())
+}
+
 /// Results by method, then by curve.
 fn report(
     config: &Tires,
@@ -131,8 +150,14 @@ fn report(
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }
+    told(curves, found).add_to(&mut result);
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
+    let bounds = curves
+        .iter()
+        .zip(found)
+        .map(|(curve, (settings, _))| (curve.key.to_owned(), json!(settings.prior.bounds)));
+    result.insert("bounds".to_owned(), Value::Object(bounds.collect()));
     result.into()
 }
 

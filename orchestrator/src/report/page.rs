@@ -8,6 +8,7 @@ use diagnostics::Source;
 use html_page::escape;
 
 use super::text::seconds;
+use super::told::Told;
 use super::{Ending, RunReport, Validated};
 
 impl RunReport {
@@ -94,6 +95,7 @@ impl RunReport {
         }
         html.push_str("</ul>\n");
         for (name, result) in &self.analyses {
+            html.push_str(&Told::of(result).html(name));
             let text = serde_json::to_string_pretty(result).unwrap_or_default();
             let _ = writeln!(
                 html,

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use cosim::check::Verdict;
 
+use super::told::Told;
 use super::{Ending, RunReport, Validated};
 
 impl RunReport {
@@ -63,7 +64,10 @@ impl RunReport {
     /// The lines that a person reads after a run.
     #[must_use]
     pub fn lines(&self) -> String {
-        let mut text = format!("{}: {}\n{}", self.scenario, self.title, lines(&self.checks, "  "));
+        let told = self.analyses.iter().map(|(name, result)| Told::of(result).lines(name));
+        let told: String = told.collect();
+        let checks = lines(&self.checks, "  ");
+        let mut text = format!("{}: {}\n{told}{checks}", self.scenario, self.title);
         for validation in &self.validations {
             let Validated { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.

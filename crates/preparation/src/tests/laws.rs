@@ -2,11 +2,12 @@
 
 use approx::assert_relative_eq;
 use proptest::prelude::*;
+use vehicle::Differential;
 
 use crate::tests::drive::{Instant, car, pipeline, record, simulate, symmetric};
 use crate::{
-    DriveLog, Error, OffsetSource, Outliers, Pipeline, Points, Prepared, SIGNALS, Shifts,
-    SlipResampling,
+    BrakeShare, Car, DriveLog, Error, OffsetSource, Outliers, Pipeline, Points, Prepared, SIGNALS,
+    Shifts, SlipResampling,
 };
 
 fn drive() -> Vec<Instant> {
@@ -212,19 +213,23 @@ fn two_step_shifts_are_told_and_not_applied() {
 
 #[test]
 fn differential_needs_wheel_speeds_and_settings_must_make_sense() {
-    let json = r#"{"car": {"body": {"m": 780, "I_zz": 1000, "l_f": 1.4, "l_r": 1.6, "h": 0.35},
-        "brake_front_share": "by_load",
-        "differential": {"drive_lock": 0.2, "coast_lock": 0.5, "preload": 100, "engine_brake": 800,
-                         "sensitivity": 0.5, "track": 1.5}},
-        "smooth": {"yaw_rate": {"kind": "gaussian", "sigma": 0.05}},
+    let differential = Differential {
+        drive_lock: 0.2,
+        coast_lock: 0.5,
+        preload: 100.0,
+        engine_brake: 800.0,
+        sensitivity: 0.5,
+        track: 1.5,
+    };
+    let json = r#"{"smooth": {"yaw_rate": {"kind": "gaussian", "sigma": 0.05}},
         "slip_resampling": {"method": "weighted", "count": 300}}"#;
-    let pipeline: Pipeline = serde_json::from_str(json).expect("the settings are spelled right");
-    let error = pipeline.run(&record(&drive())).expect_err("there are no wheel speeds");
+    let settings: Pipeline = serde_json::from_str(json).expect("the settings are spelled right");
+    let locking = Car { differential: Some(differential), ..Car::default() };
+    let error = Pipeline { car: locking, ..settings }.run(&record(&drive()));
+    let error = error.expect_err("there are no wheel speeds");
     assert!(matches!(&error, Error::Missing { name, .. } if name == "omega_rl"), "{error}");
 
-    let unknown = serde_json::from_str::<Pipeline>(r#"{"car": {"body": {"mass": 780}}}"#);
-    assert!(unknown.expect_err("it is m").to_string().contains("unknown field `mass`"));
-    let share = serde_json::from_str::<Pipeline>(&json.replace("by_load", "by_feel"));
+    let share = serde_json::from_str::<BrakeShare>("\"by_feel\"");
     assert!(share.expect_err("no such rule").to_string().contains("or \"by_load\""));
 
     let wrong = Pipeline { rate: 0.0, ..Pipeline::default() }.run(&record(&drive()));

@@ -38,8 +38,9 @@ impl Multistart {
     }
 }
 
-/// The starts in the box: the given one first, then points that leave no gaps.
+/// The starts in the box: the given one first, then points that leave no gaps where tires of the literature are.
 pub fn starts(bounds: &Bounds, held: &Theta, options: &FitOptions) -> Vec<Theta> {
+    let bounds = bounds.and(&Bounds::GOBLIRSCH);
     let points = AdditiveRecurrence::<COUNT>::new(options.seed);
     let point = |k: usize| -> Theta {
         let shares = points.point(k + 1);

@@ -4,6 +4,7 @@
 //! Several modes get their masses, also narrow ones, which random walks and populations miss.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+mod height;
 mod line;
 mod linear;
 mod modes;

@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn the_draws_have_the_moments_of_a_dense_grid() {
-        let prior = Prior::lateral();
+        let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
         for level in [0.03, 0.08] {
             let excitation = Excitation { samples: 300, slip_std: 0.0, ..Excitation::default() };
             let data = Compressed::new(&samples(&excitation, level));

@@ -1,5 +1,5 @@
-//! Computes moments of a posterior by brute force, in a way of its own: a fixed grid in C and √(1 − E), a fine line of ln B
-//! through each of its points, and a line of D through each point of that.
+//! Computes moments of a posterior by brute force, in a way of its own: a fixed grid in C and a root of the distance of E from its
+//! upper bound, a fine line of ln B through each of its points, and a line of D through each point of that.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use rayon::prelude::*;
@@ -64,7 +64,10 @@ pub struct Sum {
 
 /// The line of all B through C and s. Where only the highest point is wanted, `log` is that.
 pub fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: bool) -> Sum {
-    let E = 1.0 - 2.0 * s * s;
+    let [lowest, highest_E] = [prior.bounds.lower[3], prior.bounds.upper[3]];
+    // Most of a wide box is far from the upper bound, near which E has to be resolved.
+    let root = if highest_E - lowest > 2.0 { 4.0 } else { 2.0 };
+    let E = highest_E - (highest_E - lowest) * s.powf(root);
     let ends = [prior.bounds.lower[0].ln(), prior.bounds.upper[0].ln()];
     let within = [prior.bounds.lower[2], prior.bounds.upper[2]];
     let half = 0.5 * (data.count() as f64 - 1.0);
@@ -119,7 +122,8 @@ pub fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, roug
         for l in 0..count {
             let D = low + (high - low) * (l as f64 + 0.5) / count as f64;
             let squares = zero + D * (slope + D * bend);
-            let log = -half * squares.ln() + log_B + s.ln() + ((high - low) * step).ln();
+            let log =
+                -half * squares.ln() + log_B + (root - 1.0) * s.ln() + ((high - low) * step).ln();
             if log > sum.log {
                 let shrink = (sum.log - log).exp();
                 sum.mass *= shrink;

@@ -1,6 +1,7 @@
 //! Means, widths and seeds.
 
 use numerics::statistics::{mean, std};
+use tire_inference::parameters::Bounds;
 use tire_inference::posterior::{self, grid};
 use tire_inference::prior::Prior;
 
@@ -11,9 +12,16 @@ const TRUTH: [f64; 6] = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
 
 #[test]
 fn the_draws_have_the_moments_of_brute_force() {
-    let prior = Prior::longitudinal();
     // The example `posterior_check` does the same with more samples, at more levels, on a finer grid.
-    for (level, nodes) in [(0.02, 24), (0.2, 40)] {
+    let cases = [
+        (Bounds::GOBLIRSCH, 0.02, 24),
+        (Bounds::GOBLIRSCH, 0.2, 40),
+        (Bounds::WIDE, 0.02, 40),
+        (Bounds::WIDE, 0.2, 48),
+    ];
+    for (bounds, level, nodes) in cases {
+        let prior = Prior::longitudinal().within(bounds);
+        let level_of = format!("{level} in the box {}", bounds.name());
         let (data, optima) = data(TRUTH, 400, level, 42);
         let found = draw(&data, &prior, &optima);
         let truth = judge(&data, &prior, nodes, 0.95);
@@ -22,8 +30,8 @@ fn the_draws_have_the_moments_of_brute_force() {
                 found.posterior.samples.iter().map(|theta| quantities(theta)[i]).collect();
             let error = (mean(&values) - truth.mean[i]) / truth.std[i];
             let ratio = std(&values) / truth.std[i];
-            assert!(error.abs() < 0.05, "{name} at {level}: off by {error} standard deviations");
-            assert!((ratio - 1.0).abs() < 0.05, "{name} at {level}: {ratio} times the width");
+            assert!(error.abs() < 0.05, "{name} at {level_of}: off by {error} standard deviations");
+            assert!((ratio - 1.0).abs() < 0.05, "{name} at {level_of}: {ratio} times the width");
         }
     }
 }

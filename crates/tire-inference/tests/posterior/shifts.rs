@@ -6,7 +6,7 @@ use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::linearised_slip_noise::with_slip_noise;
-use tire_inference::parameters::{COUNT, Theta};
+use tire_inference::parameters::{Bounds, COUNT, Theta};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -49,7 +49,7 @@ fn compare(samples: &Samples, prior: &Prior, nodes: [usize; 2]) {
 }
 
 fn all_free() -> Prior {
-    Prior { free: [true; COUNT], ..Prior::longitudinal() }
+    Prior { free: [true; COUNT], ..Prior::longitudinal().within(Bounds::GOBLIRSCH) }
 }
 
 #[test]
@@ -67,6 +67,6 @@ fn so_they_have_where_the_box_cuts_the_shifts_off() {
 
 #[test]
 fn so_they_have_where_only_the_vertical_shift_is_free() {
-    let prior = Prior { free: [true, true, true, true, false, true], ..Prior::longitudinal() };
+    let prior = Prior { free: [true, true, true, true, false, true], ..all_free() };
     compare(&drive(200, 0.06, 0.0), &prior, [16, 16]);
 }

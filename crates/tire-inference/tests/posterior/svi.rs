@@ -5,6 +5,7 @@ use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::compressed::Compressed;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
+use tire_inference::parameters::Bounds;
 use tire_inference::posterior;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
@@ -73,7 +74,8 @@ fn the_bound_is_no_better_than_over_fresh_draws_and_never_falls() {
 fn adam_and_newton_agree_where_both_converge() {
     // A known shape leaves a round posterior, which Adam finds in bearable time.
     let samples = measured(200, 0.75);
-    let held = Prior { free: [true, false, true, false, false, false], ..Prior::longitudinal() };
+    let narrow = Prior::longitudinal().within(Bounds::GOBLIRSCH);
+    let held = Prior { free: [true, false, true, false, false, false], ..narrow };
     let prior = Prior { centre: [15.0, 2.0, 1.5, 0.8, 0.0, 0.0], ..held };
     let newton = variational(&samples, &prior, Optimiser::Newton).report;
     assert_eq!(newton.status, Status::Converged);

@@ -25,6 +25,12 @@ static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
     drive::drive(&car, &drive::limit(&[25.0], 9.0), &drive::USUAL, 1)
 });
 
+/// The car of the drives, exactly known.
+const CAR: &str = "car.body = { m = 780.0, I_zz = 1000.0, l_f = 1.4, l_r = 1.6, h = 0.35 }
+car.aero = { rho = 1.225, area = 1.5, C_d = 0.3, C_lf = 0.0, C_lr = 0.0 }
+car.brake_front_share = 0.6
+car.exact = true";
+
 /// Keeps what an analysis leaves, and calls it off after a number of questions.
 #[derive(Default)]
 struct Log {
@@ -77,7 +83,7 @@ fn request<'a>(recording: &'a Drive, config: &'a str) -> Request<'a> {
 }
 
 fn run(recording: &Drive, config: &str, log: &mut Log) -> Result<Value, String> {
-    let config = format!("task = \"closed_loop\"\n{config}");
+    let config = format!("task = \"closed_loop\"\n{CAR}\n{config}");
     let request = request(recording, &config);
     Identify::check(&request).map_err(|error| error.to_string())?;
     let text = Identify::run(&request, log).map_err(|error| error.to_string())?;
@@ -218,6 +224,30 @@ fn noises_bounds_and_coupling_are_those_that_were_asked_for() {
 }
 
 #[test]
+fn nothing_is_integrated_over_a_gap() {
+    let without = |from: f64, until: f64| {
+        let inside = |k: &usize| !(from..until).contains(&LIMIT.t[*k]);
+        LIMIT.rows(&(0..LIMIT.len()).filter(inside).collect::<Vec<_>>())
+    };
+    let gap = without(10.0, 15.0);
+    let config = "em_passes = 0\nposterior = false\n[[validate]]\nname = \"weave\"\nfrom = 8.0\nuntil = 17.0";
+    let found = run(&gap, config, &mut Log::default()).expect("tires");
+    assert_eq!(found["recordings"].as_array().map(Vec::len), Some(2));
+    let [from, until] = [0, 1].map(|end| number(&found["sampling"]["gaps"][0][end]));
+    assert!((from - 9.99).abs() < 1e-9 && (until - 15.0).abs() < 1e-9, "{}", found["sampling"]);
+    // The car starts anew behind the gap, else it is metres off.
+    let weave = &found["validate"]["weave"];
+    assert!(number(&weave["in_noise"]["r"]) < 1.5, "{weave}");
+    for (axle, truth) in [("front", 1.5), ("rear", 1.7)] {
+        let axle = &found["pem"][axle];
+        let (D, std) = (number(&axle["mean"]["D"]), number(&axle["std"]["D"]));
+        assert!((D - truth).abs() < 4.0 * std, "D {D} ± {std}, truth {truth}");
+    }
+    let error = run(&gap, "gap = 0.005", &mut Log::default()).expect_err("all are gaps");
+    assert!(error.contains("2499 gaps: steps of more than 0.00500 s"), "{error}");
+}
+
+#[test]
 fn it_can_be_called_off() {
     for questions in [0, 2] {
         let mut log = Log { questions: Some(questions), ..Log::default() };
@@ -250,19 +280,20 @@ fn a_mistake_is_named_by_its_key() {
         ("windows = [[5.0, 2.0]]", "windows.0: expected two rising numbers, found 5 and 2"),
         ("[[validate]]\nname = \"lap\"\nfrom = 3.0\nuntil = 3.0", "validate.0.until: expected a time after from = 3, found 3"),
         ("method = \"axle_forces\"\nprofile = true", "profile: expected false, as only method = \"pem\" has a likelihood"),
-        ("body = { m = 0.0, I_zz = 1.0, l_f = 1.0, l_r = 1.0, h = 0.3 }", "body.m: expected a number above 0, found 0"),
+        ("car.body = { m = 0.0, I_zz = 1.0, l_f = 1.0, l_r = 1.0, h = 0.3 }", "car.body.m: expected a number above 0, found 0"),
     ];
     let part = LIMIT.slice(0..200);
     for (config, says) in cases {
-        let text = format!("task = \"closed_loop\"\n{config}");
+        let car = if config.starts_with("car") { "" } else { CAR };
+        let text = format!("task = \"closed_loop\"\n{car}\n{config}");
         let error = Identify::check(&request(&part, &text)).expect_err(config).to_string();
         assert!(error.contains(says), "{config}: {error}");
     }
     for (config, says) in [
-        ("windows = [[100.0, 200.0]]", "the recording goes from 0 to 1.99 s"),
+        ("windows = [[100.0, 200.0]]", "the recording goes from 0 to 1.9900 s"),
         (
             "[[validate]]\nname = \"lap\"\nfrom = 1.9\nuntil = 9.0",
-            "`lap`: expected 50 rows or more from 1.9 to 9 s",
+            "`lap`: expected 50 successive rows or more from 1.9 to 9 s",
         ),
     ] {
         let error = run(&part, config, &mut Log::default()).expect_err(config);

@@ -11,8 +11,8 @@ use rand_distr::{Distribution, StudentT};
 const NODES: usize = 24;
 /// Nats below the highest point that a table goes down to.
 const DEPTH: f64 = 12.0;
-/// Points that a line without a guess is looked over with.
-const SCAN: usize = 14;
+/// Step of ln B that a line without a guess is looked over with.
+const SCAN: f64 = 0.3;
 /// Narrower tables may turn out to be normal distributions.
 const NARROW: f64 = 0.45;
 
@@ -51,9 +51,10 @@ pub fn explore(density: &impl Fn(f64) -> f64, ends: [f64; 2], near: Option<&Shap
         }
         Some(Shape::Table(range, _)) => (*range, None),
         _ => {
-            let step = (ends[1] - ends[0]) / SCAN as f64;
+            let count = ((ends[1] - ends[0]) / SCAN).ceil() as usize;
+            let step = (ends[1] - ends[0]) / count as f64;
             let index = |k: usize| ends[0] + (k as f64 + 0.5) * step;
-            let values: Vec<f64> = (0..SCAN).map(|k| density(index(k))).collect();
+            let values: Vec<f64> = (0..count).map(|k| density(index(k))).collect();
             (ends, Some((index(highest(&values)), 0.3 * step)))
         }
     };

@@ -1,6 +1,6 @@
 //! Covers the plane of C and E with cells, finer and finer where the posterior is.
 //!
-//! E is 1 − 2 s² in the box from −1 to 1, so that even cells in s resolve the needle that the posterior often has at E → 1.
+//! E is 1 − 2 s² near 1, so that even cells in s resolve the needle that the posterior often has at E → 1, see [`Height`].
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::collections::BTreeMap;
@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::parameters::{Parameter, Theta};
+use crate::posterior::grid::height::Height;
 use crate::posterior::grid::line::{self, Line, Shape};
 use crate::posterior::grid::linear::{Integral, Linear};
 use crate::prior::Prior;
@@ -16,6 +17,8 @@ const STIFFNESS: usize = Parameter::B as usize;
 const SHAPE: usize = Parameter::C as usize;
 const CURVATURE: usize = Parameter::E as usize;
 
+/// Width of C that is covered with as many cells at first as the data ask for.
+const SHAPES: f64 = 2.0;
 /// Most levels.
 const LEVELS: usize = 14;
 /// Most cells at a level.
@@ -43,6 +46,7 @@ pub struct Cell {
 pub struct Plane<'a> {
     linear: &'a Linear<'a>,
     prior: &'a Prior,
+    height: Height,
     /// C and s of points that must not be missed.
     seeds: Vec<[f64; 2]>,
     /// Columns and rows of the whole box.
@@ -70,16 +74,25 @@ impl<'a> Plane<'a> {
     /// Cells about all that counts. `seeds` are optima, `noise` is that of [`Linear::relative_noise`] at the best of them.
     pub fn new(linear: &'a Linear<'a>, prior: &'a Prior, seeds: &[Theta], noise: f64) -> Self {
         // The posterior's width falls with the root of the noise, and a cell must not be wider than a few of it.
-        let across = (24.0 * (8e-7 / noise).sqrt()).clamp(24.0, 72.0).round() as i32;
-        let size = [SHAPE, CURVATURE].map(|axis| if prior.free[axis] { across } else { 1 });
+        let finest = (24.0 * (8e-7 / noise).sqrt()).clamp(24.0, 72.0);
+        let height = Height::new(prior.bounds.of(Parameter::E));
+        let [low, high] = prior.bounds.of(Parameter::C);
+        let cells = |free: bool, units: f64| {
+            if free { (finest * units).ceil().clamp(4.0, 144.0) as i32 } else { 1 }
+        };
+        let size = [
+            cells(prior.free[SHAPE], (high - low) / SHAPES),
+            cells(prior.free[CURVATURE], height.units()),
+        ];
         let seed = |theta: &Theta| {
             let shape = if prior.free[SHAPE] { theta[SHAPE] } else { prior.centre[SHAPE] };
-            [shape, s_of(prior, theta[CURVATURE])]
+            [shape, height.of(theta[CURVATURE])]
         };
         let seeds = seeds.iter().map(seed).collect();
         let mut this = Self {
             linear,
             prior,
+            height,
             seeds,
             size,
             cells: BTreeMap::new(),
@@ -168,17 +181,13 @@ impl<'a> Plane<'a> {
 
     /// E at a height of the plane.
     pub fn E(&self, s: f64) -> f64 {
-        let [low, high] = [self.prior.bounds.lower[CURVATURE], self.prior.bounds.upper[CURVATURE]];
-        if self.prior.free[CURVATURE] {
-            high - (high - low) * s * s
-        } else {
-            self.prior.centre[CURVATURE]
-        }
+        let held = self.prior.centre[CURVATURE];
+        if self.prior.free[CURVATURE] { self.height.value(s) } else { held }
     }
 
     /// dE/ds but for a factor.
     fn log_volume(&self, s: f64) -> f64 {
-        if self.prior.free[CURVATURE] { s.ln() } else { 0.0 }
+        if self.prior.free[CURVATURE] { self.height.log_volume(s) } else { 0.0 }
     }
 
     /// C and s of a cell's centre, with its width and its height.
@@ -286,10 +295,4 @@ impl<'a> Plane<'a> {
         }
         steep / whole
     }
-}
-
-/// Height in the plane of a value of E.
-fn s_of(prior: &Prior, value: f64) -> f64 {
-    let [low, high] = [prior.bounds.lower[CURVATURE], prior.bounds.upper[CURVATURE]];
-    ((high - value) / (high - low)).clamp(0.0, 1.0).sqrt()
 }

@@ -1,0 +1,273 @@
+//! Reads the car: its data have no default, as a wrong mass or length makes wrong tires; all that are missing are told at once.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use drive_inference::CarUncertainty;
+use plugin::ConfigError;
+use preparation::{BrakeShare, Car};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use vehicle::{Aero, Body, Differential, Vehicle, Wheel};
+
+use super::known::{Air, Known};
+use super::rules::{self, demand};
+
+/// Mass, inertia and lengths of the car. A plain number has the usual standard deviation; a table has its own: a number `value`
+/// and its standard deviation `std`, in the same unit.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Masses {
+    /// Mass with driver and fuel [kg]; usual standard deviation 2 %.
+    #[schemars(required)]
+    m: Option<Known>,
+    /// Yaw moment of inertia about the centre of gravity [kg·m²]; usual standard deviation 10 %.
+    #[schemars(required)]
+    I_zz: Option<Known>,
+    /// Distance from the centre of gravity to the front axle [m]; usual standard deviation 0.01 m. It is that of the centre of
+    /// gravity: the wheelbase is taken as known.
+    #[schemars(required)]
+    l_f: Option<Known>,
+    /// Distance from the centre of gravity to the rear axle [m].
+    #[schemars(required)]
+    l_r: Option<f64>,
+    /// Height of the centre of gravity above the road [m]; usual standard deviation 0.02 m.
+    #[schemars(required)]
+    h: Option<Known>,
+}
+
+/// The car of a closed-loop drive: driven at the rear axle.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DrivenCar {
+    /// Mass, inertia and lengths.
+    #[schemars(required)]
+    body: Option<Masses>,
+    /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce
+    /// coefficients `C_lf` and `C_lr` of front and rear axle.
+    #[schemars(required)]
+    aero: Option<Air>,
+    /// Share of a braking force at the front axle [-], from 0 to 1.
+    #[schemars(required)]
+    brake_front_share: Option<f64>,
+    /// Standard deviation of the gain of the signal `F_x` [-]; usually 0.05.
+    F_x_gain_std: Option<f64>,
+    /// Plain numbers are known exactly, as those of a simulated car.
+    #[serde(default)]
+    exact: bool,
+}
+
+/// The car of a log.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoggedCar {
+    /// Mass, inertia and lengths.
+    #[schemars(required)]
+    body: Option<Masses>,
+    /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce
+    /// coefficients `C_lf` and `C_lr` of front and rear axle.
+    #[schemars(required)]
+    aero: Option<Air>,
+    /// Rolling resistance coefficient [-].
+    #[serde(default)]
+    c_roll: f64,
+    /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
+    #[schemars(required)]
+    drive_front_share: Option<f64>,
+    /// Share of the braking force at the front axle [-], from 0 to 1, or `"by_load"`.
+    #[schemars(required)]
+    brake_front_share: Option<BrakeShare>,
+    /// Wheels of the front axle; needed with the signals `omega_fl` and `omega_fr`.
+    wheel_f: Option<Wheel>,
+    /// Wheels of the rear axle; needed with the signals `omega_rl` and `omega_rr`.
+    wheel_r: Option<Wheel>,
+    /// Limited-slip differential of the rear axle; without it both wheels drive alike.
+    differential: Option<Differential>,
+    /// Plain numbers are known exactly, as those of a simulated car.
+    #[serde(default)]
+    exact: bool,
+}
+
+/// A missing datum: its key, and its use.
+type Missing = (&'static str, &'static str);
+
+const AERO: Missing =
+    ("aero", "drag and downforce, for axle loads and longitudinal forces; \"none\" for neither");
+const BRAKES: Missing = ("brake_front_share", "share of the braking force at the front axle");
+const BRAKES_OR_RULE: Missing =
+    ("brake_front_share", "share of the braking force at the front axle; \"by_load\" when unknown");
+const DRIVE: Missing =
+    ("drive_front_share", "share of the driving force at the front axle; 0 for rear-wheel drive");
+
+impl Masses {
+    const USES: [Missing; 5] = [
+        ("body.m", "mass [kg], for axle loads, and forces from accelerations"),
+        (
+            "body.I_zz",
+            "yaw moment of inertia [kg·m²], for the forces of each axle from the yaw acceleration",
+        ),
+        ("body.l_f", "centre of gravity to front axle [m], for slip angles and axle loads"),
+        ("body.l_r", "centre of gravity to rear axle [m], for slip angles and axle loads"),
+        ("body.h", "height of the centre of gravity [m], for the load transfer between the axles"),
+    ];
+
+    fn missing(&self) -> Vec<Missing> {
+        let Self { m, I_zz, l_f, l_r, h } = self;
+        let there = [m.is_some(), I_zz.is_some(), l_f.is_some(), l_r.is_some(), h.is_some()];
+        Self::USES.into_iter().zip(there).filter(|(_, there)| !there).map(|(it, _)| it).collect()
+    }
+
+    /// The numbers, and their standard deviations; `exact` without any unless stated.
+    fn read(&self, exact: bool) -> Result<Option<(Body, CarUncertainty)>, ConfigError> {
+        let Self { m: Some(m), I_zz: Some(I_zz), l_f: Some(l_f), l_r: Some(l_r), h: Some(h) } =
+            *self
+        else {
+            return Ok(None);
+        };
+        for (name, value) in
+            [("m", m.value), ("I_zz", I_zz.value), ("l_f", l_f.value), ("l_r", l_r)]
+        {
+            rules::positive(name, value)?;
+        }
+        rules::not_negative("h", h.value)?;
+        let usual = if exact { CarUncertainty::NONE } else { CarUncertainty::default() };
+        let std = |name: &str, known: Known, usual: f64, most: f64| {
+            let std = known.std.unwrap_or(usual);
+            let expected = format!("a standard deviation from 0 to {most}");
+            demand((0.0..=most).contains(&std), &format!("{name}.std"), &expected, std)
+                .map(|()| std)
+        };
+        // Beyond half of the number, the bell curve of the standard deviation would reach below zero.
+        let share = |name, known: Known, usual| {
+            std(name, known, usual * known.value, 0.5 * known.value).map(|std| std / known.value)
+        };
+        let uncertainty = CarUncertainty {
+            m: share("m", m, usual.m)?,
+            cg: std("l_f", l_f, usual.cg, 0.5 * l_f.value.min(l_r))?,
+            I_zz: share("I_zz", I_zz, usual.I_zz)?,
+            h: std("h", h, usual.h, 0.5 * (l_f.value + l_r))?,
+            ..usual
+        };
+        let body = Body { m: m.value, I_zz: I_zz.value, l_f: l_f.value, l_r, h: h.value };
+        Ok(Some((body, uncertainty)))
+    }
+}
+
+/// Names what is missing, the use of each, and how to say "unknown".
+fn needed(missing: &[Missing]) -> ConfigError {
+    let list: String =
+        missing.iter().map(|(key, its_use)| format!("\n  `{key}`: {its_use}")).collect();
+    ConfigError::new(format!(
+        "expected the data of the car, which have no default; missing:{list}\n\
+         For one that nobody measured, write an estimate with its standard deviation, such as\n  \
+         I_zz = {{ value = 1605.0, std = 160.0 }}\n\
+         It widens the intervals of the tires."
+    ))
+}
+
+fn share(key: &str, found: f64) -> Result<(), ConfigError> {
+    demand((0.0..=1.0).contains(&found), key, "a share from 0 to 1", found)
+}
+
+fn air(air: Air) -> Result<Aero, ConfigError> {
+    let aero = Aero::from(air);
+    let Aero { rho, area, C_d, C_lf, C_lr } = aero;
+    for (name, value) in [("rho", rho), ("area", area)] {
+        rules::positive(&format!("aero.{name}"), value)?;
+    }
+    rules::not_negative("aero.C_d", C_d)?;
+    for (name, value) in [("C_lf", C_lf), ("C_lr", C_lr)] {
+        demand(value.is_finite(), &format!("aero.{name}"), "a finite number", value)?;
+    }
+    Ok(aero)
+}
+
+impl DrivenCar {
+    /// The car, without its tires, and how well it is known.
+    ///
+    /// # Errors
+    /// With all data that are missing, or the first that makes no sense.
+    pub fn read(&self) -> Result<(Vehicle, CarUncertainty), ConfigError> {
+        self.known().map_err(|error| error.within("car"))
+    }
+
+    fn known(&self) -> Result<(Vehicle, CarUncertainty), ConfigError> {
+        let body = self.body.unwrap_or_default();
+        let missing = body.missing();
+        let body = body.read(self.exact).map_err(|error| error.within("body"))?;
+        let (Some((body, usual)), Some(aero), Some(brake_front_share)) =
+            (body, self.aero, self.brake_front_share)
+        else {
+            let mut missing = missing;
+            missing.extend(self.aero.is_none().then_some(AERO));
+            missing.extend(self.brake_front_share.is_none().then_some(BRAKES));
+            return Err(needed(&missing));
+        };
+        share("brake_front_share", brake_front_share)?;
+        let F_x_gain = self.F_x_gain_std.unwrap_or(usual.F_x_gain);
+        let expected = "a standard deviation from 0 to 0.5";
+        demand((0.0..=0.5).contains(&F_x_gain), "F_x_gain_std", expected, F_x_gain)?;
+        let car = Vehicle { body, aero: air(aero)?, brake_front_share, ..Vehicle::default() };
+        Ok((car, CarUncertainty { F_x_gain, ..usual }))
+    }
+}
+
+impl LoggedCar {
+    /// The car, and how well it is known.
+    ///
+    /// # Errors
+    /// With all data that are missing, or the first that makes no sense.
+    pub fn read(&self) -> Result<(Car, CarUncertainty), ConfigError> {
+        self.known().map_err(|error| error.within("car"))
+    }
+
+    fn known(&self) -> Result<(Car, CarUncertainty), ConfigError> {
+        let body = self.body.unwrap_or_default();
+        let missing = body.missing();
+        let body = body.read(self.exact).map_err(|error| error.within("body"))?;
+        let (Some((body, usual)), Some(aero), Some(drive_front_share), Some(brake_front_share)) =
+            (body, self.aero, self.drive_front_share, self.brake_front_share)
+        else {
+            let mut missing = missing;
+            missing.extend(self.aero.is_none().then_some(AERO));
+            missing.extend(self.drive_front_share.is_none().then_some(DRIVE));
+            missing.extend(self.brake_front_share.is_none().then_some(BRAKES_OR_RULE));
+            return Err(needed(&missing));
+        };
+        share("drive_front_share", drive_front_share)?;
+        if let BrakeShare::Fixed(found) = brake_front_share {
+            share("brake_front_share", found)?;
+        }
+        let Self { c_roll, wheel_f, wheel_r, differential, .. } = *self;
+        let car = Car {
+            body,
+            aero: air(aero)?,
+            c_roll,
+            drive_front_share,
+            brake_front_share,
+            wheel_f: wheel_f.unwrap_or_default(),
+            wheel_r: wheel_r.unwrap_or_default(),
+            differential,
+        };
+        Ok((car, usual))
+    }
+
+    /// Refuses wheel speeds of an axle whose wheels nobody described.
+    ///
+    /// # Errors
+    /// With what is missing.
+    pub fn demand_wheels(&self, has: impl Fn(&str) -> bool) -> Result<(), ConfigError> {
+        let wheels = [
+            (["omega_fl", "omega_fr"], "wheel_f", self.wheel_f),
+            (["omega_rl", "omega_rr"], "wheel_r", self.wheel_r),
+        ];
+        for (signals, key, wheel) in wheels {
+            let message = format!(
+                "expected `{key}` = {{ radius = ... }} [m], for the slip ratios from `{}` and `{}`; or leave these signals out",
+                signals[0], signals[1]
+            );
+            if wheel.is_none() && signals.iter().all(|name| has(name)) {
+                return Err(ConfigError::at("car", message));
+            }
+        }
+        Ok(())
+    }
+}

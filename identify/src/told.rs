@@ -1,0 +1,173 @@
+//! Tells people what an identification found: the verdict first, then errors that were estimated, then each quantity in a table.
+
+use numerics::text::{decimals, with_std};
+use preparation::direction::Direction;
+use serde_json::{Map, Value, json};
+use tire_inference::estimate::Estimate;
+use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
+use tire_inference::parameters::{Parameter, curve};
+use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
+use tire_inference::verdict::Verdict;
+
+use crate::page::names::{ORDER, unit, words};
+
+/// One curve that was identified.
+#[derive(Clone, Copy, Debug)]
+pub struct Told<'a> {
+    /// As "front".
+    pub name: &'a str,
+    /// Which force.
+    pub direction: Direction,
+    /// What is published of it.
+    pub estimate: &'a Estimate,
+}
+
+impl Told<'_> {
+    /// Name in a sentence.
+    pub fn title(&self) -> String {
+        match self.direction {
+            Direction::Lateral => self.name.to_owned(),
+            Direction::Longitudinal => format!("{}, longitudinal", self.name),
+        }
+    }
+}
+
+/// What was found as a whole.
+#[derive(Clone, Debug, Default)]
+pub struct Overall<'a> {
+    /// Whether the model fits.
+    pub model: ModelVerdict,
+    /// Errors of sensors and car that were estimated with the tires.
+    pub causes: &'a [CauseEstimate],
+    /// Sentences about the log, the worst first.
+    pub log: Vec<String>,
+    /// The curves.
+    pub curves: Vec<Told<'a>>,
+}
+
+impl Overall<'_> {
+    /// Sentences, of which the first has the verdict.
+    pub fn summary(&self) -> Vec<String> {
+        let known = match (self.model.sentence.as_str(), self.model.verdict) {
+            ("", Fit::Fits) if self.model.tests.is_empty() => None,
+            ("", Fit::Fits) => Some("The model fits the data.".to_owned()),
+            ("", Fit::DoesNotFit) => Some("The model does not fit the data.".to_owned()),
+            (sentence, _) => Some(sentence.to_owned()),
+        };
+        let mut sentences: Vec<String> = known.into_iter().chain([self.count()]).collect();
+        sentences.extend(self.causes.iter().map(|cause| cause.sentence.clone()));
+        sentences.extend(self.log.iter().cloned());
+        let bounded = self.list(|told, name| told.estimate.at_bound.iter().any(|at| at == name));
+        if !bounded.is_empty() {
+            sentences.push(format!("On a bound of the box: {bounded}."));
+        }
+        sentences
+    }
+
+    /// How much is known, and what is not.
+    fn count(&self) -> String {
+        let verdicts = || self.curves.iter().flat_map(|told| told.estimate.identified.values());
+        let identified = verdicts().filter(|it| **it == Verdict::Identified).count();
+        let of = |verdict| {
+            let list = self.list(|told, name| told.estimate.identified.get(name) == Some(&verdict));
+            (!list.is_empty()).then(|| format!("; {}: {list}", words(verdict)))
+        };
+        let rest: String =
+            [Verdict::Weak, Verdict::NotIdentifiable].into_iter().filter_map(of).collect();
+        format!("{identified} of {} quantities are identified{rest}.", verdicts().count())
+    }
+
+    /// Quantities by curve: "front B, C; rear C".
+    fn list(&self, is: impl Fn(&Told, &str) -> bool) -> String {
+        let of = |told: &Told| {
+            let names: Vec<_> = ORDER.into_iter().filter(|name| is(told, name)).collect();
+            (!names.is_empty()).then(|| format!("{} {}", told.title(), names.join(", ")))
+        };
+        self.curves.iter().filter_map(of).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Whether the result is to be trusted.
+    pub fn is_sound(&self) -> bool {
+        self.model.verdict == Fit::Fits
+    }
+
+    /// Adds what is for people to a result.
+    pub fn add_to(&self, result: &mut Map<String, Value>) {
+        result.insert("summary".to_owned(), json!(self.summary()));
+        result.insert("sound".to_owned(), json!(self.is_sound()));
+        result.insert("model".to_owned(), json!(self.model));
+        result.insert("causes".to_owned(), json!(self.causes));
+        let mut tables = Vec::new();
+        for direction in [Direction::Lateral, Direction::Longitudinal] {
+            let curves: Vec<_> =
+                self.curves.iter().filter(|told| told.direction == direction).collect();
+            tables.extend((!curves.is_empty()).then(|| table(&curves)));
+        }
+        if !self.causes.is_empty() {
+            let row = |it: &CauseEstimate| {
+                let value = format!("{} {}", with_std(it.value, it.std), it.unit);
+                json!([it.title, value.trim_end(), words(it.verdict)])
+            };
+            let rows: Vec<_> = self.causes.iter().map(row).collect();
+            tables.push(json!({ "head": ["error", "value", ""], "rows": rows }));
+        }
+        result.insert("tables".to_owned(), tables.into());
+    }
+}
+
+/// A row for each quantity, two columns for each curve.
+fn table(curves: &[&Told]) -> Value {
+    let head = curves.iter().flat_map(|told| [told.name, ""]);
+    let head: Vec<_> = std::iter::once("").chain(head).collect();
+    let there = |name: &&str| curves.iter().any(|told| told.estimate.mean.contains_key(*name));
+    let row = |name: &str| -> Vec<String> {
+        let cells = curves.iter().flat_map(|told| cells(told.estimate, name));
+        let title = match unit(name, told_direction(curves)) {
+            "–" => name.to_owned(),
+            unit => format!("{name} [{unit}]"),
+        };
+        std::iter::once(title).chain(cells).collect()
+    };
+    let rows: Vec<_> = ORDER.into_iter().filter(there).map(row).collect();
+    json!({ "head": head, "rows": rows })
+}
+
+fn told_direction(curves: &[&Told]) -> Direction {
+    curves.first().map_or(Direction::Lateral, |told| told.direction)
+}
+
+/// Value with interval, and verdict.
+fn cells(estimate: &Estimate, name: &str) -> [String; 2] {
+    let Some(&value) = estimate.mean.get(name) else { return ["–".to_owned(), String::new()] };
+    let std = estimate.std.get(name).copied().unwrap_or(f64::NAN);
+    let places = decimals(value, std);
+    let held = estimate.fixed.iter().any(|fixed| fixed == name);
+    let interval = match estimate.interval.get(name) {
+        _ if held => " (held)".to_owned(),
+        Some([low, high]) => format!(" [{low:.places$}, {high:.places$}]"),
+        None => String::new(),
+    };
+    let verdict = estimate.identified.get(name).copied().map_or("", words);
+    [format!("{value:.places$}{interval}"), verdict.to_owned()]
+}
+
+/// Takes the slip at the peak away from a curve that has none.
+#[must_use]
+pub fn forget_absent_peak(mut estimate: Estimate) -> Estimate {
+    let value = |parameter: Parameter| estimate.mean.get(parameter.name()).copied().unwrap_or(0.0);
+    let peak = curve(&Parameter::ALL.map(value)).peak_slip();
+    if peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
+        return estimate;
+    }
+    let name = Quantity::PeakSlip.name();
+    for numbers in [&mut estimate.mean, &mut estimate.std] {
+        numbers.remove(name);
+    }
+    estimate.interval.remove(name);
+    estimate.identified.remove(name);
+    estimate.reason.remove(name);
+    estimate
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,86 @@
+//! The verdict comes first, an absent peak is not named, and tables hold any number of curves.
+
+use tire_inference::estimate::identify;
+use tire_inference::settings::{Method, Settings};
+use tire_inference::synthetic::{Excitation, samples};
+
+use super::*;
+
+fn estimate() -> Estimate {
+    let excitation = Excitation { samples: 400, ..Excitation::default() };
+    let settings = Settings::new(Direction::Longitudinal);
+    let answer = identify(&samples(&excitation, 0.3), &settings, &[Method::LeastSquares]);
+    answer.expect("a fit").estimates.swap_remove(0).1
+}
+
+fn lateral<'a>(name: &'a str, estimate: &'a Estimate) -> Told<'a> {
+    Told { name, direction: Direction::Lateral, estimate }
+}
+
+#[test]
+fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
+    let front = estimate();
+    let mut rear = front.clone();
+    for (name, verdict) in [("E", Verdict::NotIdentifiable), ("C", Verdict::Weak)] {
+        rear.identified.insert(name.to_owned(), verdict);
+    }
+    rear.at_bound = vec!["E".to_owned()];
+    let cause = CauseEstimate {
+        name: "steering_offset".to_owned(),
+        title: "offset of the steering angle".to_owned(),
+        unit: "rad".to_owned(),
+        value: 0.0052,
+        std: 0.0002,
+        interval: [0.0048, 0.0056],
+        verdict: Verdict::Identified,
+        gain: Some(80.0),
+        sentence: "The steering angle reads 0.30° too much; corrected in the fit.".to_owned(),
+        correction: "offset = -0.0052".to_owned(),
+    };
+    let sentence = "The model does not fit: the yaw rate is late.".to_owned();
+    let model = ModelVerdict { verdict: Fit::DoesNotFit, sentence, tests: Vec::new() };
+    let overall = Overall {
+        model,
+        causes: std::slice::from_ref(&cause),
+        log: vec!["`r` is late.".to_owned()],
+        curves: vec![lateral("front", &front), lateral("rear", &rear)],
+    };
+    let summary = overall.summary();
+    assert_eq!(summary[0], "The model does not fit: the yaw rate is late.");
+    assert!(summary[1].ends_with("rear B, C; not identifiable: rear E."), "{summary:?}");
+    assert_eq!(summary[2..4], [cause.sentence.clone(), "`r` is late.".to_owned()]);
+    assert_eq!(summary[4], "On a bound of the box: rear E.");
+    let mut result = Map::new();
+    overall.add_to(&mut result);
+    assert_eq!(result["sound"], false);
+    assert_eq!(result["causes"][0]["correction"], "offset = -0.0052");
+    let [curves, causes] = [0, 1].map(|table| &result["tables"][table]);
+    assert_eq!(curves["head"], json!(["", "front", "", "rear", ""]));
+    assert_eq!(curves["rows"][0][0], "B [1/rad]");
+    assert!(
+        curves["rows"]
+            .as_array()
+            .expect("rows")
+            .iter()
+            .all(|row| row.as_array().map(Vec::len) == Some(5))
+    );
+    let row = json!(["offset of the steering angle", "0.00520 ± 0.00020 rad", "identified"]);
+    assert_eq!(causes["rows"][0], row);
+    let fits = Overall { curves: vec![lateral("curve", &front)], ..Overall::default() };
+    assert!(fits.is_sound() && fits.summary()[0].contains(" of 7 quantities are identified"));
+}
+
+#[test]
+fn a_curve_without_a_peak_has_no_slip_at_it() {
+    let peaked = estimate();
+    assert!(peaked.mean.contains_key("peak_slip"));
+    assert_eq!(forget_absent_peak(peaked.clone()), peaked);
+    for shape in [[1.0, 0.0], [0.9, -2.0], [1.05, 1.0]] {
+        let mut flat = peaked.clone();
+        flat.mean.extend(["C", "E"].map(str::to_owned).into_iter().zip(shape));
+        let flat = forget_absent_peak(flat);
+        assert!(!flat.mean.contains_key("peak_slip") && !flat.identified.contains_key("peak_slip"));
+        assert!(flat.mean.contains_key("peak"));
+        assert_eq!(cells(&flat, "peak_slip")[0], "–");
+    }
+}
