@@ -6,10 +6,11 @@ use serde_json::{Map, Value, json};
 use tire_inference::estimate::Estimate;
 use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use tire_inference::parameters::{Parameter, curve};
+use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Verdict;
 
-use crate::page::names::{ORDER, unit, words};
+use crate::page::names::{ORDER, the_box, unit, words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +21,8 @@ pub struct Told<'a> {
     pub direction: Direction,
     /// What is published of it.
     pub estimate: &'a Estimate,
+    /// What was known before.
+    pub prior: &'a Prior,
 }
 
 impl Told<'_> {
@@ -61,6 +64,9 @@ impl Overall<'_> {
         if !bounded.is_empty() {
             sentences.push(format!("On a bound of the box: {bounded}."));
         }
+        let mut boxes: Vec<_> = self.curves.iter().map(|told| the_box(told.prior)).collect();
+        boxes.dedup();
+        sentences.extend(boxes);
         sentences
     }
 
@@ -151,15 +157,16 @@ fn cells(estimate: &Estimate, name: &str) -> [String; 2] {
     [format!("{value:.places$}{interval}"), verdict.to_owned()]
 }
 
-/// Takes the slip at the peak away from a curve that has none.
+/// Takes the slip at the peak away from a curve that has none, or of which the posterior has none.
 #[must_use]
 pub fn forget_absent_peak(mut estimate: Estimate) -> Estimate {
     let value = |parameter: Parameter| estimate.mean.get(parameter.name()).copied().unwrap_or(0.0);
     let peak = curve(&Parameter::ALL.map(value)).peak_slip();
-    if peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
+    let name = Quantity::PeakSlip.name();
+    let drawn = estimate.interval.get(name).is_none_or(|[low, _]| *low < HIGHEST_PEAK_SLIP);
+    if drawn && peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
         return estimate;
     }
-    let name = Quantity::PeakSlip.name();
     for numbers in [&mut estimate.mean, &mut estimate.std] {
         numbers.remove(name);
     }

@@ -51,6 +51,14 @@ pub(super) fn curve(
         .into_iter()
         .map(|(method, estimate)| (method, forget_absent_peak(estimate)))
         .collect();
+    let first = found.estimates.first().map(|(_, estimate)| estimate);
+    let told = |estimate| Told {
+        name: "curve",
+        direction: config.direction,
+        estimate,
+        prior: &settings.prior,
+    };
+    let overall = overall(first.into_iter().map(told).collect());
     let section = Section {
         name: "Curve",
         direction: config.direction,
@@ -58,7 +66,8 @@ pub(super) fn curve(
         prior: &settings.prior,
         methods: methods(&found),
     };
-    let page = Page { title: "Tire", sections: vec![section], ..Page::default() };
+    let page =
+        Page { title: "Tire", overall: Some(&overall), sections: vec![section], ..Page::default() };
     page::leave(&page, host);
     let mut result: Map<_, _> = found
         .estimates
@@ -66,8 +75,6 @@ pub(super) fn curve(
         .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
         .collect();
     result.insert("bounds".to_owned(), json!(settings.prior.bounds));
-    let first = found.estimates.first().map(|(_, estimate)| estimate);
-    let told = |estimate| Told { name: "curve", direction: config.direction, estimate };
-    overall(first.into_iter().map(told).collect()).add_to(&mut result);
+    overall.add_to(&mut result);
     Ok(result.into())
 }

@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use drive_inference::CarUncertainty;
+use numerics::text::significant;
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
+use preparation::{Column, DriveLog, Lost, OffsetSource, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
-use tire_inference::fit::FitError;
-use tire_inference::settings::Settings;
+use tire_inference::fit::{FitError, FitOptions};
+use tire_inference::parameters::Theta;
+use tire_inference::settings::{Method, Settings};
 
 use crate::config::Tires;
 use crate::design::d_optimal;
@@ -17,6 +20,7 @@ use crate::page::{self, Page, Section};
 use crate::plugin::{go_on, methods, overall};
 use crate::start_values::{self, Tire};
 use crate::told::{Overall, Told, forget_absent_peak};
+use crate::widening::{Widening, perturbed};
 
 /// One curve of the car.
 struct Curve<'a> {
@@ -64,7 +68,7 @@ pub(super) fn tires(
     for signal in &request.signals {
         recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
     }
-    let (car, _uncertainty) = config.car().map_err(|error| error.to_string())?;
+    let (car, uncertainty) = config.car().map_err(|error| error.to_string())?;
     let pipeline = Pipeline { car, ..config.prepare.clone() };
     let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
@@ -93,8 +97,46 @@ pub(super) fn tires(
     if config.axle_coupling > 0.0 {
         couple_axles(&curves, &mut found, config.axle_coupling)?;
     }
-    leave_files(config, &curves, &found, &prepared, host);
+    for (widening, (settings, answer)) in
+        widenings(&pipeline, &uncertainty, &recording, &found, host)?.iter().zip(&mut found)
+    {
+        widening.widen(answer, &settings.prior, config.seed);
+    }
+    let car = page::car::logged(&car, &uncertainty);
+    leave_files(config, &curves, &found, (&prepared, &car), host);
     Ok(report(config, &curves, &found, &prepared))
+}
+
+/// How far each curve moves with the uncertain data of the car.
+fn widenings(
+    pipeline: &Pipeline,
+    uncertainty: &CarUncertainty,
+    recording: &DriveLog,
+    found: &[(Settings, Answer)],
+    host: &mut dyn Host,
+) -> Result<Vec<Widening>, String> {
+    let mut widenings = vec![Widening::default(); found.len()];
+    for (name, cars) in perturbed(&pipeline.car, uncertainty) {
+        go_on(host, 0.95, &format!("fitting with another {name}"))?;
+        let failed = |error: String| format!("with another {name}: {error}");
+        let fits = |car| -> Result<Vec<Theta>, String> {
+            let pipeline = Pipeline { car, ..pipeline.clone() };
+            let prepared = pipeline.run(recording).map_err(|error| failed(error.to_string()))?;
+            let fit = |(curve, (settings, answer)): (Curve, &(Settings, Answer))| {
+                let start = answer.unrestricted.first().map(|(_, solution)| solution.theta);
+                let options = start.map_or(settings.options, FitOptions::from_start);
+                let settings = Settings { options, ..settings.clone() };
+                let fit =
+                    settings.fit(&curve.points.samples, &settings.prior, Method::LeastSquares);
+                fit.map(|solution| solution.theta).map_err(|error| failed(error.to_string()))
+            };
+            curves(&prepared).into_iter().zip(found).map(fit).collect()
+        };
+        let [low, high] = cars.map(fits);
+        let ends = low?.into_iter().zip(high?);
+        widenings.iter_mut().zip(ends).for_each(|(it, (low, high))| it.add(name, [low, high]));
+    }
+    Ok(widenings)
 }
 
 /// Fits the lateral curves of both axles again, drawn to each other.
@@ -127,9 +169,9 @@ fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
 
 /// What was found as a whole; the first method that was asked for is the one to go on with.
 fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)]) -> Overall<'a> {
-    let told = |(curve, (_, answer)): (&Curve, &'a (Settings, Answer))| {
-        let estimate = &answer.estimates[0].1;
-        Told { name: curve.axle, direction: curve.direction, estimate }
+    let told = |(curve, (settings, answer)): (&Curve, &'a (Settings, Answer))| {
+        let (estimate, prior) = (&answer.estimates[0].1, &settings.prior);
+        Told { name: curve.axle, direction: curve.direction, estimate, prior }
     };
     overall(curves.iter().zip(found).map(told).collect())
 }
@@ -165,7 +207,7 @@ fn leave_files(
     config: &Tires,
     curves: &[Curve],
     found: &[(Settings, Answer)],
-    prepared: &Prepared,
+    (prepared, car): (&Prepared, &[(String, String)]),
     host: &mut dyn Host,
 ) {
     // The first method that was asked for is the one to go on with.
@@ -190,19 +232,48 @@ fn leave_files(
         methods: methods(found),
     });
     let facts = facts(prepared);
-    let page =
-        Page { title: "Tires", facts: &facts, sections: sections.collect(), ..Page::default() };
+    let overall = told(curves, found);
+    let page = Page {
+        title: "Tires",
+        overall: Some(&overall),
+        car,
+        facts: &facts,
+        sections: sections.collect(),
+        ..Page::default()
+    };
     page::leave(&page, host);
 }
 
 /// What was done to the recording, for people.
 fn facts(prepared: &Prepared) -> Vec<(String, String)> {
     let report = &prepared.report;
+    let Lost { rows, held, slow, gear_shift, gap, short, used } = report.lost;
     let mut facts = vec![
+        ("rows used".to_owned(), format!("{used} of {rows}")),
         ("rows at common instants".to_owned(), report.rows.to_string()),
         ("stretches".to_owned(), report.stretches.len().to_string()),
-        ("gear shifts".to_owned(), report.gear_shifts.to_string()),
     ];
+    let lost = [
+        ("rows that repeat the row before", held),
+        ("rows that are too slow", slow),
+        ("rows around gear shifts", gear_shift),
+        ("rows where a signal has a gap", gap),
+        ("rows in stretches that are too short", short),
+    ];
+    let lost = lost.into_iter().filter(|(_, count)| *count > 0);
+    facts.extend(lost.map(|(name, count)| (format!("{name}, not used"), count.to_string())));
+    facts.extend(report.offsets.iter().map(|offset| {
+        let from = match offset.source {
+            OffsetSource::Given => "given",
+            OffsetSource::Estimated => "estimated from straight driving",
+            OffsetSource::TooFewStraightSamples => "too little straight driving to tell",
+        };
+        let value = significant(offset.value, 3);
+        (
+            format!("offset of {}", offset.name),
+            format!("{value} {}, {from}", offset_unit(offset.name)),
+        )
+    }));
     let repeated = report.held.iter().filter(|(_, count)| **count > 0);
     facts.extend(
         repeated.map(|(name, count)| (format!("repeated rows of {name}"), count.to_string())),
@@ -212,6 +283,14 @@ fn facts(prepared: &Prepared) -> Vec<(String, String)> {
         (name, format!("{} of {} rows, {} outliers", points.used, points.rows, points.outliers))
     }));
     facts
+}
+
+fn offset_unit(name: &str) -> &'static str {
+    match name {
+        "r" => "rad/s",
+        "sideslip" => "rad",
+        _ => "m/s²",
+    }
 }
 
 /// Shows what went into and came out of each step. What went in is shown where nothing before it shows it.
