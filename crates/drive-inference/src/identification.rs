@@ -19,6 +19,7 @@ use crate::joint::{Joint, Marginal};
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
 use crate::noises::Noise;
 use crate::options::{DriveOptions, Formulation, Noises};
+use crate::pem::Optimum;
 use crate::points::{self, Point};
 use crate::posterior_samples::{self, Drawn, Request};
 use crate::progress::{Progress, with_progress};
@@ -106,7 +107,7 @@ struct Best {
     /// Gain of what the data asked for [nat].
     gains: Vec<(Addition, f64)>,
     minimum: Minimum,
-    optima: Vec<(Tires, f64)>,
+    optima: Vec<Optimum>,
     convergence: Convergence,
     likelihood: Likelihood,
 }
@@ -230,15 +231,17 @@ impl Run<'_> {
             held: unknowns.causes,
             std: options.error_std(),
         };
-        let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian);
+        let corners = corners(&options.prior.bounds);
+        let best = minimum.x.rows(0, SIZE).into_owned();
+        let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
         let explored = Explored {
             objective: &objective,
-            x: minimum.x.rows(0, SIZE).into_owned(),
+            x: best.clone(),
             cost: minimum.model.cost,
-            information: objective.of_tires(&minimum.model.hessian),
-            corners: corners(&options.prior.bounds),
+            information: objective.of_tires(&best, &minimum.model.hessian),
+            corners,
         };
-        let blocks = blocks(&joint, &minimum);
+        let blocks = blocks(&joint, &minimum, &explored.corners);
         let inputs: Vec<Drive> =
             self.recordings.iter().map(|drive| unknowns.causes.inputs(drive)).collect();
         let model = match options.method {
@@ -261,7 +264,7 @@ impl Run<'_> {
             scatter: scatter.as_ref(),
             seed: options.seed,
         };
-        let drawn = self.draw(&explored, &optima, &request)?;
+        let drawn = self.draw(&explored, &joint, &optima, &request)?;
         self.progress.report(0.7, "judging")?;
         let judge = verdict::Judge {
             explored: &explored,
@@ -302,13 +305,14 @@ impl Run<'_> {
     fn draw(
         &self,
         explored: &Explored,
-        optima: &[(Tires, f64)],
+        joint: &Joint,
+        optima: &[Optimum],
         request: &Request,
     ) -> Result<Drawn, Error> {
         let DriveOptions { method, posterior, .. } = *self.options;
         if posterior && method == Formulation::PredictionError {
             let go_on = || !self.progress.cancel.is_cancelled();
-            let drawn = posterior_samples::posterior(explored, optima, request, go_on);
+            let drawn = posterior_samples::posterior(explored, joint, optima, request, go_on);
             if self.progress.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }
@@ -321,7 +325,7 @@ impl Run<'_> {
 }
 
 /// Scores of the drives about a minimum.
-fn blocks(joint: &Joint, minimum: &Minimum) -> Blocks {
+fn blocks(joint: &Joint, minimum: &Minimum, corners: &[DVector<f64>; 2]) -> Blocks {
     let directions = joint.directions();
     let n = directions.len();
     let mut prior =
@@ -329,7 +333,13 @@ fn blocks(joint: &Joint, minimum: &Minimum) -> Blocks {
     let x = minimum.x.rows(0, n).into_owned();
     joint.add_prior(&x, &mut prior);
     let rows = joint.likelihood.rows(&joint.unknowns(&x), &directions);
-    let hessian = minimum.model.hessian.view((0, 0), (n, n)).into_owned();
+    let mut hessian = minimum.model.hessian.view((0, 0), (n, n)).into_owned();
+    for i in 0..SIZE {
+        // Of a uniform distribution in the box: finite where the data tell nothing.
+        let within = 12.0 / (corners[1][i] - corners[0][i]).powi(2);
+        prior.hessian[(i, i)] += within;
+        hessian[(i, i)] += within;
+    }
     Blocks::new(&rows, &hessian, prior.hessian)
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use tire_inference::parameters::Bounds;
 
 use crate::cause::{Cause, Causes};
+use crate::coordinates::Coordinates;
 use crate::explored::inverse;
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
 use crate::passes::SHORTEST;
@@ -132,39 +133,52 @@ impl Objective for Joint<'_> {
 }
 
 /// Cost of tires alone, with causes that follow them as their conditional mean does: `−ln` of the posterior with the causes
-/// integrated out, as far as they are normal given the tires.
+/// integrated out, as far as they are normal given the tires, and their mean is linear in [`Coordinates`].
 pub struct Marginal<'a> {
     joint: &'a Joint<'a>,
     best: DVector<f64>,
-    /// By how much the causes follow each parameter, less the sign: `H_φφ⁻¹ H_φθ`.
+    coordinates: Coordinates,
+    /// By how much the causes follow each coordinate, less the sign: `H_φφ⁻¹ H_φz`.
     follow: DMatrix<f64>,
 }
 
 impl<'a> Marginal<'a> {
-    /// About a minimum with its second derivatives.
-    pub fn new(joint: &'a Joint<'a>, best: &DVector<f64>, hessian: &DMatrix<f64>) -> Self {
+    /// About a minimum in a box, with its second derivatives.
+    pub fn new(
+        joint: &'a Joint<'a>,
+        best: &DVector<f64>,
+        hessian: &DMatrix<f64>,
+        corners: &[DVector<f64>; 2],
+    ) -> Self {
         let n = joint.active.len();
+        let coordinates = Coordinates::new(corners, &from_vector(best));
+        let by_z = coordinates.jacobian(&coordinates.point(&from_vector(best)));
         let given = inverse(&hessian.view((SIZE, SIZE), (n, n)).into_owned());
-        let follow = &given * hessian.view((SIZE, 0), (n, SIZE));
-        Self { joint, best: best.clone(), follow }
+        let follow = given * hessian.view((SIZE, 0), (n, SIZE)) * by_z;
+        Self { joint, best: best.clone(), coordinates, follow }
     }
 
     /// The point with the causes that follow some tires.
     pub fn with_causes(&self, theta: &DVector<f64>) -> DVector<f64> {
-        let moved = theta - self.best.rows(0, SIZE);
+        let z = |x: &DVector<f64>| self.coordinates.point(&from_vector(x));
+        let moved = z(theta) - z(&self.best);
         let causes = self.best.rows(SIZE, self.joint.active.len()) - &self.follow * moved;
         DVector::from_iterator(self.best.len(), theta.iter().chain(causes.iter()).copied())
     }
 
+    /// By how much the causes follow each parameter, less the sign.
+    fn by_tires(&self, theta: &DVector<f64>) -> DMatrix<f64> {
+        let by_z = self.coordinates.jacobian(&self.coordinates.point(&from_vector(theta)));
+        &self.follow * by_z.try_inverse().unwrap_or_else(|| DMatrix::zeros(SIZE, SIZE))
+    }
+
     /// Second derivatives by the tires with the causes following, from those by all.
-    pub fn of_tires(&self, hessian: &DMatrix<f64>) -> DMatrix<f64> {
-        let n = self.joint.active.len();
+    pub fn of_tires(&self, theta: &DVector<f64>, hessian: &DMatrix<f64>) -> DMatrix<f64> {
+        let (n, follow) = (self.joint.active.len(), self.by_tires(theta));
         let cross = hessian.view((0, SIZE), (SIZE, n));
         let causes = hessian.view((SIZE, SIZE), (n, n));
-        hessian.view((0, 0), (SIZE, SIZE))
-            - cross * &self.follow
-            - self.follow.tr_mul(&cross.transpose())
-            + self.follow.tr_mul(&(causes * &self.follow))
+        hessian.view((0, 0), (SIZE, SIZE)) - cross * &follow - follow.tr_mul(&cross.transpose())
+            + follow.tr_mul(&(causes * &follow))
     }
 }
 
@@ -174,11 +188,10 @@ impl Objective for Marginal<'_> {
         let n = self.joint.active.len();
         let [tires, others] = [joint.gradient.rows(0, SIZE), joint.gradient.rows(SIZE, n)];
         // By the chain rule along the causes that follow.
-        let hessian = self.of_tires(&joint.hessian);
         Model {
             cost: joint.cost,
-            gradient: tires - self.follow.tr_mul(&others),
-            hessian,
+            gradient: tires - self.by_tires(theta).tr_mul(&others),
+            hessian: self.of_tires(theta, &joint.hessian),
             scale: joint.scale,
         }
     }

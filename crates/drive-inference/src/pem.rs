@@ -1,5 +1,6 @@
 //! Maximises the likelihood of prediction errors over the parameters of both tires, the noises, and errors of sensors and car.
 
+use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
 use numerics::sqp::{self, Minimum};
 use tire_inference::parameters::Bounds;
@@ -36,10 +37,21 @@ pub struct Maximum {
     pub gains: Vec<(Addition, f64)>,
     /// The minimum of the negative logarithm, for its second derivatives.
     pub minimum: Minimum,
-    /// Different optima, best first, with their costs.
-    pub optima: Vec<(Tires, f64)>,
+    /// Different optima, best first.
+    pub optima: Vec<Optimum>,
     /// How it was reached.
     pub convergence: Convergence,
+}
+
+/// One of several optima.
+#[derive(Clone, Debug)]
+pub struct Optimum {
+    /// Tires and errors.
+    pub x: DVector<f64>,
+    /// The cost there.
+    pub cost: f64,
+    /// Its second derivatives.
+    pub hessian: DMatrix<f64>,
 }
 
 /// What is maximised.
@@ -222,7 +234,12 @@ impl Problem<'_> {
         let minima = different(minima, f64::INFINITY);
         let minimum = minima[0].clone();
         let unknowns = joint.unknowns(&minimum.x);
-        let optima: Vec<_> = minima.iter().map(|m| (from_vector(&m.x), m.model.cost)).collect();
+        let optimum = |Minimum { x, model, .. }: Minimum| Optimum {
+            x,
+            cost: model.cost,
+            hessian: model.hessian,
+        };
+        let optima: Vec<_> = minima.into_iter().map(optimum).collect();
         let convergence = convergence(&minimum, starts, optima.len(), evaluations);
         Maximum { unknowns, active, gains, minimum, optima, convergence, likelihood }
     }

@@ -17,7 +17,9 @@ use tire_inference::variational;
 use crate::adequacy::Scatter;
 use crate::coordinates::Coordinates;
 use crate::explored::{Explored, inverse, of_axle};
-use crate::tires::{SIZE, Tires, block, from_vector, to_vector};
+use crate::joint::Joint;
+use crate::pem::Optimum;
+use crate::tires::{SIZE, Tires, block, from_vector};
 use crate::variational::{DriveDensity, Variational};
 
 /// How many there are.
@@ -71,40 +73,39 @@ pub struct Request<'a> {
 /// are from the normal distribution. `None` if the work was called off, or the cost has no curvature.
 pub fn posterior(
     explored: &Explored,
-    optima: &[(Tires, f64)],
+    joint: &Joint,
+    optima: &[Optimum],
     &Request { prior, slip_range, svi, noise_std, scatter, seed }: &Request,
     go_on: impl Fn() -> bool,
 ) -> Option<Drawn> {
     let best = from_vector(&explored.x);
     let coordinates = Coordinates::new(&explored.corners, &best);
-    let density = DriveDensity { explored, coordinates: &coordinates };
+    let (errors, cost) = (joint.active.len(), explored.cost);
+    let coordinates = &coordinates;
+    let density = DriveDensity { objective: joint, errors, cost, coordinates };
     let log_density = |points: &[DVector<f64>]| density.logs(points);
-    let about = |tires: &Tires, information: &DMatrix<f64>| {
-        let z = coordinates.point(tires);
-        let covariance = inverse(&coordinates.information(&z, information));
-        (z, covariance)
-    };
-    let others =
-        optima.iter().filter(|(tires, cost)| *tires != best && *cost < explored.cost + COMPETITIVE);
-    let others = others.map(|(tires, _)| {
-        let model = explored.objective.model(&to_vector(tires));
-        about(tires, &model.hessian)
-    });
-    let mut starts: Vec<_> =
-        std::iter::once(about(&best, &explored.information)).chain(others).collect();
-    let variational = if svi { Variational::fit(&density, starts[0].clone(), seed) } else { None };
-    if let Some(variational) = &variational {
+    let competitive = |optimum: &&Optimum| optimum.cost < explored.cost + COMPETITIVE;
+    let mut starts: Vec<_> = optima
+        .iter()
+        .filter(competitive)
+        .map(|optimum| density.about(&optimum.x, &optimum.hessian))
+        .collect();
+    // Of the tires alone: errors follow them.
+    let of_tires = DriveDensity { objective: explored.objective, errors: 0, cost, coordinates };
+    let start = of_tires.about(&explored.x, &explored.information);
+    let variational = if svi { Variational::fit(&of_tires, start, seed) } else { None };
+    if let (Some(variational), 0) = (&variational, errors) {
         starts[0] = variational.moments();
     }
     let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
     let even = sampled.is_exact();
     let axles = if even {
-        let widen = scatter.and_then(|scatter| widening(scatter, &coordinates, &best));
+        let widen = scatter.and_then(|scatter| widening(scatter, coordinates, &best));
         let centre = coordinates.point(&best);
         let tires = |index: usize| {
-            let z = &sampled.points[index];
-            let wide = widen.as_ref().map(|widen| &centre + widen * (z - &centre));
-            coordinates.parameters(wide.as_ref().unwrap_or(z)).map(|(it, _)| it)
+            let z = sampled.points[index].rows(0, SIZE).into_owned();
+            let wide = widen.as_ref().map(|widen| &centre + widen * (&z - &centre));
+            coordinates.parameters(wide.as_ref().unwrap_or(&z)).map(|(it, _)| it)
         };
         let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
         let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
@@ -134,7 +135,10 @@ pub fn posterior(
     let svi = variational.map(|variational| {
         let correction = sampled.diagnosis;
         let known = (explored, &prior);
-        let report = |axle| variational.report(axle, known, noise_std, correction, starts.len());
+        let report = |axle| {
+            let counts = [starts.len(), errors];
+            variational.report(axle, known, noise_std, correction, counts)
+        };
         let reports = Axles::new(report);
         (variational.gaussian, reports)
     });
