@@ -1,4 +1,5 @@
 //! Holds every residual of a pass with its derivatives: for any number of unknowns, and for sums over parts of a drive.
+#![allow(clippy::needless_range_loop, reason = "indices as in the equations")]
 
 use nalgebra::{DMatrix, DVector};
 use numerics::tangent::{DIRECTIONS, Tangent};

@@ -1,4 +1,5 @@
 //! The extended Kalman filter of [`crate::filter`] with more states: slips that relax, and noises that last from row to row.
+#![allow(clippy::needless_range_loop, reason = "indices as in the equations")]
 
 use numerics::scalar::Scalar;
 
