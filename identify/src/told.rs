@@ -49,6 +49,11 @@ pub struct Overall<'a> {
 }
 
 impl Overall<'_> {
+    /// The verdict in a sentence.
+    pub fn verdict(&self) -> String {
+        self.summary().swap_remove(0)
+    }
+
     /// Sentences, of which the first has the verdict.
     pub fn summary(&self) -> Vec<String> {
         let known = match (self.model.sentence.as_str(), self.model.verdict) {

@@ -223,7 +223,8 @@ fn leave_files(
             direction: curve.direction,
         })
         .collect();
-    host.file("tires.toml", &start_values::write(&tires));
+    let overall = told(curves, found);
+    host.file("tires.toml", &start_values::write(&tires, &overall.verdict()));
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,
         direction: curve.direction,
@@ -232,7 +233,6 @@ fn leave_files(
         methods: methods(found),
     });
     let facts = facts(prepared);
-    let overall = told(curves, found);
     let page = Page {
         title: "Tires",
         overall: Some(&overall),
