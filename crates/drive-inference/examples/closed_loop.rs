@@ -2,7 +2,7 @@
 //!
 //! `closed_loop [--known-noise] [--profile] [--compare] [--svi] [--em PASSES] [--seeds N] [--only NAME]` simulates; `--chirp` with slip far below the
 //! peak; `closed_loop run.csv` identifies from a recording of
-//! `scenarios/limit_handling.toml`, of the default tires unless `--tires B,C,D,E,B,C,D,E` says otherwise.
+//! `scenarios/limit_handling.toml`, or of columns t, v_x, v_y, r, a_y, F_x, delta, of the default tires unless `--tires B,C,D,E,B,C,D,E` says otherwise.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 #[path = "../tests/support/drive.rs"]
@@ -111,6 +111,10 @@ fn report(name: &str, found: &Identified, truth: &Tires, car: &Vehicle, seconds:
             );
             println!("      {:.1?}", em.log_likelihood);
         }
+    }
+    println!("    {}", found.model.sentence);
+    for cause in &found.causes {
+        println!("    {}", cause.sentence);
     }
     let innovations = &found.innovations;
     println!(
@@ -226,18 +230,19 @@ fn read(path: &str) -> Result<Drive, Box<dyn std::error::Error>> {
     let parsed: Result<Vec<Vec<f64>>, _> =
         lines.map(|line| line.split(',').map(str::parse).collect()).collect();
     let rows = parsed?;
-    let column = |name: &str| -> Result<Vec<f64>, String> {
-        let i = head.iter().position(|h| *h == name).ok_or(format!("no column {name}"))?;
+    let column = |names: [&str; 2]| -> Result<Vec<f64>, String> {
+        let is = |title: &&str| names.contains(title);
+        let i = head.iter().position(is).ok_or(format!("no column {}", names.join(" or ")))?;
         Ok(rows.iter().map(|row| row[i]).collect())
     };
     Ok(Drive {
-        t: column("time")?,
-        v_x: column("estimator.v_x_meas")?,
-        v_y: column("estimator.v_y_meas")?,
-        r: column("estimator.r_meas")?,
-        a_y: column("estimator.a_y_meas")?,
-        F_x: column("plant.F_x")?,
-        delta: column("plant.delta")?,
+        t: column(["time", "t"])?,
+        v_x: column(["estimator.v_x_meas", "v_x"])?,
+        v_y: column(["estimator.v_y_meas", "v_y"])?,
+        r: column(["estimator.r_meas", "r"])?,
+        a_y: column(["estimator.a_y_meas", "a_y"])?,
+        F_x: column(["plant.F_x", "F_x"])?,
+        delta: column(["plant.delta", "delta"])?,
     })
 }
 

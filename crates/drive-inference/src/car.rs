@@ -97,15 +97,15 @@ impl Recorded {
         Self { delta: input.delta, rate, sin, cos, F_xf, F_xr, pushing }
     }
 
-    /// The input as a number of the same kind as `like`, without errors.
+    /// The input with longitudinal forces that are a factor of the recorded ones, and no other errors.
     #[inline(always)]
-    pub fn exact<T: Scalar>(&self, like: T) -> Held<T> {
+    pub fn pushed<T: Scalar>(&self, factor: T) -> Held<T> {
         Held {
-            delta: like.constant(self.delta),
-            sin: like.constant(self.sin),
-            cos: like.constant(self.cos),
-            F_xf: like.constant(self.F_xf),
-            F_xr: like.constant(self.F_xr),
+            delta: factor.constant(self.delta),
+            sin: factor.constant(self.sin),
+            cos: factor.constant(self.cos),
+            F_xf: factor * self.F_xf,
+            F_xr: factor * self.F_xr,
         }
     }
 }

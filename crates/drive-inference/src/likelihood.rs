@@ -74,10 +74,9 @@ impl Unknowns {
         Self { tires: *tires, causes: Causes::default(), noise: *noise }
     }
 
-    /// Whether tires and white noises are all there is.
+    /// Whether sensors are right and their noises white.
     fn is_plain(&self) -> bool {
-        self.causes == Causes::default()
-            && Width::of(&self.causes, &self.noise, &[]) == Width::Narrow
+        Width::of(&self.causes, &self.noise, &[]) == Width::Narrow
     }
 
     /// As numbers with derivatives along up to eight directions.
@@ -258,8 +257,11 @@ impl Likelihood {
                 simd.vectorize(Relaxed { likelihood: self, unknowns, visit, shortest })
             }
             Width::Coloured => simd.vectorize(Coloured { likelihood: self, unknowns, visit }),
-            Width::Narrow => {
+            Width::Erring => {
                 simd.vectorize(Pass::<_, _, true> { likelihood: self, unknowns, visit })
+            }
+            Width::Narrow => {
+                simd.vectorize(Pass::<_, _, false> { likelihood: self, unknowns, visit })
             }
         }
     }
@@ -293,7 +295,7 @@ impl Likelihood {
                 arch.dispatch(Relaxed { likelihood: self, unknowns, visit, shortest }).0
             }
             Width::Coloured => arch.dispatch(Coloured { likelihood: self, unknowns, visit }).0,
-            Width::Narrow if several.iter().any(|(_, causes)| *causes != Causes::default()) => {
+            Width::Erring => {
                 arch.dispatch(Pass::<_, _, true> { likelihood: self, unknowns, visit }).0
             }
             Width::Narrow => {
@@ -320,7 +322,7 @@ impl Likelihood {
             Width::Coloured => {
                 arch.dispatch(Coloured { likelihood: self, unknowns, visit });
             }
-            Width::Narrow => {
+            Width::Erring | Width::Narrow => {
                 arch.dispatch(Pass::<_, _, true> { likelihood: self, unknowns, visit });
             }
         }

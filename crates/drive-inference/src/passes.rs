@@ -29,7 +29,7 @@ pub struct Numbers<T> {
     pub colours: [Colour<T>; 4],
 }
 
-/// One pass over all recordings, with errors of sensors and car if `ERRORS`. It is a type of its own since the widest vector
+/// One pass over all recordings, with errors of sensors and inputs if `ERRORS`; those of the car cost nothing. It is a type of its own since the widest vector
 /// instructions of the machine reach only what is inlined into it, and of a closure the compiler would not inline this much.
 pub struct Pass<'a, T, V, const ERRORS: bool> {
     /// The recordings.
@@ -48,13 +48,13 @@ impl<T: Scalar, V: Visit<T>, const ERRORS: bool> pulp::WithSimd for Pass<'_, T, 
         let Likelihood { car, delays, recordings, .. } = self.likelihood;
         let Numbers { tires, causes, noise, .. } = self.unknowns;
         let inputs = InputErrors::new(&causes, delays.inputs);
-        let like = noise.sensor[0];
+        let factor = causes[Cause::ForceGain] + 1.0;
         let sensors = Sensors::new(&causes, &delays.sensors);
         let filter = Filter::<T, ERRORS> { car: Car::new(car, &causes), tires, noise, sensors };
         for (recording, Prepared { first, samples, first_row }) in recordings.iter().enumerate() {
             let mut belief = start(&filter.sensors.state(first), &noise);
             for (k, sample) in samples.iter().enumerate() {
-                let u = if ERRORS { inputs.correct(&sample.u) } else { sample.u.exact(like) };
+                let u = if ERRORS { inputs.correct(&sample.u) } else { sample.u.pushed(factor) };
                 let innovation =
                     filter.step(&mut belief, &u, sample.h, sample.steps, &sample.measured);
                 self.visit.visit(recording, first_row + k + 1, &innovation, &belief);
@@ -140,6 +140,8 @@ where
 pub enum Width {
     /// That of four states.
     Narrow,
+    /// The same with errors of sensors and inputs.
+    Erring,
     /// One with noises that last.
     Coloured,
     /// One with slips that relax over this length or more [m].
@@ -155,7 +157,16 @@ impl Width {
         }
         let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
         let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
-        if along || lasts { Self::Coloured } else { Self::Narrow }
+        let of_sensor = |cause: &Cause| !Cause::CAR.contains(cause);
+        let errs = Cause::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
+        let sought = |direction: &Direction| matches!(direction, Direction::Cause(cause) if of_sensor(cause));
+        if along || lasts {
+            Self::Coloured
+        } else if errs || directions.iter().any(sought) {
+            Self::Erring
+        } else {
+            Self::Narrow
+        }
     }
 
     /// The one that serves two points.
@@ -164,6 +175,7 @@ impl Width {
             (Self::Relaxed(a), Self::Relaxed(b)) => Self::Relaxed(a.min(b)),
             (Self::Relaxed(a), _) | (_, Self::Relaxed(a)) => Self::Relaxed(a),
             (Self::Coloured, _) | (_, Self::Coloured) => Self::Coloured,
+            (Self::Erring, _) | (_, Self::Erring) => Self::Erring,
             _ => Self::Narrow,
         }
     }

@@ -26,7 +26,7 @@ fn winged() -> Vehicle {
 
 /// What holding an input does.
 fn held(car: &Vehicle, F_x: f64, delta: f64) -> Held<f64> {
-    Recorded::new(car, &Input { F_x, delta }, [0.0; 2]).exact(0.0)
+    Recorded::new(car, &Input { F_x, delta }, [0.0; 2]).pushed(1.0)
 }
 
 fn exact(car: &Vehicle) -> Car<f64> {
