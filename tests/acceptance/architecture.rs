@@ -83,7 +83,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
     ("preparation", &["numerics", "vehicle"]),
     ("tire-inference", &["numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
-    ("identify", &["drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "vehicle"]),
+    ("identify", &["drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "units", "vehicle"]),
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),
