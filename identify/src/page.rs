@@ -1,7 +1,10 @@
 //! Writes `tires.html`: the identified tires on one page that needs nothing but a browser.
 
+pub mod car;
 mod curves;
 mod drives;
+mod head;
+mod misfit;
 pub mod names;
 mod replay;
 mod studies;
@@ -11,9 +14,9 @@ use std::fmt::Write;
 use curves::Figures;
 pub use drives::Drives;
 use html_page::escape;
-use names::{ORDER, class, describe, unit, words};
+use names::{ORDER, class, describe, the_box, uncertainty, unit, words};
 use numerics::convergence::Status;
-use numerics::text::{significant, with_std};
+use numerics::text::{decimals, significant, with_std};
 use plugin::Host;
 use preparation::direction::Direction;
 use preparation::samples::Samples;
@@ -25,13 +28,18 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::ByName;
 
 use crate::studies::{excitation, sensitivity};
+use crate::told::Overall;
 
 /// All that the page shows. What is absent has no section.
 #[derive(Clone, Debug, Default)]
 pub struct Page<'a> {
     /// Title.
     pub title: &'a str,
-    /// Facts of the run: name and value.
+    /// What was found as a whole.
+    pub overall: Option<&'a Overall<'a>>,
+    /// The car: name and value.
+    pub car: &'a [(String, String)],
+    /// The log, and what was done to it: name and value.
     pub facts: &'a [(String, String)],
     /// One section for each axle and direction.
     pub sections: Vec<Section<'a>>,
@@ -71,6 +79,10 @@ pub struct MethodSection<'a> {
     pub gaussian: Option<&'a PosteriorSamples>,
 }
 
+/// The banner of the verdict.
+const STYLE: &str = ".banner { padding: 10px 14px; border-left: 6px solid; max-width: none; font-size: 17px; }\n\
+                     .banner b { margin-right: 10px; } li { max-width: 76ch; } table th:first-child { min-width: 9em; }\n";
+
 /// Leaves the page as a file, and for the replay what it shows of each tire.
 pub fn leave(page: &Page, host: &mut dyn Host) {
     let figures: Vec<Figures> = page.sections.iter().map(Figures::of).collect();
@@ -83,21 +95,17 @@ pub fn leave(page: &Page, host: &mut dyn Host) {
 /// The page, with the figures of its sections.
 fn render(page: &Page, figures: &[Figures]) -> String {
     let mut html = String::new();
+    head::head(&mut html, page);
     if page.drives.is_some() {
-        let mut first = page.sections.iter().filter_map(|section| section.methods.first());
-        let exact = first.all(|method| method.estimate.source == UncertaintySource::Importance);
-        let of = match exact {
-            true => "the posterior, the prior being flat in the box",
-            false => "a normal distribution in the box, as the curvature of the cost says",
-        };
-        let _ = writeln!(
-            html,
+        html.push_str(
             "<p class=\"faint\">Dots are forces of smoothed states over loads: to be seen, the deciding method does not use \
-             them. Bands and densities are those of {of}.</p>"
+             them.</p>\n",
         );
     }
     for (section, figures) in page.sections.iter().zip(figures) {
-        write_section(&mut html, section, figures);
+        // Smoothed forces are not what the deciding method of drives is to explain.
+        let misfit = if page.drives.is_none() { figures.misfit() } else { String::new() };
+        write_section(&mut html, section, figures, &misfit);
     }
     if let Some(drives) = &page.drives {
         html.push_str(&drives::drives(drives));
@@ -125,29 +133,24 @@ fn render(page: &Page, figures: &[Figures]) -> String {
         );
         html.push_str(&studies::sensitivity(study));
     }
-    if !page.facts.is_empty() {
-        html.push_str("<h2>Run</h2>\n<table>\n");
-        for (name, value) in page.facts {
-            let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
-        }
-        html.push_str("</table>\n");
-    }
-    html_page::page(page.title, "", &html)
+    html_page::page(page.title, STYLE, &html)
 }
 
-fn write_section(html: &mut String, section: &Section, figures: &Figures) {
+fn write_section(html: &mut String, section: &Section, figures: &Figures, misfit: &str) {
     let _ = writeln!(html, "<h2>{}</h2>", escape(section.name));
     if let Some(first) = section.methods.first() {
         let estimate = first.estimate;
         let [low, high] = estimate.slip_range.map(|slip| section.direction.slip(slip));
         let _ = writeln!(
             html,
-            "<p class=\"faint\">{} samples with slip from {low} to {high}. Outside of it the curve is an \
-             extrapolation.</p>",
-            estimate.samples
+            "<p class=\"faint\">{} samples with slip from {low} to {high}. Outside of it the curve is an extrapolation. {} {}</p>",
+            estimate.samples,
+            uncertainty(estimate.source),
+            escape(&the_box(section.prior))
         );
     }
     html.push_str(&figures.curve());
+    html.push_str(misfit);
     html.push_str("<h3>What the data can tell</h3>\n");
     if let Some(first) = section.methods.first() {
         write_verdicts(html, first.estimate, section.direction);
@@ -180,11 +183,16 @@ fn write_check(html: &mut String, check: &Predictive) {
 }
 
 fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) {
-    html.push_str("<table>\n<tr><th>Quantity</th><th>Value</th><th>95 % interval</th><th>Verdict</th><th>Why</th></tr>\n");
+    html.push_str("<table class=\"stack\">\n<tr><th>Quantity</th><th>Value</th><th>95 % interval</th><th>Verdict</th><th>Why</th></tr>\n");
     for name in ORDER.into_iter().filter(|&name| estimate.mean.contains_key(name)) {
         let number =
             |map: &tire_inference::quantity::ByName| map.get(name).copied().unwrap_or(f64::NAN);
         let interval = estimate.interval.get(name).copied().unwrap_or([f64::NAN; 2]);
+        let places = decimals(number(&estimate.mean), number(&estimate.std));
+        let plain = |end: f64| match end.is_finite() {
+            true => format!("{end:.places$}"),
+            false => "–".to_owned(),
+        };
         let verdict = estimate.identified.get(name).copied();
         let held = if estimate.fixed.iter().any(|fixed| fixed == name) {
             " (held at the prior)"
@@ -197,8 +205,8 @@ fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) 
              <td class=\"number\">{} … {}</td><td class=\"verdict {}\">{}</td><td>{}</td></tr>",
             describe(name, direction),
             with_std(number(&estimate.mean), number(&estimate.std)),
-            significant(interval[0], 4),
-            significant(interval[1], 4),
+            plain(interval[0]),
+            plain(interval[1]),
             verdict.map_or("", class),
             verdict.map_or("–", words),
             escape(estimate.reason.get(name).map_or("", String::as_str))
@@ -212,7 +220,7 @@ fn write_methods(html: &mut String, section: &Section) {
     let names = ["B", "C", "D", "E", "K"];
     names.iter().for_each(|name| html.push_str(&format!("<th>{name}</th>")));
     html.push_str(
-        "<th>Noise</th><th>At a bound</th><th>End</th><th>Iterations</th><th>Optima</th><th>Time</th><th>Uncertainty of</th></tr>\n",
+        "<th>Noise</th><th>At a bound</th><th>End</th><th>Time</th><th>Uncertainty of</th></tr>\n",
     );
     let values = |html: &mut String, mean: &ByName, std: &ByName| {
         for name in names {
@@ -228,7 +236,7 @@ fn write_methods(html: &mut String, section: &Section) {
         let convergence = &estimate.convergence;
         let _ = writeln!(
             html,
-            "<td class=\"number\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"number\">{} s</td>\
+            "<td class=\"number\">{}</td><td>{}</td><td>{}, iterations: {}, optima: {}</td><td class=\"number\">{} s</td>\
              <td>{}</td></tr>",
             significant(estimate.noise_std, 3),
             escape(&if estimate.at_bound.is_empty() {
@@ -253,7 +261,7 @@ fn write_methods(html: &mut String, section: &Section) {
             values(html, &variational.mean, &variational.std);
             let _ = writeln!(
                 html,
-                "<td class=\"number\">{}</td><td></td><td>{}</td><td>{}</td><td></td><td></td><td>k-hat {}</td></tr>",
+                "<td class=\"number\">{}</td><td></td><td>{}, steps: {}</td><td></td><td>k-hat {}</td></tr>",
                 significant(variational.noise_std, 3),
                 end(variational.status),
                 variational.steps,

@@ -6,10 +6,11 @@ use serde_json::{Map, Value, json};
 use tire_inference::estimate::Estimate;
 use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use tire_inference::parameters::{Parameter, curve};
+use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Verdict;
 
-use crate::page::names::{ORDER, unit, words};
+use crate::page::names::{ORDER, the_box, unit, words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +21,8 @@ pub struct Told<'a> {
     pub direction: Direction,
     /// What is published of it.
     pub estimate: &'a Estimate,
+    /// What was known before.
+    pub prior: &'a Prior,
 }
 
 impl Told<'_> {
@@ -61,6 +64,9 @@ impl Overall<'_> {
         if !bounded.is_empty() {
             sentences.push(format!("On a bound of the box: {bounded}."));
         }
+        let mut boxes: Vec<_> = self.curves.iter().map(|told| the_box(told.prior)).collect();
+        boxes.dedup();
+        sentences.extend(boxes);
         sentences
     }
 

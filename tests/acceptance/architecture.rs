@@ -63,7 +63,7 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 24] = [
+const ARROWS: [(&str, &[&str]); 25] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
@@ -81,6 +81,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
     ("cosim", &["diagnostics", "expression", "fmu-import", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
+    ("drive-doctor", &["numerics", "preparation"]),
     ("tire-inference", &["numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
     ("identify", &["drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "units", "vehicle"]),

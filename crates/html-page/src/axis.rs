@@ -1,5 +1,13 @@
 //! Places values on an axis and finds round ones for its ticks.
 
+/// Space between two texts [px].
+const CLEAR: f64 = 8.0;
+/// An axis with more decades between its ticks would have none.
+const MOST_DECADES: i32 = 300;
+
+/// A value and its text.
+pub type Tick = (f64, String);
+
 /// An axis of a plot.
 #[derive(Clone, Debug)]
 pub struct Axis {
@@ -67,16 +75,38 @@ impl Axis {
         }
     }
 
-    /// Round values from end to end, with their text.
-    pub fn ticks(&self, about: f64) -> Vec<(f64, String)> {
-        if self.logarithmic {
-            let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
-            let round = decades.flat_map(|decade| {
-                [1.0, 2.0, 5.0].map(|mantissa| mantissa * 10.0_f64.powi(decade))
-            });
-            let inside = round.filter(|tick| (self.low * 0.999..=self.high * 1.001).contains(tick));
-            return inside.map(|tick| (tick, power(tick))).collect();
-        }
+    /// Round values from end to end, with their texts, as many as fit a length [px] with `spacing` [px] between them and no text on
+    /// another: `size` is that of a text [px].
+    pub fn ticks(&self, length: f64, spacing: f64, size: impl Fn(&str) -> f64) -> Vec<Tick> {
+        let room = |ticks: &Vec<Tick>| {
+            ticks.windows(2).all(|pair| {
+                let apart = (self.share(pair[1].0) - self.share(pair[0].0)) * length;
+                apart >= 0.5 * (size(&pair[0].1) + size(&pair[1].1)) + CLEAR
+            })
+        };
+        let most = (length / spacing).floor().max(1.0) as i32;
+        let linear = (1..=most).rev().map(|about| self.linear_ticks(f64::from(about)));
+        let logarithmic = self.logarithmic.then(|| {
+            let fine = [&[1.0, 2.0, 5.0][..], &[1.0, 3.0]].map(|digits| self.decades(1, digits));
+            let coarse = (1..=MOST_DECADES).map(|every| self.decades(every, &[1.0]));
+            fine.into_iter().chain(coarse).filter(|ticks| ticks.len() > 1)
+        });
+        let found = logarithmic.into_iter().flatten().chain(linear).find(room);
+        found.unwrap_or_default()
+    }
+
+    /// Multiples of every so many powers of ten.
+    fn decades(&self, every: i32, digits: &[f64]) -> Vec<Tick> {
+        let ends = [self.low.log10().floor() as i32, self.high.log10().ceil() as i32];
+        let decades = (ends[0]..=ends[1]).filter(|decade| decade % every == 0);
+        let round = decades
+            .flat_map(|decade| digits.iter().map(move |digit| digit * 10.0_f64.powi(decade)));
+        let inside = round.filter(|tick| (self.low * 0.999..=self.high * 1.001).contains(tick));
+        inside.map(|tick| (tick, power(tick))).collect()
+    }
+
+    /// Multiples of 1, 2 or 5 times a power of ten, hardly more than `about`.
+    fn linear_ticks(&self, about: f64) -> Vec<Tick> {
         let rough = (self.high - self.low) / about;
         let decade = 10.0_f64.powf(rough.log10().floor());
         let step = decade
@@ -84,10 +114,8 @@ impl Axis {
         let decimals = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
         let first = (self.low / step).ceil() as i64;
         let last = (self.high / step).floor() as i64;
-        (first..=last)
-            .map(|k| k as f64 * step)
-            .map(|tick| (tick, format!("{tick:.decimals$}")))
-            .collect()
+        let ticks = (first..=last).map(|k| k as f64 * step);
+        ticks.map(|tick| (tick, format!("{tick:.decimals$}"))).collect()
     }
 }
 
@@ -104,17 +132,45 @@ fn power(value: f64) -> String {
 mod tests {
     use super::*;
 
+    /// With letters 7 px wide.
+    fn texts(axis: &Axis, length: f64) -> Vec<String> {
+        let ticks = axis.ticks(length, 55.0, |text| 7.0 * text.chars().count() as f64);
+        ticks.into_iter().map(|tick| tick.1).collect()
+    }
+
     #[test]
     fn ticks_are_round_and_inside() {
-        let texts = |axis: Axis| axis.ticks(5.0).into_iter().map(|tick| tick.1).collect::<Vec<_>>();
-        assert_eq!(texts(Axis::linear("", 0.0, 1.0)), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        assert_eq!(texts(Axis::linear("", -130.0, 210.0)), ["-100", "0", "100", "200"]);
-        assert_eq!(texts(Axis::linear("", 1.4981, 1.5024)), ["1.499", "1.500", "1.501", "1.502"]);
-        assert_eq!(
-            texts(Axis::logarithmic("", 1.0, 100.0)),
-            ["1", "2", "5", "10", "20", "50", "100"]
-        );
-        assert_eq!(texts(Axis::logarithmic("", 3e-5, 3e-4)), ["5e-5", "0.0001", "0.0002"]);
+        let of = |axis: Axis| texts(&axis, 300.0);
+        assert_eq!(of(Axis::linear("", 0.0, 1.0)), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(of(Axis::linear("", -130.0, 210.0)), ["-100", "0", "100", "200"]);
+        assert_eq!(of(Axis::linear("", 1.4981, 1.5024)), ["1.499", "1.500", "1.501", "1.502"]);
+        assert_eq!(of(Axis::logarithmic("", 1.0, 100.0)), ["1", "2", "5", "10", "20", "50", "100"]);
+        assert_eq!(of(Axis::logarithmic("", 3e-5, 3e-4)), ["5e-5", "0.0001", "0.0002"]);
+        // No decade starts inside: round numbers between.
+        assert_eq!(of(Axis::logarithmic("", 2.1, 4.9)), ["3", "4"]);
+    }
+
+    #[test]
+    fn no_text_stands_on_another() {
+        for axis in [
+            Axis::logarithmic("", 1e-12, 1e9),
+            Axis::logarithmic("", 1e-150, 1e150),
+            Axis::logarithmic("", 0.9, 1.1),
+            Axis::linear("", -1.23e5, 1.24e5),
+            Axis::linear("", 0.000_123_1, 0.000_123_9),
+            Axis::linear("", 1e9, 1e9 + 3.0),
+        ] {
+            for length in [60.0, 130.0, 266.0, 1000.0] {
+                let width = |text: &str| 7.0 * text.chars().count() as f64;
+                let ticks = axis.ticks(length, 55.0, width);
+                for pair in ticks.windows(2) {
+                    let [a, b] = [&pair[0], &pair[1]].map(|tick| axis.share(tick.0) * length);
+                    let clear = b - a - 0.5 * (width(&pair[0].1) + width(&pair[1].1));
+                    assert!(clear >= CLEAR, "{axis:?} {length} {ticks:?}");
+                }
+                assert!(length < 200.0 || !ticks.is_empty(), "{axis:?} {length}");
+            }
+        }
     }
 
     #[test]

@@ -3,15 +3,41 @@
 use std::fmt::Write;
 
 use crate::STYLE;
+use crate::axis::Tick;
 use crate::escape::escape;
 use crate::plot::{Layer, Plot, Shape};
 
-/// Space for the labels of the axes [px]: left, right, top, bottom.
-const MARGIN: [f64; 4] = [70.0, 14.0, 10.0, 44.0];
+/// Space for the labels of the axes [px]: left at least, right, top, bottom.
+const MARGIN: [f64; 4] = [70.0, 24.0, 10.0, 44.0];
+/// Width of a digit, height of a line, and space for the label of the upward axis [px].
+const DIGIT: f64 = 7.0;
+const LINE: f64 = 12.0;
+const LABEL: f64 = 30.0;
+/// Usual space between ticks, to the right and upwards [px].
+const SPACING: [f64; 2] = [55.0, 30.0];
+
+/// Width of a number [px].
+fn width(text: &str) -> f64 {
+    DIGIT * text.chars().count() as f64
+}
 
 impl Plot {
+    fn height(&self) -> f64 {
+        self.size[1] - MARGIN[2] - MARGIN[3]
+    }
+
     fn area(&self) -> [f64; 2] {
-        [self.size[0] - MARGIN[0] - MARGIN[1], self.size[1] - MARGIN[2] - MARGIN[3]]
+        [self.size[0] - self.left() - MARGIN[1], self.height()]
+    }
+
+    fn y_ticks(&self) -> Vec<Tick> {
+        self.y.ticks(self.height(), SPACING[1], |_| LINE)
+    }
+
+    /// Space for the numbers of the upward axis and its label [px].
+    fn left(&self) -> f64 {
+        let widths = self.y_ticks().into_iter().map(|(_, text)| LABEL + width(&text));
+        widths.fold(MARGIN[0], f64::max)
     }
 
     /// Position in the drawing area [px]. Far outside is cut: browsers lose digits of large coordinates.
@@ -93,8 +119,10 @@ impl Plot {
     fn captioned(&self, title: &str, keys: &str) -> String {
         let [full_width, full_height] = self.size;
         let title = escape(title);
+        // On a narrow screen the figure scrolls before its texts get too small.
+        let least = 0.6 * full_width;
         let mut svg = format!(
-            "<figure><svg viewBox=\"0 0 {full_width} {full_height}\" role=\"img\" aria-label=\"{title}\">\n"
+            "<figure><svg viewBox=\"0 0 {full_width} {full_height}\" style=\"min-width: {least:.0}px\" role=\"img\" aria-label=\"{title}\">\n"
         );
         self.draw(&mut svg);
         let _ = write!(svg, "</svg>\n<figcaption><b>{title}</b> {keys}</figcaption></figure>\n");
@@ -102,7 +130,7 @@ impl Plot {
     }
 
     fn draw(&self, svg: &mut String) {
-        let [left, _, top, _] = MARGIN;
+        let (left, top) = (self.left(), MARGIN[2]);
         let [width, height] = self.area();
         self.axes(svg);
         // An inner svg cuts off what leaves the drawing area.
@@ -112,10 +140,10 @@ impl Plot {
     }
 
     fn axes(&self, svg: &mut String) {
-        let [left, _, top, _] = MARGIN;
+        let (left, top) = (self.left(), MARGIN[2]);
         let [width, height] = self.area();
         let bottom = top + height;
-        for (value, text) in self.x.ticks(width / 55.0) {
+        for (value, text) in self.x.ticks(width, SPACING[0], self::width) {
             let x = left + self.x.share(value) * width;
             let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{bottom}"/>"#);
             let _ = writeln!(
@@ -124,7 +152,7 @@ impl Plot {
                 bottom + 16.0
             );
         }
-        for (value, text) in self.y.ticks(height / 30.0) {
+        for (value, text) in self.y_ticks() {
             let y = top + (1.0 - self.y.share(value)) * height;
             let _ = writeln!(svg, r#"<path class="grid" d="M{left} {y:.1}H{:.1}"/>"#, left + width);
             let _ = writeln!(
@@ -205,9 +233,9 @@ mod tests {
         let mut plot = plot();
         plot.dots(&[(0.0, 0.0), (1.0, 1.1)], 2.0, "c0", "n <1>");
         let drawn = plot.figure("a & b");
-        // The drawing area is 216 px wide and 146 px high; y reaches from −1.1 to 1.1.
+        // The drawing area is 206 px wide and 146 px high; y reaches from −1.1 to 1.1.
         assert!(
-            drawn.contains(r#"cx="0.0" cy="73.0""#) && drawn.contains(r#"cx="216.0" cy="0.0""#),
+            drawn.contains(r#"cx="0.0" cy="73.0""#) && drawn.contains(r#"cx="206.0" cy="0.0""#),
             "{drawn}"
         );
         assert!(

@@ -10,6 +10,7 @@ use tire_inference::parameters::{Parameter, Theta, curve, theta};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::quantity::Quantity;
 
+use crate::page::misfit::Misfit;
 use crate::page::{Section, replay, unit};
 
 /// Colours of the methods, in their order.
@@ -23,11 +24,13 @@ const SMALL: [f64; 2] = [350.0, 230.0];
 pub struct Figures {
     /// Nothing without samples.
     curve: Option<Plot>,
+    misfit: Option<Plot>,
     densities: Vec<(Quantity, Plot)>,
     trace: Option<Plot>,
 }
 
 const CURVE_TITLE: &str = "Tire curve (dashed: no data there)";
+const MISFIT_TITLE: &str = "What the curve misses (0: nothing)";
 const TRACE_TITLE: &str = "Trace of the fits";
 
 impl Figures {
@@ -37,6 +40,10 @@ impl Figures {
         let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain(Quantity::DERIVED);
         Self {
             curve: curves(section),
+            misfit: section.methods.first().and_then(|first| {
+                Misfit::of_samples(section.samples, &point(first.estimate, section))
+                    .beneath(section)
+            }),
             densities: quantities.map(|it| (it, density(section, it))).collect(),
             trace: trace(section),
         }
@@ -46,6 +53,11 @@ impl Figures {
     pub fn curve(&self) -> String {
         let none = || "<p>No samples.</p>\n".into();
         self.curve.as_ref().map_or_else(none, |plot| plot.figure(CURVE_TITLE))
+    }
+
+    /// What the curve misses, for the page.
+    pub fn misfit(&self) -> String {
+        self.misfit.as_ref().map_or_else(String::new, |plot| plot.figure(MISFIT_TITLE))
     }
 
     /// The densities, for the page.

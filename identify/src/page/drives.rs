@@ -6,6 +6,9 @@ use drive_inference::replay::Replay;
 use drive_inference::{Drive, Identified};
 use html_page::{Axis, Class, Plot, escape};
 use numerics::text::significant;
+use tire_inference::axles::Axle;
+
+use crate::page::misfit::Misfit;
 
 /// What was identified from drives.
 #[derive(Clone, Debug)]
@@ -34,6 +37,7 @@ const SENSORS: [(&str, &str); 4] =
 pub fn drives(drives: &Drives) -> String {
     let mut html = String::from("<h2>How the drives are explained</h2>\n");
     innovations(&mut html, drives.found);
+    misfit(&mut html, drives.found);
     html.push_str("<h3>Lateral acceleration</h3>\n");
     html.push_str(&acceleration(drives));
     html.push_str("<h3>Smoothing with the nominal car</h3>\n");
@@ -68,6 +72,19 @@ fn innovations(html: &mut String, found: &Identified) {
         );
     }
     html.push_str("</table>\n");
+}
+
+/// Mean innovations over the slip of each axle: a curve of the wrong shape leaves some.
+fn misfit(html: &mut String, found: &Identified) {
+    html.push_str("<h3>What the model misses (0: nothing)</h3>\n<div class=\"grid two\">\n");
+    for (sensor, (name, _)) in SENSORS.into_iter().enumerate().skip(1) {
+        for (axle, side) in [(Axle::Front, "front"), (Axle::Rear, "rear")] {
+            let plot = Misfit::of_innovations(&found.series, axle, sensor).of_sensor(side, name);
+            let title = format!("{name} over the slip of the {side} axle");
+            html.push_str(&plot.map_or_else(String::new, |plot| plot.figure(&title)));
+        }
+    }
+    html.push_str("</div>\n");
 }
 
 /// A line for each drive, of a value for each of its rows.

@@ -1,6 +1,9 @@
 //! Names quantities and verdicts for people.
 
 use preparation::direction::Direction;
+use tire_inference::parameters::Parameter;
+use tire_inference::posterior::report::UncertaintySource;
+use tire_inference::prior::Prior;
 use tire_inference::verdict::Verdict;
 
 /// The order of rows.
@@ -48,4 +51,32 @@ pub fn unit(name: &str, direction: Direction) -> &'static str {
         (Direction::Lateral, "S_h" | "peak_slip") => "rad",
         _ => "–",
     }
+}
+
+/// Where standard deviations, intervals, bands and densities come from, in a sentence.
+pub fn uncertainty(source: UncertaintySource) -> &'static str {
+    match source {
+        UncertaintySource::Grid => {
+            "Intervals, bands and densities are those of the exact posterior in the box, on a grid."
+        }
+        UncertaintySource::Tempered => {
+            "Intervals, bands and densities are those of draws from the posterior in the box."
+        }
+        UncertaintySource::Importance | UncertaintySource::Svi => {
+            "Intervals, bands and densities are those of weighted draws from the posterior in the box."
+        }
+        UncertaintySource::Likelihood => {
+            "Intervals, bands and densities are those of a normal distribution in the box, as the curvature of the cost says."
+        }
+    }
+}
+
+/// The box of the parameters that are fitted, in a sentence.
+pub fn the_box(prior: &Prior) -> String {
+    let of = |parameter: Parameter| {
+        let [low, high] = prior.bounds.of(parameter);
+        format!("{} {low} … {high}", parameter.name())
+    };
+    let free = Parameter::ALL.into_iter().filter(|parameter| prior.free[*parameter as usize]);
+    format!("Box `{}`: {}.", prior.bounds.name(), free.map(of).collect::<Vec<_>>().join(", "))
 }

@@ -4,6 +4,7 @@ use numerics::convergence::Convergence;
 use tire_inference::compressed::Compressed;
 use tire_inference::estimate::{assemble, identify};
 use tire_inference::fit::Solution;
+use tire_inference::model::{CauseEstimate, Fit, FitTest, ModelVerdict};
 use tire_inference::posterior::{SamplingOptions, draw};
 use tire_inference::settings::{Method as Asked, Settings};
 use tire_inference::synthetic::{Excitation, samples};
@@ -82,6 +83,8 @@ fn page(found: &Found, title: &str) -> String {
         facts: &[("seed".to_owned(), "42 & <b>".to_owned())],
         sections: vec![section],
         drives: None,
+        overall: None,
+        car: &[("mass".to_owned(), "982 ± 20 kg".to_owned())],
         excitation: Some(&found.study),
         sensitivity: Some(&sensitivity),
     })
@@ -120,7 +123,9 @@ fn the_numbers_shown_are_those_of_the_estimate() {
     for (name, value) in &found.estimate.mean {
         let shown = with_std(*value, found.estimate.std[name]);
         assert!(text.contains(&shown), "{name} = {shown}");
-        assert!(text.contains(&significant(found.estimate.interval[name][0], 4)), "{name}");
+        let places = decimals(*value, found.estimate.std[name]);
+        let end = found.estimate.interval[name][0];
+        assert!(text.contains(&format!("{end:.places$} … ")), "{name}");
         assert!(text.contains(found.estimate.reason[name].as_str()), "{name}");
     }
     let rows = |class: Verdict| {
@@ -134,6 +139,52 @@ fn the_numbers_shown_are_those_of_the_estimate() {
         assert_eq!(shown, rows(verdict), "{verdict:?}");
     }
     assert!(text.contains("0.0512") && text.contains("converged") && text.contains("42 & <b>"));
+}
+
+#[test]
+fn the_verdict_comes_first_and_all_errors_are_shown() {
+    let cause = CauseEstimate {
+        name: "steering_offset".to_owned(),
+        title: "offset of <delta>".to_owned(),
+        unit: "rad".to_owned(),
+        value: 0.0052,
+        std: 0.0002,
+        interval: [0.0048, 0.0056],
+        verdict: Verdict::Identified,
+        gain: Some(81.0),
+        sentence: "It reads too much.".to_owned(),
+        correction: "offset = -0.0052".to_owned(),
+    };
+    let test = |name: &str, statistic| FitTest {
+        name: name.to_owned(),
+        statistic,
+        limit: 2.0,
+        sentence: format!("{name} correlates."),
+    };
+    let model = ModelVerdict {
+        verdict: Fit::DoesNotFit,
+        sentence: "The yaw rate is late.".to_owned(),
+        tests: vec![test("whiteness of a_y", 1.0), test("whiteness of r", 9.0)],
+    };
+    let causes = [cause];
+    let overall = Overall { model, causes: &causes, ..Overall::default() };
+    let html = rendered(&Page { overall: Some(&overall), ..Page::default() });
+    let text = text_of(&parse(&html));
+    let places = [
+        "Doubtful",
+        "The yaw rate is late.",
+        "It reads too much.",
+        "offset of <delta>",
+        "0.00520 ± 0.00020 rad",
+        "0.00480 … 0.00560",
+        "81.0 nat",
+        "offset = -0.0052",
+        "1 of 2 tests passed",
+        "whiteness of r",
+        "whiteness of a_y",
+    ]
+    .map(|said| text.find(said).unwrap_or_else(|| panic!("no {said} in {text}")));
+    assert!(places.is_sorted(), "{places:?}");
 }
 
 #[test]
@@ -152,8 +203,8 @@ fn each_plot_has_labels_with_units() {
         );
         count += 1;
     }
-    // Curve, densities and trace of the tire; the excitation's five and the sensitivities.
-    assert_eq!(count, 1 + 7 + 1 + 5 + 1);
+    // Curve, misfit, densities and trace of the tire; the excitation's five and the sensitivities.
+    assert_eq!(count, 1 + 1 + 7 + 1 + 5 + 1);
 }
 
 #[test]

@@ -92,7 +92,7 @@ pub(super) fn closed_loop(
     };
     let tires = [tire("tire_f", &found.estimates.front), tire("tire_r", &found.estimates.rear)];
     host.file("tires.toml", &start_values::write(&tires));
-    draw(&options, &used, &found, &validations, host);
+    draw(&options, (&used, &recording.sampling), &found, &validations, host);
     Ok(report(&options, (&used, &recording.sampling), &found, &validations))
 }
 
@@ -172,11 +172,12 @@ fn validation(
 }
 
 /// What was found as a whole.
-fn overall(found: &Identified) -> Overall<'_> {
+fn overall<'a>(options: &'a DriveOptions, found: &'a Identified) -> Overall<'a> {
     let told = |(name, axle)| Told {
         name,
         direction: Direction::Lateral,
         estimate: &found.estimates[axle],
+        prior: &options.prior,
     };
     let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
     Overall { curves, ..Overall::default() }
@@ -197,7 +198,7 @@ fn report(
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
     result.insert("bounds".to_owned(), json!(options.prior.bounds));
-    overall(found).add_to(&mut result);
+    overall(options, found).add_to(&mut result);
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
@@ -212,7 +213,7 @@ fn report(
 /// Leaves the page, with the deciding formulation first.
 fn draw(
     options: &DriveOptions,
-    used: &[Drive],
+    (used, sampling): (&[Drive], &Sampling),
     found: &Identified,
     validations: &[Validation],
     host: &mut dyn Host,
@@ -252,13 +253,57 @@ fn draw(
         .iter()
         .map(|validation| (validation.name.as_str(), &validation.recording, &validation.replay))
         .collect();
+    let (overall, car) =
+        (overall(options, found), page::car::driven(&options.car, &options.uncertainty));
+    let facts = facts(used, sampling);
     let page = Page {
         title: "Tires from closed-loop driving",
+        overall: Some(&overall),
+        car: &car,
+        facts: &facts,
         sections: sections.collect(),
         drives: Some(Drives { found, recordings: used, replays: &replays }),
         ..Page::default()
     };
     page::leave(&page, host);
+}
+
+/// The log, and what was made of it, for people.
+fn facts(used: &[Drive], sampling: &Sampling) -> Vec<(String, String)> {
+    let Sampling { step, steps: [least, most], gap, gaps, repeated, short } = sampling;
+    let time = |time: f64| significant(time, 4);
+    let ends = |drive: &Drive| match (drive.t.first(), drive.t.last()) {
+        (Some(first), Some(last)) => format!("{} … {} s", time(*first), time(*last)),
+        _ => String::new(),
+    };
+    let mut facts = vec![
+        ("used".to_owned(), used.iter().map(ends).collect::<Vec<_>>().join(", ")),
+        ("rows".to_owned(), used.iter().map(Drive::len).sum::<usize>().to_string()),
+        (
+            "time step".to_owned(),
+            format!("median {} s, {} to {} s", time(*step), time(*least), time(*most)),
+        ),
+    ];
+    if !gaps.is_empty() {
+        let list = gaps.iter().take(10).map(|[a, b]| format!("{} … {} s", time(*a), time(*b)));
+        let more = if gaps.len() > 10 { ", …" } else { "" };
+        let list = list.collect::<Vec<_>>().join(", ");
+        let count = gaps.len();
+        facts.push((
+            "gaps".to_owned(),
+            format!(
+                "{count} of more than {} s, nothing is integrated over them: {list}{more}",
+                time(*gap)
+            ),
+        ));
+    }
+    for (name, count) in [
+        ("rows of repeated times, dropped", repeated),
+        ("rows in stretches that are too short", short),
+    ] {
+        facts.extend((*count > 0).then(|| (name.to_owned(), count.to_string())));
+    }
+    facts
 }
 
 /// What a formulation says of one axle, which nobody judged.

@@ -79,6 +79,14 @@ pub(super) fn curve(
         *estimate = forget_absent_peak(estimate.clone());
         estimate.seconds += settling;
     }
+    let first = found.estimates.first().map(|(_, estimate)| estimate);
+    let told = |estimate| Told {
+        name: "curve",
+        direction: config.direction,
+        estimate,
+        prior: &settings.prior,
+    };
+    let overall = overall(first.into_iter().map(told).collect());
     let section = Section {
         name: "Curve",
         direction: config.direction,
@@ -86,7 +94,8 @@ pub(super) fn curve(
         prior: &settings.prior,
         methods: methods(&found),
     };
-    let page = Page { title: "Tire", sections: vec![section], ..Page::default() };
+    let page =
+        Page { title: "Tire", overall: Some(&overall), sections: vec![section], ..Page::default() };
     page::leave(&page, host);
     let mut result: Map<_, _> = found
         .estimates
@@ -94,8 +103,6 @@ pub(super) fn curve(
         .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
         .collect();
     result.insert("bounds".to_owned(), json!(settings.prior.bounds));
-    let first = found.estimates.first().map(|(_, estimate)| estimate);
-    let told = |estimate| Told { name: "curve", direction: config.direction, estimate };
-    overall(first.into_iter().map(told).collect()).add_to(&mut result);
+    overall.add_to(&mut result);
     Ok(result.into())
 }

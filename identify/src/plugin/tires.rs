@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use numerics::text::significant;
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
+use preparation::{Column, DriveLog, Lost, OffsetSource, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
@@ -65,7 +66,7 @@ pub(super) fn tires(
     for signal in &request.signals {
         recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
     }
-    let (car, _uncertainty) = config.car().map_err(|error| error.to_string())?;
+    let (car, uncertainty) = config.car().map_err(|error| error.to_string())?;
     let pipeline = Pipeline { car, ..config.prepare.clone() };
     let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
@@ -95,7 +96,8 @@ pub(super) fn tires(
     if config.axle_coupling > 0.0 {
         couple_axles(&curves, &mut found, config.axle_coupling)?;
     }
-    leave_files(config, &curves, &found, &prepared, host);
+    let car = page::car::logged(&car, &uncertainty);
+    leave_files(config, &curves, &found, (&prepared, &car), host);
     Ok(report(config, &curves, &found, &prepared))
 }
 
@@ -129,9 +131,9 @@ fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
 
 /// What was found as a whole; the first method that was asked for is the one to go on with.
 fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)]) -> Overall<'a> {
-    let told = |(curve, (_, answer)): (&Curve, &'a (Settings, Answer))| {
-        let estimate = &answer.estimates[0].1;
-        Told { name: curve.axle, direction: curve.direction, estimate }
+    let told = |(curve, (settings, answer)): (&Curve, &'a (Settings, Answer))| {
+        let (estimate, prior) = (&answer.estimates[0].1, &settings.prior);
+        Told { name: curve.axle, direction: curve.direction, estimate, prior }
     };
     overall(curves.iter().zip(found).map(told).collect())
 }
@@ -167,7 +169,7 @@ fn leave_files(
     config: &Tires,
     curves: &[Curve],
     found: &[(Settings, Answer)],
-    prepared: &Prepared,
+    (prepared, car): (&Prepared, &[(String, String)]),
     host: &mut dyn Host,
 ) {
     // The first method that was asked for is the one to go on with.
@@ -192,19 +194,48 @@ fn leave_files(
         methods: methods(found),
     });
     let facts = facts(prepared);
-    let page =
-        Page { title: "Tires", facts: &facts, sections: sections.collect(), ..Page::default() };
+    let overall = told(curves, found);
+    let page = Page {
+        title: "Tires",
+        overall: Some(&overall),
+        car,
+        facts: &facts,
+        sections: sections.collect(),
+        ..Page::default()
+    };
     page::leave(&page, host);
 }
 
 /// What was done to the recording, for people.
 fn facts(prepared: &Prepared) -> Vec<(String, String)> {
     let report = &prepared.report;
+    let Lost { rows, held, slow, gear_shift, gap, short, used } = report.lost;
     let mut facts = vec![
+        ("rows used".to_owned(), format!("{used} of {rows}")),
         ("rows at common instants".to_owned(), report.rows.to_string()),
         ("stretches".to_owned(), report.stretches.len().to_string()),
-        ("gear shifts".to_owned(), report.gear_shifts.to_string()),
     ];
+    let lost = [
+        ("rows that repeat the row before", held),
+        ("rows that are too slow", slow),
+        ("rows around gear shifts", gear_shift),
+        ("rows where a signal has a gap", gap),
+        ("rows in stretches that are too short", short),
+    ];
+    let lost = lost.into_iter().filter(|(_, count)| *count > 0);
+    facts.extend(lost.map(|(name, count)| (format!("{name}, not used"), count.to_string())));
+    facts.extend(report.offsets.iter().map(|offset| {
+        let from = match offset.source {
+            OffsetSource::Given => "given",
+            OffsetSource::Estimated => "estimated from straight driving",
+            OffsetSource::TooFewStraightSamples => "too little straight driving to tell",
+        };
+        let value = significant(offset.value, 3);
+        (
+            format!("offset of {}", offset.name),
+            format!("{value} {}, {from}", offset_unit(offset.name)),
+        )
+    }));
     let repeated = report.held.iter().filter(|(_, count)| **count > 0);
     facts.extend(
         repeated.map(|(name, count)| (format!("repeated rows of {name}"), count.to_string())),
@@ -214,6 +245,14 @@ fn facts(prepared: &Prepared) -> Vec<(String, String)> {
         (name, format!("{} of {} rows, {} outliers", points.used, points.rows, points.outliers))
     }));
     facts
+}
+
+fn offset_unit(name: &str) -> &'static str {
+    match name {
+        "r" => "rad/s",
+        "sideslip" => "rad",
+        _ => "m/s²",
+    }
 }
 
 /// Shows what went into and came out of each step. What went in is shown where nothing before it shows it.

@@ -1,5 +1,7 @@
 //! The verdict comes first, an absent peak is not named, and tables hold any number of curves.
 
+use std::sync::LazyLock;
+
 use tire_inference::estimate::identify;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
@@ -13,8 +15,10 @@ fn estimate() -> Estimate {
     answer.expect("a fit").estimates.swap_remove(0).1
 }
 
+static PRIOR: LazyLock<Prior> = LazyLock::new(Prior::lateral);
+
 fn lateral<'a>(name: &'a str, estimate: &'a Estimate) -> Told<'a> {
-    Told { name, direction: Direction::Lateral, estimate }
+    Told { name, direction: Direction::Lateral, estimate, prior: &PRIOR }
 }
 
 #[test]
@@ -47,9 +51,11 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     };
     let summary = overall.summary();
     assert_eq!(summary[0], "The model does not fit: the yaw rate is late.");
-    assert!(summary[1].ends_with("rear B, C; not identifiable: rear E."), "{summary:?}");
+    assert!(summary[1].ends_with("rear C; not identifiable: rear E."), "{summary:?}");
     assert_eq!(summary[2..4], [cause.sentence.clone(), "`r` is late.".to_owned()]);
     assert_eq!(summary[4], "On a bound of the box: rear E.");
+    assert!(summary[5].starts_with("Box `wide`: B 1 … 80, C 0.5 … 3, "), "{summary:?}");
+    assert_eq!(summary.len(), 6);
     let mut result = Map::new();
     overall.add_to(&mut result);
     assert_eq!(result["sound"], false);

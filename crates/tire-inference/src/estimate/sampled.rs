@@ -17,6 +17,9 @@ use crate::settings::Settings;
 /// Slips at which the report has the band of the curves.
 const BAND: usize = 41;
 
+/// Standard deviations of the slip's noise that samples are away from the outermost ones, to be compared with the model.
+const ENDS: f64 = 4.0;
+
 /// The posterior of a curve, and what it is of.
 pub struct Sampled {
     /// The samples, their slips without noise.
@@ -57,13 +60,27 @@ impl Sampled {
                 (near.proposal, found)
             }
         };
+        let inner = inner(&noisy, slip_std);
         let report = PosteriorReport {
             mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
             band: Some(Band::new(&posterior, slip_range, BAND)),
-            predictive: predictive(&noisy, *loss, &posterior, (dependence, options.seed)),
+            predictive: predictive(&inner, *loss, &posterior, (dependence, options.seed)),
             noise: *loss,
             ..report
         };
         Self { noisy, data, optima, posterior, report }
     }
+}
+
+/// Samples whose true slips are on both sides of the measured ones: the outermost of many measured slips is several standard deviations
+/// beyond the outermost true one, and the curve is not that of the model between them.
+fn inner(samples: &Samples, slip_std: f64) -> Samples {
+    let Some([low, high]) = samples.slip_range() else { return Samples::default() };
+    let within = low + ENDS * slip_std..=high - ENDS * slip_std;
+    let mut inner = Samples::default();
+    let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight);
+    for ((&slip, &force), &weight) in points.filter(|((slip, _), _)| within.contains(*slip)) {
+        inner.push(slip, force, weight);
+    }
+    inner
 }

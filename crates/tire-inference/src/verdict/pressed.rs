@@ -12,7 +12,6 @@ use crate::verdict::{Judgement, UNMOVED, Verdict};
 
 /// A parameter this close to a bound stands on it, as a share of the box.
 const CLOSE: f64 = 1e-4;
-
 /// The likeliest tire in the box where it stands on a bound, and the one beyond.
 pub struct Pressed {
     /// Bounds that it stands on.

@@ -1,0 +1,41 @@
+//! Makes mistakes in simulated logs on purpose and prints what the doctor finds: `mistakes [part of a name]`.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+#[path = "../../drive-inference/tests/support/drive.rs"]
+mod drive;
+#[path = "../tests/support/mistake.rs"]
+mod mistake;
+
+use drive_doctor::{Finding, Sure, examine};
+
+fn main() {
+    let wanted = std::env::args().nth(1).unwrap_or_default();
+    let chosen = || mistake::MISTAKES.iter().filter(|it| it.name.contains(&wanted));
+    let (mut right, mut all) = (0, 0);
+    for car in 0..mistake::CARS.len() {
+        let (log, known) = mistake::clean(car, 1 + car as u64);
+        println!("{} kg", known.m.unwrap_or_default());
+        for mistake in chosen() {
+            let mut wrong = log.clone();
+            (mistake.make)(&mut wrong);
+            let found = examine(&mistake::log(&wrong), &known);
+            let name = |it: &Finding| format!("{} ({})", it.check, it.sure.word());
+            let serious = found.findings.iter().filter(|it| it.sure <= Sure::Likely);
+            let named = mistake.is_named(&found);
+            (right, all) = (right + usize::from(named), all + 1);
+            let names = serious.map(name).collect::<Vec<_>>().join(", ");
+            println!("  {:28} {:6} {names}", mistake.name, if named { "right" } else { "WRONG" });
+            if !wanted.is_empty() {
+                found
+                    .findings
+                    .iter()
+                    .for_each(|it| println!("    {}\n      {}", it.sentence, it.correction));
+                found
+                    .not_told
+                    .iter()
+                    .for_each(|it| println!("    not told: {}: {}", it.check, it.reason));
+            }
+        }
+    }
+    println!("{right} of {all} named right");
+}

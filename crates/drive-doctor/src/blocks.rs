@@ -1,0 +1,265 @@
+//! Least squares over blocks of time: estimates with standard deviations that hold for correlated errors, and for both halves.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::motion::quantile;
+
+/// Blocks of a log. Each is a few seconds of a usual log, longer than its errors are correlated.
+pub(crate) const BLOCKS: usize = 20;
+/// 97.5 % quantile of Student's distribution with 19 degrees of freedom.
+pub(crate) const T_95: f64 = 2.093;
+
+/// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
+const MAD_TO_STD: f64 = 1.482_602;
+
+/// The block of each row: the rows that are used are cut into blocks of equal numbers.
+pub(crate) fn split(used: &[bool]) -> Vec<Option<usize>> {
+    let count = used.iter().filter(|used| **used).count().max(1);
+    let mut place = 0;
+    let block = |used: &bool| {
+        used.then(|| {
+            place += 1;
+            (place - 1) * BLOCKS / count
+        })
+    };
+    used.iter().map(block).collect()
+}
+
+/// The blocks of rows without those beyond 3.5 standard deviations of the bulk from a fit of the columns. The first fit is to
+/// rows of small targets, so what is far off cannot bend it.
+pub(crate) fn trim(
+    columns: &[&[f64]],
+    target: &[f64],
+    all: &[Option<usize>],
+) -> Vec<Option<usize>> {
+    let chosen: Vec<usize> = (0..columns.len()).collect();
+    let used = |k: &usize| all[*k].is_some();
+    let small = quantile((0..target.len()).filter(used).map(|k| target[k].abs()), 0.6);
+    let keep = |wanted: &dyn Fn(usize) -> bool| -> Vec<Option<usize>> {
+        all.iter().enumerate().map(|(k, block)| block.filter(|_| wanted(k))).collect()
+    };
+    let mut kept = keep(&|k| target[k].abs() < small);
+    for _ in 0..4 {
+        let Some(fit) = Blocks::of(columns, target, |k| kept[k]).plain(&chosen) else { break };
+        let off = |k: usize| {
+            let model: f64 =
+                columns.iter().zip(&fit).map(|(column, value)| column[k] * value).sum();
+            (target[k] - model).abs()
+        };
+        let most = 3.5 * MAD_TO_STD * quantile((0..target.len()).filter(used).map(off), 0.5);
+        kept = keep(&|k| off(k) <= most);
+    }
+    kept
+}
+
+/// Sums of products of columns over each block of rows; the last column is the target.
+#[derive(Clone, Debug)]
+pub(crate) struct Blocks {
+    grams: Vec<DMatrix<f64>>,
+}
+
+/// Coefficients of columns, in the order in which they were chosen.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub values: Vec<f64>,
+    pub stds: Vec<f64>,
+    /// Values and standard deviations of the first and the second half of the log.
+    pub halves: [(Vec<f64>, Vec<f64>); 2],
+    /// Sum of squares that is left.
+    pub squares: f64,
+}
+
+impl Fit {
+    /// Standard deviations of the coefficient from 0.
+    pub fn t(&self, index: usize) -> f64 {
+        self.values[index] / self.stds[index]
+    }
+
+    pub fn interval(&self, index: usize) -> [f64; 2] {
+        let reach = T_95 * self.stds[index];
+        [self.values[index] - reach, self.values[index] + reach]
+    }
+
+    /// Whether the coefficients of both halves are one, within chance or a quarter of their size.
+    pub fn agrees(&self, index: usize) -> bool {
+        let [(first, first_std), (second, second_std)] = &self.halves;
+        let apart = (first[index] - second[index]).abs();
+        let chance = 2.5 * first_std[index].hypot(second_std[index]);
+        let same_sign = first[index] * second[index] > 0.0;
+        same_sign && (apart < chance || apart < 0.35 * self.values[index].abs())
+    }
+}
+
+impl Blocks {
+    /// No rows yet, of this many columns and a target.
+    pub fn new(columns: usize) -> Self {
+        Self { grams: vec![DMatrix::zeros(columns + 1, columns + 1); BLOCKS] }
+    }
+
+    /// Rows of columns and target that are all numbers and that are in a block.
+    pub fn of(columns: &[&[f64]], target: &[f64], block: impl Fn(usize) -> Option<usize>) -> Self {
+        let mut blocks = Self::new(columns.len());
+        let all: Vec<_> = columns.iter().map(|&column| Some(column)).collect();
+        blocks.add(&all, target, block);
+        blocks
+    }
+
+    /// Adds rows; an absent column is 0 in them. Returns their number.
+    pub fn add(
+        &mut self,
+        columns: &[Option<&[f64]>],
+        target: &[f64],
+        block: impl Fn(usize) -> Option<usize>,
+    ) -> usize {
+        let here: Vec<(usize, &[f64])> =
+            columns.iter().enumerate().filter_map(|(i, column)| Some((i, (*column)?))).collect();
+        let mut taken = 0;
+        let mut row = vec![0.0; here.len()];
+        for (k, &y) in target.iter().enumerate() {
+            let Some(block) = block(k) else { continue };
+            for (cell, (_, column)) in row.iter_mut().zip(&here) {
+                *cell = column[k];
+            }
+            if !y.is_finite() || !row.iter().all(|cell| cell.is_finite()) {
+                continue;
+            }
+            taken += 1;
+            let gram = &mut self.grams[block];
+            for (i, (at, _)) in here.iter().enumerate() {
+                for (j, (other, _)) in here[..=i].iter().enumerate() {
+                    gram[(*at, *other)] += row[i] * row[j];
+                }
+                gram[(columns.len(), *at)] += y * row[i];
+            }
+            gram[(columns.len(), columns.len())] += y * y;
+        }
+        taken
+    }
+
+    /// The sum of several, each with a weight. All have the same columns.
+    pub fn weighted(all: &[(&Self, f64)]) -> Self {
+        let sum = |block: usize| {
+            let size = all.first().map_or(0, |(first, _)| first.grams[block].nrows());
+            let parts = all.iter().map(|(blocks, weight)| &blocks.grams[block] * *weight);
+            parts.fold(DMatrix::zeros(size, size), |sum, part| sum + part)
+        };
+        Self { grams: (0..BLOCKS).map(sum).collect() }
+    }
+
+    /// The sum of squares that these coefficients leave.
+    pub fn left(&self, chosen: &[usize], values: &[f64]) -> f64 {
+        let gram = sum(self.grams.iter());
+        let target = gram.nrows() - 1;
+        let all: Vec<(usize, f64)> = chosen
+            .iter()
+            .copied()
+            .zip(values.iter().map(|value| -value))
+            .chain([(target, 1.0)])
+            .collect();
+        let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
+        let products =
+            all.iter().flat_map(|(i, a)| all.iter().map(move |(j, b)| a * b * entry(*i, *j)));
+        products.sum::<f64>().max(0.0)
+    }
+
+    /// The sums of squares that a fit to some blocks leaves, and that the last column alone leaves.
+    pub fn squares(&self, chosen: &[usize], kept: &dyn Fn(usize) -> bool) -> Option<[f64; 2]> {
+        let blocks = self.grams.iter().enumerate().filter(|(block, _)| kept(*block));
+        let gram = sum(blocks.map(|(_, gram)| gram));
+        let last = chosen.last()?;
+        Some([solve(&gram, chosen)?.1, solve(&gram, &[*last])?.1])
+    }
+
+    /// Coefficients alone.
+    fn plain(&self, chosen: &[usize]) -> Option<Vec<f64>> {
+        Some(solve(&sum(self.grams.iter()), chosen)?.0)
+    }
+
+    /// Least squares of the target on the chosen columns. `None` where they do not tell all coefficients apart.
+    pub fn fit(&self, chosen: &[usize]) -> Option<Fit> {
+        let (values, squares) = solve(&sum(self.grams.iter()), chosen)?;
+        let stds = jackknife(&self.grams, chosen)?;
+        let (first, second) = self.grams.split_at(BLOCKS / 2);
+        let half = |grams: &[DMatrix<f64>]| {
+            let (values, _) = solve(&sum(grams.iter()), chosen)?;
+            Some((values, jackknife(grams, chosen)?))
+        };
+        let unknown = || {
+            let none = vec![f64::NAN; chosen.len()];
+            (none.clone(), none)
+        };
+        let halves = [first, second].map(|grams| half(grams).unwrap_or_else(unknown));
+        Some(Fit { values, stds, halves, squares })
+    }
+}
+
+fn sum<'a>(grams: impl Iterator<Item = &'a DMatrix<f64>>) -> DMatrix<f64> {
+    grams.fold(
+        DMatrix::zeros(0, 0),
+        |all, gram| if all.is_empty() { gram.clone() } else { all + gram },
+    )
+}
+
+/// Standard deviations from fits without one block at a time.
+fn jackknife(grams: &[DMatrix<f64>], chosen: &[usize]) -> Option<Vec<f64>> {
+    let all = sum(grams.iter());
+    let without: Option<Vec<_>> =
+        grams.iter().map(|gram| Some(solve(&(&all - gram), chosen)?.0)).collect();
+    let without = without?;
+    let count = without.len() as f64;
+    let std = |index: usize| {
+        let mean = without.iter().map(|values| values[index]).sum::<f64>() / count;
+        let squares: f64 = without.iter().map(|values| (values[index] - mean).powi(2)).sum();
+        ((count - 1.0) / count * squares).sqrt()
+    };
+    Some((0..chosen.len()).map(std).collect())
+}
+
+/// Coefficients, and the sum of squares that is left.
+fn solve(gram: &DMatrix<f64>, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
+    let target = gram.nrows() - 1;
+    // Only the lower triangle is filled.
+    let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
+    let scale: Vec<f64> = chosen.iter().map(|&i| entry(i, i).sqrt()).collect();
+    if scale.iter().any(|scale| scale.is_nan() || *scale <= 0.0) {
+        return None;
+    }
+    let count = chosen.len();
+    let products =
+        DMatrix::from_fn(count, count, |i, j| entry(chosen[i], chosen[j]) / (scale[i] * scale[j]));
+    let with_target = DVector::from_fn(count, |i, _| entry(chosen[i], target) / scale[i]);
+    let factor = products.cholesky()?;
+    // Columns that are one another's combination to six digits.
+    if factor.l_dirty().diagonal().min() < 1e-6 {
+        return None;
+    }
+    let solution = factor.solve(&with_target);
+    let squares = (entry(target, target) - solution.dot(&with_target)).max(0.0);
+    Some((solution.iter().zip(&scale).map(|(value, scale)| value / scale).collect(), squares))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coefficients_of_correlated_errors_have_honest_intervals() {
+        // A wave of 7 periods as error: iid intervals would be ten times too short.
+        let x: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.001 - 2.0).collect();
+        let y: Vec<f64> = x.iter().map(|x| 3.0 * x + 1.0 + (11.0 * x).sin()).collect();
+        let one = vec![1.0; x.len()];
+        let split = split(&vec![true; x.len()]);
+        let blocks = Blocks::of(&[&x, &one], &y, |k| split[k]);
+        let fit = blocks.fit(&[0, 1]).expect("two columns");
+        assert!((blocks.left(&[0, 1], &fit.values) - fit.squares).abs() < 1e-6, "{fit:?}");
+        assert!((fit.values[0] - 3.0).abs() < 3.0 * fit.stds[0], "{fit:?}");
+        assert!(fit.stds[0] > 0.02 && fit.agrees(0), "{fit:?}");
+    }
+
+    #[test]
+    fn columns_that_are_one_are_told() {
+        let x: Vec<f64> = (0..100).map(f64::from).collect();
+        let double: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
+        assert!(Blocks::of(&[&x, &double], &x, |k| Some(k / 5)).fit(&[0, 1]).is_none());
+    }
+}

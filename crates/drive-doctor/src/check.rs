@@ -1,0 +1,24 @@
+//! Lists the checks. Each is a file; they run in this order, as each corrects the log for the next ones.
+
+mod calibration;
+mod clocks;
+mod force;
+mod stuck;
+mod time;
+mod units;
+mod values;
+
+use crate::case::Case;
+
+/// A family of checks.
+type Check = fn(&mut Case);
+
+pub(crate) const CHECKS: &[Check] = &[
+    time::check,
+    stuck::check,
+    values::check,
+    units::check,
+    force::check,
+    clocks::check,
+    calibration::check,
+];

@@ -1,0 +1,260 @@
+//! Finds small errors of sensors: delays, offsets, scales, places and angles, by three relations at once.
+//!
+//! A rigid body has a_y = v_x r + v_y'. At gentle driving the slip of each axle goes with its force. Each error adds something of
+//! its own to these three (`causes`). The errors are found one after the other: the one that explains most of what is left, if
+//! it is significant by blocks and large enough to matter, until none is.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+mod causes;
+mod terms;
+
+use causes::{CAUSES, Kind};
+use terms::{Measured, NUISANCES, Relation, Terms};
+
+use numerics::text::significant;
+
+use crate::blocks::{Blocks, Fit};
+use crate::case::Case;
+use crate::finding::{Finding, Sure};
+use crate::motion::Motion;
+
+/// Most errors at once.
+const MOST: usize = 6;
+/// Standard deviations from 0 at which an error is possible, likely and certain.
+const POSSIBLE: f64 = 3.8;
+const LIKELY: f64 = 4.5;
+const CERTAIN: f64 = 9.0;
+/// Share of the smallest error that matters from which on it is worth a word.
+const WORTH: f64 = 0.75;
+/// Share of these limits from which on an error is suspected, while rows are chosen.
+const SUSPECTED: f64 = 0.5;
+/// Share of what is left that an error must explain.
+const EXPLAINS: f64 = 0.004;
+/// Share of what the best explanation explains from which on another one is as good.
+const RIVAL: f64 = 0.85;
+
+/// Looks for errors in what is left of the relations.
+pub(crate) fn check(case: &mut Case) {
+    if !case.has(&["v_x", "r", "a_y", "v_y"]) {
+        let reason =
+            "small delays, offsets and places of sensors show in v_x, v_y, r and a_y together"
+                .to_owned();
+        case.cannot_tell("calibration", reason, "Give all four, and delta.");
+        return;
+    }
+    if let Some(saturated) =
+        case.found.findings.iter().find(|it| it.check.ends_with("_saturated") && it.refuses)
+    {
+        let reason = format!(
+            "what is left of `{}` is not a fair part of the drive",
+            saturated.channels.join(", ")
+        );
+        case.cannot_tell("calibration", reason, "Widen the range of the sensor.");
+        return;
+    }
+    let is_one_sided = case.found.not_told.iter().any(|it| it.check.starts_with("clocks"));
+    if is_one_sided {
+        return;
+    }
+    let Some(motion) = Motion::of(case) else { return };
+    let terms = match Terms::new(&motion) {
+        Ok(terms) => terms,
+        Err(name) => {
+            let reason = format!("`{name}` is mostly noise where its rate of change is needed");
+            case.cannot_tell("calibration", reason, "Drive harder, or use a better sensor.");
+            return;
+        }
+    };
+    let (mut measured, mut found) = (terms.measure(case, &[]), None);
+    // Which rows are off a fit, only a fit with the errors says.
+    for _ in 0..3 {
+        found = search(&mut measured, SUSPECTED);
+        let Some(errors) = &found else { break };
+        measured = terms.measure(case, &errors.values());
+    }
+    if found.is_some() {
+        found = search(&mut measured, 1.0);
+    }
+    let missing = |relation| measured.iter().all(|it| it.relation != relation);
+    if missing(Relation::Rear) {
+        let reason =
+            "the rear slip does not fall with its force in gentle driving, as that of a tire does"
+                .to_owned();
+        case.cannot_tell(
+            "place and clock of v_y",
+            reason,
+            "Check v_y and r: their clocks and places contradict each other.",
+        );
+    }
+    if missing(Relation::Front) && case.has(&["delta"]) {
+        let reason =
+            "the front slip does not grow with its force in gentle driving, as that of a tire does"
+                .to_owned();
+        case.cannot_tell(
+            "offset and delay of delta",
+            reason,
+            "Drive slaloms of moderate lateral acceleration.",
+        );
+    }
+    let Some(found) = found else { return };
+    for (place, &cause) in found.causes.iter().enumerate() {
+        report(case, &found, place, cause);
+    }
+}
+
+/// Errors that were found, with a fit of all of them.
+struct Found {
+    /// Indices in [`CAUSES`], the most important first.
+    causes: Vec<usize>,
+    /// Those that explain about as much as each.
+    rivals: Vec<Vec<usize>>,
+    fit: Fit,
+    /// Columns of the fit before those of the errors.
+    before: usize,
+}
+
+impl Found {
+    fn values(&self) -> Vec<(usize, f64)> {
+        self.causes.iter().copied().zip(self.fit.values[self.before..].iter().copied()).collect()
+    }
+}
+
+/// Searches errors of a share of the usual limits; relations of axles whose slip is still not that of a tire are left out.
+fn search(measured: &mut Vec<Measured>, limit: f64) -> Option<Found> {
+    loop {
+        let found = among(measured, limit);
+        let all: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
+        let alone = || balanced(measured, &all).fit(&all);
+        let fit = found.as_ref().map(|found| found.fit.clone()).or_else(alone)?;
+        let is_wrong = |it: &Measured| {
+            let place = it.own.first().and_then(|own| all.iter().position(|column| column == own));
+            place.is_some_and(|place| !it.relation.is_of_a_tire(fit.t(place)))
+        };
+        let Some(wrong) = measured.iter().position(is_wrong) else { return found };
+        measured.remove(wrong);
+    }
+}
+
+fn among(measured: &[Measured], limit: f64) -> Option<Found> {
+    let own: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
+    let (mut causes, mut rivals): (Vec<usize>, Vec<Vec<usize>>) = (Vec::new(), Vec::new());
+    let columns = |causes: &[usize]| -> Vec<usize> {
+        own.iter().copied().chain(causes.iter().map(|cause| NUISANCES + cause)).collect()
+    };
+    while causes.len() < MOST {
+        let all = balanced(measured, &columns(&causes));
+        let left = squares(&all, &columns(&causes))?;
+        let with = |&cause: &usize| {
+            let more: Vec<usize> = causes.iter().copied().chain([cause]).collect();
+            let fit = all.fit(&columns(&more))?;
+            let last = fit.values.len() - 1;
+            let (size, kind) = (fit.values[last].abs(), CAUSES[cause].kind);
+            let counts = fit.t(last).abs() > limit * POSSIBLE
+                && (limit * WORTH * CAUSES[cause].least..kind.most()).contains(&size);
+            let explains = (left - fit.squares) / left;
+            (counts && explains > EXPLAINS).then_some((cause, explains))
+        };
+        let open = (0..CAUSES.len()).filter(|cause| !causes.contains(cause));
+        let candidates: Vec<(usize, f64)> = open.filter_map(|cause| with(&cause)).collect();
+        let Some(&(best, most)) = candidates.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+            break;
+        };
+        let others = candidates
+            .iter()
+            .filter(|(cause, explains)| *cause != best && *explains > RIVAL * most);
+        rivals.push(others.map(|(cause, _)| *cause).collect());
+        causes.push(best);
+    }
+    // An error that was a part of another one is none.
+    loop {
+        let all = balanced(measured, &columns(&causes));
+        let fit = match columns(&causes).is_empty() {
+            true => return None,
+            false => all.fit(&columns(&causes))?,
+        };
+        let fades = |place: &usize| {
+            let index = own.len() + place;
+            let (size, cause) = (fit.values[index].abs(), &CAUSES[causes[*place]]);
+            let matters = (limit * WORTH * cause.least..cause.kind.most()).contains(&size);
+            !matters || fit.t(index).abs() < limit * POSSIBLE
+        };
+        let Some(place) = (0..causes.len()).rev().find(fades) else {
+            return Some(Found { causes, rivals, fit, before: own.len() });
+        };
+        causes.remove(place);
+        rivals.remove(place);
+    }
+}
+
+/// The sums of all relations, each weighted by the variance that a fit of these columns leaves of it.
+fn balanced(measured: &[Measured], columns: &[usize]) -> Blocks {
+    let mut weights = vec![1.0; measured.len()];
+    for (weight, it) in weights.iter_mut().zip(measured) {
+        let own =
+            it.blocks.fit(&it.own).map_or_else(|| it.blocks.left(&[], &[]), |fit| fit.squares);
+        *weight = it.rows / own;
+    }
+    for _ in 0..3 {
+        let parts: Vec<(&Blocks, f64)> =
+            measured.iter().map(|it| &it.blocks).zip(weights.iter().copied()).collect();
+        let all = Blocks::weighted(&parts);
+        let Some(fit) = all.fit(columns) else { return all };
+        for (weight, it) in weights.iter_mut().zip(measured) {
+            *weight = it.rows / it.blocks.left(columns, &fit.values).max(f64::MIN_POSITIVE);
+        }
+    }
+    let parts: Vec<(&Blocks, f64)> = measured.iter().map(|it| &it.blocks).zip(weights).collect();
+    Blocks::weighted(&parts)
+}
+
+fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
+    match columns.is_empty() {
+        true => Some(all.left(&[], &[])),
+        false => Some(all.fit(columns)?.squares),
+    }
+}
+
+fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
+    let (cause, at) = (&CAUSES[index], found.before + place);
+    let (value, interval) = (found.fit.values[at], found.fit.interval(at));
+    if cause.check() == "delta_scale"
+        && case.found.findings.iter().any(|it| it.check == "delta_steering_wheel")
+    {
+        // The steering ratio is known roughly only.
+        return;
+    }
+    let rivals: Vec<String> =
+        found.rivals[place].iter().map(|&rival| CAUSES[rival].check()).collect();
+    let constant = found.fit.agrees(at);
+    let sure = match (constant && rivals.is_empty(), found.fit.t(at).abs()) {
+        _ if cause.kind == Kind::Relaxation => Sure::Possible,
+        _ if value.abs() < cause.least => Sure::Possible,
+        (true, CERTAIN..) => Sure::Certain,
+        (true, LIKELY..) => Sure::Likely,
+        _ => Sure::Possible,
+    };
+    let mut sentence = cause.sentence(value, interval);
+    if !rivals.is_empty() {
+        sentence += &format!(" Or else {}.", rivals.join(" or "));
+    }
+    if !constant {
+        let [first, second] = [0, 1].map(|half| significant(found.fit.halves[half].0[at], 2));
+        sentence +=
+            &format!(" The halves of the log disagree ({first} and {second}): it is no constant.");
+    }
+    let correction = match constant {
+        true => cause.correction(value),
+        false => "None: no constant corrects it.".to_owned(),
+    };
+    case.report(Finding {
+        check: cause.check(),
+        channels: vec![cause.channel],
+        sure,
+        value: Some(value),
+        interval: Some(interval),
+        sentence,
+        consequence: cause.consequence().to_owned(),
+        correction,
+        refuses: false,
+    });
+}

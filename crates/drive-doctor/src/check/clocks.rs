@@ -1,0 +1,239 @@
+//! Looks for a yaw rate that is late by more than the car's response: against wheel speeds and against steering.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use numerics::text::significant;
+
+use crate::blocks::{BLOCKS, Blocks, T_95, split};
+use crate::case::Case;
+use crate::finding::{Finding, Sure};
+use crate::motion::{Motion, quantile};
+
+/// Longest delay that is looked for [s].
+const LONGEST: f64 = 0.8;
+/// Delays of the yaw rate that a car has of its own behind its wheels, and behind its steering [s].
+const OF_WHEELS: f64 = 0.04;
+const OF_CAR: f64 = 0.15;
+
+/// A delay with what it rests on.
+#[derive(Clone, Copy, Debug)]
+struct Delay {
+    value: f64,
+    std: f64,
+    halves: [f64; 2],
+    half_stds: [f64; 2],
+}
+
+impl Delay {
+    fn interval(&self) -> [f64; 2] {
+        [self.value - T_95 * self.std, self.value + T_95 * self.std]
+    }
+
+    fn is_constant(&self) -> bool {
+        let apart = (self.halves[0] - self.halves[1]).abs();
+        apart < 2.5 * self.half_stds[0].hypot(self.half_stds[1]) || apart < 0.25 * self.value.abs()
+    }
+
+    /// Whether it is beyond `usual` for sure.
+    fn beyond(&self, usual: f64) -> bool {
+        let [low, high] = self.interval();
+        low > usual || high < -OF_WHEELS
+    }
+}
+
+/// Compares the yaw rate with independent clocks.
+pub(crate) fn check(case: &mut Case) {
+    if !case.has(&["v_x", "r"]) {
+        return;
+    }
+    let Some(motion) = Motion::of(case) else { return };
+    let sides = sides(case, &motion);
+    if sides.iter().any(|share| share.is_nan() || *share < 0.1) {
+        let reason = "the car turns to one side only: offset, delay and curve are one".to_owned();
+        case.cannot_tell(
+            "clocks, offsets and places of sensors",
+            reason,
+            "Drive left and right turns at several speeds.",
+        );
+    }
+    let steering = steering(&motion);
+    let wheels = [("omega_rl", "omega_rr"), ("omega_fl", "omega_fr")]
+        .map(|(left, right)| wheels(&motion, left, right));
+    let wheels = wheels.into_iter().flatten().min_by(|a, b| a.std.total_cmp(&b.std));
+    let (delay, sure) = match (steering, wheels) {
+        (Some(steering), Some(wheels)) if wheels.beyond(OF_WHEELS) => {
+            let agree = (steering.value - wheels.value).abs()
+                < OF_CAR + 2.0 * steering.std.hypot(wheels.std);
+            (
+                wheels,
+                if agree && steering.beyond(OF_WHEELS) { Sure::Certain } else { Sure::Possible },
+            )
+        }
+        (Some(steering), None) if steering.beyond(OF_CAR) => (steering, Sure::Likely),
+        (None, Some(wheels)) if wheels.beyond(OF_WHEELS) => (wheels, Sure::Likely),
+        _ => return,
+    };
+    report(case, delay, [steering, wheels], sure);
+}
+
+/// Shares of the moving time in which the car turns left and right.
+fn sides(case: &Case, motion: &Motion) -> [f64; 2] {
+    let r = motion.smooth(&motion.raw("r"), 0.25, 0);
+    let v_x = case
+        .signals
+        .get("v_x")
+        .map(|v_x| quantile(v_x.value.iter().copied(), 0.95))
+        .unwrap_or(f64::NAN);
+    let turns: Vec<f64> = r
+        .iter()
+        .zip(motion.raw("v_x"))
+        .filter(|(r, v)| r.is_finite() && *v > 0.3 * v_x)
+        .map(|(r, _)| *r)
+        .collect();
+    let usual = 0.3 * quantile(turns.iter().map(|r| r.abs()), 0.9);
+    let share = |sign: f64| turns.iter().filter(|r| sign * **r > usual).count() as f64;
+    let all = share(1.0) + share(-1.0);
+    [share(1.0) / all, share(-1.0) / all]
+}
+
+/// delta = L r/v_x + K v_x r: steering leads the yaw rate.
+fn steering(motion: &Motion) -> Option<Delay> {
+    let columns = [
+        motion.combine("r", "v_x", |r, v_x| r / v_x),
+        motion.combine("r", "v_x", |r, v_x| r * v_x),
+    ];
+    search(motion, &columns, &motion.raw("delta"))
+}
+
+/// The difference of two wheels' speeds over v_x is the curvature times the track.
+fn wheels(motion: &Motion, left: &str, right: &str) -> Option<Delay> {
+    let difference = motion.combine(left, right, |left, right| right - left);
+    let curvature = motion.combine("r", "v_x", |r, v_x| r / v_x);
+    let turn = motion.combine("r", "v_x", |r, v_x| r * v_x);
+    let scaled: Vec<f64> = difference.iter().zip(motion.raw("v_x")).map(|(d, v)| d / v).collect();
+    search(motion, &[curvature, turn], &scaled)
+}
+
+/// The delay of columns, whose values at t + delay make the target at t, with a constant.
+fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay> {
+    let v_x = motion.smooth(&motion.raw("v_x"), 0.25, 0);
+    let least = 0.3 * quantile(v_x.iter().copied(), 0.95);
+    let moves: Vec<bool> = v_x.iter().map(|v_x| *v_x > least).collect();
+    let split = split(&moves);
+    let clean = |column: &[f64]| -> Vec<f64> {
+        let kept: Vec<f64> = column
+            .iter()
+            .zip(&moves)
+            .map(|(x, moves)| if *moves { *x } else { f64::NAN })
+            .collect();
+        motion.smooth(&kept, 0.15, 0)
+    };
+    let (columns, target): (Vec<_>, _) =
+        (columns.iter().map(|column| clean(column)).collect(), clean(target));
+    let stride = (0.02 / motion.step).round().max(1.0) as i64;
+    let reach = (LONGEST / (motion.step * stride as f64)).ceil() as i64;
+    let one = vec![1.0; target.len()];
+    let shifted = |column: &Vec<f64>, rows: i64| -> Vec<f64> {
+        let at = |k: usize| {
+            usize::try_from(k as i64 + rows)
+                .ok()
+                .and_then(|k| column.get(k))
+                .copied()
+                .unwrap_or(f64::NAN)
+        };
+        (0..column.len()).map(at).collect()
+    };
+    // The same rows at all shifts.
+    let inner = |k: usize| {
+        let edge = (reach * stride) as usize;
+        let inside = k >= edge && k + edge < target.len();
+        let whole =
+            |column: &Vec<f64>| column[k - edge].is_finite() && column[k + edge].is_finite();
+        split[k].filter(|_| inside && columns.iter().all(whole))
+    };
+    let shifts: Vec<Blocks> = (-reach..=reach)
+        .map(|shift| {
+            let moved: Vec<Vec<f64>> =
+                columns.iter().map(|column| shifted(column, shift * stride)).collect();
+            let all: Vec<&[f64]> = moved.iter().map(Vec::as_slice).chain([&one[..]]).collect();
+            Blocks::of(&all, &target, inner)
+        })
+        .collect();
+    let step = motion.step * stride as f64;
+    let best = |kept: &dyn Fn(usize) -> bool| {
+        lowest(&shifts, kept).map(|place| (place - reach as f64) * step)
+    };
+    let value = best(&|_| true)?;
+    let spread = |kept: &dyn Fn(usize) -> bool, blocks: &[usize]| -> Option<f64> {
+        let without: Option<Vec<f64>> =
+            blocks.iter().map(|out| best(&|block| kept(block) && block != *out)).collect();
+        let without = without?;
+        let (count, mean) =
+            (without.len() as f64, without.iter().sum::<f64>() / without.len() as f64);
+        Some(
+            ((count - 1.0) / count * without.iter().map(|x| (x - mean).powi(2)).sum::<f64>())
+                .sqrt(),
+        )
+    };
+    let all: Vec<usize> = (0..BLOCKS).collect();
+    let (early, late) = all.split_at(BLOCKS / 2);
+    let half = |blocks: &[usize]| {
+        let kept = |block: usize| blocks.contains(&block);
+        Some((best(&kept)?, spread(&kept, blocks)?))
+    };
+    let (first, second) = (half(early)?, half(late)?);
+    let std = spread(&|_| true, &all)?.max(0.25 * step);
+    Some(Delay { value, std, halves: [first.0, second.0], half_stds: [first.1, second.1] })
+}
+
+/// The place of the smallest sum of squares over all shifts, between them by a parabola; `None` at an end, or where the fit
+/// explains little.
+fn lowest(shifts: &[Blocks], kept: &dyn Fn(usize) -> bool) -> Option<f64> {
+    let columns: Vec<usize> = (0..3).collect();
+    let squares: Option<Vec<[f64; 2]>> =
+        shifts.iter().map(|blocks| blocks.squares(&columns, kept)).collect();
+    let squares = squares?;
+    let place = (0..squares.len()).min_by(|&a, &b| squares[a][0].total_cmp(&squares[b][0]))?;
+    if place == 0 || place + 1 == squares.len() || squares[place][0] > 0.6 * squares[place][1] {
+        return None;
+    }
+    let [before, at, after] = [place - 1, place, place + 1].map(|k| squares[k][0]);
+    Some(place as f64 + 0.5 * (before - after) / (before - 2.0 * at + after))
+}
+
+fn report(case: &mut Case, delay: Delay, [steering, wheels]: [Option<Delay>; 2], sure: Sure) {
+    let text = |delay: Delay| {
+        let [low, high] = delay.interval().map(|x| significant(x, 2));
+        format!("{} s [{low}, {high}]", significant(delay.value, 2))
+    };
+    let mut against = Vec::new();
+    against.extend(
+        wheels.map(|delay| format!("{} against the difference of the wheel speeds", text(delay))),
+    );
+    against.extend(steering.map(|delay| format!("{} against steering", text(delay))));
+    let mut sentence = format!(
+        "`r` is {}: {}.",
+        if delay.value > 0.0 { "late" } else { "early" },
+        against.join(", ")
+    );
+    let constant = delay.is_constant();
+    if !constant {
+        let [first, second] = delay.halves.map(|x| significant(x, 2));
+        sentence +=
+            &format!(" It is no constant: {first} s in the first half, {second} s in the second.");
+    }
+    case.report(Finding {
+        check: "r_delay".to_owned(),
+        channels: vec!["r"],
+        sure,
+        value: Some(delay.value),
+        interval: Some(delay.interval()),
+        sentence,
+        consequence: "Slips and forces are those of different moments: stiffness can come out many times too large, or negative.".to_owned(),
+        correction: match constant {
+            true => format!("delay = {}", significant(delay.value, 2)),
+            false => "No constant corrects it: record the yaw rate with its own clock.".to_owned(),
+        },
+        refuses: delay.value.abs() > 0.1 || !constant,
+    });
+    case.correct("r", 1.0, delay.value);
+}

@@ -1,0 +1,192 @@
+//! Finds units and signs that contradict each other: the fewest mistakes that make all relations of the motion true.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+mod mistakes;
+mod relations;
+
+use mistakes::{MISTAKES, Mistake};
+use numerics::text::significant;
+use relations::Relation;
+
+use crate::case::Case;
+use crate::finding::{Finding, Sure};
+use crate::motion::Motion;
+
+/// Most channels that are wrong at once.
+const MOST: usize = 3;
+/// Nats by which a mistake must explain the log better than all explanations without it.
+const LIKELY: f64 = 3.0;
+const CERTAIN: f64 = 5.0;
+
+/// Mistakes that are made together, and how badly the log fits them: the negative logarithm of their probability, in nats.
+#[derive(Clone, Debug)]
+struct Explanation {
+    mistakes: Vec<usize>,
+    nats: f64,
+}
+
+/// Checks units and signs, and corrects what is likely wrong.
+pub(crate) fn check(case: &mut Case) {
+    if !case.has(&["v_x"]) || !(case.has(&["r"]) || case.has(&["a_x"]) || case.has(&["omega_fl"])) {
+        let reason =
+            "units and signs show in v_x with the yaw rate, a_x or wheel speeds".to_owned();
+        case.cannot_tell(
+            "units",
+            reason,
+            "Give v_x and r at least, better a_y, v_y and delta too.",
+        );
+        return;
+    }
+    let Some(motion) = Motion::of(case) else { return };
+    let relations = relations::all(case, &motion);
+    for name in ["v_y", "r", "a_y", "a_x", "delta"] {
+        let told =
+            relations.iter().any(|it| it.strict && it.powers.iter().any(|(of, _)| *of == name));
+        if case.has(&[name]) && !told {
+            let reason = format!(
+                "no relation to the other channels is strong enough to tell the unit and sign of `{name}`"
+            );
+            case.cannot_tell("units", reason, "Drive left and right turns at changing speed.");
+        }
+    }
+    let explanations = explanations(case, &relations);
+    let Some(best) = explanations.first() else { return };
+    for &index in &best.mistakes {
+        report(case, &relations, &explanations, index);
+    }
+}
+
+/// All explanations with few mistakes, the best first.
+fn explanations(case: &Case, relations: &[Relation]) -> Vec<Explanation> {
+    let possible = |index: &usize| {
+        let channel = MISTAKES[*index].channel;
+        case.has(&[channel])
+            && relations.iter().any(|it| it.powers.iter().any(|(name, _)| *name == channel))
+    };
+    let possible: Vec<usize> = (0..MISTAKES.len()).filter(possible).collect();
+    let mut all = vec![Explanation { mistakes: Vec::new(), nats: nats(&[], relations) }];
+    let mut from = 0;
+    for _ in 0..MOST {
+        let until = all.len();
+        for shorter in from..until {
+            let before = all[shorter].mistakes.clone();
+            for &next in &possible {
+                let after = before.last().is_none_or(|last| next > *last);
+                let other = |&index: &usize| MISTAKES[index].channel != MISTAKES[next].channel;
+                if after && before.iter().all(other) {
+                    let mistakes: Vec<usize> = before.iter().copied().chain([next]).collect();
+                    let nats = nats(&mistakes, relations);
+                    all.push(Explanation { mistakes, nats });
+                }
+            }
+        }
+        from = until;
+    }
+    all.sort_by(|a, b| a.nats.total_cmp(&b.nats));
+    all
+}
+
+fn nats(mistakes: &[usize], relations: &[Relation]) -> f64 {
+    let made: Vec<&Mistake> = mistakes.iter().map(|&index| &MISTAKES[index]).collect();
+    let rare: f64 = made.iter().map(|mistake| mistake.nats).sum();
+    rare + relations.iter().map(|relation| relation.nats(&made)).sum::<f64>()
+}
+
+fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation], index: usize) {
+    let (mistake, best) = (&MISTAKES[index], &explanations[0]);
+    let Some(rival) = explanations.iter().find(|it| !it.mistakes.contains(&index)) else { return };
+    let (nothing, margin) = (nats(&[], relations) - best.nats, rival.nats - best.nats);
+    let others = rival.mistakes.iter().filter(|other| !best.mistakes.contains(other));
+    let others: Vec<&Mistake> = others.map(|&other| &MISTAKES[other]).collect();
+    let sure = match (margin, others.is_empty()) {
+        (CERTAIN.., _) => Sure::Certain,
+        (LIKELY.., _) => Sure::Likely,
+        // One of both it is.
+        (_, false) if nothing > CERTAIN => Sure::Likely,
+        _ => Sure::Possible,
+    };
+    let made: Vec<&Mistake> = best.mistakes.iter().map(|&index| &MISTAKES[index]).collect();
+    let without: Vec<&Mistake> =
+        made.iter().copied().filter(|it| it.channel != mistake.channel).collect();
+    let gain = |relation: &&Relation| relation.nats(&without) - relation.nats(&made);
+    // A size only says that something is wrong; a relation says by how much.
+    let telling = |it: &&Relation| (it.signed && gain(it) > 1.0, gain(it));
+    let better = |a: &&Relation, b: &&Relation| {
+        let ((a, a_gain), (b, b_gain)) = (telling(a), telling(b));
+        a.cmp(&b).then(a_gain.total_cmp(&b_gain))
+    };
+    let Some(evidence) = relations.iter().max_by(better) else { return };
+    let factor = evidence.factor(mistake, &without);
+    let mut sentence =
+        format!("`{}` is {}: {}", mistake.channel, mistake.what(factor), evidence.sentence());
+    let mut correction = mistake.correction(factor);
+    if margin < LIKELY {
+        for other in &others {
+            sentence += &format!(" Or else `{}` is {}.", other.channel, other.what(other.middle()));
+            correction +=
+                &format!("  # or in {}: {}", other.channel, other.correction(other.middle()));
+        }
+    }
+    case.report(Finding {
+        check: mistake.check(),
+        channels: vec![mistake.channel],
+        sure,
+        value: Some(evidence.value),
+        interval: Some(evidence.interval),
+        sentence,
+        consequence: mistake.consequence().to_owned(),
+        correction,
+        refuses: true,
+    });
+    if sure <= Sure::Likely {
+        case.correct(mistake.channel, factor, 0.0);
+    }
+}
+
+impl Mistake {
+    /// The mistake as a name: `v_x_unit`, `a_y_sign`, `delta_steering_wheel`.
+    fn check(&self) -> String {
+        format!("{}_{}", self.channel, self.kind)
+    }
+
+    /// The mistake in words, with a factor that is found only now.
+    fn what(&self, factor: f64) -> String {
+        match self.kind {
+            "steering_wheel" => format!(
+                "{}, {} times that of the road wheels",
+                self.words,
+                significant(factor.abs() / self.scale, 2)
+            ),
+            _ => self.words.to_owned(),
+        }
+    }
+
+    fn correction(&self, factor: f64) -> String {
+        match self.kind {
+            "steering_wheel" => {
+                let ratio = factor.abs() / self.scale;
+                let gain = significant(1.0 / ratio, 3);
+                let sign = if self.sign < 0.0 { "; sign = -1" } else { "" };
+                format!("gain = {gain}{sign}{}  # one over the steering ratio", self.line)
+            }
+            _ => self.line.to_owned(),
+        }
+    }
+
+    fn consequence(&self) -> &'static str {
+        match (self.channel, self.kind) {
+            ("delta", "steering_wheel") => {
+                "The slip of the front axle is too large many times over, its stiffness too small."
+            }
+            ("delta", _) => {
+                "The slip of the front axle is wrong; its stiffness goes with the factor."
+            }
+            ("v_x", _) => "All slips are wrong by the factor, stiffness and curvature with them.",
+            ("v_y", _) => "Both slips are wrong; the rear stiffness can even turn its sign.",
+            ("a_y", _) => "All lateral forces are wrong by the factor: D and K with them.",
+            ("r", _) => "Slips and the share of the axles are wrong; the fit follows with C and E.",
+            ("a_x", _) => "Longitudinal forces and the load transfer are wrong.",
+            _ => "The slip ratios of the wheels are wrong.",
+        }
+    }
+}

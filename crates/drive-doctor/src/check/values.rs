@@ -1,0 +1,161 @@
+//! Looks at the values of each channel: spikes, values that are held for several rows, coarse steps.
+
+use numerics::text::significant;
+use preparation::Signal;
+
+use crate::case::Case;
+use crate::finding::{Finding, Sure};
+use crate::motion::{median_step, quantile};
+
+/// Checks all channels. Spikes and repeats are left out of all that follows.
+pub(crate) fn check(case: &mut Case) {
+    let names: Vec<_> = case.signals.keys().copied().collect();
+    for name in names {
+        if case.signals[name].value.len() >= 50 {
+            spikes(case, name);
+            if !coarse(case, name) {
+                held(case, name);
+            }
+        }
+    }
+}
+
+/// Rows on either side that a spike is compared with.
+const REACH: usize = 4;
+
+fn spikes(case: &mut Case, name: &'static str) {
+    let Some(signal) = case.signals.get_mut(name) else { return };
+    let range =
+        quantile(signal.value.iter().copied(), 0.99) - quantile(signal.value.iter().copied(), 0.01);
+    let rows = signal.value.len();
+    let apart: Vec<f64> = signal.value.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let usual = quantile(apart, 0.5);
+    let off = |k: usize| {
+        let near = k.saturating_sub(REACH)..(k + REACH + 1).min(rows);
+        let middle = quantile(signal.value[near.clone()].iter().copied(), 0.5);
+        let spread = quantile(signal.value[near].iter().map(|x| (x - middle).abs()), 0.5);
+        (signal.value[k] - middle).abs() > (0.5 * range).max(10.0 * spread).max(12.0 * usual)
+    };
+    let spikes: Vec<usize> = (0..rows).filter(|&k| off(k)).collect();
+    // Many are no spikes but the signal's own nature.
+    if spikes.is_empty() || spikes.len() > rows / 100 || range == 0.0 {
+        return;
+    }
+    let first = spikes[0];
+    let (signal_value, middle) = (signal.value[first], quantile(signal.value.iter().copied(), 0.5));
+    let [value, at] = [signal_value, signal.time[first]].map(|x| significant(x, 5));
+    let mut next = spikes.iter().peekable();
+    let kept: Vec<usize> = (0..rows).filter(|k| next.next_if_eq(&k).is_none()).collect();
+    *signal = keep(signal, &kept);
+    let count = spikes.len();
+    let gross = (signal_value - middle).abs() > 3.0 * range;
+    case.report(Finding {
+        check: format!("{name}_spikes"),
+        channels: vec![name],
+        sure: if gross { Sure::Likely } else { Sure::Possible },
+        value: Some(count as f64),
+        interval: None,
+        sentence: format!(
+            "`{name}` leaps in {count} rows, such as to {value} at {at} s, and back at once."
+        ),
+        consequence: "Least squares follow a leap with all parameters.".to_owned(),
+        correction: "Leave these rows empty and write gaps = \"interpolate\" in the column."
+            .to_owned(),
+        refuses: false,
+    });
+}
+
+fn keep(signal: &Signal, rows: &[usize]) -> Signal {
+    let pick = |values: &[f64]| rows.iter().map(|&k| values[k]).collect();
+    Signal { time: pick(&signal.time), value: pick(&signal.value) }
+}
+
+/// Steps of a value that are a hundredth of its range or more.
+fn coarse(case: &mut Case, name: &'static str) -> bool {
+    let signal = &case.signals[name];
+    let mut levels = signal.value.clone();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    let range =
+        quantile(signal.value.iter().copied(), 0.99) - quantile(signal.value.iter().copied(), 0.01);
+    let quantum = quantile(levels.windows(2).map(|pair| pair[1] - pair[0]), 0.1);
+    let whole = |pair: &&[f64]| {
+        let steps = (pair[1] - pair[0]) / quantum;
+        (steps - steps.round()).abs() < 0.05
+    };
+    let even = levels.windows(2).filter(whole).count() as f64 > 0.95 * (levels.len() as f64 - 1.0);
+    if !(even && levels.len() > 2 && quantum > 0.01 * range) {
+        return false;
+    }
+    let quantum = significant(quantum, 3);
+    case.report(Finding {
+        check: format!("{name}_coarse"),
+        channels: vec![name],
+        sure: Sure::Possible,
+        value: None,
+        interval: None,
+        sentence: format!("`{name}` moves in steps of {quantum}, {} levels in all.", levels.len()),
+        consequence:
+            "The rounding is an error that stays the same for many rows: intervals are too narrow."
+                .to_owned(),
+        correction: "Record it with more digits.".to_owned(),
+        refuses: false,
+    });
+    true
+}
+
+fn held(case: &mut Case, name: &'static str) {
+    let Some(signal) = case.signals.get_mut(name) else { return };
+    let first: Vec<usize> = (0..signal.value.len())
+        .filter(|&k| k == 0 || signal.value[k] != signal.value[k - 1])
+        .collect();
+    let rows = signal.value.len();
+    let ends = [f64::min, f64::max].map(|f| signal.value.iter().copied().fold(signal.value[0], f));
+    let stops = signal
+        .value
+        .windows(2)
+        .filter(|pair| pair[0] == pair[1] && ends.contains(&pair[0]))
+        .count();
+    let share = 1.0 - (first.len() + stops) as f64 / rows as f64;
+    // A plateau at a stop is no held sample: usual runs decide.
+    let length = quantile(first.windows(2).map(|pair| (pair[1] - pair[0]) as f64), 0.5);
+    if share < 0.03 || first.len() < 20 {
+        return;
+    }
+    let held = length >= 2.0;
+    let period = length * median_step(&signal.time);
+    // An actuator that gets a command holds it: there is nothing between two of them.
+    let actuator = ["F_x", "delta"].contains(&name);
+    if held && !actuator {
+        *signal = keep(signal, &first);
+    }
+    let percent = significant(100.0 * share, 2);
+    let (sentence, correction) = match held {
+        true => (
+            format!(
+                "`{name}` is a held signal: a new value every {} s ({length} rows).",
+                significant(period, 3)
+            ),
+            format!(
+                "delay = {}  # half of the time for which a value is held",
+                significant(0.5 * (period - period / length), 2)
+            ),
+        ),
+        false => (
+            format!("`{name}` repeats the value before it in {percent} % of the rows."),
+            "Leave repeated values empty and write gaps = \"interpolate\" in the column."
+                .to_owned(),
+        ),
+    };
+    case.report(Finding {
+        check: format!("{name}_held"),
+        channels: vec![name],
+        sure: if held && !actuator { Sure::Likely } else { Sure::Possible },
+        value: Some(share),
+        interval: None,
+        sentence,
+        consequence: "A held value is late by half of the time for which it is held, and is counted several times.".to_owned(),
+        correction,
+        refuses: false,
+    });
+}

@@ -1,0 +1,173 @@
+//! Brings channels to common instants and smooths them and their derivatives with one zero-phase filter, so that relations
+//! between true signals hold between smoothed ones too.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use std::collections::BTreeMap;
+
+use preparation::Signal;
+
+use crate::case::Case;
+
+/// Most rows: an hour at 100 Hz is looked at in steps of 0.018 s.
+const MOST_ROWS: f64 = 200_000.0;
+
+/// Channels at common instants; NaN where one has no sample nearby.
+#[derive(Debug)]
+pub(crate) struct Motion {
+    /// Distance of rows [s].
+    pub step: f64,
+    columns: BTreeMap<&'static str, Vec<f64>>,
+    len: usize,
+}
+
+/// Median distance of time stamps [s]; NaN of fewer than two.
+pub(crate) fn median_step(time: &[f64]) -> f64 {
+    median(time.windows(2).map(|pair| pair[1] - pair[0]).collect())
+}
+
+/// Median; NaN of none.
+pub(crate) fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// A quantile, no interpolation; NaN of none. What is no number does not count.
+pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
+    let place = (share * last as f64).round() as usize;
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+impl Motion {
+    /// The channels of a case. `None` without two channels that share some time.
+    pub fn of(case: &Case) -> Option<Self> {
+        let signals: Vec<_> = case.signals.iter().filter(|(_, it)| it.time.len() > 4).collect();
+        let first = signals.iter().map(|(_, it)| it.time[0]);
+        let last = signals.iter().map(|(_, it)| it.time[it.time.len() - 1]);
+        let (start, end) =
+            (first.fold(f64::INFINITY, f64::min), last.fold(f64::NEG_INFINITY, f64::max));
+        let steps = signals.iter().map(|(_, it)| median_step(&it.time));
+        let step = median(steps.collect()).max((end - start) / MOST_ROWS);
+        if !(step > 0.0 && end > start) {
+            return None;
+        }
+        let len = ((end - start) / step) as usize + 1;
+        let at = |signal: &Signal| {
+            let reach = (5.0 * median_step(&signal.time)).max(2.5 * step);
+            interpolate(signal, start, step, len, reach)
+        };
+        let columns = signals.iter().map(|(name, signal)| (**name, at(signal))).collect();
+        Some(Self { step, columns, len })
+    }
+
+    /// The channel at the common instants; absent ones have no numbers.
+    pub fn raw(&self, name: &str) -> Vec<f64> {
+        self.columns.get(name).cloned().unwrap_or_else(|| vec![f64::NAN; self.len])
+    }
+
+    /// Combines two channels, row by row.
+    pub fn combine(&self, a: &str, b: &str, f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        self.raw(a).iter().zip(&self.raw(b)).map(|(a, b)| f(*a, *b)).collect()
+    }
+
+    /// A column, or its derivative of this order, under a Gaussian filter of standard deviation `sigma` [s]; nothing within
+    /// three `sigma` of what has no number.
+    pub fn smooth(&self, column: &[f64], sigma: f64, order: usize) -> Vec<f64> {
+        let weights = self.weights(sigma, order);
+        let half = weights.len() / 2;
+        let at = |k: usize| {
+            if k < half || k + half >= column.len() {
+                return f64::NAN;
+            }
+            column[k - half..=k + half].iter().zip(&weights).map(|(value, w)| value * w).sum()
+        };
+        (0..column.len()).map(at).collect()
+    }
+
+    fn weights(&self, sigma: f64, order: usize) -> Vec<f64> {
+        let sigma = sigma.max(1.2 * self.step);
+        let half = (3.0 * sigma / self.step).ceil() as usize;
+        let offset = |i: usize| (i as f64 - half as f64) * self.step;
+        let bell: Vec<f64> =
+            (0..=2 * half).map(|i| (-0.5 * (offset(i) / sigma).powi(2)).exp()).collect();
+        let total: f64 = bell.iter().sum();
+        // Moments of the sampled bell, so that lines and parabolas keep their derivatives.
+        let moment =
+            |power| bell.iter().enumerate().map(|(i, w)| w * offset(i).powi(power)).sum::<f64>();
+        let (second, fourth) = (moment(2), moment(4));
+        let weight = |(i, w): (usize, &f64)| match order {
+            0 => w / total,
+            1 => w * offset(i) / second,
+            _ => {
+                2.0 * w * (offset(i).powi(2) - second / total) / (fourth - second * second / total)
+            }
+        };
+        bell.iter().enumerate().map(weight).collect()
+    }
+
+    /// The narrowest of usual filters [s] from `least` on under which the derivative of a channel is hardly noise. `None` where all of it is.
+    ///
+    /// A regression on a column with a share of noise finds a coefficient that is too small by that share.
+    pub fn filter(&self, name: &str, least: f64) -> Option<f64> {
+        const HARDLY: f64 = 0.004;
+        let column = self.raw(name);
+        // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise.
+        let third = column.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs());
+        let noise = quantile(third, 0.5) / (0.6745 * 20_f64.sqrt());
+        let is_wide_enough = |sigma: &f64| {
+            let weights = self.weights(*sigma, 1);
+            let noise = noise * noise * weights.iter().map(|w| w * w).sum::<f64>();
+            let rate: Vec<f64> =
+                self.smooth(&column, *sigma, 1).into_iter().filter(|x| x.is_finite()).collect();
+            let all = rate.iter().map(|x| x * x).sum::<f64>() / rate.len() as f64;
+            noise < HARDLY * all
+        };
+        let widths = [1.0, 1.5, 2.2, 3.3, 5.0, 7.0].map(|times| times * least);
+        widths.into_iter().find(is_wide_enough)
+    }
+}
+
+/// Lines between samples that are at most `reach` [s] apart.
+fn interpolate(signal: &Signal, start: f64, step: f64, len: usize, reach: f64) -> Vec<f64> {
+    let (time, value) = (&signal.time, &signal.value);
+    let mut i = 0;
+    let at = |k: usize| {
+        let t = start + k as f64 * step;
+        while i + 2 < time.len() && time[i + 1] < t {
+            i += 1;
+        }
+        let (from, until) = (time[i], time[i + 1]);
+        // Rounding moves the last instants a little beyond the stamps.
+        let slack = 1e-3 * step;
+        if t < from - slack || t > until + slack || until - from > reach {
+            return f64::NAN;
+        }
+        value[i] + (value[i + 1] - value[i]) * (t - from) / (until - from)
+    };
+    (0..len).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_of_a_parabola_are_kept() {
+        let motion = Motion { step: 0.02, columns: BTreeMap::new(), len: 100 };
+        let column: Vec<f64> =
+            (0..100).map(|k| 3.0 + 0.02 * f64::from(k) + (0.02 * f64::from(k)).powi(2)).collect();
+        let smooth = |order| motion.smooth(&column, 0.06, order)[50];
+        assert!((smooth(1) - 3.0).abs() < 1e-9 && (smooth(2) - 2.0).abs() < 1e-9);
+        assert!(motion.smooth(&column, 0.06, 0)[3].is_nan());
+    }
+
+    #[test]
+    fn nothing_is_made_up_within_a_gap() {
+        let signal =
+            Signal { time: vec![0.0, 0.1, 0.2, 5.2, 5.3], value: vec![0.0, 1.0, 2.0, 3.0, 4.0] };
+        let found = interpolate(&signal, 0.0, 0.1, 54, 0.5);
+        assert!(
+            (found[1] - 1.0).abs() < 1e-9 && found[20].is_nan() && (found[53] - 4.0).abs() < 1e-6
+        );
+    }
+}
