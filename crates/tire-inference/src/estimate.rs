@@ -21,6 +21,7 @@ use crate::fit::{FitError, Solution};
 use crate::model::ModelVerdict;
 use crate::parameters::{Parameter, Theta};
 use crate::plausibility;
+use crate::posterior::predictive::Predictive;
 use crate::posterior::report::{PosteriorReport, UncertaintySource};
 use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
@@ -102,10 +103,9 @@ pub fn identify(
     methods: &[Method],
 ) -> Result<Answer, FitError> {
     let whole = Instant::now();
-    let begin = whole;
     plausibility::check(samples, settings.direction)?;
     let best = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
-    let fitting = begin.elapsed();
+    let fitting = whole.elapsed();
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
     let Settings { prior, direction, .. } = settings;
 
@@ -116,7 +116,7 @@ pub fn identify(
     let (noise_std, direction) = (best.noise_std, *direction);
     let evidence = Evidence { data: &data, slip_range, noise_std, direction };
     let judgements = judge(&evidence, prior, &posterior, &best.theta);
-    let model = report.predictive.as_ref().map(|found| found.model()).unwrap_or_default();
+    let model = report.predictive.as_ref().map(Predictive::model).unwrap_or_default();
     let judgements: Vec<_> = judgements.into_iter().map(|it| capped(it, &model)).collect();
     let band = report.band.as_ref();
     let agreement = Agreement { judgements: &judgements, band, posterior: &posterior, prior };
@@ -160,17 +160,27 @@ pub fn identify(
             if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
         let seconds = (before + shared + begin.elapsed()).as_secs_f64();
         let solution = again.as_ref().unwrap_or(&free);
-        let nearest =
-            || Solution { theta: agreement.nearest().unwrap_or(solution.theta), ..free.clone() };
-        let estimate = match agreement.holds(&solution.theta) {
-            true => assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len()),
-            false => assemble(&nearest(), &[], &judgements, &posterior, slip_range, samples.len()),
-        };
+        let (solution, fixed) = agreed(&agreement, (solution, &fixed), &free);
+        let estimate =
+            assemble(&solution, fixed, &judgements, &posterior, slip_range, samples.len());
         let (source, summary) = (report.source(), Some(report.clone()));
         estimates.push((method, Estimate { seconds, source, posterior: summary, ..estimate }));
         unrestricted.push((method, free));
     }
     Ok(Answer { estimates, unrestricted, judgements, posterior, report, variational })
+}
+
+/// A fit with what it holds, or the draw nearest to what is known where the posterior rejects that fit.
+fn agreed<'a>(
+    agreement: &Agreement,
+    (solution, fixed): (&Solution, &'a [Parameter]),
+    free: &Solution,
+) -> (Solution, &'a [Parameter]) {
+    if agreement.holds(&solution.theta) {
+        return (solution.clone(), fixed);
+    }
+    let theta = agreement.nearest().unwrap_or(solution.theta);
+    (Solution { theta, ..free.clone() }, &[])
 }
 
 /// A judgement that is no better than the model.

@@ -113,20 +113,12 @@ pub fn predictive(
             *second += r * r;
         }
     }
-    noise /= draws;
-    let (mut inside, mut gross) = (0.0, 0.0);
-    for (first, second) in first.iter().zip(&second) {
-        let mean = first / draws;
-        let spread = second / draws - mean * mean;
-        let off = mean.abs() / (noise + spread.max(0.0)).sqrt();
-        inside += f64::from(off <= MIDDLE);
-        gross += f64::from(off > GROSS);
-    }
+    let [inside, gross] = shares([&first, &second], draws, noise / draws);
     let count = used.len() as f64;
     let found = Predictive {
-        inside: inside / count,
+        inside,
         p_value: larger / draws,
-        gross: gross / count,
+        gross,
         autocorrelation: autocorrelation(&first),
         independent: dependence.share() * all.len() as f64,
         fits: true,
@@ -134,6 +126,20 @@ pub fn predictive(
         tests: Vec::new(),
     };
     Some(found.concluded(count / time))
+}
+
+/// Shares of the samples inside of the middle 95 % of predictions and grossly outside, from sums of first and second powers of their
+/// residuals over draws.
+fn shares([first, second]: [&[f64]; 2], draws: f64, noise: f64) -> [f64; 2] {
+    let (mut inside, mut gross) = (0.0, 0.0);
+    for (first, second) in first.iter().zip(second) {
+        let mean = first / draws;
+        let spread = second / draws - mean * mean;
+        let off = mean.abs() / (noise + spread.max(0.0)).sqrt();
+        inside += f64::from(off <= MIDDLE);
+        gross += f64::from(off > GROSS);
+    }
+    [inside, gross].map(|sum| sum / first.len() as f64)
 }
 
 impl Predictive {
