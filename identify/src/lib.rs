@@ -15,3 +15,4 @@ pub mod sobol;
 pub mod start_values;
 pub mod studies;
 pub mod told;
+pub mod widening;

@@ -21,12 +21,13 @@ pub struct Tire<'a> {
     pub direction: Direction,
 }
 
-/// One line `"node.tire.B" = value` for each parameter, with its verdict in a comment. Parameters without a finite value are
+/// The verdict on the whole, and one line `"node.tire.B" = value` for each parameter, with its verdict in a comment. Parameters without a finite value are
 /// left out, with a comment that says so.
-pub fn write(tires: &[Tire]) -> String {
+pub fn write(tires: &[Tire], verdict: &str) -> String {
     let mut text = String::from(
         "# Tire parameters that were identified, for `trackside run --set @tires.toml`.\n",
     );
+    let _ = writeln!(text, "# {}", comment(verdict));
     for tire in tires {
         let estimate = tire.estimate;
         let [low, high] = estimate.slip_range.map(|slip| tire.direction.slip(slip));
@@ -140,7 +141,7 @@ mod tests {
             direction: Direction::Lateral,
         };
         let odd = Tire { node: "my \"plant\"\n", tire: "tire\nr", ..front };
-        let text = write(&[front, odd]);
+        let text = write(&[front, odd], "The model\ndoes not fit.");
         let table: toml::Table = toml::from_str(&text).expect("TOML");
         assert_eq!(table["plant.tire_f.B"].as_float(), Some(15.1));
         assert_eq!(table["plant.tire_f.C"].as_float(), Some(2.0), "a whole number is a float too");
@@ -153,6 +154,7 @@ mod tests {
         );
         assert!(text.contains("\"plant.tire_f.B\" = 15.1 # identified: 15.10 ± 0.25"));
         assert!(text.contains("# not identifiable, held at the prior: 2.000"));
+        assert!(text.contains("\n# The model does not fit.\n"));
         assert!(text.contains("# D has no finite value."));
     }
 }

@@ -49,6 +49,11 @@ pub struct Overall<'a> {
 }
 
 impl Overall<'_> {
+    /// The verdict in a sentence.
+    pub fn verdict(&self) -> String {
+        self.summary().swap_remove(0)
+    }
+
     /// Sentences, of which the first has the verdict.
     pub fn summary(&self) -> Vec<String> {
         let known = match (self.model.sentence.as_str(), self.model.verdict) {
@@ -157,15 +162,16 @@ fn cells(estimate: &Estimate, name: &str) -> [String; 2] {
     [format!("{value:.places$}{interval}"), verdict.to_owned()]
 }
 
-/// Takes the slip at the peak away from a curve that has none.
+/// Takes the slip at the peak away from a curve that has none, or of which the posterior has none.
 #[must_use]
 pub fn forget_absent_peak(mut estimate: Estimate) -> Estimate {
     let value = |parameter: Parameter| estimate.mean.get(parameter.name()).copied().unwrap_or(0.0);
     let peak = curve(&Parameter::ALL.map(value)).peak_slip();
-    if peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
+    let name = Quantity::PeakSlip.name();
+    let drawn = estimate.interval.get(name).is_none_or(|[low, _]| *low < HIGHEST_PEAK_SLIP);
+    if drawn && peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
         return estimate;
     }
-    let name = Quantity::PeakSlip.name();
     for numbers in [&mut estimate.mean, &mut estimate.std] {
         numbers.remove(name);
     }

@@ -11,8 +11,7 @@ use vehicle::{Aero, Body, Differential, Vehicle, Wheel};
 use super::known::{Air, Known};
 use super::rules::{self, demand};
 
-/// Mass, inertia and lengths of the car. A plain number has the usual standard deviation; a table has its own: a number `value`
-/// and its standard deviation `std`, in the same unit.
+/// Mass, inertia and lengths of the car.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Masses {
@@ -38,7 +37,8 @@ pub struct Masses {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DrivenCar {
-    /// Mass, inertia and lengths.
+    /// Mass, inertia and lengths: plain numbers with the usual standard deviations, or tables of `value` and `std`, a standard
+    /// deviation in the same unit.
     #[schemars(required)]
     body: Option<Masses>,
     /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce
@@ -59,7 +59,8 @@ pub struct DrivenCar {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoggedCar {
-    /// Mass, inertia and lengths.
+    /// Mass, inertia and lengths: plain numbers with the usual standard deviations, or tables of `value` and `std`, a standard
+    /// deviation in the same unit.
     #[schemars(required)]
     body: Option<Masses>,
     /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce

@@ -91,7 +91,7 @@ pub(super) fn closed_loop(
         Tire { node, tire, estimate, direction }
     };
     let tires = [tire("tire_f", &found.estimates.front), tire("tire_r", &found.estimates.rear)];
-    host.file("tires.toml", &start_values::write(&tires));
+    host.file("tires.toml", &start_values::write(&tires, &overall(&options, &found).verdict()));
     draw(&options, (&used, &recording.sampling), &found, &validations, host);
     Ok(report(&options, (&used, &recording.sampling), &found, &validations))
 }

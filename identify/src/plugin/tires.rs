@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use drive_inference::CarUncertainty;
 use numerics::text::significant;
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
@@ -10,8 +11,9 @@ use preparation::{Column, DriveLog, Lost, OffsetSource, Pipeline, Points, Prepar
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
-use tire_inference::fit::FitError;
-use tire_inference::settings::Settings;
+use tire_inference::fit::{FitError, FitOptions};
+use tire_inference::parameters::Theta;
+use tire_inference::settings::{Method, Settings};
 
 use crate::config::Tires;
 use crate::design::d_optimal;
@@ -19,6 +21,7 @@ use crate::page::{self, Page, Section};
 use crate::plugin::{go_on, methods, overall};
 use crate::start_values::{self, Tire};
 use crate::told::{Overall, Told, forget_absent_peak};
+use crate::widening::{Widening, perturbed};
 
 /// One curve of the car.
 struct Curve<'a> {
@@ -96,9 +99,46 @@ pub(super) fn tires(
     if config.axle_coupling > 0.0 {
         couple_axles(&curves, &mut found, config.axle_coupling)?;
     }
+    for (widening, (settings, answer)) in
+        widenings(&pipeline, &uncertainty, &recording, &found, host)?.iter().zip(&mut found)
+    {
+        widening.widen(answer, &settings.prior, config.seed);
+    }
     let car = page::car::logged(&car, &uncertainty);
     leave_files(config, &curves, &found, (&prepared, &car), host);
     Ok(report(config, &curves, &found, &prepared))
+}
+
+/// How far each curve moves with the uncertain data of the car.
+fn widenings(
+    pipeline: &Pipeline,
+    uncertainty: &CarUncertainty,
+    recording: &DriveLog,
+    found: &[(Settings, Answer)],
+    host: &mut dyn Host,
+) -> Result<Vec<Widening>, String> {
+    let mut widenings = vec![Widening::default(); found.len()];
+    for (name, cars) in perturbed(&pipeline.car, uncertainty) {
+        go_on(host, 0.95, &format!("fitting with another {name}"))?;
+        let failed = |error: String| format!("with another {name}: {error}");
+        let fits = |car| -> Result<Vec<Theta>, String> {
+            let pipeline = Pipeline { car, ..pipeline.clone() };
+            let prepared = pipeline.run(recording).map_err(|error| failed(error.to_string()))?;
+            let fit = |(curve, (settings, answer)): (Curve, &(Settings, Answer))| {
+                let start = answer.unrestricted.first().map(|(_, solution)| solution.theta);
+                let options = start.map_or(settings.options, FitOptions::from_start);
+                let settings = Settings { options, ..settings.clone() };
+                let fit =
+                    settings.fit(&curve.points.samples, &settings.prior, Method::LeastSquares);
+                fit.map(|solution| solution.theta).map_err(|error| failed(error.to_string()))
+            };
+            curves(&prepared).into_iter().zip(found).map(fit).collect()
+        };
+        let [low, high] = cars.map(fits);
+        let ends = low?.into_iter().zip(high?);
+        widenings.iter_mut().zip(ends).for_each(|(it, (low, high))| it.add(name, [low, high]));
+    }
+    Ok(widenings)
 }
 
 /// Fits the lateral curves of both axles again, drawn to each other.
@@ -185,7 +225,8 @@ fn leave_files(
             direction: curve.direction,
         })
         .collect();
-    host.file("tires.toml", &start_values::write(&tires));
+    let overall = told(curves, found);
+    host.file("tires.toml", &start_values::write(&tires, &overall.verdict()));
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,
         direction: curve.direction,
@@ -194,7 +235,6 @@ fn leave_files(
         methods: methods(found),
     });
     let facts = facts(prepared);
-    let overall = told(curves, found);
     let page = Page {
         title: "Tires",
         overall: Some(&overall),

@@ -1,0 +1,149 @@
+//! Widens what was found of the curves by what is not known of the car: each datum moves the fit, and adds the square of its move.
+//!
+//! First order: θ moves by ∂θ/∂p σ_p, a central difference of two whole preparations and fits with the car at ± one standard
+//! deviation. The data of the car are independent of each other and of the noise.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use drive_inference::CarUncertainty;
+use numerics::text::significant;
+use preparation::Car;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use tire_inference::estimate::{Answer, Estimate};
+use tire_inference::parameters::{Parameter, Theta};
+use tire_inference::prior::Prior;
+use tire_inference::quantity::Quantity;
+use tire_inference::verdict::{NARROWED, Verdict};
+
+/// Normal numbers are within ± so many standard deviations 95 % of the time.
+const MIDDLE: f64 = 1.959_963_984_540_054;
+
+/// The uncertain data of a car, each with the car at minus and plus one standard deviation of it.
+pub fn perturbed(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, [Car; 2])> {
+    let CarUncertainty { m, cg, I_zz, h, .. } = *uncertainty;
+    let moved = |by: f64, change: fn(&mut Car, f64)| {
+        [-by, by].map(|by| {
+            let mut car = *car;
+            change(&mut car, by);
+            car
+        })
+    };
+    let body = &car.body;
+    [
+        ("m", m, moved(m * body.m, |car, by| car.body.m += by)),
+        (
+            "centre of gravity",
+            cg,
+            moved(cg, |car, by| {
+                car.body.l_f += by;
+                car.body.l_r -= by;
+            }),
+        ),
+        ("I_zz", I_zz, moved(I_zz * body.I_zz, |car, by| car.body.I_zz += by)),
+        // There is no height below 0.
+        ("h", h, moved(h, |car, by| car.body.h = (car.body.h + by).max(0.0))),
+    ]
+    .into_iter()
+    .filter(|(_, std, _)| *std > 0.0)
+    .map(|(name, _, cars)| (name, cars))
+    .collect()
+}
+
+/// Moves of the parameters of one curve, each by one standard deviation of a datum of the car.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Widening {
+    moves: Vec<(&'static str, [Theta; 2])>,
+}
+
+impl Widening {
+    /// Adds the fits with a datum at minus and plus one standard deviation.
+    pub fn add(&mut self, name: &'static str, ends: [Theta; 2]) {
+        self.moves.push((name, ends));
+    }
+
+    /// Standard deviation of a quantity that comes from the car, and the datum that adds most to it.
+    fn std(&self, quantity: Quantity) -> Option<(f64, &'static str)> {
+        let half = |[low, high]: &[Theta; 2]| 0.5 * (quantity.value(high) - quantity.value(low));
+        let parts = || self.moves.iter().map(|(name, ends)| (half(ends).abs(), *name));
+        let most = parts().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let std = parts().map(|(part, _)| part * part).sum::<f64>().sqrt();
+        (std > 0.0 && std.is_finite()).then_some((std, most.1))
+    }
+
+    /// Widens all that is reported of a curve, its draws too.
+    pub fn widen(&self, answer: &mut Answer, prior: &Prior, seed: u64) {
+        if self.moves.is_empty() {
+            return;
+        }
+        let widths: Vec<_> =
+            answer.judgements.iter().map(|it| (it.quantity, it.width_ratio)).collect();
+        for (_, estimate) in &mut answer.estimates {
+            widths
+                .iter()
+                .for_each(|&(quantity, width)| self.widen_one(estimate, (quantity, width), prior));
+            self.widen_covariance(estimate);
+        }
+        let mut random = Pcg64::new(u128::from(seed), 1);
+        for theta in &mut answer.posterior.samples {
+            for (_, [low, high]) in &self.moves {
+                let step: f64 = StandardNormal.sample(&mut random);
+                for (i, value) in theta.iter_mut().enumerate() {
+                    *value += 0.5 * step * (high[i] - low[i]);
+                }
+            }
+            for parameter in Parameter::ALL {
+                let value = &mut theta[parameter as usize];
+                *value = prior.bounds.clamp(parameter, *value);
+            }
+        }
+    }
+
+    fn widen_one(
+        &self,
+        estimate: &mut Estimate,
+        (quantity, width): (Quantity, f64),
+        prior: &Prior,
+    ) {
+        let name = quantity.name();
+        let (Some((by, most)), Some(&mean)) = (self.std(quantity), estimate.mean.get(name)) else {
+            return;
+        };
+        let before = estimate.std.get(name).copied().unwrap_or(0.0);
+        let std = before.hypot(by);
+        estimate.std.insert(name.to_owned(), std);
+        if let Some([low, high]) = estimate.interval.get_mut(name) {
+            let wider = |distance: f64| distance.max(0.0).hypot(MIDDLE * by);
+            let [least, most] = quantity.range(prior);
+            *low = (mean - wider(mean - *low)).clamp(least.min(mean), mean);
+            *high = (mean + wider(*high - mean)).clamp(mean, most.max(mean));
+        }
+        let Some(reason) = estimate.reason.get_mut(name) else { return };
+        let by = significant(by, 2);
+        *reason += &format!(" The car adds ± {by}, most of it by {most}.");
+        let identified = estimate.identified.get_mut(name);
+        let verdict = identified.filter(|verdict| **verdict == Verdict::Identified);
+        if let Some(verdict) = verdict.filter(|_| before > 0.0 && width * std / before > NARROWED) {
+            *verdict = Verdict::Weak;
+            *reason += " Too much to call it identified.";
+        }
+    }
+
+    fn widen_covariance(&self, estimate: &mut Estimate) {
+        let names = &estimate.parameters;
+        let place = |name: &String| Parameter::ALL.into_iter().find(|it| it.name() == name);
+        let places: Vec<Option<Parameter>> = names.iter().map(place).collect();
+        let step = |ends: &[Theta; 2], parameter: Parameter| {
+            0.5 * (ends[1][parameter as usize] - ends[0][parameter as usize])
+        };
+        for (row, a) in estimate.covariance.iter_mut().zip(&places) {
+            for (entry, b) in row.iter_mut().zip(&places) {
+                let (Some(a), Some(b)) = (a, b) else { continue };
+                *entry +=
+                    self.moves.iter().map(|(_, ends)| step(ends, *a) * step(ends, *b)).sum::<f64>();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
