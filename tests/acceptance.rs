@@ -51,6 +51,9 @@ mod editors;
 // The contents of the documents: commands, scenarios, recipes, links.
 #[path = "acceptance/documents.rs"]
 mod documents;
+// Errors of logs.
+#[path = "acceptance/doctor.rs"]
+mod doctor;
 // Scenarios that extend others, and mistakes in them.
 #[path = "acceptance/extending.rs"]
 mod extending;
@@ -120,6 +123,7 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     determinism::register(&mut tests);
+    doctor::register(&mut tests);
     documents::register(&mut tests);
     editors::register(&mut tests);
     extending::register(&mut tests);

@@ -4,6 +4,7 @@ mod bounds;
 mod car;
 mod closed_loop;
 mod curve;
+mod doctor;
 mod known;
 mod rules;
 mod study;
@@ -15,6 +16,7 @@ pub use bounds::BoundsChoice;
 pub use car::{DrivenCar, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
 pub use curve::{Curve, Hold, OneCurve};
+pub use doctor::Doctor;
 use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -36,6 +38,8 @@ pub enum Config {
     ClosedLoop(Box<ClosedLoop>),
     /// Identifies one curve from slips and forces.
     Curve(Box<OneCurve>),
+    /// Looks for errors in a log.
+    Doctor(Doctor),
     /// Finds the excitation that identifies each parameter.
     ExcitationStudy(Excitation),
     /// Finds the parameters that matter at each slip.
@@ -54,6 +58,7 @@ enum Task {
     Tires,
     ClosedLoop,
     Curve,
+    Doctor,
     ExcitationStudy,
     SensitivityStudy,
 }
@@ -73,6 +78,7 @@ impl Config {
             Task::Tires => Self::Tires(settings(&rest)?),
             Task::ClosedLoop => Self::ClosedLoop(settings(&rest)?),
             Task::Curve => Self::Curve(settings(&rest)?),
+            Task::Doctor => Self::Doctor(settings(&rest)?),
             Task::ExcitationStudy => Self::ExcitationStudy(settings(&rest)?),
             Task::SensitivityStudy => Self::SensitivityStudy(settings(&rest)?),
         };
@@ -85,6 +91,7 @@ impl Config {
             Self::Tires(tires) => tires.check(),
             Self::ClosedLoop(drive) => drive.check(),
             Self::Curve(curve) => curve.check(),
+            Self::Doctor(doctor) => doctor.check(),
             Self::ExcitationStudy(excitation) => study::check(excitation),
             Self::SensitivityStudy(sensitivity) => sensitivity.check(),
         }

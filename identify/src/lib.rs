@@ -8,6 +8,7 @@
 
 pub mod config;
 pub mod design;
+pub mod names;
 pub mod page;
 mod plugin;
 pub mod prior_from_file;

@@ -2,19 +2,21 @@
 
 pub mod car;
 mod curves;
+pub mod doctor;
 mod drives;
 mod head;
 mod misfit;
-pub mod names;
+
 mod replay;
 mod studies;
 
 use std::fmt::Write;
 
+use crate::names::{ORDER, class, describe, the_box, uncertainty, unit, words};
 use curves::Figures;
+use drive_doctor::Examination;
 pub use drives::Drives;
 use html_page::escape;
-use names::{ORDER, class, describe, the_box, uncertainty, unit, words};
 use numerics::convergence::Status;
 use numerics::text::{decimals, significant, with_std};
 use plugin::Host;
@@ -45,6 +47,8 @@ pub struct Page<'a> {
     pub sections: Vec<Section<'a>>,
     /// Drives under closed-loop control.
     pub drives: Option<Drives<'a>>,
+    /// What is wrong with the log.
+    pub log: Option<&'a Examination>,
     /// Estimates over excitation.
     pub excitation: Option<&'a excitation::Study>,
     /// Sensitivities over slip.
@@ -109,6 +113,10 @@ fn render(page: &Page, figures: &[Figures]) -> String {
     }
     if let Some(drives) = &page.drives {
         html.push_str(&drives::drives(drives));
+    }
+    let log = page.log.map(doctor::section).filter(|log| !log.is_empty());
+    if let Some(log) = log {
+        let _ = writeln!(html, "<h2>What is wrong with the log</h2>\n{log}");
     }
     if let Some(study) = page.excitation {
         html.push_str("<h2>What excitation tells</h2>\n");

@@ -2,6 +2,7 @@
 
 mod closed_loop;
 mod curve;
+mod doctor;
 mod tires;
 
 use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
@@ -54,6 +55,7 @@ impl Analysis for Identify {
             }
             Config::ClosedLoop(_) => Ok(closed_loop::recording(request).map(drop)?),
             Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
+            Config::Doctor(_) => Ok(doctor::check(request)?),
             Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
         }
     }
@@ -63,6 +65,7 @@ impl Analysis for Identify {
             Config::Tires(config) => tires::tires(&config, request, host)?,
             Config::ClosedLoop(config) => closed_loop::closed_loop(&config, request, host)?,
             Config::Curve(config) => curve::curve(&config, request, host)?,
+            Config::Doctor(config) => doctor::task(&config, request, host),
             Config::ExcitationStudy(study) => excitation_study(&study, host)?,
             Config::SensitivityStudy(study) => sensitivity_study(&study, host),
         };

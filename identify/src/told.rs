@@ -10,7 +10,7 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Verdict;
 
-use crate::page::names::{ORDER, the_box, unit, words};
+use crate::names::{ORDER, the_box, unit, words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -57,12 +57,12 @@ impl Overall<'_> {
     /// Sentences, of which the first has the verdict.
     pub fn summary(&self) -> Vec<String> {
         let known = match (self.model.sentence.as_str(), self.model.verdict) {
-            ("", Fit::Fits) if self.model.tests.is_empty() => None,
-            ("", Fit::Fits) => Some("The model fits the data.".to_owned()),
-            ("", Fit::DoesNotFit) => Some("The model does not fit the data.".to_owned()),
-            (sentence, _) => Some(sentence.to_owned()),
+            ("", Fit::Fits) if !self.is_tested() => "Whether the model fits was not tested.",
+            ("", Fit::Fits) => "The model fits the data.",
+            ("", Fit::DoesNotFit) => "The model does not fit the data.",
+            (sentence, _) => sentence,
         };
-        let mut sentences: Vec<String> = known.into_iter().chain([self.count()]).collect();
+        let mut sentences = vec![known.to_owned(), self.count()];
         sentences.extend(self.causes.iter().map(|cause| cause.sentence.clone()));
         sentences.extend(self.log.iter().cloned());
         let bounded = self.list(|told, name| told.estimate.at_bound.iter().any(|at| at == name));
@@ -97,7 +97,13 @@ impl Overall<'_> {
         self.curves.iter().filter_map(of).collect::<Vec<_>>().join("; ")
     }
 
-    /// Whether the result is to be trusted.
+    /// Whether anything was tested of the model.
+    pub fn is_tested(&self) -> bool {
+        let ModelVerdict { sentence, tests, .. } = &self.model;
+        !sentence.is_empty() || !tests.is_empty()
+    }
+
+    /// Whether nothing speaks against the model.
     pub fn is_sound(&self) -> bool {
         self.model.verdict == Fit::Fits
     }

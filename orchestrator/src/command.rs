@@ -1,6 +1,7 @@
 //! The commands of the program, a file for each; `Command` lists them.
 
 mod conform;
+mod doctor;
 mod explain;
 mod inspect;
 mod pack;
@@ -32,6 +33,9 @@ pub enum Command {
     /// Judge an FMU by the rules of FMI 2.0, a line for each; exit code 0 when it breaks none, 1 when it
     /// breaks one, 2 when it cannot be opened.
     Conform(conform::Arguments),
+    /// Look for errors in the log of a drive: units, signs, clocks, offsets; exit code 0 when nothing certain or likely is
+    /// wrong, 1 when something is, 2 when the input is wrong.
+    Doctor(Box<doctor::Arguments>),
     /// Open a run in the Rerun viewer, or two runs over each other.
     View(view::Arguments),
     /// Make a valid recording of one that a killed run left.
@@ -51,6 +55,7 @@ impl Command {
             Command::Pack(arguments) => pack::run(arguments),
             Command::Inspect(arguments) => inspect::run(arguments),
             Command::Conform(arguments) => conform::run(arguments),
+            Command::Doctor(arguments) => doctor::run(arguments),
             Command::View(arguments) => view::run(arguments),
             Command::Recover(arguments) => recover::run(arguments),
             Command::Schema(arguments) => schema::run(arguments),

@@ -159,6 +159,31 @@ struct Series {
     gap: Option<String>,
 }
 
+/// The title of a column of a CSV file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColumnTitle {
+    /// As it stands in the file.
+    pub text: String,
+    /// Without its unit.
+    pub name: String,
+    /// The unit that the file says.
+    pub unit: Option<String>,
+}
+
+/// The titles of a CSV file; none of an MCAP recording.
+///
+/// # Errors
+/// When the file cannot be read, or has no titles.
+pub fn titles(path: impl AsRef<Path>) -> Result<Vec<ColumnTitle>, TableError> {
+    let path = path.as_ref();
+    let bytes =
+        std::fs::read(path).map_err(|source| TableError::Open { path: path.to_owned(), source })?;
+    match bytes.starts_with(mcap::MAGIC) {
+        true => Ok(Vec::new()),
+        false => csv::titles(path, &bytes),
+    }
+}
+
 /// Columns of a recording over their time stamps.
 #[derive(Debug, Clone)]
 pub struct Table {
@@ -176,6 +201,8 @@ pub struct Table {
 struct Clock {
     /// Time stamps [s].
     stamps: Vec<f64>,
+    /// What these are earlier than those of the file [s].
+    delay: f64,
     /// The row at or before the last requested time: times mostly ascend.
     cursor: usize,
 }
@@ -186,6 +213,19 @@ struct Column {
     clock: usize,
     values: Vec<f64>,
     unit: Option<String>,
+}
+
+/// The index of a clock that is `delay` [s] earlier than another one; a new one where there is none.
+fn late(clocks: &mut Vec<Clock>, of: usize, delay: f64) -> usize {
+    if delay == 0.0 {
+        return of;
+    }
+    let stamps: Vec<f64> = clocks[of].stamps.iter().map(|stamp| stamp - delay).collect();
+    let same = |clock: &Clock| clock.delay == delay && clock.stamps == stamps;
+    clocks.iter().position(same).unwrap_or_else(|| {
+        clocks.push(Clock { stamps, delay, cursor: 0 });
+        clocks.len() - 1
+    })
 }
 
 /// Tolerance for equal times [s]: scenario times are rounded multiples of a decimal step, and recordings round
@@ -216,15 +256,18 @@ impl Table {
     }
 
     fn new(recorded: Recorded, wanted: &Wanted) -> Self {
+        let clock = |stamps| Clock { stamps, delay: 0.0, cursor: 0 };
+        let mut clocks: Vec<Clock> = recorded.clocks.into_iter().map(clock).collect();
         let column = |(wanted, series): (&WantedColumn, Series)| {
             let Series { clock, mut values, unit, .. } = series;
             values.iter_mut().for_each(|value| *value = wanted.scaling.apply(*value));
+            let clock = late(&mut clocks, clock, wanted.delay);
             Column { name: wanted.name.clone(), clock, values, unit }
         };
-        let clock = |stamps| Clock { stamps, cursor: 0 };
+        let columns = wanted.columns.iter().zip(recorded.columns).map(column).collect();
         let mut table = Self {
-            clocks: recorded.clocks.into_iter().map(clock).collect(),
-            columns: wanted.columns.iter().zip(recorded.columns).map(column).collect(),
+            clocks,
+            columns,
             zero: recorded.zero,
             origin: 0.0,
             interpolation: Interpolation::default(),
@@ -236,7 +279,8 @@ impl Table {
 
     /// Sets the time of the file's clock [s] at the scenario's time 0; the earliest time stamp unless it is given.
     pub fn set_origin(&mut self, shown: Option<f64>) {
-        let first = || self.clocks.iter().map(|clock| clock.stamps[0]).reduce(f64::min);
+        let first =
+            || self.clocks.iter().map(|clock| clock.stamps[0] + clock.delay).reduce(f64::min);
         self.origin = shown.map(|shown| shown - self.zero).or_else(first).unwrap_or(0.0);
     }
 
@@ -313,7 +357,7 @@ impl Table {
 impl Clock {
     /// The last row at or before the stamp, or the first one.
     fn seek(&mut self, stamp: f64) -> usize {
-        let Clock { stamps, cursor } = self;
+        let Clock { stamps, cursor, .. } = self;
         if stamp < stamps[*cursor] {
             *cursor = stamps[..*cursor].partition_point(|t| *t <= stamp).saturating_sub(1);
         }

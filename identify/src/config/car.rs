@@ -11,42 +11,34 @@ use vehicle::{Aero, Body, Differential, Vehicle, Wheel};
 use super::known::{Air, Known};
 use super::rules::{self, demand};
 
-/// Mass, inertia and lengths of the car.
+/// Mass, inertia and lengths of the car, all needed. No key is required by the schema: what is missing is told at once, with its use.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Masses {
     /// Mass with driver and fuel [kg]; usual standard deviation 2 %.
-    #[schemars(required)]
     m: Option<Known>,
     /// Yaw moment of inertia about the centre of gravity [kg·m²]; usual standard deviation 10 %.
-    #[schemars(required)]
     I_zz: Option<Known>,
     /// Distance from the centre of gravity to the front axle [m]; usual standard deviation 0.01 m. It is that of the centre of
     /// gravity: the wheelbase is taken as known.
-    #[schemars(required)]
     l_f: Option<Known>,
     /// Distance from the centre of gravity to the rear axle [m].
-    #[schemars(required)]
     l_r: Option<f64>,
     /// Height of the centre of gravity above the road [m]; usual standard deviation 0.02 m.
-    #[schemars(required)]
     h: Option<Known>,
 }
 
-/// The car of a closed-loop drive: driven at the rear axle.
+/// The car of a closed-loop drive: driven at the rear axle. `body`, `aero` and `brake_front_share` are needed.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DrivenCar {
     /// Mass, inertia and lengths: plain numbers with the usual standard deviations, or tables of `value` and `std`, a standard
     /// deviation in the same unit.
-    #[schemars(required)]
     body: Option<Masses>,
     /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce
     /// coefficients `C_lf` and `C_lr` of front and rear axle.
-    #[schemars(required)]
     aero: Option<Air>,
     /// Share of a braking force at the front axle [-], from 0 to 1.
-    #[schemars(required)]
     brake_front_share: Option<f64>,
     /// Standard deviation of the gain of the signal `F_x` [-]; usually 0.05.
     F_x_gain_std: Option<f64>,
@@ -55,26 +47,22 @@ pub struct DrivenCar {
     exact: bool,
 }
 
-/// The car of a log.
+/// The car of a log. `body`, `aero`, `drive_front_share` and `brake_front_share` are needed.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoggedCar {
     /// Mass, inertia and lengths: plain numbers with the usual standard deviations, or tables of `value` and `std`, a standard
     /// deviation in the same unit.
-    #[schemars(required)]
     body: Option<Masses>,
     /// Drag and downforce, or `"none"`: air density `rho` in kg/m³, frontal `area` in m², drag coefficient `C_d`, downforce
     /// coefficients `C_lf` and `C_lr` of front and rear axle.
-    #[schemars(required)]
     aero: Option<Air>,
     /// Rolling resistance coefficient [-].
     #[serde(default)]
     c_roll: f64,
     /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
-    #[schemars(required)]
     drive_front_share: Option<f64>,
     /// Share of the braking force at the front axle [-], from 0 to 1, or `"by_load"`.
-    #[schemars(required)]
     brake_front_share: Option<BrakeShare>,
     /// Wheels of the front axle; needed with the signals `omega_fl` and `omega_fr`.
     wheel_f: Option<Wheel>,

@@ -7,7 +7,7 @@ use drive_inference::regression::Weights;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::{DriveOptions, Formulation, Noises};
 use plugin::ConfigError;
-use schemars::{JsonSchema, Schema};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
@@ -19,9 +19,8 @@ use super::{BoundsChoice, plant, prior};
 /// Identifies the tires of both axles from drives under closed-loop control.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-#[schemars(transform = demand_car)]
 pub struct ClosedLoop {
-    /// The car. Its data have no default.
+    /// The car, which is needed: its data have no default.
     pub car: DrivenCar,
     /// Formulation of the fit that decides.
     pub method: Formulation,
@@ -66,11 +65,6 @@ pub struct ClosedLoop {
     pub node: String,
     /// Seed of the starts.
     pub seed: u64,
-}
-
-/// Of all keys, the car alone is required.
-fn demand_car(schema: &mut Schema) {
-    schema.insert("required".to_owned(), ["car"].as_slice().into());
 }
 
 /// Times kept for validation.

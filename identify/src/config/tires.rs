@@ -17,8 +17,7 @@ use crate::prior_from_file::Files;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tires {
-    /// The car. Its data have no default.
-    #[schemars(required)]
+    /// The car, which is needed: its data have no default.
     pub car: Option<LoggedCar>,
     /// Preparation: from signals to points of curves.
     #[serde(default)]

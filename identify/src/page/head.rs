@@ -6,8 +6,8 @@ use html_page::escape;
 use numerics::text::{decimals, significant, with_std};
 use tire_inference::model::{CauseEstimate, ModelVerdict};
 
+use crate::names::{class, words};
 use crate::page::Page;
-use crate::page::names::{class, words};
 use crate::told::Overall;
 
 /// All of it.
@@ -30,8 +30,11 @@ pub fn head(html: &mut String, page: &Page) {
 }
 
 fn verdict(html: &mut String, overall: &Overall) {
-    let (class, word) =
-        if overall.is_sound() { ("identified", "Sound") } else { ("not_identifiable", "Doubtful") };
+    let (class, word) = match (overall.is_sound(), overall.is_tested()) {
+        (false, _) => ("not_identifiable", "Doubtful"),
+        (true, false) => ("weak", "Not tested"),
+        (true, true) => ("identified", "Sound"),
+    };
     let mut sentences = overall.summary().into_iter();
     let first = sentences.next().unwrap_or_default();
     let _ = writeln!(html, "<p class=\"banner {class}\"><b>{word}</b> {}</p>", escape(&first));

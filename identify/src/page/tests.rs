@@ -83,6 +83,7 @@ fn page(found: &Found, title: &str) -> String {
         facts: &[("seed".to_owned(), "42 & <b>".to_owned())],
         sections: vec![section],
         drives: None,
+        log: None,
         overall: None,
         car: &[("mass".to_owned(), "982 ± 20 kg".to_owned())],
         excitation: Some(&found.study),

@@ -5,13 +5,14 @@ mod columns;
 
 use std::collections::BTreeMap;
 
+use drive_doctor::Examination;
 use drive_inference::replay::{Replay, replay};
 use drive_inference::{
     Drive, DriveOptions, Fitted, Identified, SHORTEST, Sampled, Sampling, Tires, identify,
     smoothing,
 };
 use numerics::text::significant;
-use plugin::{Host, Request};
+use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
 use serde_json::{Map, Value, json};
 use tire_inference::axles::{Axle, Axles};
@@ -24,35 +25,62 @@ use vehicle::State;
 
 use crate::config::{ClosedLoop, HoldOut};
 use crate::page::{self, Drives, Page, Section};
-use crate::plugin::go_on;
+use crate::plugin::{doctor, go_on};
 use crate::start_values::{self, Tire};
 use crate::told::{Overall, Told, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
 
-/// The recording that the signals make.
+/// The recording that the signals make, at the times of `v_x` at which all others have values: a signal with a delay of its own is
+/// interpolated.
 ///
 /// # Errors
-/// When one is missing, or they are not at the same times.
+/// When one is missing, or they share no time.
 pub(super) fn recording(request: &Request) -> Result<Drive, String> {
-    let mut columns = Vec::new();
-    let mut time: &[f64] = &[];
+    let mut signals = Vec::new();
     for name in SIGNALS {
         let missing = || format!("a drive under closed-loop control needs the signal `{name}`");
-        let signal = request.signal(name).ok_or_else(missing)?;
-        if !columns.is_empty() && signal.time != time {
-            return Err(format!(
-                "expected all signals at the same times, found `{name}` at others"
-            ));
-        }
-        time = signal.time;
-        columns.push(signal.values.to_vec());
+        signals.push(request.signal(name).ok_or_else(missing)?);
     }
-    let mut columns = columns.into_iter();
+    let time = signals[0].time;
+    let columns: Vec<Vec<Option<f64>>> = signals.iter().map(|signal| at(signal, time)).collect();
+    let shared = |&row: &usize| columns.iter().all(|column| column[row].is_some());
+    let rows: Vec<usize> = (0..time.len()).filter(shared).collect();
+    if rows.is_empty() && !time.is_empty() {
+        let apart = signals.iter().filter(|signal| at(signal, time).iter().all(Option::is_none));
+        let names: Vec<_> = apart.map(|signal| format!("`{}`", signal.name)).collect();
+        let names = names.join(", ");
+        return Err(format!("expected signals at the times of `v_x`, found others in {names}"));
+    }
+    let mut columns =
+        columns.iter().map(|column| rows.iter().filter_map(|&row| column[row]).collect());
     let mut next = || columns.next().unwrap_or_default();
     let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|_| next());
-    Ok(Drive { t: time.to_vec(), v_x, v_y, r, a_y, F_x, delta })
+    Ok(Drive { t: rows.iter().map(|&row| time[row]).collect(), v_x, v_y, r, a_y, F_x, delta })
+}
+
+/// Values of a signal at other times: on the line between neighbours, none outside of them or within a gap.
+fn at(signal: &Signal, time: &[f64]) -> Vec<Option<f64>> {
+    if signal.time == time {
+        return signal.values.iter().copied().map(Some).collect();
+    }
+    let mut steps: Vec<f64> = signal.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let longest = 5.0 * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let value = |t: &f64| {
+        let after = signal.time.partition_point(|stamp| stamp <= t);
+        let before = after.checked_sub(1)?;
+        let (from, left) = (signal.time[before], signal.values[before]);
+        match (signal.time.get(after), signal.values.get(after)) {
+            _ if from == *t => Some(left),
+            (Some(until), Some(right)) if until - from <= longest => {
+                Some(left + (right - left) * (t - from) / (until - from))
+            }
+            _ => None,
+        }
+    };
+    time.iter().map(value).collect()
 }
 
 /// A drive that was not used, and how the identified car went along it.
@@ -78,9 +106,12 @@ pub(super) fn closed_loop(
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
     let options = config.options().map_err(|error| error.to_string())?;
+    let log = doctor::of_drives(&used, &options.car.body);
     let mut progress = |share, what: &str| host.progress(share, what);
     let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
     found.estimates = found.estimates.map(forget_absent_peak);
+    let axles = &mut found.estimates;
+    [&mut axles.front, &mut axles.rear].into_iter().for_each(|it| doctor::cap(&log, it));
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
@@ -91,9 +122,10 @@ pub(super) fn closed_loop(
         Tire { node, tire, estimate, direction }
     };
     let tires = [tire("tire_f", &found.estimates.front), tire("tire_r", &found.estimates.rear)];
-    host.file("tires.toml", &start_values::write(&tires, &overall(&options, &found).verdict()));
-    draw(&options, (&used, &recording.sampling), &found, &validations, host);
-    Ok(report(&options, (&used, &recording.sampling), &found, &validations))
+    let verdict = overall(&options, &found, &log).verdict();
+    host.file("tires.toml", &start_values::write(&tires, &verdict));
+    draw(&options, (&used, &recording.sampling, &log), &found, &validations, host);
+    Ok(report(&options, (&used, &recording.sampling, &log), &found, &validations))
 }
 
 /// The stretches that tires are identified from.
@@ -172,7 +204,7 @@ fn validation(
 }
 
 /// What was found as a whole.
-fn overall<'a>(options: &'a DriveOptions, found: &'a Identified) -> Overall<'a> {
+fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examination) -> Overall<'a> {
     let told = |(name, axle)| Told {
         name,
         direction: Direction::Lateral,
@@ -180,12 +212,14 @@ fn overall<'a>(options: &'a DriveOptions, found: &'a Identified) -> Overall<'a> 
         prior: &options.prior,
     };
     let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
-    Overall { curves, ..Overall::default() }
+    let mut overall = Overall { curves, ..Overall::default() };
+    doctor::tell(log, &mut overall);
+    overall
 }
 
 fn report(
     options: &DriveOptions,
-    (used, sampling): (&[Drive], &Sampling),
+    (used, sampling, log): (&[Drive], &Sampling, &Examination),
     found: &Identified,
     validations: &[Validation],
 ) -> Value {
@@ -198,7 +232,8 @@ fn report(
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
     result.insert("bounds".to_owned(), json!(options.prior.bounds));
-    overall(options, found).add_to(&mut result);
+    overall(options, found, log).add_to(&mut result);
+    result.insert("doctor".to_owned(), json!(log));
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
@@ -213,7 +248,7 @@ fn report(
 /// Leaves the page, with the deciding formulation first.
 fn draw(
     options: &DriveOptions,
-    (used, sampling): (&[Drive], &Sampling),
+    (used, sampling, log): (&[Drive], &Sampling, &Examination),
     found: &Identified,
     validations: &[Validation],
     host: &mut dyn Host,
@@ -254,7 +289,7 @@ fn draw(
         .map(|validation| (validation.name.as_str(), &validation.recording, &validation.replay))
         .collect();
     let (overall, car) =
-        (overall(options, found), page::car::driven(&options.car, &options.uncertainty));
+        (overall(options, found, log), page::car::driven(&options.car, &options.uncertainty));
     let facts = facts(used, sampling);
     let page = Page {
         title: "Tires from closed-loop driving",
@@ -263,6 +298,7 @@ fn draw(
         facts: &facts,
         sections: sections.collect(),
         drives: Some(Drives { found, recordings: used, replays: &replays }),
+        log: Some(log),
         ..Page::default()
     };
     page::leave(&page, host);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use drive_doctor::Examination;
 use drive_inference::CarUncertainty;
 use numerics::text::significant;
 use plugin::{Host, Request, Signal};
@@ -18,7 +19,7 @@ use tire_inference::settings::{Method, Settings};
 use crate::config::Tires;
 use crate::design::d_optimal;
 use crate::page::{self, Page, Section};
-use crate::plugin::{go_on, methods, overall};
+use crate::plugin::{doctor, go_on, methods, overall};
 use crate::start_values::{self, Tire};
 use crate::told::{Overall, Told, forget_absent_peak};
 use crate::widening::{Widening, perturbed};
@@ -65,11 +66,9 @@ pub(super) fn tires(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "preparing the points")?;
-    let mut recording = DriveLog::default();
-    for signal in &request.signals {
-        recording.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
-    }
+    let recording = doctor::log(request);
     let (car, uncertainty) = config.car().map_err(|error| error.to_string())?;
+    let log = doctor::of_car(&recording, &car.body);
     let pipeline = Pipeline { car, ..config.prepare.clone() };
     let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
@@ -104,9 +103,11 @@ pub(super) fn tires(
     {
         widening.widen(answer, &settings.prior, config.seed);
     }
+    let estimates = found.iter_mut().flat_map(|(_, answer)| &mut answer.estimates);
+    estimates.for_each(|(_, estimate)| doctor::cap(&log, estimate));
     let car = page::car::logged(&car, &uncertainty);
-    leave_files(config, &curves, &found, (&prepared, &car), host);
-    Ok(report(config, &curves, &found, &prepared))
+    leave_files(config, &curves, &found, (&prepared, &car, &log), host);
+    Ok(report(config, &curves, &found, (&prepared, &log)))
 }
 
 /// How far each curve moves with the uncertain data of the car.
@@ -170,12 +171,14 @@ fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
 }
 
 /// What was found as a whole; the first method that was asked for is the one to go on with.
-fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)]) -> Overall<'a> {
+fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)], log: &Examination) -> Overall<'a> {
     let told = |(curve, (settings, answer)): (&Curve, &'a (Settings, Answer))| {
         let (estimate, prior) = (&answer.estimates[0].1, &settings.prior);
         Told { name: curve.axle, direction: curve.direction, estimate, prior }
     };
-    overall(curves.iter().zip(found).map(told).collect())
+    let mut overall = overall(curves.iter().zip(found).map(told).collect());
+    doctor::tell(log, &mut overall);
+    overall
 }
 
 /// Results by method, then by curve.
@@ -183,7 +186,7 @@ fn report(
     config: &Tires,
     curves: &[Curve],
     found: &[(Settings, Answer)],
-    prepared: &Prepared,
+    (prepared, log): (&Prepared, &Examination),
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
     for (index, method) in config.methods.iter().enumerate() {
@@ -194,7 +197,8 @@ fn report(
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }
-    told(curves, found).add_to(&mut result);
+    told(curves, found, log).add_to(&mut result);
+    result.insert("doctor".to_owned(), json!(log));
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
     let bounds = curves
@@ -209,7 +213,7 @@ fn leave_files(
     config: &Tires,
     curves: &[Curve],
     found: &[(Settings, Answer)],
-    (prepared, car): (&Prepared, &[(String, String)]),
+    (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
     host: &mut dyn Host,
 ) {
     // The first method that was asked for is the one to go on with.
@@ -225,7 +229,7 @@ fn leave_files(
             direction: curve.direction,
         })
         .collect();
-    let overall = told(curves, found);
+    let overall = told(curves, found, log);
     host.file("tires.toml", &start_values::write(&tires, &overall.verdict()));
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,
@@ -240,6 +244,7 @@ fn leave_files(
         overall: Some(&overall),
         car,
         facts: &facts,
+        log: Some(log),
         sections: sections.collect(),
         ..Page::default()
     };

@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use tire_inference::estimate::identify;
+use tire_inference::model::FitTest;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -54,7 +55,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     assert!(summary[1].ends_with("rear C; not identifiable: rear E."), "{summary:?}");
     assert_eq!(summary[2..4], [cause.sentence.clone(), "`r` is late.".to_owned()]);
     assert_eq!(summary[4], "On a bound of the box: rear E.");
-    assert!(summary[5].starts_with("Box `wide`: B 1 … 80, C 0.5 … 3, "), "{summary:?}");
+    assert!(summary[5].starts_with("Box wide: B 1 … 80, C 0.5 … 3, "), "{summary:?}");
     assert_eq!(summary.len(), 6);
     let mut result = Map::new();
     overall.add_to(&mut result);
@@ -73,7 +74,17 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     let row = json!(["offset of the steering angle", "0.00520 ± 0.00020 rad", "identified"]);
     assert_eq!(causes["rows"][0], row);
     let fits = Overall { curves: vec![lateral("curve", &front)], ..Overall::default() };
-    assert!(fits.is_sound() && fits.summary()[0].contains(" of 7 quantities are identified"));
+    assert_eq!(fits.verdict(), "Whether the model fits was not tested.");
+    assert!(fits.is_sound() && fits.summary()[1].contains(" of 7 quantities are identified"));
+    let test = FitTest {
+        name: "whiteness".to_owned(),
+        statistic: 0.5,
+        limit: 1.0,
+        sentence: String::new(),
+    };
+    let tested = ModelVerdict { tests: vec![test], ..ModelVerdict::default() };
+    let fits = Overall { model: tested, curves: Vec::new(), ..Overall::default() };
+    assert_eq!(fits.verdict(), "The model fits the data.");
 }
 
 #[test]

@@ -228,6 +228,8 @@ fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
     let constant = found.fit.agrees(at);
     let sure = match (constant && rivals.is_empty(), found.fit.t(at).abs()) {
         _ if cause.kind == Kind::Relaxation => Sure::Possible,
+        // Roll of the body turns gravity into the accelerometer, and looks alike.
+        _ if (cause.channel, cause.kind) == ("v_y", Kind::Scale) => Sure::Possible,
         _ if value.abs() < cause.least => Sure::Possible,
         (true, CERTAIN..) => Sure::Certain,
         (true, LIKELY..) => Sure::Likely,

@@ -68,9 +68,7 @@ fn drop_rows_without_values(case: &mut Case) {
                 sentence: format!("`{name}` has no number in {lost} of {rows} rows ({share} %)."),
                 consequence: "A value that is filled in is a motion that the car did not make."
                     .to_owned(),
-                correction:
-                    "gaps = \"error\"  # or \"hold\", \"interpolate\": the rule for such rows"
-                        .to_owned(),
+                correction: "gaps = \"interpolate\"  # or \"hold\"".to_owned(),
                 refuses: false,
             });
         }

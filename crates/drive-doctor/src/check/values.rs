@@ -56,7 +56,8 @@ fn spikes(case: &mut Case, name: &'static str) {
         value: Some(count as f64),
         interval: None,
         sentence: format!(
-            "`{name}` leaps in {count} rows, such as to {value} at {at} s, and back at once."
+            "`{name}` leaps in {count} row{}, such as to {value} at {at} s, and back at once.",
+            if count == 1 { "" } else { "s" }
         ),
         consequence: "Least squares follow a leap with all parameters.".to_owned(),
         correction: "Leave these rows empty and write gaps = \"interpolate\" in the column."

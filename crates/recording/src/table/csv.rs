@@ -13,7 +13,7 @@ pub use self::error::CsvError;
 use self::file::CsvFile;
 use self::numbers::Cells;
 use super::wanted::{Dialect, Separator, Wanted};
-use super::{Recorded, Series, TableError};
+use super::{ColumnTitle, Recorded, Series, TableError};
 
 /// Reads the time stamps [s] and the wanted columns by their titles.
 pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
@@ -41,6 +41,12 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     };
     let columns = (0..places.len() - 1).map(column).collect::<Result<_, _>>()?;
     Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings })
+}
+
+/// The titles of a file.
+pub(super) fn titles(path: &Path, bytes: &[u8]) -> Result<Vec<ColumnTitle>, TableError> {
+    let file = CsvFile::open(path, bytes, &[], &Dialect::default())?;
+    Ok(file.titles()?)
 }
 
 /// Reads the wanted columns of a file whose rows have no time, such as the points of a line; `kept` is its text where a

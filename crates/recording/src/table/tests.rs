@@ -44,6 +44,21 @@ fn values_are_interpolated_held_and_clamped() {
 }
 
 #[test]
+fn a_late_column_has_times_of_its_own() {
+    let file = format!("table-late-{}.csv", std::process::id());
+    let path = std::env::temp_dir().join(file);
+    std::fs::write(&path, RECORDING).expect("the temporary folder is writable");
+    let mut wanted = Wanted::plain("t", &["a", "v", "v"]);
+    wanted.columns[1].delay = 0.25;
+    let mut table = Table::read(&path, &wanted).expect("it is well-formed");
+    std::fs::remove_file(&path).expect("it has just been written");
+    // The time of the scenario begins with the stamps of the file.
+    assert_eq!(table.times(), [[0.0, 0.5, 2.0], [-0.25, 0.25, 1.75]]);
+    assert_eq!([0, 1, 2].map(|column| table.clock(column)), [0, 1, 0]);
+    assert_eq!([1, 2].map(|column| table.value(column, 0.25)), [2.0, 1.5]);
+}
+
+#[test]
 fn any_order_of_times_gives_the_same_values() {
     let rows = (0..50).map(|i| format!("{},{}\n", f64::from(i) * 0.1, i * i % 17));
     let text = format!("t,x\n{}", rows.collect::<String>());

@@ -116,6 +116,8 @@ pub struct WantedColumn {
     pub gaps: Gaps,
     /// Gain, offset and sign.
     pub scaling: Scaling,
+    /// Time by which it is late [s].
+    pub delay: f64,
 }
 
 /// All that is wanted of a file.

@@ -61,12 +61,13 @@ fn whole(
 
 fn wanted(scenario: &Scenario, words: RecordedFile) -> Result<Wanted, Error> {
     let column = |(name, column): (&Spanned<String>, &Spanned<Column>)| {
-        let Column { column, gain, offset, sign, gaps, .. } = column.get_ref();
+        let Column { column, gain, offset, sign, delay, gaps, .. } = column.get_ref();
         Ok(WantedColumn {
             name: name.get_ref().clone(),
             column: column.get_ref().clone(),
             gaps: gaps.unwrap_or(words.gaps),
             scaling: scaling(scenario, [gain, offset, sign])?,
+            delay: delay.as_ref().map_or(Ok(0.0), |word| finite(scenario, word))?,
         })
     };
     Ok(Wanted {
@@ -102,10 +103,7 @@ pub(super) fn scaling(
         }
     }
     if let Some(word) = offset {
-        scaling.offset = *word.get_ref();
-        if !scaling.offset.is_finite() {
-            return wrong(word, format!("expected a number, found {}", scaling.offset));
-        }
+        scaling.offset = finite(scenario, word)?;
     }
     if let Some(word) = sign {
         scaling.sign = *word.get_ref();
@@ -116,6 +114,13 @@ pub(super) fn scaling(
         }
     }
     Ok(scaling)
+}
+
+fn finite(scenario: &Scenario, word: &Spanned<f64>) -> Result<f64, Error> {
+    match *word.get_ref() {
+        number if number.is_finite() => Ok(number),
+        number => Err(scenario.error(word, format!("expected a number, found {number}"))),
+    }
 }
 
 /// The word of the scenario that does not fit the file.

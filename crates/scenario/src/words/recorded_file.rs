@@ -77,7 +77,7 @@ pub(super) use recorded_file;
 
 /// A column of a recorded file: `v_x = { column = "vx_mps", unit = "m/s" }`.
 ///
-/// Its value is `sign * gain * recorded value + offset`.
+/// Its value is `sign * gain * recorded value + offset`, at the recorded time less `delay`.
 ///
 /// ```toml
 /// [table.columns.delta]
@@ -86,6 +86,7 @@ pub(super) use recorded_file;
 /// gain = 0.0625 # one over the steering ratio
 /// offset = 0.3  # [deg]
 /// sign = -1     # the logger counts to the right
+/// delay = 0.02  # [s]
 /// ```
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -105,6 +106,9 @@ pub struct Column {
     /// 1, or -1 for the opposite sign convention, such as that of SAE axes with z down.
     #[schemars(example = -1)]
     pub sign: Option<Spanned<f64>>,
+    /// Time by which the column is late [s]: a value is that of this much before its time stamp; negative if it is early.
+    #[schemars(example = 0.02)]
+    pub delay: Option<Spanned<f64>>,
     /// Rows without a value; the rule of the table without it.
     #[schemars(example = &"interpolate")]
     pub gaps: Option<Gaps>,

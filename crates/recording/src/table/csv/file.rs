@@ -7,8 +7,8 @@ use super::error::CsvError;
 use super::header::{self, Header};
 use super::title::{Title, spelled, unit_cell};
 use super::{reader, text};
-use crate::table::TableError;
 use crate::table::wanted::{Decimal, Dialect, Separator};
+use crate::table::{ColumnTitle, TableError};
 
 /// First bytes of files that are given for CSV at times, and a remedy.
 const FORMATS: [(&[u8], &str, &str); 8] = [
@@ -174,6 +174,16 @@ impl<'a> CsvFile<'a> {
             }
         };
         wanted.iter().map(find).collect()
+    }
+
+    /// The titles of the columns, with their units.
+    pub fn titles(&self) -> Result<Vec<ColumnTitle>, CsvError> {
+        let titles = self.header.titles.iter().enumerate();
+        let titles = titles.filter(|(_, title)| !title.plain.is_empty()).map(|(place, title)| {
+            let (text, name) = (title.text.clone(), title.plain.clone());
+            Ok(ColumnTitle { text, name, unit: self.unit(place)? })
+        });
+        titles.collect()
     }
 
     /// The names of the columns.

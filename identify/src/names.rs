@@ -78,5 +78,5 @@ pub fn the_box(prior: &Prior) -> String {
         format!("{} {low} … {high}", parameter.name())
     };
     let free = Parameter::ALL.into_iter().filter(|parameter| prior.free[*parameter as usize]);
-    format!("Box `{}`: {}.", prior.bounds.name(), free.map(of).collect::<Vec<_>>().join(", "))
+    format!("Box {}: {}.", prior.bounds.name(), free.map(of).collect::<Vec<_>>().join(", "))
 }

@@ -1,0 +1,49 @@
+//! Configuration of `task = "doctor"`.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use drive_doctor::KnownCar;
+use plugin::ConfigError;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::rules;
+
+/// Looks for errors in a log. What is known of the car makes more checks possible; none of it is needed.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Doctor {
+    /// Distance between the axles [m].
+    pub wheelbase: Option<f64>,
+    /// Distance from the centre of gravity to the front axle [m].
+    pub l_f: Option<f64>,
+    /// Distance from the centre of gravity to the rear axle [m].
+    pub l_r: Option<f64>,
+    /// Mass [kg].
+    pub m: Option<f64>,
+}
+
+impl Doctor {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        let Self { wheelbase, l_f, l_r, m } = *self;
+        for (name, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", m)] {
+            value.map_or(Ok(()), |value| rules::positive(name, value))?;
+        }
+        let rest = |arm: Option<f64>| wheelbase.zip(arm).is_none_or(|(whole, arm)| arm < whole);
+        let expected = |name: &str| {
+            ConfigError::at(name, "expected less than the wheelbase, of which it is a part")
+        };
+        match (rest(l_f), rest(l_r)) {
+            (false, _) => Err(expected("l_f")),
+            (_, false) => Err(expected("l_r")),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is known of the car; of three lengths two are enough.
+    pub fn car(&self) -> KnownCar {
+        let Self { wheelbase, l_f, l_r, m } = *self;
+        let rest = |arm: Option<f64>| Some(wheelbase? - arm?);
+        let axles = l_f.or(rest(l_r)).zip(l_r.or(rest(l_f)));
+        KnownCar { wheelbase, axles: axles.map(|(l_f, l_r)| [l_f, l_r]), m }
+    }
+}

@@ -1,0 +1,47 @@
+//! Writes what is wrong with a log: a page of its own, or a section of another one.
+
+use std::fmt::Write;
+
+use drive_doctor::Examination;
+use html_page::escape;
+
+/// The page `doctor.html`.
+pub fn page(found: &Examination) -> String {
+    let mut html = String::new();
+    for sentence in found.summary() {
+        let _ = writeln!(html, "<p>{}</p>", escape(&sentence));
+    }
+    html.push_str(&section(found));
+    html_page::page("What is wrong with the log", "", &html)
+}
+
+/// A table of all findings, and what could not be told; empty where there is neither.
+pub fn section(found: &Examination) -> String {
+    let mut html = String::new();
+    if !found.findings.is_empty() {
+        html.push_str(
+            "<table>\n<tr><th>Sure</th><th>Finding</th><th>If it is ignored</th><th>To correct it</th></tr>\n",
+        );
+        for it in &found.findings {
+            let _ = writeln!(
+                html,
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td><code>{}</code></td></tr>",
+                it.sure.word(),
+                escape(&it.sentence),
+                escape(&it.consequence),
+                escape(&it.correction)
+            );
+        }
+        html.push_str("</table>\n");
+    }
+    for it in &found.not_told {
+        let _ = writeln!(
+            html,
+            "<p class=\"faint\">Cannot be told: {}, as {}. {}</p>",
+            escape(it.check),
+            escape(&it.reason),
+            escape(it.advice)
+        );
+    }
+    html
+}

@@ -1,0 +1,110 @@
+//! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
+
+use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, Sure, examine};
+use drive_inference::Drive;
+use plugin::{Host, Request};
+use preparation::DriveLog;
+use serde_json::{Value, json};
+use tire_inference::estimate::Estimate;
+use tire_inference::model::{Fit, ModelVerdict};
+use vehicle::Body;
+
+use crate::config::Doctor;
+use crate::page::doctor;
+use crate::told::Overall;
+
+/// Does `task = "doctor"`.
+pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
+    let found = examine(&log(request), &config.car());
+    host.file("doctor.html", &doctor::page(&found));
+    json!({
+        "summary": found.summary(),
+        "sound": !found.is_ill(),
+        "verdict": if found.is_ill() { "found" } else { "nothing" },
+        "tables": corrections(&found),
+        "doctor": found,
+    })
+}
+
+/// Whether there is something to look at.
+///
+/// # Errors
+/// When no signal is one of a drive.
+pub(super) fn check(request: &Request) -> Result<(), String> {
+    let known = |name: &&str| request.signal(name).is_some();
+    let names = CHANNELS.map(|(name, _)| name);
+    match names.iter().any(known) {
+        true => Ok(()),
+        false => Err(format!("expected signals of a drive, found none of {}", names.join(", "))),
+    }
+}
+
+/// The signals as they are.
+pub(super) fn log(request: &Request) -> DriveLog {
+    let mut log = DriveLog::default();
+    for signal in &request.signals {
+        log.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
+    }
+    log
+}
+
+/// What is wrong with the log of a car.
+pub(super) fn of_car(log: &DriveLog, body: &Body) -> Examination {
+    let car = KnownCar { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) };
+    let mut found = examine(log, &car);
+    // Where time has a gap, a recording ends and another one begins: the task says so itself.
+    found.findings.retain(|it| it.check != "gap");
+    found
+}
+
+/// What is wrong with the stretches that are used.
+pub(super) fn of_drives(drives: &[Drive], body: &Body) -> Examination {
+    let mut log = DriveLog::default();
+    let time: Vec<f64> = drives.iter().flat_map(|drive| drive.t.iter().copied()).collect();
+    let names = Drive::default().columns().map(|(name, _)| name);
+    for (place, name) in names.into_iter().enumerate().skip(1) {
+        let values = drives.iter().flat_map(|drive| drive.columns()[place].1.iter().copied());
+        log.insert(name, time.clone(), values.collect());
+    }
+    of_car(&log, body)
+}
+
+/// The verdict on a model whose log has an error that no fit makes up for; `model` otherwise.
+pub(super) fn judge(found: &Examination, model: ModelVerdict) -> ModelVerdict {
+    let Some(refusal) = found.refusal() else { return model };
+    let sentence = format!("The log is wrong: {}", refusal.sentence);
+    ModelVerdict { verdict: Fit::DoesNotFit, sentence, ..model }
+}
+
+/// Puts what is found into what is told.
+pub(super) fn tell(found: &Examination, overall: &mut Overall) {
+    overall.model = judge(found, std::mem::take(&mut overall.model));
+    let refusal = found.refusal().map(|it| &it.sentence);
+    let serious = found.findings.iter().filter(|it| it.sure <= Sure::Likely);
+    let others = serious.filter(|it| Some(&it.sentence) != refusal);
+    overall.log.extend(others.map(|it| format!("Log: {}", it.sentence)));
+}
+
+/// Caps the verdicts of an estimate by an error of the log that no fit makes up for.
+pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
+    let Some(refusal) = found.refusal() else { return };
+    let model = judge(found, ModelVerdict::default());
+    for (name, verdict) in &mut estimate.identified {
+        let capped = model.cap(*verdict);
+        if capped != *verdict {
+            *verdict = capped;
+            let reason = estimate.reason.entry(name.clone()).or_default();
+            *reason = format!("The log is wrong: {}", refusal.sentence);
+        }
+    }
+}
+
+/// A row for each finding: how sure, which channels, the line to write.
+fn corrections(found: &Examination) -> Value {
+    let row = |it: &Finding| json!([it.sure.word(), it.channels.join(", "), it.correction]);
+    let rows: Vec<Value> = found.findings.iter().map(row).collect();
+    match rows.is_empty() {
+        true => json!([]),
+        false => json!([{ "head": ["sure", "channel", "to correct it"], "rows": rows }]),
+    }
+}

@@ -1,0 +1,205 @@
+//! `trackside doctor`: looks for errors in the log of a drive, and prints the lines that correct them.
+
+mod columns;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diagnostics::Error;
+use orchestrator::{ProgressEvent, Replay, RunOptions};
+use recording::table;
+use serde_json::Value;
+
+use self::columns::Chosen;
+use super::print;
+use super::progress::{BuildLine, progress_bar};
+
+/// Arguments of `trackside doctor`. A column is its title, with a unit behind a colon where that of the file is not the one of the
+/// signal: `--v_x "Speed:km/h"`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The log: CSV, or MCAP with all columns given.
+    log: PathBuf,
+    #[command(flatten)]
+    columns: Columns,
+    #[command(flatten)]
+    car: Car,
+    /// The folder for the page, the result and the scenario that made them [default: target/runs/doctor].
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+/// The columns of the log. Those that are not given are looked for by usual titles.
+#[derive(Args)]
+#[allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+struct Columns {
+    /// Time [s].
+    #[arg(long, value_name = "COLUMN")]
+    time: Option<String>,
+    /// Forward velocity [m/s].
+    #[arg(long = "v_x", value_name = "COLUMN")]
+    v_x: Option<String>,
+    /// Velocity to the left [m/s].
+    #[arg(long = "v_y", value_name = "COLUMN")]
+    v_y: Option<String>,
+    /// Yaw rate [rad/s].
+    #[arg(long, value_name = "COLUMN")]
+    r: Option<String>,
+    /// Forward acceleration [m/s2].
+    #[arg(long = "a_x", value_name = "COLUMN")]
+    a_x: Option<String>,
+    /// Acceleration to the left [m/s2].
+    #[arg(long = "a_y", value_name = "COLUMN")]
+    a_y: Option<String>,
+    /// Steering angle of the front wheels [rad].
+    #[arg(long, value_name = "COLUMN")]
+    delta: Option<String>,
+    /// Longitudinal force [N].
+    #[arg(long = "F_x", value_name = "COLUMN")]
+    F_x: Option<String>,
+    /// Speed of the front left wheel [rad/s].
+    #[arg(long = "omega_fl", value_name = "COLUMN")]
+    omega_fl: Option<String>,
+    /// Speed of the front right wheel [rad/s].
+    #[arg(long = "omega_fr", value_name = "COLUMN")]
+    omega_fr: Option<String>,
+    /// Speed of the rear left wheel [rad/s].
+    #[arg(long = "omega_rl", value_name = "COLUMN")]
+    omega_rl: Option<String>,
+    /// Speed of the rear right wheel [rad/s].
+    #[arg(long = "omega_rr", value_name = "COLUMN")]
+    omega_rr: Option<String>,
+}
+
+/// What is known of the car; none of it is needed.
+#[derive(Args)]
+struct Car {
+    /// Distance between the axles [m].
+    #[arg(long, value_name = "METRES")]
+    wheelbase: Option<f64>,
+    /// Distance from the centre of gravity to the front axle [m].
+    #[arg(long = "l_f", value_name = "METRES")]
+    l_f: Option<f64>,
+    /// Distance from the centre of gravity to the rear axle [m].
+    #[arg(long = "l_r", value_name = "METRES")]
+    l_r: Option<f64>,
+    /// Mass [kg].
+    #[arg(long, value_name = "KG")]
+    mass: Option<f64>,
+}
+
+impl Columns {
+    fn given(&self) -> [(&'static str, &Option<String>); 12] {
+        let Self { time, v_x, v_y, r, a_x, a_y, delta, F_x, omega_fl, .. } = self;
+        let Self { omega_fr, omega_rl, omega_rr, .. } = self;
+        [
+            ("time", time),
+            ("v_x", v_x),
+            ("v_y", v_y),
+            ("r", r),
+            ("a_x", a_x),
+            ("a_y", a_y),
+            ("delta", delta),
+            ("F_x", F_x),
+            ("omega_fl", omega_fl),
+            ("omega_fr", omega_fr),
+            ("omega_rl", omega_rl),
+            ("omega_rr", omega_rr),
+        ]
+    }
+}
+
+/// Examines the log; exit code 1 when something certain or likely is wrong with it.
+///
+/// # Errors
+/// When the log cannot be read, lacks a column, or the plugin does not build.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    let titles = table::titles(&arguments.log).map_err(|error| Error::input(error.to_string()))?;
+    let chosen = columns::choose(&arguments.log, &titles, &arguments.columns.given())?;
+    let out = arguments.out.clone().unwrap_or_else(|| Path::new("target/runs/doctor").into());
+    let scenario = out.join("doctor.toml");
+    let write = || {
+        std::fs::create_dir_all(&out)?;
+        std::fs::write(&scenario, text(arguments, &chosen)?)
+    };
+    write().map_err(|error| Error::output(&scenario, error))?;
+    let options = RunOptions { out: Some(out), replay: Replay::Off, ..RunOptions::default() };
+    let (bar, mut building) = (progress_bar(&scenario), BuildLine::default());
+    let outcome = orchestrator::run(&scenario, &options, &mut |event| {
+        if let ProgressEvent::Building(progress) = event {
+            bar.suspend(|| building.show(&progress));
+        }
+    });
+    bar.finish_and_clear();
+    let report = outcome?.report;
+    report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let result = &report.analyses[NAME];
+    print(&lines(&chosen, result));
+    print(&format!("\npage: {}\n", report.folder.join("doctor.html").display()));
+    Ok(report.exit_code())
+}
+
+/// The name of the analysis.
+const NAME: &str = "doctor";
+
+/// The scenario that examines the log.
+fn text(arguments: &Arguments, chosen: &[Chosen]) -> std::io::Result<String> {
+    let path = std::path::absolute(&arguments.log)?;
+    let quoted = |text: &str| toml::Value::from(text).to_string();
+    let mut text = format!(
+        "title = \"What is wrong with a log\"\n\n[[analysis]]\nname = \"{NAME}\"\ncrate = \"identify\"\n\n[analysis.table]\npath = {}\n",
+        quoted(&path.display().to_string())
+    );
+    let (time, columns): (Vec<_>, Vec<_>) = chosen.iter().partition(|it| it.name == "time");
+    for it in time {
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "time = {}", quoted(&it.column));
+        if let Some(unit) = &it.unit {
+            let _ = writeln!(text, "time_unit = {}", quoted(unit));
+        }
+    }
+    text += "gaps = \"interpolate\"\n\n[analysis.table.columns]\n";
+    for it in columns {
+        let unit = it.unit.as_ref().map(|unit| format!(", unit = {}", quoted(unit)));
+        let (column, unit) = (quoted(&it.column), unit.unwrap_or_default());
+        let _ = writeln!(text, "{} = {{ column = {column}{unit} }}", it.name);
+    }
+    text += "\n[analysis.config]\ntask = \"doctor\"\n";
+    let Car { wheelbase, l_f, l_r, mass } = arguments.car;
+    for (key, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", mass)] {
+        if let Some(value) = value {
+            let _ = writeln!(text, "{key} = {value:?}");
+        }
+    }
+    text += "\n[[check]]\nname = \"nothing certain or likely is wrong with the log\"\nthat = \"'nothing' == doctor.verdict\"\n";
+    Ok(text)
+}
+
+/// What was looked at and what was found, for people.
+fn lines(chosen: &[Chosen], result: &Value) -> String {
+    let mut lines = String::new();
+    for it in chosen {
+        let unit = it.unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
+        let how = if it.guessed { "  (by its title)" } else { "" };
+        let _ = writeln!(lines, "{:8} is column `{}`{unit}{how}", it.name, it.column);
+    }
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let all = |key: &str| result["doctor"][key].as_array().cloned().unwrap_or_default();
+    let findings = all("findings");
+    if findings.is_empty() {
+        lines += "\nNothing is wrong with the log, as far as can be told.\n";
+    }
+    for it in findings {
+        let _ = writeln!(lines, "\n{:8} {}", text(&it["sure"]), text(&it["sentence"]));
+        let _ = writeln!(lines, "         ignored: {}", text(&it["consequence"]));
+        let channels = it["channels"].as_array().into_iter().flatten().map(text);
+        let channels = channels.collect::<Vec<_>>().join(", ");
+        let _ = writeln!(lines, "         {channels}: {}", text(&it["correction"]));
+    }
+    for it in all("not_told") {
+        let [check, reason, advice] = ["check", "reason", "advice"].map(|key| text(&it[key]));
+        let _ = writeln!(lines, "\nnot told {check}, as {reason}. {advice}");
+    }
+    lines
+}

@@ -1,0 +1,219 @@
+//! Chooses the columns of a log: those that the user names, and for the others those with usual titles.
+
+use std::path::Path;
+
+use diagnostics::suggest::{shortened, unknown};
+use diagnostics::{Error, Mistakes};
+use recording::table::ColumnTitle;
+use units::Unit;
+
+/// A column of the log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// The signal, or `time`.
+    pub name: &'static str,
+    /// The title in the file.
+    pub column: String,
+    /// Its unit, where the file does not say it.
+    pub unit: Option<String>,
+    /// Whether nobody named it.
+    pub guessed: bool,
+}
+
+/// Signals with their units and usual titles, in small letters without signs between them.
+const USUAL: [(&str, &str, &[&str]); 12] = [
+    ("time", "s", &["t", "time", "timestamp", "elapsedtime"]),
+    ("v_x", "m/s", &["vx", "velocityx", "vlong", "speed", "vehiclespeed", "v"]),
+    ("v_y", "m/s", &["vy", "velocityy", "vlat"]),
+    ("r", "rad/s", &["r", "yawrate", "omegaz", "gyroz", "psidot", "omega"]),
+    ("a_x", "m/s2", &["ax", "along", "accx", "accelx"]),
+    ("a_y", "m/s2", &["ay", "alat", "accy", "accely"]),
+    ("delta", "rad", &["delta", "steer", "steering", "steeringangle", "roadwheelangle"]),
+    ("F_x", "N", &["fx"]),
+    ("omega_fl", "rad/s", &["omegafl", "wheelfl", "wheelspeedfl"]),
+    ("omega_fr", "rad/s", &["omegafr", "wheelfr", "wheelspeedfr"]),
+    ("omega_rl", "rad/s", &["omegarl", "wheelrl", "wheelspeedrl"]),
+    ("omega_rr", "rad/s", &["omegarr", "wheelrr", "wheelspeedrr"]),
+];
+
+/// Units at the end of a title.
+const ENDS: [(&str, &str); 16] = [
+    ("mps2", "m/s2"),
+    ("radps", "rad/s"),
+    ("rads", "rad/s"),
+    ("degps", "deg/s"),
+    ("degs", "deg/s"),
+    ("mps", "m/s"),
+    ("kmh", "km/h"),
+    ("kph", "km/h"),
+    ("mph", "mph"),
+    ("rad", "rad"),
+    ("deg", "deg"),
+    ("rpm", "rpm"),
+    ("ms2", "m/s2"),
+    ("ms", "ms"),
+    ("s", "s"),
+    ("n", "N"),
+];
+
+/// Chooses columns; `given` are signals with what the user wrote for them.
+///
+/// # Errors
+/// When the file has no such column, a unit is none, or time or any signal is missing.
+pub fn choose(
+    log: &Path,
+    titles: &[ColumnTitle],
+    given: &[(&'static str, &Option<String>)],
+) -> Result<Vec<Chosen>, Error> {
+    let one = |(name, written): &(&'static str, &Option<String>)| match written {
+        Some(written) => named(log, titles, name, written).map(Some),
+        None => Ok(guessed(titles, name)),
+    };
+    let chosen: Vec<Chosen> = Mistakes::all(given.iter().map(one))?.into_iter().flatten().collect();
+    let names: Vec<&str> = titles.iter().map(|title| title.name.as_str()).collect();
+    let there = |name: &str| chosen.iter().any(|it| it.name == name);
+    if !titles.is_empty() && !there("time") {
+        return Err(missing(log, "time", &names));
+    }
+    match chosen.iter().any(|it| it.name != "time") {
+        true => Ok(chosen),
+        false => Err(missing(log, "v_x", &names)),
+    }
+}
+
+fn missing(log: &Path, name: &str, titles: &[&str]) -> Error {
+    let known = shortened(titles);
+    let message = format!("{}: no column has a usual title for `{name}`", log.display());
+    Error::input(message).help(format!("name it: --{name} COLUMN; the file has {known}"))
+}
+
+/// The column that the user names, as `title` or `title:unit`.
+fn named(
+    log: &Path,
+    titles: &[ColumnTitle],
+    name: &'static str,
+    written: &str,
+) -> Result<Chosen, Error> {
+    let is_title = |text: &str| {
+        titles.is_empty() || titles.iter().any(|title| title.name == text || title.text == text)
+    };
+    let (column, unit) = match written.rsplit_once(':') {
+        Some((column, unit)) if !is_title(written) || titles.is_empty() => (column, Some(unit)),
+        _ => (written, None),
+    };
+    if !is_title(column) {
+        let names = titles.iter().map(|title| title.name.as_str());
+        let unknown = unknown(&format!("column of {}", log.display()), column, names);
+        let error = Error::input(format!("--{name}: {}", unknown.message));
+        return Err(unknown.help.into_iter().fold(error, Error::help));
+    }
+    if let Some(Err(error)) = unit.map(Unit::parse) {
+        return Err(Error::input(format!("--{name} {written}: {error}")));
+    }
+    let recorded = titles.iter().find(|it| it.name == column || it.text == column);
+    let says = recorded.is_some_and(|title| title.unit.is_some());
+    let unit = match unit {
+        Some(unit) => Some(unit.to_owned()),
+        None if says => None,
+        None => Some(unit_of(column, name)),
+    };
+    Ok(Chosen { name, column: column.to_owned(), unit, guessed: false })
+}
+
+/// The column with the most usual title.
+fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
+    let usual = USUAL.iter().find(|(of, ..)| *of == name)?.2;
+    let title = usual.iter().find_map(|usual| {
+        let fits =
+            |title: &&ColumnTitle| bare(&title.name).0 == *usual || plain(&title.name) == *usual;
+        titles.iter().find(fits)
+    })?;
+    let unit = title.unit.is_none().then(|| unit_of(&title.name, name));
+    Some(Chosen { name, column: title.name.clone(), unit, guessed: true })
+}
+
+/// The unit that the end of a title says, or else that of the signal.
+fn unit_of(title: &str, name: &str) -> String {
+    let usual = USUAL.iter().find(|(of, ..)| *of == name).map_or("", |(_, unit, _)| unit);
+    let same = |unit: &&str| {
+        let both = [*unit, usual].map(|unit| Unit::parse(unit).ok());
+        matches!(&both, [Some(a), Some(b)] if a.same_dimension(b))
+    };
+    bare(title).1.filter(same).unwrap_or(usual).to_owned()
+}
+
+/// Small letters and digits alone.
+fn plain(title: &str) -> String {
+    title.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
+}
+
+/// The plain title without a unit at its end, behind a sign, and that unit.
+fn bare(title: &str) -> (String, Option<&'static str>) {
+    let end = title.rsplit_once(['_', ' ', '.']).map(|(_, end)| plain(end));
+    let unit = end.and_then(|end| ENDS.iter().find(|(word, _)| *word == end));
+    match unit {
+        Some((word, unit)) => {
+            let whole = plain(title);
+            (whole[..whole.len() - word.len()].to_owned(), Some(unit))
+        }
+        None => (plain(title), None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn titles(names: &[&str]) -> Vec<ColumnTitle> {
+        let title = |name: &&str| ColumnTitle {
+            text: (*name).to_owned(),
+            name: (*name).to_owned(),
+            unit: None,
+        };
+        names.iter().map(title).collect()
+    }
+
+    fn all(
+        names: &[&str],
+        given: &[(&'static str, &Option<String>)],
+    ) -> Result<Vec<Chosen>, Error> {
+        choose(Path::new("drive.csv"), &titles(names), given)
+    }
+
+    #[test]
+    fn usual_titles_are_found_with_their_units() {
+        let none = None;
+        let given = ["time", "v_x", "r", "a_y", "delta"].map(|name| (name, &none));
+        let found = all(&["t_s", "vx_kmh", "yaw_rate_degps", "ay_mps2", "delta_rad", "x"], &given);
+        let found = found.expect("all are there");
+        let of = |it: &Chosen| {
+            format!("{} {} {}", it.name, it.column, it.unit.as_deref().unwrap_or("-"))
+        };
+        let found: Vec<String> = found.iter().map(of).collect();
+        assert_eq!(
+            found,
+            [
+                "time t_s s",
+                "v_x vx_kmh km/h",
+                "r yaw_rate_degps deg/s",
+                "a_y ay_mps2 m/s2",
+                "delta delta_rad rad"
+            ]
+        );
+    }
+
+    #[test]
+    fn what_the_user_names_must_be_there() {
+        let (column, none) = (Some("Speed:km/h".to_owned()), None);
+        let given = [("time", &none), ("v_x", &column)];
+        let found = all(&["time", "Speed"], &given).expect("both are there");
+        assert_eq!((found[1].column.as_str(), found[1].unit.as_deref()), ("Speed", Some("km/h")));
+        let wrong = all(&["time", "Sped"], &given).expect_err("there is no such column");
+        assert!(wrong.to_string().contains("unknown column of drive.csv `Speed`"), "{wrong}");
+        let no_time = all(&["Speed"], &given).expect_err("there is no time");
+        assert!(
+            no_time.to_string().contains("no column has a usual title for `time`"),
+            "{no_time}"
+        );
+    }
+}

@@ -1,0 +1,108 @@
+//! Checks `trackside doctor`: errors of a log are named, with the line that corrects them, and a right log has none.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::harness::{Ended, Lab, ROOT, trackside};
+
+tests! {
+    a_right_log_has_no_errors: Compiler,
+    a_speed_in_km_h_and_a_mirrored_channel_are_named: Compiler,
+    a_delay_in_the_column_corrects_a_late_channel: Compiler,
+    an_unknown_column_gets_a_suggestion,
+}
+
+/// Columns of 80 s: time, v_x, v_y, r, a_y, delta of a linear single-track car of 1.2 m + 1.4 m in a slalom at changing speed,
+/// each row changed by `wrong`.
+fn log(wrong: impl Fn(&mut [f64; 6])) -> String {
+    const STEP: f64 = 0.001;
+    let (mut v_y, mut r) = (0.0_f64, 0.0_f64);
+    let mut text = "t_s,vx_mps,vy_mps,yaw_rate_radps,ay_mps2,delta_rad\n".to_owned();
+    // Sensors are a little noisy, alike in each run.
+    let noise = |row: usize, column: usize| ((row * 7 + column * 131) as f64 * 78.233).sin() * 1e-3;
+    for row in 0..80_000_usize {
+        let t = row as f64 * STEP;
+        let v_x = 22.0 + 8.0 * (0.2 * t).sin();
+        let delta = 0.02 * ((2.1 * t).sin() + (3.7 * t).sin() + 0.7 * (0.6 * t).sin());
+        let front = 90.0 * (delta - (v_y + 1.2 * r) / v_x);
+        let rear = 100.0 * (1.4 * r - v_y) / v_x;
+        let a_y = front + rear;
+        if row % 10 == 0 {
+            let mut cells = [t, v_x, v_y, r, a_y, delta];
+            cells.iter_mut().enumerate().skip(1).for_each(|(k, cell)| *cell += noise(row, k));
+            wrong(&mut cells);
+            let cells = cells.map(|cell| format!("{cell:.6}"));
+            writeln!(text, "{}", cells.join(",")).expect("a string");
+        }
+        v_y += STEP * (a_y - v_x * r);
+        r += STEP * (1.2 * front - 1.4 * rear) / 1.6;
+    }
+    text
+}
+
+/// From the workspace, whose packages the program builds.
+fn run(arguments: &[&str]) -> Ended {
+    let mut command = trackside(Path::new(ROOT));
+    Ended::of(command.args(arguments).output().expect("the program"))
+}
+
+fn doctor(lab: &Lab, more: &[&str]) -> Ended {
+    let [log, out] = ["log.csv", "out"].map(|name| lab.path(name).display().to_string());
+    let usual = ["doctor", &log, "--l_f", "1.2", "--l_r", "1.4", "--out", &out];
+    run(&[&usual[..], more].concat())
+}
+
+fn a_right_log_has_no_errors() {
+    let lab = Lab::new();
+    lab.write("log.csv", log(|_| ()));
+    let ended = doctor(&lab, &[]).expect(0);
+    assert!(
+        ended.stdout.contains("v_x      is column `vx_mps` [m/s]  (by its title)"),
+        "{}",
+        ended.stdout
+    );
+    assert!(!ended.stdout.contains("likely"), "{}", ended.stdout);
+    assert!(lab.has("out/doctor.html") && lab.has("out/doctor.toml"));
+}
+
+fn a_speed_in_km_h_and_a_mirrored_channel_are_named() {
+    let lab = Lab::new();
+    lab.write("log.csv", log(|cells| cells[1] *= 3.6));
+    let ended = doctor(&lab, &[]).expect(1);
+    assert!(ended.stdout.contains("certain  `v_x` is in km/h, not m/s"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("v_x: unit = \"km/h\""), "{}", ended.stdout);
+    doctor(&lab, &["--v_x", "vx_mps:km/h"]).expect(0);
+    lab.write("log.csv", log(|cells| cells[4] = -cells[4]));
+    let ended = doctor(&lab, &[]).expect(1);
+    assert!(ended.stdout.contains("`a_y` is mirrored"), "{}", ended.stdout);
+    let report = lab.report("out");
+    let first = &report["analyses"]["doctor"]["doctor"]["findings"][0];
+    assert_eq!((&first["check"], &first["correction"]), (&"a_y_sign".into(), &"sign = -1".into()));
+}
+
+fn a_delay_in_the_column_corrects_a_late_channel() {
+    let lab = Lab::new();
+    let late = std::cell::RefCell::new(std::collections::VecDeque::from([0.0; 3]));
+    lab.write(
+        "log.csv",
+        log(|cells| {
+            late.borrow_mut().push_back(cells[4]);
+            cells[4] = late.borrow_mut().pop_front().unwrap_or_default();
+        }),
+    );
+    let ended = doctor(&lab, &[]).expect(1);
+    assert!(ended.stdout.contains("`a_y` is 3") && ended.stdout.contains("ms"), "{}", ended.stdout);
+    let scenario = lab.read("out/doctor.toml");
+    let unit = "unit = \"m/s2\"";
+    let corrected = scenario.replace(unit, &format!("{unit}, delay = 0.03"));
+    let corrected = lab.write("corrected.toml", corrected).display().to_string();
+    let again = lab.path("again").display().to_string();
+    run(&["run", &corrected, "--rerun", "off", "--out", &again]).expect(0);
+}
+
+fn an_unknown_column_gets_a_suggestion() {
+    let lab = Lab::new();
+    lab.write("log.csv", "time,v_x,r\n0,1,0\n1,1,0\n");
+    let ended = doctor(&lab, &["--a_y", "v_xx"]).expect(2);
+    ended.says(&["--a_y: unknown column of", "`v_xx`", "did you mean `v_x`?"]);
+}
