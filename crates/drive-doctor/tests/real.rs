@@ -85,7 +85,7 @@ fn the_late_yaw_rate_of_the_av_21_is_named_by_two_clocks() {
     let without_wheels = of("av21_putnam_park.csv", "time(s)", &AV21[..5], [1.248, 1.7328]);
     let found = without_wheels.unwrap_or_default();
     assert!(
-        found.findings.iter().any(|it| it.check == "r_delay" && it.sure == Sure::Likely),
+        found.findings.iter().any(|it| it.check == "r_delay" && it.sure == Sure::Certain),
         "{found:#?}"
     );
 }

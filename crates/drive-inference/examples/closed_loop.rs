@@ -8,7 +8,7 @@
 #[path = "../tests/support/drive.rs"]
 mod drive;
 
-use drive_inference::likelihood::{DriveNoise, Likelihood};
+use drive_inference::likelihood::{DriveNoise, Likelihood, Unknowns};
 use drive_inference::regression::Target;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::{Tires, block, from_array, to_array};
@@ -128,7 +128,8 @@ fn limits(found: &Identified, truth: &Tires, car: &Vehicle, recording: &Drive) {
     let Some(best) = found.formulations.last() else { return };
     let (theta, expected) = (to_array(best.tires), to_array(*truth));
     let std: [f64; 8] = std::array::from_fn(|i| found.covariance[i][i].sqrt());
-    let rise = likelihood.cost(truth, &found.noise) - likelihood.cost(&best.tires, &found.noise);
+    let rise = likelihood.cost(&Unknowns::new(truth, &found.noise))
+        - likelihood.cost(&Unknowns::new(&best.tires, &found.noise));
     println!(
         "    standard deviations [%] {:.2?}, errors over them {:.2?}, twice the rise of the cost to the truth {:.2}",
         std::array::from_fn::<f64, 8, _>(|i| 100.0 * std[i] / expected[i]),

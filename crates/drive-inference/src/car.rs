@@ -6,94 +6,219 @@
 use numerics::scalar::Scalar;
 use tire_inference::kernel::ValueAndSlope;
 use tire_inference::parameters::TireParameters;
-use vehicle::{G, Input, SLIP_SPEED_FLOOR, Vehicle};
+use vehicle::{Body, G, Input, SLIP_SPEED_FLOOR, Vehicle};
 
+use crate::cause::{Cause, Causes};
 use crate::tires::Tires;
+
+/// What the filter needs of a car.
+#[derive(Clone, Copy, Debug)]
+pub struct Car<T> {
+    aero: vehicle::Aero,
+    wheelbase: f64,
+    /// Distances of the axles from the centre of gravity [m].
+    pub l_f: T,
+    pub l_r: T,
+    /// Height of the centre of gravity [m].
+    pub h: T,
+    weight: T,
+    /// 1 / m [1/kg].
+    pub lightness: T,
+    /// 1 / I_zz [1/(kg m²)].
+    pub ease: T,
+}
+
+impl<T: Scalar> Car<T> {
+    /// The car of a configuration with the errors that it may have.
+    pub fn new(car: &Vehicle, causes: &Causes<T>) -> Self {
+        let Body { m, I_zz, l_f, l_r, h } = car.body;
+        let ahead = causes[Cause::CentreOfGravity];
+        let mass = (causes[Cause::Mass] + 1.0) * m;
+        let inertia = (causes[Cause::Inertia] + 1.0) * I_zz;
+        Self {
+            aero: car.aero,
+            wheelbase: l_f + l_r,
+            l_f: -ahead + l_f,
+            l_r: ahead + l_r,
+            h: causes[Cause::Height] + h,
+            weight: mass * G,
+            lightness: mass.recip(),
+            ease: inertia.recip(),
+        }
+    }
+
+    /// Changes with v_x of the longitudinal force, of the load of both axles, and of the moment that the front axle's load has
+    /// about the rear axle, at constant slip.
+    #[inline(always)]
+    pub fn by_speed(&self, v_x: T) -> (T, T, T) {
+        let Self { aero, wheelbase, h, .. } = self;
+        let pressure = aero.rho * aero.area;
+        let long = size(v_x) * (-pressure * aero.C_d);
+        let total = v_x * (pressure * (aero.C_lf + aero.C_lr));
+        let moment = (v_x * (pressure * aero.C_lf * wheelbase)).minus(long, *h);
+        (long, total, moment)
+    }
+}
 
 /// An input that is held, with what depends on nothing else.
 #[derive(Clone, Copy, Debug)]
-pub struct Held {
+pub struct Held<T> {
+    /// Steering angle [rad], its sine and cosine.
+    pub delta: T,
+    pub sin: T,
+    pub cos: T,
+    /// Longitudinal forces of the axles [N].
+    pub F_xf: T,
+    pub F_xr: T,
+}
+
+/// An input as it was recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorded {
     delta: f64,
+    /// Rate of the steering angle [rad/s].
+    rate: f64,
     sin: f64,
     cos: f64,
     F_xf: f64,
     F_xr: f64,
+    /// Rates of the longitudinal forces [N/s].
+    pushing: [f64; 2],
 }
 
-impl Held {
-    /// What holding an input does to a car.
-    pub fn new(car: &Vehicle, input: &Input) -> Self {
+impl Recorded {
+    /// An input to a car, with the rates of its steering angle [rad/s] and its longitudinal force [N/s].
+    pub fn new(car: &Vehicle, input: &Input, [rate, pushing]: [f64; 2]) -> Self {
         let [F_xf, F_xr] = car.split_force(input.F_x);
         let (sin, cos) = input.delta.sin_cos();
-        Self { delta: input.delta, sin, cos, F_xf, F_xr }
+        // The split follows the sign of the force, not that of its rate.
+        let front = if input.F_x < 0.0 { car.brake_front_share } else { 0.0 };
+        let pushing = [front * pushing, (1.0 - front) * pushing];
+        Self { delta: input.delta, rate, sin, cos, F_xf, F_xr, pushing }
+    }
+
+    /// The input as a number of the same kind as `like`, without errors.
+    #[inline(always)]
+    pub fn exact<T: Scalar>(&self, like: T) -> Held<T> {
+        Held {
+            delta: like.constant(self.delta),
+            sin: like.constant(self.sin),
+            cos: like.constant(self.cos),
+            F_xf: like.constant(self.F_xf),
+            F_xr: like.constant(self.F_xr),
+        }
     }
 }
 
-/// Rates and the lateral acceleration, with their first derivatives.
+/// The errors of the inputs.
 #[derive(Clone, Copy, Debug)]
-pub struct Linear<T> {
-    /// Rates of v_x, v_y [m/s²] and r [rad/s²].
-    pub rates: [T; 3],
+pub struct InputErrors<T> {
+    offset: T,
+    /// 1 / (1 + gain) of the steering angle.
+    shrink: T,
+    /// Delay beyond that of the prepared samples [s].
+    delay: T,
+    /// True longitudinal force over the recorded one.
+    force: T,
+    /// Its delay beyond that of the prepared samples [s].
+    force_delay: T,
+}
+
+impl<T: Scalar> InputErrors<T> {
+    /// Those of some causes, with samples that are prepared for delays of the steering angle and the force [s].
+    pub fn new(causes: &Causes<T>, [steering, force]: [f64; 2]) -> Self {
+        Self {
+            offset: causes[Cause::SteeringOffset],
+            shrink: (causes[Cause::SteeringGain] + 1.0).recip(),
+            delay: causes[Cause::SteeringDelay] + -steering,
+            force: causes[Cause::ForceGain] + 1.0,
+            force_delay: causes[Cause::ForceDelay] + -force,
+        }
+    }
+
+    /// The true input. Sine and cosine are those of the record turned by the error, whose series end at its fifth power.
+    #[inline(always)]
+    pub fn correct(&self, recorded: &Recorded) -> Held<T> {
+        let [push_f, push_r] = recorded.pushing;
+        let read = (self.delay * recorded.rate - self.offset) + recorded.delta;
+        let delta = read * self.shrink;
+        let error = delta + -recorded.delta;
+        let square = error * error;
+        let sin = error * ((square * (square * (1.0 / 120.0) + -1.0 / 6.0)) + 1.0);
+        let cos = square * (square * (1.0 / 24.0) + -0.5) + 1.0;
+        Held {
+            delta,
+            sin: (cos * recorded.sin).plus_scaled(sin, recorded.cos),
+            cos: (cos * recorded.cos).plus_scaled(sin, -recorded.sin),
+            F_xf: self.force * (self.force_delay * push_f + recorded.F_xf),
+            F_xr: self.force * (self.force_delay * push_r + recorded.F_xr),
+        }
+    }
+}
+
+/// Rates of the first `M` of `S` states and the lateral acceleration, with their first derivatives.
+#[derive(Clone, Copy, Debug)]
+pub struct Linear<T, const M: usize = 3, const S: usize = 4> {
+    /// Rates of v_x, v_y [m/s²], r [rad/s²] and whatever follows.
+    pub rates: [T; M],
     /// Lateral acceleration [m/s²].
     pub a_y: T,
-    /// Derivatives of the rates of v_x, v_y and r with respect to the state.
-    pub A: [[T; 4]; 3],
+    /// Derivatives of the rates with respect to the state.
+    pub A: [[T; S]; M],
     /// Derivatives of the lateral acceleration with respect to the state.
-    pub C: [T; 4],
+    pub C: [T; S],
 }
 
 /// Speed that slip angles divide by, as in `vehicle`.
 #[inline(always)]
-fn slip_speed<T: Scalar>(v_x: T) -> T {
+pub fn slip_speed<T: Scalar>(v_x: T) -> T {
     v_x.where_above(SLIP_SPEED_FLOOR, v_x, v_x.constant(SLIP_SPEED_FLOOR))
 }
 
 /// Slope q, slip angle −atan q and its derivative with respect to v_y.
 #[inline(always)]
-fn slip<T: Scalar>(q: T, slowness: T) -> [T; 3] {
+pub fn slip<T: Scalar>(q: T, slowness: T) -> [T; 3] {
     [q, -q.atan(), -(slowness * (q * q + 1.0).recip())]
 }
 
 /// Load of the front axle, that of both together, and 1 / (L − h μ_f sin δ).
 #[inline(always)]
-fn loads<T: Scalar>(car: &Vehicle, u: &Held, v_x: T, F_long: T, mu_f: T) -> [T; 3] {
-    let (body, L) = (&car.body, car.body.wheelbase());
-    let weight = body.m * G;
-    let pressure = v_x * v_x * (0.5 * car.aero.rho * car.aero.area);
-    let total = pressure * (car.aero.C_lf + car.aero.C_lr) + weight;
-    let moment = (pressure * (car.aero.C_lf * L)).plus_scaled(F_long, -body.h) + weight * body.l_r;
-    let lever = (-mu_f * (u.sin * body.h) + L).recip();
+pub fn loads<T: Scalar>(car: &Car<T>, u: &Held<T>, v_x: T, F_long: T, mu_f: T) -> [T; 3] {
+    let Car { aero, wheelbase: L, .. } = car;
+    let pressure = v_x * v_x * (0.5 * aero.rho * aero.area);
+    let total = car.weight.plus_scaled(pressure, aero.C_lf + aero.C_lr);
+    let moment = (pressure * (aero.C_lf * L)).minus(F_long, car.h).plus(car.weight, car.l_r);
+    let lever = (-(mu_f * u.sin * car.h) + *L).recip();
     let F_zf = moment * lever;
     let at_most_all = (total - F_zf).where_above(0.0, F_zf, total);
     [F_zf.where_above(0.0, at_most_all, F_zf.constant(0.0)), total, lever]
 }
 
 #[inline(always)]
-fn size<T: Scalar>(x: T) -> T {
+pub fn size<T: Scalar>(x: T) -> T {
     x.where_above(0.0, x, -x)
 }
 
 /// Longitudinal force without that of the steered tires' slip.
 #[inline(always)]
-fn longitudinal<T: Scalar>(car: &Vehicle, u: &Held, v_x: T, xi_x: T) -> T {
+pub fn longitudinal<T: Scalar>(car: &Car<T>, u: &Held<T>, v_x: T, xi_x: T) -> T {
     let drag = 0.5 * car.aero.rho * car.aero.area * car.aero.C_d;
-    xi_x.plus(v_x, size(v_x) * -drag) + (u.F_xf * u.cos + u.F_xr)
+    xi_x.plus(v_x, size(v_x) * -drag).plus(u.F_xf, u.cos) + u.F_xr
 }
 
 /// Friction coefficient and its slope at a slip angle.
 #[inline(always)]
-fn curve<T: Scalar>(TireParameters { B, C, D, E }: &TireParameters<T>, slip: T) -> [T; 2] {
+pub fn curve<T: Scalar>(TireParameters { B, C, D, E }: &TireParameters<T>, slip: T) -> [T; 2] {
     T::apply::<ValueAndSlope, 5, 2>([&slip, B, C, D, E])
 }
 
 /// Rates of v_x, v_y and r and the lateral acceleration, with their derivatives with respect to the state.
 #[inline(always)]
-pub fn linearise<T: Scalar>(car: &Vehicle, tires: &Tires<T>, x: &[T; 4], u: &Held) -> Linear<T> {
+pub fn linearise<T: Scalar>(car: &Car<T>, tires: &Tires<T>, x: &[T; 4], u: &Held<T>) -> Linear<T> {
     let [v_x, v_y, r, xi_x] = *x;
-    let (body, aero) = (&car.body, &car.aero);
     let slowness = slip_speed(v_x).recip();
-    let [q_f, alpha_f, by_f] = slip(v_y.plus_scaled(r, body.l_f) * slowness, slowness);
-    let [q_r, alpha_r, by_r] = slip(v_y.plus_scaled(r, -body.l_r) * slowness, slowness);
+    let [q_f, alpha_f, by_f] = slip(v_y.plus(r, car.l_f) * slowness, slowness);
+    let [q_r, alpha_r, by_r] = slip(v_y.minus(r, car.l_r) * slowness, slowness);
     let zero = v_x.constant(0.0);
     let speed_f = v_x.where_above(SLIP_SPEED_FLOOR, -q_f, zero);
     let speed_r = v_x.where_above(SLIP_SPEED_FLOOR, -q_r, zero);
@@ -105,53 +230,51 @@ pub fn linearise<T: Scalar>(car: &Vehicle, tires: &Tires<T>, x: &[T; 4], u: &Hel
     let F_zr = total - F_zf;
     // An axle in the air, or one that carries all, does not feel a load transfer.
     let lever = F_zf.where_above(0.0, F_zr.where_above(0.0, lever, zero), zero);
-    let pressure = aero.rho * aero.area;
-    let long_by_v = size(v_x) * (-pressure * aero.C_d);
-    let total_by_v = v_x * (pressure * (aero.C_lf + aero.C_lr));
-    let moment_by_v =
-        (v_x * (pressure * aero.C_lf * body.wheelbase())).plus_scaled(long_by_v, -body.h);
+    let (long_by_v, total_by_v, moment_by_v) = car.by_speed(v_x);
 
     // Changes of F_yf and F_yr with v_y: by the slip of the front axle, of the rear axle, and by the load that the steered
     // axle's drag moves.
-    let drag_load = F_zf * lever * (body.h * u.sin);
+    let drag_load = F_zf * lever * (car.h * u.sin);
     let steep_f = slope_f * by_f;
     let front = steep_f * F_zf.plus(drag_load, mu_f);
     let rear = F_zr * slope_r * by_r;
     let moved = steep_f * drag_load * mu_r;
     // Of the front load with v_x and with ξ_x, at constant slip.
     let load_by_v = (moment_by_v * lever) + F_zr.where_above(0.0, zero, total_by_v);
-    let load_by_xi = lever * -body.h;
+    let load_by_xi = -(lever * car.h);
     let forces = [
         (
             (front * speed_f).plus(load_by_v, mu_f),
             (rear * speed_r).minus(moved, speed_f).plus(total_by_v - load_by_v, mu_r),
         ),
         (front, rear - moved),
-        (front * body.l_f, (rear * -body.l_r).plus_scaled(moved, -body.l_f)),
+        (front * car.l_f, -(rear * car.l_r).plus(moved, car.l_f)),
         (load_by_xi * mu_f, -(load_by_xi * mu_r)),
     ];
     let long = [long_by_v, zero, zero, v_x.constant(1.0)];
 
+    // Yaw accelerations by a lateral force of each axle.
+    let [turn_f, turn_r] = [car.l_f * u.cos * car.ease, car.l_r * car.ease];
     let mut A = [[zero; 4]; 3];
     let mut C = [zero; 4];
     for j in 0..4 {
         let (front, rear) = forces[j];
-        A[0][j] = long[j].plus_scaled(front, -u.sin) * (1.0 / body.m);
-        C[j] = rear.plus_scaled(front, u.cos) * (1.0 / body.m);
+        A[0][j] = long[j].minus(front, u.sin) * car.lightness;
+        C[j] = rear.plus(front, u.cos) * car.lightness;
         A[1][j] = C[j];
-        A[2][j] = (front * (body.l_f * u.cos / body.I_zz)).plus_scaled(rear, -body.l_r / body.I_zz);
+        A[2][j] = (front * turn_f).minus(rear, turn_r);
     }
     A[0][1] = A[0][1] + r;
     A[0][2] = A[0][2] + v_y;
     A[1][0] = A[1][0] - r;
     A[1][2] = A[1][2] - v_x;
     let (F_yf, F_yr) = (F_zf * mu_f, F_zr * mu_r);
-    let F_lat_f = F_yf * u.cos + u.F_xf * u.sin;
-    let a_y = (F_lat_f + F_yr) * (1.0 / body.m);
+    let braking = u.F_xf * u.sin;
+    let a_y = (F_yr.plus(F_yf, u.cos) + braking) * car.lightness;
     let rates = [
-        (F_long.plus_scaled(F_yf, -u.sin) * (1.0 / body.m)).plus(v_y, r),
+        (F_long.minus(F_yf, u.sin) * car.lightness).plus(v_y, r),
         a_y.minus(v_x, r),
-        (F_lat_f * (body.l_f / body.I_zz)).plus_scaled(F_yr, -body.l_r / body.I_zz),
+        (F_yf * turn_f).minus(F_yr, turn_r).plus(braking, car.l_f * car.ease),
     ];
     Linear { rates, a_y, A, C }
 }

@@ -91,6 +91,13 @@ impl Coordinates {
         shear.tr_mul(&by_logits) * shear
     }
 
+    /// Derivatives of the parameters by the coordinates at a point.
+    pub fn jacobian(&self, z: &DVector<f64>) -> DMatrix<f64> {
+        let (logits, theta) = self.unsheared(z);
+        let slopes = self.slopes(&logits);
+        DMatrix::from_diagonal(&DVector::from_column_slice(&slopes)) * self.shear(&theta, &slopes)
+    }
+
     /// The gradient of the posterior's logarithm at a point, from that of the cost by the parameters.
     pub fn gradient(&self, z: &DVector<f64>, by_parameters: &DVector<f64>) -> DVector<f64> {
         let (logits, theta) = self.unsheared(z);

@@ -8,9 +8,9 @@
 //! multiplied by the inverse Cholesky factor of its covariance.
 
 use numerics::scalar::Scalar;
-use vehicle::Vehicle;
 
-use crate::car::{Held, Linear, linearise};
+use crate::car::{Car, Held, Linear, linearise};
+use crate::sensors::Sensors;
 use crate::tires::Tires;
 
 /// Variances of the noises.
@@ -40,23 +40,25 @@ pub struct Innovation<T> {
     pub variance: [T; 4],
 }
 
-/// What stays the same from sample to sample.
-pub struct Filter<'a, T> {
-    /// The car; its own tires are not used.
-    pub car: &'a Vehicle,
+/// What stays the same from sample to sample. With `ERRORS` the sensors err, which takes longer.
+pub struct Filter<T, const ERRORS: bool> {
+    /// The car.
+    pub car: Car<T>,
     /// The tires.
     pub tires: Tires<T>,
     /// The noises.
     pub noise: Variances<T>,
+    /// The errors of the sensors.
+    pub sensors: Sensors<T>,
 }
 
-impl<T: Scalar> Filter<'_, T> {
+impl<T: Scalar, const ERRORS: bool> Filter<T, ERRORS> {
     /// Moves state and covariance over `h` [s] under a held input. The measured acceleration is linearised at the state that is
     /// returned, which is near the one that was moved to.
     #[inline(always)]
-    fn predict(&self, belief: &mut Belief<T>, u: &Held, h: f64) -> ([T; 4], Linear<T>) {
+    fn predict(&self, belief: &mut Belief<T>, u: &Held<T>, h: f64) -> ([T; 4], Linear<T>) {
         let x = belief.x;
-        let start = linearise(self.car, &self.tires, &x, u);
+        let start = linearise(&self.car, &self.tires, &x, u);
         let [first, second] = [start.rates, times(&start.A, &start.rates)];
         let third = times(&start.A, &second);
         let mut near = x;
@@ -64,7 +66,7 @@ impl<T: Scalar> Filter<'_, T> {
             let tail = (second[i] * (h * h / 2.0)).plus_scaled(third[i], h * h * h / 6.0);
             near[i] = (x[i] + tail).plus_scaled(first[i], h);
         }
-        let end = linearise(self.car, &self.tires, &near, u);
+        let end = linearise(&self.car, &self.tires, &near, u);
         let bent = times(&end.A, &end.rates);
         let [M, N] = [side(&start.A, 0.5 * h), side(&end.A, -0.5 * h)];
         let inverse = inverse(&N);
@@ -97,7 +99,7 @@ impl<T: Scalar> Filter<'_, T> {
     pub fn step(
         &self,
         belief: &mut Belief<T>,
-        u: &Held,
+        u: &Held<T>,
         h: f64,
         steps: usize,
         measured: &[f64; 4],
@@ -112,39 +114,41 @@ impl<T: Scalar> Filter<'_, T> {
                 break there;
             }
         };
-        self.correct(belief, &near, end.a_y, &end.C, measured)
+        self.correct(belief, &near, &end, measured)
     }
 
+    /// Takes in the measurements, which are linear about the state `prior`.
     #[inline(always)]
     fn correct(
         &self,
         belief: &mut Belief<T>,
         prior: &[T; 4],
-        a_y: T,
-        C: &[T; 4],
+        at: &Linear<T>,
         measured: &[f64; 4],
     ) -> Innovation<T> {
-        let zero = a_y.constant(0.0);
+        let zero = at.a_y.constant(0.0);
         let mut innovation = Innovation { residual: [zero; 4], variance: [zero; 4] };
         for i in 0..4 {
             let P = &belief.P;
-            // Covariance of the state with the measured quantity, and what is expected of the latter.
-            let (with, expected) = if i < 3 {
-                (P[i], belief.x[i])
+            // Covariance of the state with the measured quantity, what is expected of the latter, and its variance.
+            let (with, expected, own) = if i < 3 && !ERRORS {
+                (P[i], belief.x[i], P[i][i])
             } else {
+                let (mut expected, H) = if ERRORS {
+                    let motion = [prior[0], prior[1], prior[2]];
+                    self.sensors.measure(i, &motion, at)
+                } else {
+                    (at.a_y, at.C)
+                };
                 let mut with = [zero; 4];
-                let mut expected = a_y;
                 for j in 0..4 {
-                    expected = expected.plus(C[j], belief.x[j] - prior[j]);
+                    expected = expected.plus(H[j], belief.x[j] - prior[j]);
                     with[j] =
-                        dot(&[C[0], C[1], C[2]], &[P[0][j], P[1][j], P[2][j]]).plus(C[3], P[3][j]);
+                        dot(&[H[0], H[1], H[2]], &[P[0][j], P[1][j], P[2][j]]).plus(H[3], P[3][j]);
                 }
-                (with, expected)
-            };
-            let own = if i < 3 {
-                with[i]
-            } else {
-                dot(&[C[0], C[1], C[2]], &[with[0], with[1], with[2]]).plus(C[3], with[3])
+                let own =
+                    dot(&[H[0], H[1], H[2]], &[with[0], with[1], with[2]]).plus(H[3], with[3]);
+                (with, expected, own)
             };
             let variance = own + self.noise.sensor[i];
             let inverse = variance.recip();

@@ -3,25 +3,32 @@
 
 use std::time::Instant;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
-use numerics::sqp::Minimum;
+use numerics::sqp::{Minimum, Model};
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
+use tire_inference::model::ModelVerdict;
 
+use crate::adequacy::{self, Blocks, Leftover};
+use crate::cause::Cause;
 use crate::error::Error;
 use crate::explored::{Explored, inverse};
 use crate::identified::{Fitted, Identified, Innovations};
-use crate::likelihood::{DriveNoise, Likelihood};
+use crate::joint::{Joint, Marginal};
+use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
+use crate::noises::Noise;
 use crate::options::{DriveOptions, Formulation, Noises};
+use crate::pem::Optimum;
 use crate::points::{self, Point};
 use crate::posterior_samples::{self, Drawn, Request};
 use crate::progress::{Progress, with_progress};
 use crate::recording::Drive;
 use crate::regression::Target;
+use crate::selection::Addition;
 use crate::smoothing::{self, Explained};
-use crate::tires::{SIZE, Tires, corners, from_array, from_vector, to_vector};
-use crate::{pem, search, series, verdict};
+use crate::tires::{SIZE, Tires, corners, from_array, from_vector};
+use crate::{pem, search, series, told, verdict};
 
 /// What prediction errors start from.
 const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
@@ -92,13 +99,15 @@ struct Run<'a> {
     progress: &'a Progress,
 }
 
-/// A minimum with the covariance that it means.
+/// A minimum with what belongs to it.
 struct Best {
-    tires: Tires,
-    information: DMatrix<f64>,
-    covariance: DMatrix<f64>,
-    cost: f64,
-    optima: Vec<(Tires, f64)>,
+    unknowns: Unknowns,
+    /// Errors that are variables of the minimum, after the tires.
+    active: Vec<Cause>,
+    /// Gain of what the data asked for [nat].
+    gains: Vec<(Addition, f64)>,
+    minimum: Minimum,
+    optima: Vec<Optimum>,
     convergence: Convergence,
     likelihood: Likelihood,
 }
@@ -122,31 +131,43 @@ impl Run<'_> {
 
     fn fit(&mut self, formulation: Formulation) -> Result<Best, Error> {
         let begin = Instant::now();
-        let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
-        likelihood.cancel = self.progress.cancel.clone();
-        let mut optima = Vec::new();
-        let (tires, minimum, convergence, found) = match formulation {
+        let (best, odd, residual_std) = match formulation {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
-                let extra = (found.odd, Some(found.std));
-                (found.tires, found.minimum, found.convergence, extra)
+                let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
+                likelihood.cancel = self.progress.cancel.clone();
+                let best = Best {
+                    unknowns: Unknowns::new(&found.tires, &self.noise),
+                    active: Vec::new(),
+                    gains: Vec::new(),
+                    minimum: found.minimum,
+                    optima: Vec::new(),
+                    convergence: found.convergence,
+                    likelihood,
+                };
+                (best, found.odd, Some(found.std))
             }
             Formulation::PredictionError => {
-                let maximum = self.problem(&likelihood).maximise(&self.starts())?;
-                (self.noise, optima) = (maximum.noise, maximum.optima);
-                (maximum.tires, maximum.minimum, maximum.convergence, ([0.0; 3], None))
+                let pem::Maximum {
+                    likelihood,
+                    unknowns,
+                    active,
+                    gains,
+                    minimum,
+                    optima,
+                    convergence,
+                } = self.problem().maximise(&self.starts())?;
+                let best =
+                    Best { unknowns, active, gains, minimum, optima, convergence, likelihood };
+                (best, [0.0; 3], None)
             }
         };
-        let (information, covariance) = curvature(&minimum);
-        let cost = minimum.model.cost;
-        let at_bound = from_array(std::array::from_fn(|i| minimum.at_bound[i]));
-        let best = Best { tires, information, covariance, cost, optima, convergence, likelihood };
-        let (odd, residual_std) = found;
+        let (minimum, covariance) = (&best.minimum, covariance(&best.minimum));
         self.fitted.push(Fitted {
             formulation,
-            tires: best.tires,
-            std: from_vector(&best.covariance.diagonal().map(|variance| variance.max(0.0).sqrt())),
-            at_bound,
+            tires: best.unknowns.tires,
+            std: from_vector(&covariance.diagonal().map(|variance| variance.max(0.0).sqrt())),
+            at_bound: from_array(std::array::from_fn(|i| minimum.at_bound[i])),
             odd,
             residual_std,
             convergence: best.convergence.clone(),
@@ -170,13 +191,19 @@ impl Run<'_> {
         }
     }
 
-    fn problem<'a>(&self, likelihood: &'a Likelihood) -> pem::Problem<'a> {
+    fn problem(&self) -> pem::Problem<'_> {
         pem::Problem {
-            likelihood,
+            car: &self.options.car,
+            recordings: self.recordings,
             bounds: self.options.prior.bounds,
             expected: self.options.expected(),
-            noise: self.noise,
-            estimate_noise: self.options.noises == Noises::Estimated,
+            noise: match self.options.noises {
+                Noises::Known(noise) => Noise::Given(noise),
+                Noises::Estimated => Noise::Estimated(self.noise),
+            },
+            std: self.options.error_std(),
+            search: self.options.causes.wanted,
+            cancel: self.progress.cancel.clone(),
         }
     }
 
@@ -192,25 +219,56 @@ impl Run<'_> {
         explained: Vec<Explained>,
         begin: Instant,
     ) -> Result<Identified, Error> {
-        let Best { tires, information, covariance, cost, optima, convergence, likelihood } = best;
-        let options = self.options;
-        let series =
-            series::series(&options.car, self.recordings, &likelihood, &tires, &self.noise);
-        let expected = options.expected();
-        let objective = pem::OfTires { likelihood: &likelihood, noise: self.noise, expected };
+        let Best { unknowns, active, gains, minimum, optima, convergence, likelihood } = best;
+        let (options, tires, noise) = (self.options, unknowns.tires, unknowns.noise);
+        let covariance = covariance(&minimum);
+        let series = series::series(&options.car, self.recordings, &likelihood, &unknowns);
+        let joint = Joint {
+            likelihood: &likelihood,
+            noise,
+            expected: options.expected(),
+            active,
+            held: unknowns.causes,
+            std: options.error_std(),
+        };
+        let corners = corners(&options.prior.bounds);
+        let best = minimum.x.rows(0, SIZE).into_owned();
+        let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
         let explored = Explored {
             objective: &objective,
-            x: to_vector(&tires),
-            cost,
-            information,
-            corners: corners(&options.prior.bounds),
+            x: best.clone(),
+            cost: minimum.model.cost,
+            information: objective.of_tires(&best, &minimum.model.hessian),
+            corners,
         };
+        let blocks = blocks(&joint, &minimum, &explored.corners);
+        let inputs: Vec<Drive> =
+            self.recordings.iter().map(|drive| unknowns.causes.inputs(drive)).collect();
+        let model = match options.method {
+            Formulation::PredictionError => {
+                adequacy::judge(&Leftover { recordings: &inputs, series: &series }, &blocks)
+            }
+            Formulation::Points(_) => ModelVerdict::default(),
+        };
+        let scatter = blocks.scatter();
+        let covariance = scatter.as_ref().map_or(covariance, |scatter| scatter.blocks.clone());
+        let causes = told::causes(&minimum, &joint, &gains, &unknowns);
+        let model = told::with_causes(model, &causes);
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
-        let noise_std = self.noise.sensor[3] / vehicle::G;
-        let drawn = self.draw(&explored, &optima, slip_range, noise_std)?;
+        let noise_std = noise.sensor[3] / vehicle::G;
+        let request = Request {
+            prior: options.prior,
+            slip_range,
+            svi: options.svi,
+            noise_std,
+            scatter: scatter.as_ref(),
+            seed: options.seed,
+        };
+        let drawn = self.draw(&explored, &joint, &optima, &request)?;
         self.progress.report(0.7, "judging")?;
         let judge = verdict::Judge {
             explored: &explored,
+            model: &model,
             drawn: &drawn,
             covariance: &covariance,
             profile: options.profile && options.method == Formulation::PredictionError,
@@ -227,7 +285,10 @@ impl Run<'_> {
             estimates,
             tires,
             covariance: (0..SIZE).map(row).collect(),
-            noise: self.noise,
+            noise,
+            causes,
+            model,
+            errors: unknowns.causes,
             convergence,
             innovations: Innovations::of(&series),
             formulations: self.fitted,
@@ -244,15 +305,14 @@ impl Run<'_> {
     fn draw(
         &self,
         explored: &Explored,
-        optima: &[(Tires, f64)],
-        slip_range: Axles<[f64; 2]>,
-        noise_std: f64,
+        joint: &Joint,
+        optima: &[Optimum],
+        request: &Request,
     ) -> Result<Drawn, Error> {
-        let DriveOptions { method, posterior, svi, seed, prior, .. } = *self.options;
+        let DriveOptions { method, posterior, .. } = *self.options;
         if posterior && method == Formulation::PredictionError {
             let go_on = || !self.progress.cancel.is_cancelled();
-            let request = Request { prior, slip_range, svi, noise_std, seed };
-            let drawn = posterior_samples::posterior(explored, optima, &request, go_on);
+            let drawn = posterior_samples::posterior(explored, joint, optima, request, go_on);
             if self.progress.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }
@@ -260,13 +320,30 @@ impl Run<'_> {
                 return Ok(drawn);
             }
         }
-        Ok(posterior_samples::normal(explored, seed))
+        Ok(posterior_samples::normal(explored, request.scatter, request.seed))
     }
 }
 
-/// Second derivatives of B, C, D, E of both axles, and their inverse together with whatever else was fitted.
-fn curvature(minimum: &Minimum) -> (DMatrix<f64>, DMatrix<f64>) {
-    let H = &minimum.model.hessian;
-    let of_tires = |matrix: &DMatrix<f64>| matrix.view((0, 0), (SIZE, SIZE)).into_owned();
-    (of_tires(H), of_tires(&inverse(H)))
+/// Scores of the drives about a minimum.
+fn blocks(joint: &Joint, minimum: &Minimum, corners: &[DVector<f64>; 2]) -> Blocks {
+    let directions = joint.directions();
+    let n = directions.len();
+    let mut prior =
+        Model { cost: 0.0, gradient: DVector::zeros(n), hessian: DMatrix::zeros(n, n), scale: 1.0 };
+    let x = minimum.x.rows(0, n).into_owned();
+    joint.add_prior(&x, &mut prior);
+    let rows = joint.likelihood.rows(&joint.unknowns(&x), &directions);
+    let mut hessian = minimum.model.hessian.view((0, 0), (n, n)).into_owned();
+    for i in 0..SIZE {
+        // Of a uniform distribution in the box: finite where the data tell nothing.
+        let within = 12.0 / (corners[1][i] - corners[0][i]).powi(2);
+        prior.hessian[(i, i)] += within;
+        hessian[(i, i)] += within;
+    }
+    Blocks::new(&rows, &hessian, prior.hessian)
+}
+
+/// Covariance of B, C, D, E of both axles, whatever else was fitted.
+fn covariance(minimum: &Minimum) -> DMatrix<f64> {
+    inverse(&minimum.model.hessian).view((0, 0), (SIZE, SIZE)).into_owned()
 }

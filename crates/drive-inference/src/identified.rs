@@ -5,8 +5,10 @@ use preparation::samples::Samples;
 use serde::Serialize;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::Estimate;
+use tire_inference::model::{CauseEstimate, ModelVerdict};
 use tire_inference::posterior::PosteriorSamples;
 
+use crate::cause::Causes;
 use crate::likelihood::DriveNoise;
 use crate::options::Formulation;
 use crate::series::Series;
@@ -85,6 +87,13 @@ pub struct Identified {
     pub noise: DriveNoise,
     /// How the deciding formulation converged.
     pub convergence: Convergence,
+    /// Errors of sensors and car that were estimated with the tires, those of sensors first, by what they gained.
+    pub causes: Vec<CauseEstimate>,
+    /// The errors and the car behind them.
+    #[serde(skip)]
+    pub errors: Causes,
+    /// Whether tires, errors and noises describe the drives.
+    pub model: ModelVerdict,
     /// How well measurements were predicted by these tires.
     pub innovations: Innovations,
     /// All formulations that were fitted, the deciding one last.

@@ -15,16 +15,22 @@
 #[cfg(test)]
 extern crate self as drive_inference;
 
+mod adequacy;
 mod car;
+pub mod cause;
 mod coordinates;
 mod error;
 mod evaluation;
 mod explored;
 mod filter;
+mod global;
 mod identification;
 mod identified;
+mod joint;
 pub mod likelihood;
+mod noises;
 mod options;
+mod passes;
 pub mod pem;
 pub mod points;
 mod posterior_samples;
@@ -33,25 +39,32 @@ mod progress;
 mod recording;
 pub mod regression;
 mod regularisation;
+mod relaxed;
 pub mod replay;
 mod ridge;
+mod rows;
+mod samples;
 mod sampling;
 pub mod search;
+pub mod selection;
+mod sensors;
 mod series;
 pub mod smoothing;
 #[cfg(test)]
 mod tests;
 pub mod tires;
+mod told;
 mod uncertainty;
 pub mod validation;
 mod variational;
 mod verdict;
+mod wide;
 
 pub use error::Error;
 pub use identification::identify;
 pub use identified::{Fitted, Identified, Innovations};
 pub use likelihood::{DriveNoise, Likelihood};
-pub use options::{DriveOptions, Formulation, Noises};
+pub use options::{CauseOptions, DriveOptions, Formulation, Noises};
 pub use recording::{Drive, SHORTEST};
 pub use regression::{Target, Weights};
 pub use replay::{Replay, replay};

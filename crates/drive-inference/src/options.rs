@@ -8,9 +8,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
+use crate::cause::{Cause, Causes};
 use crate::likelihood::DriveNoise;
 use crate::regression::{Target, Weights};
 use crate::regularisation::Expected;
+use crate::selection::Wanted;
 use crate::smoothing::SmootherOptions;
 use crate::uncertainty::CarUncertainty;
 
@@ -123,6 +125,22 @@ pub enum Noises {
     Known(DriveNoise),
 }
 
+/// What is known of errors of sensors and car.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CauseOptions {
+    /// Which are estimated.
+    pub wanted: Wanted,
+    /// Their standard deviations before any data; 0 where there is no error.
+    pub std: Causes,
+}
+
+impl Default for CauseOptions {
+    fn default() -> Self {
+        let std = Causes(Cause::ALL.map(|cause| cause.about().std));
+        Self { wanted: Wanted::default(), std }
+    }
+}
+
 /// What can be chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveOptions {
@@ -158,11 +176,28 @@ pub struct DriveOptions {
     /// Whether a normal distribution is fitted to that posterior first, by variational inference: it is judged, reported, and where the
     /// weighted draws start.
     pub svi: bool,
+    /// Errors of sensors and car.
+    pub causes: CauseOptions,
     /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes longer than the fit.
     pub profile: bool,
 }
 
 impl DriveOptions {
+    /// Standard deviations of all errors before any data; those of the car are its own.
+    pub fn error_std(&self) -> Causes {
+        let CarUncertainty { m, cg, I_zz, h, F_x_gain } = self.uncertainty;
+        let mut std = self.causes.std;
+        let of_car = [
+            (Cause::Mass, m),
+            (Cause::CentreOfGravity, cg),
+            (Cause::Inertia, I_zz),
+            (Cause::Height, h),
+            (Cause::ForceGain, F_x_gain),
+        ];
+        of_car.into_iter().for_each(|(cause, known)| std[cause] = known);
+        std
+    }
+
     /// What is expected of both tires.
     pub fn expected(&self) -> Expected {
         Expected::new(&self.prior, self.regularisation, self.axle_coupling)
@@ -187,6 +222,7 @@ impl Default for DriveOptions {
             smoothing: SmootherOptions::default(),
             posterior: true,
             svi: false,
+            causes: CauseOptions::default(),
             profile: false,
         }
     }

@@ -14,9 +14,12 @@ use tire_inference::posterior::report::{Band, PosteriorReport, SamplingMethod, S
 use tire_inference::prior::Prior;
 use tire_inference::variational;
 
+use crate::adequacy::Scatter;
 use crate::coordinates::Coordinates;
 use crate::explored::{Explored, inverse, of_axle};
-use crate::tires::{Tires, block, from_vector, to_vector};
+use crate::joint::Joint;
+use crate::pem::Optimum;
+use crate::tires::{SIZE, Tires, block, from_vector};
 use crate::variational::{DriveDensity, Variational};
 
 /// How many there are.
@@ -50,7 +53,7 @@ impl Drawn {
 
 /// What draws are to be like.
 #[derive(Clone, Copy)]
-pub struct Request {
+pub struct Request<'a> {
     /// What is known of each tire before any data.
     pub prior: Prior,
     /// Slips of the bands [rad]: smallest and largest of each axle.
@@ -59,6 +62,8 @@ pub struct Request {
     pub svi: bool,
     /// Standard deviation of the noise of the friction coefficient [-], to be reported.
     pub noise_std: f64,
+    /// What draws are widened to.
+    pub scatter: Option<&'a Scatter>,
     /// Of the generators.
     pub seed: u64,
 }
@@ -68,42 +73,47 @@ pub struct Request {
 /// are from the normal distribution. `None` if the work was called off, or the cost has no curvature.
 pub fn posterior(
     explored: &Explored,
-    optima: &[(Tires, f64)],
-    &Request { prior, slip_range, svi, noise_std, seed }: &Request,
+    joint: &Joint,
+    optima: &[Optimum],
+    &Request { prior, slip_range, svi, noise_std, scatter, seed }: &Request,
     go_on: impl Fn() -> bool,
 ) -> Option<Drawn> {
     let best = from_vector(&explored.x);
     let coordinates = Coordinates::new(&explored.corners, &best);
-    let density = DriveDensity { explored, coordinates: &coordinates };
+    let (errors, cost) = (joint.active.len(), explored.cost);
+    let coordinates = &coordinates;
+    let density = DriveDensity { objective: joint, errors, cost, coordinates };
     let log_density = |points: &[DVector<f64>]| density.logs(points);
-    let about = |tires: &Tires, information: &DMatrix<f64>| {
-        let z = coordinates.point(tires);
-        let covariance = inverse(&coordinates.information(&z, information));
-        (z, covariance)
-    };
-    let others =
-        optima.iter().filter(|(tires, cost)| *tires != best && *cost < explored.cost + COMPETITIVE);
-    let others = others.map(|(tires, _)| {
-        let model = explored.objective.model(&to_vector(tires));
-        about(tires, &model.hessian)
-    });
-    let mut starts: Vec<_> =
-        std::iter::once(about(&best, &explored.information)).chain(others).collect();
-    let variational = if svi { Variational::fit(&density, starts[0].clone(), seed) } else { None };
-    if let Some(variational) = &variational {
+    let competitive = |optimum: &&Optimum| optimum.cost < explored.cost + COMPETITIVE;
+    let mut starts: Vec<_> = optima
+        .iter()
+        .filter(competitive)
+        .map(|optimum| density.about(&optimum.x, &optimum.hessian))
+        .collect();
+    // Of the tires alone: errors follow them.
+    let of_tires = DriveDensity { objective: explored.objective, errors: 0, cost, coordinates };
+    let start = of_tires.about(&explored.x, &explored.information);
+    let variational = if svi { Variational::fit(&of_tires, start, seed) } else { None };
+    if let (Some(variational), 0) = (&variational, errors) {
         starts[0] = variational.moments();
     }
     let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
     let even = sampled.is_exact();
     let axles = if even {
-        let tires = |index: usize| coordinates.parameters(&sampled.points[index]).map(|(it, _)| it);
+        let widen = scatter.and_then(|scatter| widening(scatter, coordinates, &best));
+        let centre = coordinates.point(&best);
+        let tires = |index: usize| {
+            let z = sampled.points[index].rows(0, SIZE).into_owned();
+            let wide = widen.as_ref().map(|widen| &centre + widen * (&z - &centre));
+            coordinates.parameters(wide.as_ref().unwrap_or(&z)).map(|(it, _)| it)
+        };
         let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
         let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
         let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
         Axles::new(|axle| PosteriorSamples { samples: draws(axle) })
     } else {
         // A handful of draws would look like certainty.
-        normal(explored, seed).axles
+        normal(explored, scatter, seed).axles
     };
     let report = |axle: Axle| {
         let posterior = &axles[axle];
@@ -125,18 +135,33 @@ pub fn posterior(
     let svi = variational.map(|variational| {
         let correction = sampled.diagnosis;
         let known = (explored, &prior);
-        let report = |axle| variational.report(axle, known, noise_std, correction, starts.len());
+        let report = |axle| {
+            let counts = [starts.len(), errors];
+            variational.report(axle, known, noise_std, correction, counts)
+        };
         let reports = Axles::new(report);
         (variational.gaussian, reports)
     });
     Some(Drawn { axles, reports, svi })
 }
 
+/// Maps distances from the best tires so that their covariance by the curvature becomes that of the blocks.
+fn widening(scatter: &Scatter, coordinates: &Coordinates, best: &Tires) -> Option<DMatrix<f64>> {
+    let z = coordinates.point(best);
+    let none = coordinates.information(&z, &DMatrix::zeros(SIZE, SIZE));
+    let factor = |covariance: &DMatrix<f64>| {
+        let information = coordinates.information(&z, &inverse(covariance)) - &none;
+        Some(Cholesky::new(inverse(&information))?.l())
+    };
+    let (curvature, blocks) = (factor(&scatter.curvature)?, factor(&scatter.blocks)?);
+    Some(blocks * curvature.try_inverse()?)
+}
+
 /// From the normal distribution about the best parameters, as far as it is in the box; none if its covariance is not positive
 /// definite.
-pub fn normal(explored: &Explored, seed: u64) -> Drawn {
+pub fn normal(explored: &Explored, scatter: Option<&Scatter>, seed: u64) -> Drawn {
     let mut rng = Pcg64::seed_from_u64(seed);
-    let covariance = explored.in_box();
+    let covariance = scatter.map_or_else(|| explored.in_box(), |it| it.blocks.clone());
     let [lower, upper] = &explored.corners;
     let axles = Axles::new(|axle| {
         let Some(factor) = Cholesky::new(of_axle(&covariance, axle)) else {

@@ -72,6 +72,13 @@ impl Drive {
         self.delta.extend(&later.delta);
     }
 
+    /// Median time from one row to the next [s].
+    pub fn usual_step(&self) -> f64 {
+        let mut steps: Vec<f64> = self.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
+    }
+
     /// Whether a time is within a window, ends included, for each row.
     pub fn during(&self, [from, until]: [f64; 2]) -> Vec<bool> {
         self.t.iter().map(|t| (from..=until).contains(t)).collect()

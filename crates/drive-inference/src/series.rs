@@ -3,9 +3,8 @@
 use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, State, Vehicle};
 
-use crate::likelihood::{DriveNoise, Likelihood};
+use crate::likelihood::{Likelihood, Unknowns};
 use crate::recording::Drive;
-use crate::tires::Tires;
 
 /// Columns of one recording, with a value for each of its rows. The first row, which starts the filter, has zero innovations.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,42 +30,54 @@ impl Series {
 }
 
 impl Series {
-    fn push(&mut self, car: &Vehicle, recording: &Drive, k: usize, x: [f64; 4], e: [[f64; 2]; 4]) {
-        let state = State { v_x: x[0], v_y: x[1], r: x[2], ..State::default() };
-        let motion =
-            car.evaluate(&state, &Input { F_x: recording.F_x[k], delta: recording.delta[k] });
-        for i in 0..4 {
-            self.states[i].push(x[i]);
-            self.innovations[i].push(e[i][0]);
-            self.whitened[i].push(e[i][1]);
+    /// A recording before anything is known of its states: they are as measured.
+    fn measured(recording: &Drive) -> Self {
+        let zero = vec![0.0; recording.len()];
+        let Drive { v_x, v_y, r, .. } = recording.clone();
+        Self {
+            states: [v_x, v_y, r, zero.clone()],
+            slip: Axles::new(|_| zero.clone()),
+            innovations: std::array::from_fn(|_| zero.clone()),
+            whitened: std::array::from_fn(|_| zero.clone()),
+            a_y: zero,
         }
-        self.slip.front.push(motion.alpha_f);
-        self.slip.rear.push(motion.alpha_r);
-        self.a_y.push(motion.a_y);
+    }
+
+    /// What follows from the states under the true inputs.
+    fn complete(&mut self, car: &Vehicle, recording: &Drive) {
+        for k in 0..recording.len() {
+            let [v_x, v_y, r] = [0, 1, 2].map(|i| self.states[i][k]);
+            let state = State { v_x, v_y, r, ..State::default() };
+            let input = Input { F_x: recording.F_x[k], delta: recording.delta[k] };
+            let motion = car.evaluate(&state, &input);
+            self.slip.front[k] = motion.alpha_f;
+            self.slip.rear[k] = motion.alpha_r;
+            self.a_y[k] = motion.a_y;
+        }
     }
 }
 
-/// The columns of all recordings of a likelihood.
+/// The columns of all recordings of a likelihood. Rows that it leaves out have no innovations.
 pub fn series(
     car: &Vehicle,
     recordings: &[Drive],
     likelihood: &Likelihood,
-    tires: &Tires,
-    noise: &DriveNoise,
+    at: &Unknowns,
 ) -> Vec<Series> {
-    let car = car.with_tires(tires.front.curve(), tires.rear.curve());
-    let mut all = vec![Series::default(); recordings.len()];
-    for (series, recording) in all.iter_mut().zip(recordings) {
-        let [v_x, v_y, r, _] = recording.measured(0);
-        series.push(&car, recording, 0, [v_x, v_y, r, 0.0], [[0.0; 2]; 4]);
-    }
-    likelihood.run(*tires, noise.variances(), |i, k, innovation, belief| {
-        let e = std::array::from_fn(|j| {
+    let Unknowns { tires, causes, .. } = at;
+    let car = causes.car(car).with_tires(tires.front.curve(), tires.rear.curve());
+    let mut all: Vec<Series> = recordings.iter().map(Series::measured).collect();
+    likelihood.run(at, |i, k, innovation, belief| {
+        for j in 0..4 {
             let residual = innovation.residual[j];
-            [residual, residual / innovation.variance[j].sqrt()]
-        });
-        all[i].push(&car, &recordings[i], k, belief.x, e);
+            all[i].states[j][k] = belief.x[j];
+            all[i].innovations[j][k] = residual;
+            all[i].whitened[j][k] = residual / innovation.variance[j].sqrt();
+        }
     });
+    for (series, recording) in all.iter_mut().zip(recordings) {
+        series.complete(&car, &causes.inputs(recording));
+    }
     all
 }
 

@@ -8,9 +8,11 @@ use tire_inference::parameters::TireParameters;
 use vehicle::{Aero, Body, Input, State, Vehicle};
 
 use super::*;
-use crate::car::{Held, linearise};
+use crate::car::{Car, Held, Recorded, linearise};
+use crate::cause::{COUNT, Cause, Causes};
 use crate::filter::{Belief, Filter};
-use crate::likelihood::{DriveNoise, Likelihood};
+use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
+use crate::sensors::Sensors;
 use crate::tires::from_array;
 
 const TIRES: Tires = Tires {
@@ -20,6 +22,20 @@ const TIRES: Tires = Tires {
 
 fn winged() -> Vehicle {
     Vehicle { aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() }, ..Vehicle::default() }
+}
+
+/// What holding an input does.
+fn held(car: &Vehicle, F_x: f64, delta: f64) -> Held<f64> {
+    Recorded::new(car, &Input { F_x, delta }, [0.0; 2]).exact(0.0)
+}
+
+fn exact(car: &Vehicle) -> Car<f64> {
+    Car::new(car, &Causes::default())
+}
+
+fn filter(car: &Vehicle, noise: &DriveNoise) -> Filter<f64, false> {
+    let sensors = Sensors::new(&Causes::default(), &[0.0; 4]);
+    Filter { car: exact(car), tires: TIRES, noise: noise.variances(), sensors }
 }
 
 /// Rates of v_x, v_y and r, and a_y, by the plant's own equations.
@@ -39,10 +55,10 @@ proptest! {
         delta in -0.3..0.3f64,
     ) {
         let (car, input) = (winged(), Input { F_x, delta });
-        let (held, tires) = (Held::new(&car, &input), TIRES);
+        let (held, tires, its) = (held(&car, F_x, delta), TIRES, exact(&car));
         let x = [v_x, v_y, r, 0.0];
         let expected = plant(&car, [v_x, v_y, r], &input);
-        let linear = linearise(&car, &tires, &x, &held);
+        let linear = linearise(&its, &tires, &x, &held);
         for (found, expected) in linear.rates.into_iter().chain([linear.a_y]).zip(expected) {
             prop_assert!((found - expected).abs() <= 1e-11 * (1.0 + expected.abs()));
         }
@@ -55,7 +71,7 @@ proptest! {
             }
         }
         // A force that the inputs do not know acts like drag: differences, as the plant has no such force.
-        let moved = |xi: f64| linearise(&car, &tires, &[v_x, v_y, r, xi], &held).rates;
+        let moved = |xi: f64| linearise(&its, &tires, &[v_x, v_y, r, xi], &held).rates;
         let (more, less) = (moved(1.0), moved(-1.0));
         for i in 0..3 {
             let by = 0.5 * (more[i] - less[i]);
@@ -88,23 +104,26 @@ fn recording(car: &Vehicle, seconds: f64) -> Drive {
     recording
 }
 
-const NOISE: DriveNoise =
-    DriveNoise { sensor: [0.05, 0.01, 0.01, 0.1], process: [2e-3, 3e-3, 1e-3, 200.0] };
+const NOISE: DriveNoise = DriveNoise {
+    sensor: [0.05, 0.01, 0.01, 0.1],
+    process: [2e-3, 3e-3, 1e-3, 200.0],
+    colour: [[0.0; 2]; 4],
+};
 
 #[test]
 fn gradients_are_those_of_central_differences() {
     let theta = [20.0, 1.5, 1.4, 0.3, 21.0, 1.7, 1.6, 0.6];
     let (car, tires) = (winged(), from_array(theta));
     let likelihood = Likelihood::new(&car, &[recording(&car, 3.0), recording(&car, 1.0)]);
-    let exact = likelihood.of_tires(&tires, &NOISE);
+    let exact = likelihood.of_tires(&Unknowns::new(&tires, &NOISE));
     // Four terms of the sum are added in another order.
-    let cost = likelihood.cost(&from_array(theta), &NOISE);
+    let cost = likelihood.cost(&Unknowns::new(&from_array(theta), &NOISE));
     assert!((exact.cost - cost).abs() < 1e-13 * cost.abs());
     for i in 0..8 {
         let moved = |h: f64| {
             let mut theta = theta;
             theta[i] += h;
-            likelihood.cost(&from_array(theta), &NOISE)
+            likelihood.cost(&Unknowns::new(&from_array(theta), &NOISE))
         };
         let h = 1e-5 * theta[i];
         // Richardson's extrapolation of two central differences: an error of fourth order.
@@ -117,7 +136,7 @@ fn gradients_are_those_of_central_differences() {
             exact.gradient[i]
         );
     }
-    let by_noise = likelihood.of_noise(&tires, &NOISE);
+    let by_noise = likelihood.of_noise(&Unknowns::new(&tires, &NOISE));
     for i in 0..8 {
         let moved = |h: f64| {
             let mut noise = NOISE;
@@ -126,7 +145,7 @@ fn gradients_are_those_of_central_differences() {
             } else {
                 noise.process[i - 4] *= (1.0 + h).sqrt();
             }
-            likelihood.cost(&tires, &noise)
+            likelihood.cost(&Unknowns::new(&tires, &noise))
         };
         let unit = if i < 4 { 1.0 } else { NOISE.process[i - 4].powi(-2) };
         let expected = unit * (moved(1e-5) - moved(-1e-5)) / 2e-5;
@@ -138,14 +157,105 @@ fn gradients_are_those_of_central_differences() {
     }
 }
 
+/// Errors that a careful engineer would not make, all at once.
+fn errors() -> Causes {
+    let mut causes = Causes::default();
+    for cause in Cause::ALL {
+        causes[cause] = 0.3 * cause.about().std;
+    }
+    causes
+}
+
+/// Of every kind of filter: with errors alone, with noises that last, and with slips that relax as well.
+#[test]
+fn derivatives_by_errors_and_colours_are_those_of_differences() {
+    let (car, mut rigid) = (winged(), errors());
+    Cause::TIRES.iter().for_each(|cause| rigid[*cause] = 0.0);
+    let coloured = DriveNoise { colour: [[0.0; 2], [0.6, 0.3], [0.9, 0.5], [0.8, 0.7]], ..NOISE };
+    let recordings = [recording(&car, 3.0)];
+    for (causes, noise) in [(rigid, NOISE), (rigid, coloured), (errors(), coloured)] {
+        let at = Unknowns { causes, noise, ..Unknowns::new(&TIRES, &NOISE) };
+        let likelihood = Likelihood::delayed(&car, &recordings, &causes);
+        let errors = Cause::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
+        let colours = (0..4).filter(|i| noise.colour[*i][1] > 0.0);
+        let directions: Vec<Direction> = errors
+            .map(Direction::Cause)
+            .chain(colours.flat_map(|i| [0, 1].map(|j| Direction::Colour(i, j))))
+            .collect();
+        let found = likelihood.rows(&at, &directions).whole();
+        for (i, direction) in directions.iter().enumerate() {
+            let moved = |share: f64| {
+                let mut at = at;
+                match *direction {
+                    Direction::Cause(cause) => at.causes[cause] += share * cause.about().std,
+                    Direction::Colour(i, j) => at.noise.colour[i][j] += share,
+                    Direction::Tire(_) | Direction::Noise(_) => {}
+                }
+                likelihood.cost(&at)
+            };
+            let difference = |h: f64| (moved(h) - moved(-h)) / (2.0 * h);
+            let expected = (4.0 * difference(1e-4) - difference(2e-4)) / 3.0;
+            let off = (found.gradient[i] - expected).abs();
+            assert!(
+                off < 1e-6 * expected.abs() + 1e-4,
+                "{direction:?}: {} {expected}",
+                found.gradient[i]
+            );
+        }
+    }
+}
+
+/// Slips that follow within a hand's breadth and noises of which nothing lasts are hardly any.
+#[test]
+fn wide_filters_end_in_the_narrow_one() {
+    let car = winged();
+    let recordings = [recording(&car, 3.0)];
+    let likelihood = Likelihood::new(&car, &recordings);
+    let at = Unknowns::new(&TIRES, &NOISE);
+    let narrow = likelihood.cost(&at);
+    let mut white = at;
+    white.noise.colour = [[0.5, 1e-12]; 4];
+    assert!((likelihood.cost(&white) - narrow).abs() < 1e-6 * narrow.abs());
+    let mut short = at;
+    Cause::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.03);
+    let shorter = likelihood.cost(&short);
+    Cause::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.06);
+    let longer = likelihood.cost(&short);
+    assert!(
+        (shorter - narrow).abs() < 0.7 * (longer - narrow).abs(),
+        "{narrow} {shorter} {longer}"
+    );
+}
+
+#[test]
+fn every_error_has_its_own_effect() {
+    let car = winged();
+    let recordings = [recording(&car, 4.0)];
+    let likelihood = Likelihood::delayed(&car, &recordings, &Causes::default());
+    let at = Unknowns::new(&TIRES, &NOISE);
+    let rigid: Vec<_> = Cause::ALL
+        .into_iter()
+        .filter(|cause| !Cause::TIRES.contains(cause))
+        .map(Direction::Cause)
+        .collect();
+    assert_eq!(rigid.len(), COUNT - 2);
+    let information = likelihood.rows(&at, &rigid).whole().information;
+    for i in 0..rigid.len() {
+        assert!(information[(i, i)] > 0.0, "{:?}", rigid[i]);
+        for j in 0..i {
+            let both = information[(i, j)].powi(2);
+            assert!(both < 0.9999 * information[(i, i)] * information[(j, j)]);
+        }
+    }
+}
+
 /// The filter against `kalman`, with the transition from differences of the integrated state: both covariances move with the
 /// same linearisation but for the fifth order of the step, and measurements one by one are measurements at once.
 #[test]
 fn innovations_are_those_of_a_textbook_filter() {
     let car = winged();
     let recording = recording(&car, 1.0);
-    let tires: Tires<f64> = TIRES;
-    let filter = Filter { car: &car, tires, noise: NOISE.variances() };
+    let (filter, its) = (filter(&car, &NOISE), exact(&car));
     let start = [0.05f64, 0.01, 0.01, 300.0].map(|s| s * s);
     let [v_x, v_y, r, _] = recording.measured(0);
     let mut belief = Belief { x: [v_x, v_y, r, 0.0], P: [[0.0; 4]; 4] };
@@ -159,10 +269,10 @@ fn innovations_are_those_of_a_textbook_filter() {
     let Q = SMatrix::from_diagonal(&SVector::from(NOISE.process.map(|s| 0.01 * s * s)));
     let R = SMatrix::from_diagonal(&SVector::from(NOISE.sensor.map(|s| s * s)));
     for k in 1..recording.len() {
-        let held = Held::new(&car, &Input { F_x: recording.F_x[k], delta: recording.delta[k] });
+        let held = held(&car, recording.F_x[k], recording.delta[k]);
         let flow = |x: SVector<f64, 4>| {
-            vehicle::rk4(&vehicle::rk4(&x, 0.005, |x| rate(&car, &tires, x, &held)), 0.005, |x| {
-                rate(&car, &tires, x, &held)
+            vehicle::rk4(&vehicle::rk4(&x, 0.005, |x| rate(&its, x, &held)), 0.005, |x| {
+                rate(&its, x, &held)
             })
         };
         let F = SMatrix::from_fn(|i, j| {
@@ -175,7 +285,7 @@ fn innovations_are_those_of_a_textbook_filter() {
             (moved(h) - moved(-h)) / (2.0 * h)
         });
         let prior = kalman::predict(&textbook, flow(textbook.mean), &F, &Q);
-        let linear = linearise(&car, &tires, &prior.mean.into(), &held);
+        let linear = linearise(&its, &TIRES, &prior.mean.into(), &held);
         let mut H = SMatrix::<f64, 4, 4>::zeros();
         for j in 0..4 {
             H[(j, j)] = if j < 3 { 1.0 } else { 0.0 };
@@ -200,18 +310,18 @@ fn innovations_are_those_of_a_textbook_filter() {
 /// fiftieth of the noise of good sensors, 3e-3 m/s and rad/s.
 #[test]
 fn predictions_are_those_of_short_steps() {
-    let (car, tires) = (winged(), TIRES);
-    let sensor = [1e6; 4];
-    let filter = Filter { car: &car, tires, noise: DriveNoise { sensor, ..NOISE }.variances() };
+    let car = winged();
+    let its = exact(&car);
+    let filter = filter(&car, &DriveNoise { sensor: [1e6; 4], ..NOISE });
     for (v_x, steps) in [(8.0, 2), (15.0, 1), (25.0, 1), (60.0, 1)] {
         for slide in [-0.25, -0.1, 0.0, 0.05, 0.15] {
-            let held = Held::new(&car, &Input { F_x: -2000.0, delta: 0.12 });
+            let held = held(&car, -2000.0, 0.12);
             let x = [v_x, slide * v_x, 0.8, 150.0];
             let mut belief = Belief { x, P: [[0.0; 4]; 4] };
             filter.step(&mut belief, &held, 0.01, steps, &[0.0; 4]);
             let mut expected = SVector::from(x);
             for _ in 0..100 {
-                expected = vehicle::rk4(&expected, 1e-4, |x| rate(&car, &tires, x, &held));
+                expected = vehicle::rk4(&expected, 1e-4, |x| rate(&its, x, &held));
             }
             for i in 0..3 {
                 let off = belief.x[i] - expected[i];
@@ -224,16 +334,17 @@ fn predictions_are_those_of_short_steps() {
 #[test]
 fn all_vectors_give_the_same_bits() {
     let likelihood = Likelihood::new(&winged(), &[recording(&winged(), 1.0)]);
-    let rates = [[1.0; 8], [0.0; 8]];
-    let wide = likelihood.of_tires(&TIRES, &NOISE);
-    let scalar = likelihood.evaluate_in::<_, 8>(pulp::Scalar::new(), &TIRES, &NOISE, &rates);
+    let at = Unknowns::new(&TIRES, &NOISE);
+    let directions: [Direction; 8] = std::array::from_fn(Direction::Tire);
+    let wide = likelihood.of_tires(&at);
+    let scalar = likelihood.evaluate_in::<_, 8>(pulp::Scalar::new(), &at, &directions);
     assert_eq!(wide.cost, scalar.cost);
     assert_eq!(wide.gradient, scalar.gradient);
     assert_eq!(wide.information, scalar.information);
 }
 
-fn rate(car: &Vehicle, tires: &Tires<f64>, x: &SVector<f64, 4>, held: &Held) -> SVector<f64, 4> {
-    let [v_x, v_y, r] = linearise(car, tires, &(*x).into(), held).rates;
+fn rate(car: &Car<f64>, x: &SVector<f64, 4>, held: &Held<f64>) -> SVector<f64, 4> {
+    let [v_x, v_y, r] = linearise(car, &TIRES, &(*x).into(), held).rates;
     SVector::from([v_x, v_y, r, 0.0])
 }
 
@@ -269,6 +380,6 @@ fn heavier_cars_need_no_other_steps() {
     slow.v_x.iter_mut().for_each(|v| *v = 2.0);
     slow.v_y.iter_mut().for_each(|v| *v = 0.0);
     slow.r.iter_mut().for_each(|v| *v = 0.0);
-    let cost = Likelihood::new(&car, &[slow]).cost(&TIRES, &NOISE);
+    let cost = Likelihood::new(&car, &[slow]).cost(&Unknowns::new(&TIRES, &NOISE));
     assert!(cost.is_finite(), "{cost}");
 }

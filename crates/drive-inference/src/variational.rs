@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use numerics::low_discrepancy::normal_points;
 use numerics::psis::Diagnosis;
+use numerics::sqp::Objective;
 use numerics::variational::LogDensity;
 use numerics::variational::gaussian::Gaussian;
 use numerics::variational::judged::{self, Judged};
@@ -16,8 +17,8 @@ use tire_inference::prior::Prior;
 use tire_inference::variational::report::{Suspicion, VariationalReport};
 
 use crate::coordinates::Coordinates;
-use crate::explored::Explored;
-use crate::tires::{SIZE, indices, to_vector};
+use crate::explored::{Explored, inverse};
+use crate::tires::{SIZE, Tires, from_vector, indices, to_vector};
 
 /// Points that stand for the standard normal distribution: with their exact covariance they find a normal posterior exactly.
 const POINTS: usize = 64;
@@ -25,36 +26,78 @@ const POINTS: usize = 64;
 const DRAWS: usize = 2048;
 const LIMITS: Limits = Limits { tolerance: 1e-2, steps: 15 };
 
-/// The posterior of both axles: the prior is flat in the box, noises are held.
+/// The posterior of both axles and of the errors that were estimated with them: the prior of the tires is flat in the box,
+/// noises are held. A point is that of the tires, then the errors as [`crate::joint::Joint`] has them.
 pub struct DriveDensity<'a> {
-    /// The cost about its minimum.
-    pub explored: &'a Explored<'a>,
-    /// Of its box.
+    /// The cost.
+    pub objective: &'a dyn Objective,
+    /// Errors that are variables after the tires.
+    pub errors: usize,
+    /// The least cost.
+    pub cost: f64,
+    /// Of the box.
     pub coordinates: &'a Coordinates,
+}
+
+impl DriveDensity<'_> {
+    /// The tires of a point.
+    pub fn tires(&self, z: &DVector<f64>) -> Option<Tires> {
+        Some(self.coordinates.parameters(&head(z))?.0)
+    }
+
+    /// Where the cost is to be evaluated, and the logarithm of the volume there.
+    fn place(&self, z: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+        let (tires, log_volume) = self.coordinates.parameters(&head(z))?;
+        let mut x = z.clone();
+        x.rows_mut(0, SIZE).copy_from(&to_vector(&tires));
+        Some((x, log_volume))
+    }
+
+    /// A normal distribution about a minimum with these second derivatives.
+    pub fn about(&self, x: &DVector<f64>, hessian: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        let errors = x.len() - SIZE;
+        let mut z = x.clone();
+        let point = self.coordinates.point(&from_vector(x));
+        z.rows_mut(0, SIZE).copy_from(&point);
+        let of_tires = hessian.view((0, 0), (SIZE, SIZE)).into_owned();
+        let cross = hessian.view((0, SIZE), (SIZE, errors));
+        let cross = self.coordinates.jacobian(&point).tr_mul(&cross);
+        let mut information = hessian.clone();
+        let own = self.coordinates.information(&point, &of_tires);
+        information.view_mut((0, 0), (SIZE, SIZE)).copy_from(&own);
+        information.view_mut((0, SIZE), (SIZE, errors)).copy_from(&cross);
+        information.view_mut((SIZE, 0), (errors, SIZE)).copy_from(&cross.transpose());
+        (z, inverse(&information))
+    }
+}
+
+/// The coordinates of the tires.
+fn head(z: &DVector<f64>) -> DVector<f64> {
+    z.rows(0, SIZE).into_owned()
 }
 
 impl LogDensity for DriveDensity<'_> {
     fn dimension(&self) -> usize {
-        SIZE
+        SIZE + self.errors
     }
 
     fn at(&self, z: &DVector<f64>) -> (f64, DVector<f64>) {
-        let Some((tires, log_volume)) = self.coordinates.parameters(z) else {
-            return (f64::NEG_INFINITY, DVector::zeros(SIZE));
+        let Some((x, log_volume)) = self.place(z) else {
+            return (f64::NEG_INFINITY, DVector::zeros(z.len()));
         };
-        let model = self.explored.objective.model(&to_vector(&tires));
-        let log = self.explored.cost - model.cost + log_volume;
-        (log, self.coordinates.gradient(z, &model.gradient))
+        let model = self.objective.model(&x);
+        let mut gradient = -&model.gradient;
+        let of_tires = model.gradient.rows(0, SIZE).into_owned();
+        gradient.rows_mut(0, SIZE).copy_from(&self.coordinates.gradient(&head(z), &of_tires));
+        (self.cost - model.cost + log_volume, gradient)
     }
 
     /// Less that of the likelihood at the best; −∞ where there is none.
     fn logs(&self, points: &[DVector<f64>]) -> Vec<f64> {
-        let found: Vec<_> = points.iter().map(|z| self.coordinates.parameters(z)).collect();
-        let tires = found.iter().flatten().map(|(tires, _)| to_vector(tires));
-        let costs = self.explored.objective.costs(&tires.collect::<Vec<_>>());
-        let mut costs = costs.into_iter();
-        let mut log =
-            |log_volume: f64| costs.next().map(|cost| self.explored.cost - cost + log_volume);
+        let found: Vec<_> = points.iter().map(|z| self.place(z)).collect();
+        let places: Vec<_> = found.iter().flatten().map(|(x, _)| x.clone()).collect();
+        let mut costs = self.objective.costs(&places).into_iter();
+        let mut log = |log_volume: f64| costs.next().map(|cost| self.cost - cost + log_volume);
         let logs = found.iter().map(|found| found.as_ref().and_then(|(_, volume)| log(*volume)));
         logs.map(|log| log.unwrap_or(f64::NEG_INFINITY)).collect()
     }
@@ -86,8 +129,8 @@ impl Variational {
         let judged = judged::fit(density, fit, [POINTS; 2], |_| false, (DRAWS, seed));
         let gaussian = Axles::new(|axle| {
             let points = judged.draws.points.iter();
-            let tires = points.filter_map(|z| density.coordinates.parameters(z));
-            PosteriorSamples { samples: tires.map(|(tires, _)| tires[axle].theta()).collect() }
+            let tires = points.filter_map(|z| density.tires(z));
+            PosteriorSamples { samples: tires.map(|tires| tires[axle].theta()).collect() }
         });
         Some(Self { gaussian, judged })
     }
@@ -106,12 +149,12 @@ impl Variational {
         (explored, prior): (&Explored, &Prior),
         noise_std: f64,
         correction: Diagnosis,
-        modes: usize,
+        [modes, errors]: [usize; 2],
     ) -> VariationalReport {
         let at_bound = explored.at_bound(indices(axle));
         let at_bound = at_bound.into_array().into_iter().zip(TireParameters::<f64>::PARAMETERS);
         let at_bound = at_bound.filter_map(|(stands, parameter)| stands.then_some(parameter));
-        let suspicion = Suspicion { at_bound: at_bound.collect(), modes };
+        let suspicion = Suspicion { at_bound: at_bound.collect(), modes, errors };
         let posterior = &self.gaussian[axle];
         let mut report =
             VariationalReport::new(&self.judged, correction, posterior, prior, noise_std);

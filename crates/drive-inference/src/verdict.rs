@@ -5,6 +5,7 @@ use numerics::convergence::Convergence;
 use numerics::statistics::{interval, std};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
+use tire_inference::model::{Fit, ModelVerdict};
 use tire_inference::parameters::{TireParameters, curve};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::report::UncertaintySource;
@@ -31,6 +32,8 @@ const BETTER: f64 = 1.0;
 pub struct Judge<'a> {
     /// The maximum, its cost and its surroundings.
     pub explored: &'a Explored<'a>,
+    /// Whether the model fits, which every verdict inherits.
+    pub model: &'a ModelVerdict,
     /// Draws, of the posterior if there is one.
     pub drawn: &'a Drawn,
     /// The bound of Cramér and Rao: inverse second derivatives of the likelihood alone.
@@ -177,8 +180,8 @@ impl Judge<'_> {
             },
             at_bound: at_bound.map(|(parameter, _)| parameter.name().to_owned()).collect(),
             fixed: Vec::new(),
-            identified: by_name(&judgements, |judgement| judgement.verdict),
-            reason: by_name(&judgements, |judgement| judgement.reason.clone()),
+            identified: by_name(&judgements, |judgement| self.model.cap(judgement.verdict)),
+            reason: by_name(&judgements, |judgement| self.reason(judgement)),
             slip_range: self.slip_range[axle],
             samples: self.samples,
             noise_std: self.noise_std,
@@ -189,6 +192,14 @@ impl Judge<'_> {
                 .map_or(UncertaintySource::Likelihood, |_| UncertaintySource::Importance),
             posterior: self.drawn.reports.as_ref().map(|reports| reports[axle].clone()),
             svi: self.drawn.svi.as_ref().map(|(_, reports)| reports[axle].clone()),
+        }
+    }
+
+    /// Why a quantity has its verdict.
+    fn reason(&self, judgement: &Judgement) -> String {
+        match self.model.verdict {
+            Fit::Fits => judgement.reason.clone(),
+            Fit::DoesNotFit => format!("{} {}", self.model.sentence, judgement.reason),
         }
     }
 

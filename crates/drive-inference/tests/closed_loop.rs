@@ -7,11 +7,13 @@ mod drive;
 use std::sync::LazyLock;
 
 use drive_inference::regression::{Target, Weights};
+use drive_inference::selection::Wanted;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::to_array;
 use drive_inference::validation::{Manoeuvre, compare};
 use drive_inference::{
-    Drive, DriveNoise, DriveOptions, Formulation, Identified, Noises, Tires, identify,
+    CarUncertainty, CauseOptions, Drive, DriveNoise, DriveOptions, Formulation, Identified, Noises,
+    Tires, identify,
 };
 use numerics::convergence::Status;
 use tire_inference::axles::Axle;
@@ -57,7 +59,9 @@ fn curve_error(found: &Tires, axle: Axle) -> f64 {
 fn prediction_errors_recover_unequal_tires() {
     // In a wider box the rear axle's E of 0.9 is so close to its bound that no normal distribution of its logit fits.
     let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
-    let options = DriveOptions { svi: true, prior, ..DriveOptions::default() };
+    let causes = CauseOptions { wanted: Wanted::none(), ..CauseOptions::default() };
+    let uncertainty = CarUncertainty::NONE;
+    let options = DriveOptions { svi: true, prior, causes, uncertainty, ..DriveOptions::default() };
     let found = of(&LIMIT, &options);
     let tires = tires(&found);
     let (theta, truth) = (to_array(tires), to_array(UNEQUAL));

@@ -2,10 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use drive_inference::cause::Cause;
 use drive_inference::likelihood::DriveNoise;
 use drive_inference::regression::Weights;
+use drive_inference::selection::Mode;
 use drive_inference::smoothing::SmootherOptions;
-use drive_inference::{DriveOptions, Formulation, Noises};
+use drive_inference::{CauseOptions, DriveOptions, Formulation, Noises};
 use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,6 +56,11 @@ pub struct ClosedLoop {
     pub svi: bool,
     /// Takes intervals from profiles of the likelihood, which takes longer than the fit; otherwise from its curvature.
     pub profile: bool,
+    /// Errors of sensors, and relaxation lengths: whether each is estimated with the tires. By default where the data ask for it.
+    pub errors: BTreeMap<Cause, Mode>,
+    /// Standard deviations of these errors before any data, each in its unit; those of sensors that were mounted with care by
+    /// default.
+    pub error_std: BTreeMap<Cause, f64>,
     /// Longest time between two rows without a gap [s]; a gap ends a recording. By default 3.5 times the step that 95 % of all
     /// steps do not exceed.
     pub gap: Option<f64>,
@@ -116,6 +123,8 @@ impl Default for ClosedLoop {
             car: DrivenCar::default(),
             method: usual.method,
             compare: usual.compare,
+            errors: BTreeMap::new(),
+            error_std: BTreeMap::new(),
             bounds: BoundsChoice::default(),
             typical: BTreeMap::new(),
             regularisation: usual.regularisation,
@@ -187,6 +196,16 @@ impl ClosedLoop {
 
     fn check_times(&self) -> Result<(), ConfigError> {
         self.gap.map_or(Ok(()), |gap| rules::positive("gap", gap))?;
+        for (cause, std) in &self.error_std {
+            rules::positive(&format!("error_std.{}", cause.about().name), *std)?;
+        }
+        let of_car = self.errors.keys().chain(self.error_std.keys());
+        for cause in of_car.filter(|cause| Cause::CAR.contains(cause)) {
+            let name = cause.about().name;
+            let expected =
+                "an error of a sensor; those of the car are standard deviations in `car`";
+            demand(false, &format!("errors.{name}"), expected, format_args!("`{name}`"))?;
+        }
         for (index, window) in self.windows.iter().enumerate() {
             rules::rising(&format!("windows.{index}"), *window)?;
         }
@@ -207,9 +226,13 @@ impl ClosedLoop {
     /// When data of the car are missing or make no sense.
     pub fn options(&self) -> Result<DriveOptions, ConfigError> {
         let (car, uncertainty) = self.car.read()?;
+        let mut causes = CauseOptions::default();
+        self.errors.iter().for_each(|(cause, mode)| causes.wanted.0[*cause as usize] = *mode);
+        self.error_std.iter().for_each(|(cause, std)| causes.std[*cause] = *std);
         Ok(DriveOptions {
             car,
             uncertainty,
+            causes,
             method: self.method,
             compare: self.compare.clone(),
             prior: prior(Prior::lateral(), &self.bounds, &self.typical),

@@ -188,18 +188,22 @@ fn validation(
     found: &Identified,
 ) -> Result<Validation, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
+    let car = found.errors.car(&options.car);
     let mut recording = Drive::default();
     let mut starts = Vec::new();
     for stretch in stretches {
+        // The car and its inputs as they were found to be.
+        let stretch = &found.errors.inputs(stretch);
         let explained =
-            smoothing::explain(&options.car, stretch, &found.noise, &options.smoothing, || true)
+            smoothing::explain(&car, stretch, &found.noise, &options.smoothing, || true)
                 .map_err(|error| failed(error.to_string()))?;
         let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
-        starts.push((stretch, State { v_x, v_y, r, ..State::default() }));
+        starts.push((stretch.clone(), State { v_x, v_y, r, ..State::default() }));
         recording.append(stretch);
     }
+    let starts: Vec<_> = starts.iter().map(|(stretch, start)| (stretch, *start)).collect();
     let [front, rear] = found.tires.map(|tire| tire.curve()).into_array();
-    let replay = replay(&options.car.with_tires(front, rear), &starts, &found.noise);
+    let replay = replay(&car.with_tires(front, rear), &starts, &found.noise);
     Ok(Validation { name, recording, replay })
 }
 
@@ -212,7 +216,8 @@ fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examinati
         prior: &options.prior,
     };
     let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
-    let mut overall = Overall { curves, ..Overall::default() };
+    let (model, causes) = (found.model.clone(), found.causes.as_slice());
+    let mut overall = Overall { curves, model, causes, ..Overall::default() };
     doctor::tell(log, &mut overall);
     overall
 }

@@ -13,6 +13,8 @@ const LONGEST: f64 = 0.8;
 /// Delays of the yaw rate that a car has of its own behind its wheels, and behind its steering [s].
 const OF_WHEELS: f64 = 0.04;
 const OF_CAR: f64 = 0.15;
+/// No car turns that long after its steering [s].
+const OF_NO_CAR: f64 = 0.25;
 
 /// A delay with what it rests on.
 #[derive(Clone, Copy, Debug)]
@@ -68,6 +70,7 @@ pub(crate) fn check(case: &mut Case) {
                 if agree && steering.beyond(OF_WHEELS) { Sure::Certain } else { Sure::Possible },
             )
         }
+        (Some(steering), None) if steering.beyond(OF_NO_CAR) => (steering, Sure::Certain),
         (Some(steering), None) if steering.beyond(OF_CAR) => (steering, Sure::Likely),
         (None, Some(wheels)) if wheels.beyond(OF_WHEELS) => (wheels, Sure::Likely),
         _ => return,

@@ -123,8 +123,51 @@ impl Observer {
     }
 }
 
+/// A car whose slip angles follow the motion over a length: σ dα'/dt + v α' = v α (first-order relaxation).
+struct Relaxed {
+    car: Vehicle,
+    length: f64,
+    slips: [f64; 2],
+}
+
+impl Relaxed {
+    /// Steps so short that the slip may be held at its lag [s].
+    const SUBSTEP: f64 = 1e-4;
+
+    fn advance(&mut self, state: &State, input: &Input) -> State {
+        if self.length == 0.0 {
+            return self.car.advance(state, input, STEP, 0.002);
+        }
+        let mut state = *state;
+        for _ in 0..(STEP / Self::SUBSTEP).round() as usize {
+            let State { v_x, v_y, r, .. } = state;
+            let now = self.car.body.slip_angles(v_x, v_y, r, input.delta);
+            let share = 1.0 - (-v_x * Self::SUBSTEP / self.length).exp();
+            for (slip, now) in self.slips.iter_mut().zip(now) {
+                *slip += share * (now - *slip);
+            }
+            // A shift of the curve that makes the slip of the motion that of the tire.
+            self.car.tire_f.S_h = self.slips[0] - now[0];
+            self.car.tire_r.S_h = self.slips[1] - now[1];
+            state = self.car.advance(&state, input, Self::SUBSTEP, Self::SUBSTEP);
+        }
+        state
+    }
+}
+
 /// What sensors record while a car follows a reference.
 pub fn drive(car: &Vehicle, reference: &Reference, noise: &[f64; 4], seed: u64) -> Drive {
+    drive_relaxed(car, reference, noise, seed, 0.0)
+}
+
+/// The same on tires with a relaxation length [m].
+pub fn drive_relaxed(
+    car: &Vehicle,
+    reference: &Reference,
+    noise: &[f64; 4],
+    seed: u64,
+    relaxation: f64,
+) -> Drive {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut state = State { v_x: reference[0][0], ..State::default() };
     let [C_f, C_r] = car.body.static_loads().map(|load| 50.0 * load);
@@ -133,11 +176,12 @@ pub fn drive(car: &Vehicle, reference: &Reference, noise: &[f64; 4], seed: u64) 
     let mut observer = Observer::new(nominal, state.v_x, noise);
     let mut input = Input::default();
     let mut recording = Drive::default();
+    let mut relaxed = Relaxed { car: *car, length: relaxation, slips: [0.0; 2] };
     for k in 0..reference.len() {
         if k > 0 {
-            state = car.advance(&state, &input, STEP, 0.002);
+            state = relaxed.advance(&state, &input);
         }
-        let a_y = car.evaluate(&state, &input).a_y;
+        let a_y = relaxed.car.evaluate(&state, &input).a_y;
         let mut e = || -> f64 { StandardNormal.sample(&mut rng) };
         let y = SVector::from([
             state.v_x + noise[0] * e(),

@@ -78,9 +78,11 @@ impl Bayes<'_> {
         let start = Start { samples: self.samples, data: self.data, prior, best };
         let mut variational = variational::fit(start, *optimiser, options.seed);
         variational.report.seconds += self.seconds[0];
-        variational
-            .report
-            .suspect(&Suspicion { at_bound: self.best.at_bound.clone(), modes: self.modes() });
+        variational.report.suspect(&Suspicion {
+            at_bound: self.best.at_bound.clone(),
+            modes: self.modes(),
+            errors: 0,
+        });
         variational
     }
 

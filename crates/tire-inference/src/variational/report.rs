@@ -129,6 +129,8 @@ pub struct Suspicion {
     pub at_bound: Vec<Parameter>,
     /// Optima or modes that the data do not decide between.
     pub modes: usize,
+    /// Errors of sensors and car that it has only follow the tires, so that it is too narrow.
+    pub errors: usize,
 }
 
 /// Why a normal distribution is not to be trusted; `None` if it is.
@@ -155,6 +157,12 @@ fn warning(
     }
     if suspicion.modes > 1 {
         reasons.push(format!("the data do not decide between {} modes", suspicion.modes));
+    }
+    if suspicion.errors > 0 {
+        reasons.push(format!(
+            "{} errors of sensors and car follow the tires in it, so that it is too narrow",
+            suspicion.errors
+        ));
     }
     let reasons = reasons.join("; ");
     (!reasons.is_empty())

@@ -120,25 +120,34 @@ fn named(
     Ok(Chosen { name, column: column.to_owned(), unit, guessed: false })
 }
 
-/// The column with the most usual title.
+/// The column with the most usual title, unless the file says that it is something else: a wheel in km/h is no angular speed.
 fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
-    let usual = USUAL.iter().find(|(of, ..)| *of == name)?.2;
+    let (_, wanted, usual) = USUAL.iter().find(|(of, ..)| *of == name)?;
     let title = usual.iter().find_map(|usual| {
         let fits =
             |title: &&ColumnTitle| bare(&title.name).0 == *usual || plain(&title.name) == *usual;
         titles.iter().find(fits)
     })?;
+    let other = |unit: &String| !same_dimension(unit, wanted);
+    if title.unit.as_ref().is_some_and(other) {
+        return None;
+    }
     let unit = title.unit.is_none().then(|| unit_of(&title.name, name));
     Some(Chosen { name, column: title.name.clone(), unit, guessed: true })
+}
+
+fn same_dimension(a: &str, b: &str) -> bool {
+    match [a, b].map(|unit| Unit::parse(unit).ok()) {
+        [Some(a), Some(b)] => a.same_dimension(&b),
+        // A unit that is not known here: the reader says more.
+        _ => true,
+    }
 }
 
 /// The unit that the end of a title says, or else that of the signal.
 fn unit_of(title: &str, name: &str) -> String {
     let usual = USUAL.iter().find(|(of, ..)| *of == name).map_or("", |(_, unit, _)| unit);
-    let same = |unit: &&str| {
-        let both = [*unit, usual].map(|unit| Unit::parse(unit).ok());
-        matches!(&both, [Some(a), Some(b)] if a.same_dimension(b))
-    };
+    let same = |unit: &&str| same_dimension(unit, usual);
     bare(title).1.filter(same).unwrap_or(usual).to_owned()
 }
 

@@ -1,0 +1,220 @@
+//! Tests whether tires, errors and noises describe the drives: what is left over is to be noise and nothing else.
+//!
+//! Every test has a limit that chance does not reach and that matters: with many rows, chance would allow so little that no real
+//! log would ever pass.
+
+use tire_inference::axles::Axle;
+use tire_inference::model::{Fit, FitTest, ModelVerdict};
+
+use crate::recording::Drive;
+use crate::series::Series;
+
+mod over;
+mod stable;
+
+pub use stable::{Blocks, Scatter};
+
+/// Channels by name.
+pub const CHANNELS: [&str; 4] = ["v_x", "v_y", "r", "a_y"];
+/// Standard deviations of a figure that chance does not reach in any of the tests.
+pub const SURE: f64 = 4.5;
+/// Longest lag of correlations [s].
+const LONGEST: f64 = 0.5;
+/// Autocorrelation that shortens the effective length of a drive by a sixth.
+const COLOURED: f64 = 0.08;
+/// Correlation with an input that matters.
+const DRIVEN: f64 = 0.05;
+/// Where the tails of innovations begin, in standard deviations, and the share of innovations that may lie there; 0.05 % do in
+/// a normal distribution.
+const TAIL: (f64, f64) = (3.5, 0.005);
+
+/// What is left over of all drives.
+pub struct Leftover<'a> {
+    /// The recordings, with their true inputs.
+    pub recordings: &'a [Drive],
+    /// Their columns.
+    pub series: &'a [Series],
+}
+
+impl Leftover<'_> {
+    /// Whitened innovations of a channel, by recording, without the row that starts the filter.
+    fn whitened(&self, channel: usize) -> impl Iterator<Item = &[f64]> {
+        self.series.iter().map(move |series| &series.whitened[channel][1..])
+    }
+
+    fn count(&self) -> f64 {
+        self.series.iter().map(|series| series.a_y.len() as f64 - 1.0).sum()
+    }
+
+    /// By how much means of innovations and of what they are multiplied with scatter more than if they were white.
+    fn slack(&self, channel: usize) -> f64 {
+        let sum: f64 = autocorrelations(self, channel, self.lags()).iter().sum();
+        (1.0 + 2.0 * sum).max(1.0).sqrt()
+    }
+
+    fn lags(&self) -> usize {
+        let step = self.recordings.iter().map(Drive::usual_step).fold(f64::INFINITY, f64::min);
+        (LONGEST / step).round().clamp(1.0, 200.0) as usize
+    }
+}
+
+/// All tests together with those of parameters over blocks of the drive.
+pub fn judge(left: &Leftover, blocks: &Blocks) -> ModelVerdict {
+    let mut tests = vec![pushed(left)];
+    for channel in 0..CHANNELS.len() {
+        tests.push(white(left, channel));
+        tests.push(driven(left, channel, "steering angle", |drive| &drive.delta));
+        tests.push(driven(left, channel, "longitudinal force", |drive| &drive.F_x));
+        tests.push(tails(left, channel));
+        tests.extend(over::tests(left, channel));
+    }
+    tests.extend(blocks.tests());
+    let failed: Vec<&FitTest> = tests.iter().filter(|test| !test.passed()).collect();
+    let verdict = if failed.is_empty() { Fit::Fits } else { Fit::DoesNotFit };
+    let sentence = match worst(&failed) {
+        None => "The model fits: what is left over is noise.".to_owned(),
+        Some(worst) => format!("The model does not fit: {}.", cause(left, &failed, worst)),
+    };
+    ModelVerdict { verdict, sentence, tests }
+}
+
+/// The test that failed by most.
+fn worst<'a>(failed: &[&'a FitTest]) -> Option<&'a FitTest> {
+    let over = |test: &FitTest| test.statistic / test.limit;
+    failed.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))
+}
+
+/// What failing tests have in common.
+fn cause(left: &Leftover, failed: &[&FitTest], worst: &FitTest) -> String {
+    if let Some(dead) = failed.iter().find(|test| test.name == "longitudinal force") {
+        return lower(&dead.sentence);
+    }
+    let any = |part: &str| failed.iter().any(|test| test.name.starts_with(part));
+    let colours: Vec<String> = (0..CHANNELS.len())
+        .filter(|channel| {
+            failed.iter().any(|test| test.name == format!("whiteness of {}", CHANNELS[*channel]))
+        })
+        .map(|channel| {
+            let first = autocorrelations(left, channel, 1)[0];
+            format!("{} ({first:.2} from row to row)", CHANNELS[channel])
+        })
+        .collect();
+    let driven = any("correlation") || any("curve");
+    let changing = any("stability over time") || any("halves");
+    match (colours.is_empty(), driven, changing) {
+        (false, false, _) => format!("the noise is coloured in {}", colours.join(", ")),
+        (_, true, _) => format!(
+            "something that the steering excites is missing, such as a relaxation length, a load or temperature of the tires; {}",
+            lower(&worst.sentence)
+        ),
+        (true, false, true) => {
+            format!("tires or sensors change during the drive; {}", lower(&worst.sentence))
+        }
+        _ => lower(&worst.sentence),
+    }
+}
+
+fn lower(sentence: &str) -> String {
+    let mut letters = sentence.trim_end_matches('.').chars();
+    letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
+}
+
+/// A longitudinal force that never changes although the speed does was not recorded.
+fn pushed(left: &Leftover) -> FitTest {
+    let ends = |of: fn(&Drive) -> &Vec<f64>| {
+        let all = left.recordings.iter().flat_map(move |drive| of(drive).iter().copied());
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    };
+    let ([least, most], [slowest, fastest]) = (ends(|it| &it.F_x), ends(|it| &it.v_x));
+    let dead = most == least && fastest > 1.1 * slowest;
+    FitTest {
+        name: "longitudinal force".to_owned(),
+        statistic: f64::from(u8::from(dead)),
+        limit: 0.5,
+        sentence: format!(
+            "The longitudinal force F_x is {least} N throughout, while the speed changes from {slowest:.1} to {fastest:.1} m/s: it was not recorded."
+        ),
+    }
+}
+
+/// Autocorrelations at lags from one row on.
+fn autocorrelations(left: &Leftover, channel: usize, lags: usize) -> Vec<f64> {
+    let square: f64 = left.whitened(channel).flatten().map(|e| e * e).sum();
+    let at = |lag: usize| {
+        let product = |e: &[f64]| -> f64 {
+            e.iter().zip(e.iter().skip(lag)).map(|(now, later)| now * later).sum()
+        };
+        left.whitened(channel).map(product).sum::<f64>() / square
+    };
+    (1..=lags).map(at).collect()
+}
+
+fn white(left: &Leftover, channel: usize) -> FitTest {
+    let found = autocorrelations(left, channel, left.lags());
+    let (lag, most) = largest(&found);
+    let name = CHANNELS[channel];
+    FitTest {
+        name: format!("whiteness of {name}"),
+        statistic: most.abs(),
+        limit: COLOURED.max(SURE / left.count().sqrt()),
+        sentence: format!(
+            "Innovations of {name} are correlated by {most:.2} with those {} rows before.",
+            lag + 1
+        ),
+    }
+}
+
+/// The largest by size, with its index.
+fn largest(values: &[f64]) -> (usize, f64) {
+    let sized = values.iter().copied().enumerate();
+    sized.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, f64::NAN))
+}
+
+/// Correlation with what was put in before.
+fn driven(left: &Leftover, channel: usize, what: &str, of: fn(&Drive) -> &Vec<f64>) -> FitTest {
+    let count = left.count();
+    let all = || left.recordings.iter().flat_map(|drive| of(drive).iter());
+    let mean = all().sum::<f64>() / all().count().max(1) as f64;
+    let power: f64 = all().map(|u| (u - mean).powi(2)).sum();
+    let at = |lag: usize| {
+        let product = |(drive, series): (&Drive, &Series)| -> f64 {
+            let e = &series.whitened[channel];
+            (lag.max(1)..e.len()).map(|k| e[k] * (of(drive)[k - lag] - mean)).sum()
+        };
+        let sum: f64 = left.recordings.iter().zip(left.series).map(product).sum();
+        // An input that never changes excites nothing.
+        if power > 0.0 { sum / (power * count).sqrt() } else { 0.0 }
+    };
+    let found: Vec<f64> = (0..left.lags()).map(at).collect();
+    let (lag, most) = largest(&found);
+    let name = CHANNELS[channel];
+    FitTest {
+        name: format!("correlation of {name} with the {what}"),
+        statistic: most.abs(),
+        limit: DRIVEN.max(left.slack(channel) * SURE / count.sqrt()),
+        sentence: format!(
+            "Innovations of {name} are correlated by {most:.2} with the {what} {lag} rows before."
+        ),
+    }
+}
+
+fn tails(left: &Leftover, channel: usize) -> FitTest {
+    let (from, limit) = TAIL;
+    let count = left.count();
+    let far = left.whitened(channel).flatten().filter(|e| e.abs() > from).count() as f64;
+    let name = CHANNELS[channel];
+    FitTest {
+        name: format!("tails of {name}"),
+        statistic: far / count,
+        limit: limit.max(10.0 / count),
+        sentence: format!(
+            "{:.2} % of the innovations of {name} are beyond {from} standard deviations, where 0.05 % are expected.",
+            100.0 * far / count
+        ),
+    }
+}
+
+/// Slips of an axle in all drives.
+fn slips(left: &Leftover, axle: Axle) -> Vec<f64> {
+    left.series.iter().flat_map(|it| over::before(&it.slip[axle]).iter().copied()).collect()
+}

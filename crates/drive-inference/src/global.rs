@@ -1,0 +1,192 @@
+//! Looks for all optima of the likelihood over the tires, with everything else held: on a part of the recordings from many starts,
+//! then on all of them from the best.
+
+use nalgebra::DVector;
+use numerics::sqp::{self, Limits, Minimum, Objective};
+use rayon::prelude::*;
+use tire_inference::axles::{Axle, Axles};
+use tire_inference::parameters::{Bounds, TireParameters};
+
+use crate::error::Error;
+use crate::joint::Joint;
+use crate::likelihood::{DriveNoise, Likelihood};
+use crate::noises::Noise;
+use crate::ridge::{Features, reshaped};
+use crate::search::different;
+use crate::tires::{Tires, from_vector, to_vector};
+
+/// Mean squared innovation, in units of its variance, above which a start is too far away for the filter to follow.
+const EXPLODED: f64 = 3.0;
+/// Factors of the process noise that lead from such a start to the noise that is meant.
+const HOMOTOPY: [f64; 2] = [1000.0, 30.0];
+/// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. B, C and E
+/// are so correlated that a residual of 1e-5 would still be tenths of a standard deviation along the ridge.
+const ROUGH: Limits = Limits { iterations: 6, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
+const COARSE: Limits = Limits { iterations: 15, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
+/// When to stop where every digit counts.
+pub const FINE: Limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5, damping: 1e-5 };
+/// Points on a way to a minimum at which the cost must fall.
+const WAYPOINTS: usize = 4;
+/// Most starts that are put together from the axles of others.
+const MOST_CROSSED: usize = 4;
+/// Difference of the costs on a part of the recordings up to which optima are carried on to all of them [nat].
+const CLOSE: f64 = 30.0;
+/// Fall of the cost on a part of the recordings by other noises that makes other optima possible [nat].
+const OTHER_NOISE: f64 = 10.0;
+
+/// A search for tires.
+pub struct Search<'a> {
+    /// The cost; its causes are held.
+    pub joint: Joint<'a>,
+    /// The box of each axle.
+    pub bounds: Bounds,
+    /// How the noises are found.
+    pub noise: Noise,
+}
+
+/// What a search found.
+pub struct Optima {
+    /// Different minima on all recordings, best first.
+    pub minima: Vec<Minimum>,
+    /// The noise under which they are minima.
+    pub noise: DriveNoise,
+    /// Starts that led there.
+    pub starts: usize,
+    /// Evaluations that it took.
+    pub evaluations: usize,
+}
+
+impl<'a> Search<'a> {
+    /// Minimises from all starts and from others along their ridges. Where the noises are estimated, the search on a part
+    /// of the recordings is repeated under those of its best: optima that lie close under one noise are far apart under another.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoStart`] if no start gave a finite cost.
+    pub fn run(&self, starts: &[Tires]) -> Result<Optima, Error> {
+        let thinned = self.joint.likelihood.thinned();
+        let mut thin = self.on(&thinned, self.joint.noise);
+        let (mut candidates, mut count, mut evaluations) = thin.candidates(starts);
+        let none = |count| Error::NoStart { starts: count };
+        let first = candidates.first().ok_or_else(|| none(count))?;
+        if self.noise.estimated() {
+            let at = thin.joint.unknowns(&first.x);
+            let (noise, more) = self.noise.refine(&thinned, &at);
+            evaluations += more;
+            let fall = thin.joint.cost(&first.x);
+            thin = self.on(&thinned, noise);
+            if fall - thin.joint.cost(&first.x) > OTHER_NOISE {
+                let known: Vec<Tires> = candidates.iter().map(|m| from_vector(&m.x)).collect();
+                let (again, starts, more) = thin.candidates(&known);
+                (candidates, count) = (again, count + starts);
+                evaluations += more;
+            }
+        }
+        let full = self.on(self.joint.likelihood, thin.joint.noise);
+        let mut minima: Vec<Minimum> = Vec::new();
+        for candidate in &candidates {
+            if !minima.iter().any(|known| full.downhill(&candidate.x, known)) {
+                minima.push(full.minimise(&candidate.x, FINE));
+            }
+        }
+        evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
+        let minima = different(minima, f64::INFINITY);
+        if minima.is_empty() {
+            return Err(none(count));
+        }
+        Ok(Optima { minima, noise: thin.joint.noise, starts: count, evaluations })
+    }
+
+    /// The same search on other recordings under another noise.
+    fn on<'b>(&self, likelihood: &'b Likelihood, noise: DriveNoise) -> Search<'b>
+    where
+        'a: 'b,
+    {
+        let joint = Joint { likelihood, noise, ..self.joint.clone() };
+        Search { joint, bounds: self.bounds, noise: self.noise }
+    }
+
+    fn minimise(&self, start: &DVector<f64>, limits: Limits) -> Minimum {
+        let [lower, upper] = self.joint.corners(&self.bounds);
+        sqp::minimise(&self.joint, &lower, &upper, start, limits)
+    }
+
+    /// Whether a minimum can be reached from a point along its ridge without going uphill: then they are one optimum, and
+    /// a minimisation from there, which takes many small steps along the ridge, would tell nothing.
+    fn downhill(&self, from: &DVector<f64>, to: &Minimum) -> bool {
+        let features = |x: &DVector<f64>| Features::of_both(&from_vector(x));
+        let (Some(start), Some(end)) = (features(from), features(&to.x)) else {
+            return false;
+        };
+        let mut before = f64::INFINITY;
+        for k in 0..WAYPOINTS {
+            let share = k as f64 / WAYPOINTS as f64;
+            let tires =
+                Axles::new(|axle: Axle| start[axle].towards(&end[axle], share).tire(&self.bounds));
+            let cost = self.joint.cost(&to_vector(&tires));
+            if cost > before {
+                return false;
+            }
+            before = cost;
+        }
+        to.model.cost <= before
+    }
+
+    /// The best minima from all starts, from others along their ridges, and from those with their axles crossed; how many starts
+    /// that were, and evaluations.
+    fn candidates(&self, starts: &[Tires]) -> (Vec<Minimum>, usize, usize) {
+        let along_ridge = |start: &Tires| {
+            std::iter::once(*start).chain(reshaped(start, &self.bounds)).collect::<Vec<_>>()
+        };
+        let search = |starts: &[Tires]| -> Vec<Minimum> {
+            starts.par_iter().map(|start| self.from(start)).collect()
+        };
+        let first: Vec<Tires> = starts.iter().flat_map(along_ridge).collect();
+        let mut minima = search(&first);
+        minima.extend(search(&crossed(&minima)));
+        let evaluations = minima.iter().map(|m| m.evaluations).sum::<usize>();
+        let count = minima.len();
+        (different(minima, CLOSE), count, evaluations)
+    }
+
+    /// From one start; through more process noise if the filter cannot follow.
+    fn from(&self, start: &Tires) -> Minimum {
+        let Joint { likelihood, noise, .. } = self.joint;
+        let mut x = to_vector(start);
+        let at_start = likelihood.of_tires(&self.joint.unknowns(&x)).mean_square;
+        let follows = at_start.iter().all(|square| *square < EXPLODED);
+        let mut evaluations = 1;
+        if !follows {
+            for factor in HOMOTOPY {
+                let minimum = self.on(likelihood, noise.with_process(factor)).minimise(&x, ROUGH);
+                evaluations += minimum.evaluations;
+                x = minimum.x;
+            }
+        }
+        let mut minimum = self.minimise(&x, COARSE);
+        minimum.evaluations += evaluations;
+        minimum
+    }
+}
+
+/// The front axles of some minima with the rear axles of others, unless that is a minimum itself: both axles have several
+/// minima, almost independently of each other.
+fn crossed(minima: &[Minimum]) -> Vec<Tires> {
+    let known: Vec<Tires> =
+        different(minima.to_vec(), 10.0 * CLOSE).iter().map(|m| from_vector(&m.x)).collect();
+    let differs = |a: &TireParameters, b: &TireParameters| (a.C - b.C).abs() > 0.05;
+    let mut starts: Vec<Tires> = Vec::new();
+    for front in &known {
+        for rear in &known {
+            let mixed = Tires { front: front.front, rear: rear.rear };
+            let same = |other: &Tires| {
+                !differs(&other.front, &mixed.front) && !differs(&other.rear, &mixed.rear)
+            };
+            if !known.iter().chain(&starts).any(same) {
+                starts.push(mixed);
+            }
+        }
+    }
+    starts.truncate(MOST_CROSSED);
+    starts
+}

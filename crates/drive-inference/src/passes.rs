@@ -1,0 +1,181 @@
+//! Takes the filter over all recordings: one pass for each kind of filter.
+
+use numerics::scalar::Scalar;
+
+use crate::car::{Car, InputErrors};
+use crate::cause::{Cause, Causes};
+use crate::evaluation::Visit;
+use crate::filter::{Belief, Filter, Variances};
+use crate::likelihood::{Direction, DriveNoise, Likelihood};
+use crate::samples::Prepared;
+use crate::sensors::Sensors;
+use crate::tires::Tires;
+use crate::wide::{Colour, Lagging, Motion, Stiff, WideBelief, WideFilter};
+
+/// Standard deviation of the unknown longitudinal force before any data [N].
+const START_STD_XI: f64 = 300.0;
+/// Shortest relaxation length that is looked at [m].
+pub const SHORTEST: f64 = 0.03;
+
+/// [`Unknowns`] as numbers of some kind.
+pub struct Numbers<T> {
+    /// The tires.
+    pub tires: Tires<T>,
+    /// Errors of sensors and car.
+    pub causes: Causes<T>,
+    /// The noises.
+    pub noise: Variances<T>,
+    /// How much of them lasts.
+    pub colours: [Colour<T>; 4],
+}
+
+/// One pass over all recordings, with errors of sensors and car if `ERRORS`. It is a type of its own since the widest vector
+/// instructions of the machine reach only what is inlined into it, and of a closure the compiler would not inline this much.
+pub struct Pass<'a, T, V, const ERRORS: bool> {
+    /// The recordings.
+    pub likelihood: &'a Likelihood,
+    /// At which it is evaluated.
+    pub unknowns: Numbers<T>,
+    /// What takes the innovations.
+    pub visit: V,
+}
+
+impl<T: Scalar, V: Visit<T>, const ERRORS: bool> pulp::WithSimd for Pass<'_, T, V, ERRORS> {
+    type Output = V;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) -> V {
+        let Likelihood { car, delays, recordings, .. } = self.likelihood;
+        let Numbers { tires, causes, noise, .. } = self.unknowns;
+        let inputs = InputErrors::new(&causes, delays.inputs);
+        let like = noise.sensor[0];
+        let sensors = Sensors::new(&causes, &delays.sensors);
+        let filter = Filter::<T, ERRORS> { car: Car::new(car, &causes), tires, noise, sensors };
+        for (recording, Prepared { first, samples, first_row }) in recordings.iter().enumerate() {
+            let mut belief = start(&filter.sensors.state(first), &noise);
+            for (k, sample) in samples.iter().enumerate() {
+                let u = if ERRORS { inputs.correct(&sample.u) } else { sample.u.exact(like) };
+                let innovation =
+                    filter.step(&mut belief, &u, sample.h, sample.steps, &sample.measured);
+                self.visit.visit(recording, first_row + k + 1, &innovation, &belief);
+            }
+        }
+        self.visit
+    }
+}
+
+/// One pass with noises that last from row to row.
+pub struct Coloured<'a, T, V> {
+    /// The recordings.
+    pub likelihood: &'a Likelihood,
+    /// At which it is evaluated.
+    pub unknowns: Numbers<T>,
+    /// What takes the innovations.
+    pub visit: V,
+}
+
+impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Coloured<'_, T, V> {
+    type Output = V;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> V {
+        let motion = Stiff(self.unknowns.tires);
+        wide::<T, V, _, 3, 4, 8>(self.likelihood, self.unknowns, self.visit, motion)
+    }
+}
+
+/// One pass with slips that relax, and noises that last from row to row.
+pub struct Relaxed<'a, T, V> {
+    /// The recordings.
+    pub likelihood: &'a Likelihood,
+    /// At which it is evaluated.
+    pub unknowns: Numbers<T>,
+    /// What takes the innovations.
+    pub visit: V,
+    /// Shortest relaxation length [m].
+    pub shortest: f64,
+}
+
+impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Relaxed<'_, T, V> {
+    type Output = V;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> V {
+        let Numbers { tires, causes, .. } = &self.unknowns;
+        let lengths = Cause::TIRES.map(|cause| causes[cause]);
+        let motion = Lagging { tires: *tires, lengths, shortest: self.shortest };
+        wide::<T, V, _, 5, 6, 10>(self.likelihood, self.unknowns, self.visit, motion)
+    }
+}
+
+#[inline(always)]
+fn wide<T, V, K, const M: usize, const S: usize, const ALL: usize>(
+    Likelihood { car, delays, recordings, .. }: &Likelihood,
+    Numbers { causes, noise, colours, .. }: Numbers<T>,
+    mut visit: V,
+    motion: K,
+) -> V
+where
+    T: Scalar,
+    V: Visit<T>,
+    K: Motion<T, M, S>,
+{
+    let inputs = InputErrors::new(&causes, delays.inputs);
+    let sensors = Sensors::new(&causes, &delays.sensors);
+    let filter = WideFilter { car: Car::new(car, &causes), motion, noise, colours, sensors };
+    for (recording, Prepared { first, samples, first_row }) in recordings.iter().enumerate() {
+        let narrow = start(&filter.sensors.state(first), &noise);
+        let mut belief = WideBelief::<T, S, ALL>::new(&narrow, &noise, &colours);
+        for (k, sample) in samples.iter().enumerate() {
+            let u = inputs.correct(&sample.u);
+            let innovation = filter.step(&mut belief, &u, sample.h, sample.steps, &sample.measured);
+            visit.visit(recording, first_row + k + 1, &innovation, &belief.narrow());
+        }
+    }
+    visit
+}
+
+/// Which filter a point needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Width {
+    /// That of four states.
+    Narrow,
+    /// One with noises that last.
+    Coloured,
+    /// One with slips that relax over this length or more [m].
+    Relaxed(f64),
+}
+
+impl Width {
+    /// For some unknowns, and derivatives along these directions.
+    pub fn of(causes: &Causes, noise: &DriveNoise, directions: &[Direction]) -> Self {
+        let [front, rear] = Cause::TIRES.map(|cause| causes[cause]);
+        if front > 0.0 || rear > 0.0 {
+            return Self::Relaxed(front.min(rear).max(SHORTEST));
+        }
+        let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
+        let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
+        if along || lasts { Self::Coloured } else { Self::Narrow }
+    }
+
+    /// The one that serves two points.
+    pub fn widest(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Relaxed(a), Self::Relaxed(b)) => Self::Relaxed(a.min(b)),
+            (Self::Relaxed(a), _) | (_, Self::Relaxed(a)) => Self::Relaxed(a),
+            (Self::Coloured, _) | (_, Self::Coloured) => Self::Coloured,
+            _ => Self::Narrow,
+        }
+    }
+}
+
+/// The state before the second row, from what the sensors show in the first.
+fn start<T: Scalar>(&[v_x, v_y, r]: &[T; 3], noise: &Variances<T>) -> Belief<T> {
+    let constant = |value: f64| noise.sensor[0].constant(value);
+    let mut P = [[constant(0.0); 4]; 4];
+    for (i, row) in P.iter_mut().enumerate().take(3) {
+        row[i] = noise.sensor[i];
+    }
+    P[3][3] = constant(START_STD_XI * START_STD_XI);
+    Belief { x: [v_x, v_y, r, constant(0.0)], P }
+}

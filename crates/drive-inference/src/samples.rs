@@ -1,0 +1,107 @@
+//! Prepares recordings for the filter: inputs, step lengths, and channels moved by their delays.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use vehicle::{Input, Vehicle};
+
+use crate::car::Recorded;
+use crate::cause::{Cause, Causes};
+use crate::recording::Drive;
+
+/// Stiffness per load [1/rad] that no tire exceeds by much: with it, steps are short enough.
+const STIFFEST: f64 = 90.0;
+/// Longest step in units of the fastest pole.
+const POLE_REACH: f64 = 1.7;
+/// What is left out at both ends of a recording with delays [s], so that costs with different delays are of the same rows.
+const MARGIN: f64 = 0.25;
+
+/// Delays for which samples are prepared: whole numbers of the usual step, so that no value is a mean of two.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Delays {
+    /// Of the steering angle and the longitudinal force [s].
+    pub inputs: [f64; 2],
+    /// Of v_x, v_y, r and a_y [s].
+    pub sensors: [f64; 4],
+    /// The same in rows: steering angle, longitudinal force, v_x, v_y, r, a_y.
+    rows: [isize; 6],
+    /// Rows that are left out at both ends.
+    margin: usize,
+}
+
+impl Delays {
+    /// Those next to the delays among some causes.
+    pub fn near(causes: &Causes, recordings: &[Drive]) -> Self {
+        let step = recordings.iter().map(Drive::usual_step).fold(f64::INFINITY, f64::min);
+        let rows = |cause: Cause| (causes[cause] / step).round() as isize;
+        let rows = [
+            rows(Cause::SteeringDelay),
+            rows(Cause::ForceDelay),
+            0,
+            rows(Cause::SideslipDelay),
+            rows(Cause::YawRateDelay),
+            rows(Cause::AccelerationDelay),
+        ];
+        let seconds = rows.map(|rows| if rows == 0 { 0.0 } else { rows as f64 * step });
+        let [steering, force, sensors @ ..] = seconds;
+        Self { inputs: [steering, force], sensors, rows, margin: (MARGIN / step).ceil() as usize }
+    }
+}
+
+/// One row that is predicted.
+#[derive(Clone, Copy)]
+pub struct Sample {
+    /// The input that was held until then.
+    pub u: Recorded,
+    /// Time since the row before [s].
+    pub h: f64,
+    /// Steps of the filter from there.
+    pub steps: usize,
+    /// v_x, v_y, r and a_y.
+    pub measured: [f64; 4],
+}
+
+/// A recording as the filter takes it.
+#[derive(Clone)]
+pub struct Prepared {
+    /// What the sensors show in the row before the first sample.
+    pub first: [f64; 4],
+    /// The rows after it.
+    pub samples: Vec<Sample>,
+    /// Number of that first row in the recording.
+    pub first_row: usize,
+}
+
+/// Moves each channel by its delay; rows that a channel does not reach are left out.
+pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> Prepared {
+    let body = &car.body;
+    let [front, rear] = body.static_loads().map(|load| load * STIFFEST);
+    let pole = (body.l_f * body.l_f * front + body.l_r * body.l_r * rear) / body.I_zz
+        + (front + rear) / body.m;
+    let len = recording.len();
+    let first_row = delays.margin.min(len / 8);
+    let end = len - first_row;
+    let [steering, force, shifts @ ..] = delays.rows;
+    let row = |k: usize, by: isize| k.saturating_add_signed(by).min(len - 1);
+    let channels = [&recording.v_x, &recording.v_y, &recording.r, &recording.a_y];
+    let measured =
+        |k: usize| -> [f64; 4] { std::array::from_fn(|i| channels[i][row(k, shifts[i])]) };
+    let sample = |k: usize| {
+        let h = recording.t[k] - recording.t[k - 1];
+        let speed = recording.v_x[k - 1].max(vehicle::SLIP_SPEED_FLOOR);
+        let steps = (h * pole / (POLE_REACH * speed)).ceil().max(1.0) as usize;
+        // The value at a row, and its rate.
+        let read = |column: &[f64], at: usize| {
+            let (before, after) = (at.saturating_sub(1), (at + 1).min(len - 1));
+            let passed = recording.t[after] - recording.t[before];
+            (column[at], (column[after] - column[before]) / passed)
+        };
+        let (delta, turning) = read(&recording.delta, row(k, steering));
+        let (F_x, pushing) = read(&recording.F_x, row(k, force));
+        let u = Recorded::new(car, &Input { F_x, delta }, [turning, pushing]);
+        Sample { u, h, steps, measured: measured(k) }
+    };
+    Prepared {
+        first: measured(first_row),
+        samples: (first_row + 1..end).map(sample).collect(),
+        first_row,
+    }
+}

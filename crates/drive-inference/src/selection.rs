@@ -1,0 +1,251 @@
+//! Chooses the errors of sensors that the data ask for: each by the likelihood that it gains once everything else has followed.
+//!
+//! The gain is first foretold by a score test, ½ s²/i with the score s of an error and its information i after all other unknowns have
+//! followed. Residuals that are not white overstate it; so i is at least the variance of the scores of blocks. The most
+//! promising errors are then fitted, since a large error bends the likelihood further than a score can see.
+
+use nalgebra::{DMatrix, DVector};
+use numerics::sqp::Objective;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::cause::{COUNT, Cause};
+use crate::explored::inverse;
+use crate::joint::Joint;
+use crate::likelihood::Direction;
+use crate::pem::{Fit, Problem};
+use crate::rows::Rows;
+use crate::tires::SIZE;
+
+/// Gain from which on an error is taken for real [nat]: by chance one of fourteen errors gains more in one of fifty drives.
+const ENOUGH: f64 = 5.0;
+/// Errors that are fitted in each round, and their least share of the best foretold gain.
+const TRIALS: usize = 4;
+const SHARE: f64 = 0.05;
+/// Most errors that are taken.
+const MOST: usize = 8;
+/// Rows of a block.
+const BLOCK: usize = 200;
+
+/// Whether an error is estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// There is none.
+    Off,
+    /// In any case.
+    On,
+    /// Where the data ask for it.
+    #[default]
+    Evidence,
+}
+
+/// Whether each error is estimated, in the order of [`Cause`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted(pub [Mode; COUNT]);
+
+impl Default for Wanted {
+    /// Those of the car in any case, those of sensors where the data ask for them.
+    fn default() -> Self {
+        Self(Cause::ALL.map(
+            |cause| {
+                if Cause::CAR.contains(&cause) { Mode::On } else { Mode::Evidence }
+            },
+        ))
+    }
+}
+
+impl Wanted {
+    /// The mode of an error.
+    pub fn of(&self, cause: Cause) -> Mode {
+        self.0[cause as usize]
+    }
+
+    /// No error at all.
+    pub fn none() -> Self {
+        Self([Mode::Off; COUNT])
+    }
+}
+
+/// What a fit can be given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Addition {
+    /// An error of a sensor.
+    Error(Cause),
+    /// Relaxation lengths of both axles.
+    Relaxation,
+    /// Noises that last, of the sensors whose innovations do.
+    Colour,
+}
+
+/// Correlation of innovations from row to row from which on noises that last and relaxation are tried.
+const LASTING: f64 = 0.08;
+/// Where their fits start: length [m], and correlation and share of the noise.
+const LENGTH: f64 = 0.2;
+const COLOUR: [f64; 2] = [0.8, 0.5];
+
+/// Adds errors to a fit as long as the data ask for them; what each gained.
+pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
+    let mut fit = first;
+    let mut gains: Vec<(Addition, f64)> = Vec::new();
+    while gains.len() < MOST {
+        if problem.cancel.is_cancelled() {
+            break;
+        }
+        let additions = promising(problem, &fit);
+        if additions.is_empty() {
+            break;
+        }
+        // Costs with and without delays are of the same rows.
+        let before = cost(problem, &trial(problem, &fit, None));
+        let tried = additions.into_iter().map(|addition| {
+            let fit = trial(problem, &fit, Some(addition));
+            (addition, before - cost(problem, &fit), fit)
+        });
+        let Some((addition, gain, better)) = tried.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+            break;
+        };
+        // A gain that is no number is none.
+        if gain.is_nan() || gain < ENOUGH {
+            break;
+        }
+        fit = better;
+        gains.push((addition, gain));
+    }
+    drop_idle(problem, &mut fit, &mut gains);
+    (fit, gains)
+}
+
+/// What is worth a fit.
+fn promising(problem: &Problem, fit: &Fit) -> Vec<Addition> {
+    let (foretold, lasting) = foretell(problem, fit);
+    let best = foretold.first().map_or(0.0, |(_, gain)| *gain);
+    let worth = |(_, gain): &&(Cause, f64)| *gain > (SHARE * best).max(ENOUGH);
+    let errors = foretold.iter().filter(worth).take(TRIALS);
+    let mut additions: Vec<_> = errors.map(|(cause, _)| Addition::Error(*cause)).collect();
+    if lasting.iter().any(|correlation| *correlation > LASTING) {
+        let free = |cause: &Cause| problem.search.of(*cause) == Mode::Evidence;
+        if Cause::TIRES.iter().all(free) && !fit.active.contains(&Cause::RelaxationFront) {
+            additions.push(Addition::Relaxation);
+        }
+        if problem.noise.estimated() && fit.noise.colour.iter().all(|[_, share]| *share == 0.0) {
+            additions.push(Addition::Colour);
+        }
+    }
+    additions
+}
+
+fn cost(problem: &Problem, fit: &Fit) -> f64 {
+    problem.joint(&fit.likelihood, fit.noise, &fit.active).cost(&fit.minimum.x)
+}
+
+/// A fit with one more addition.
+fn trial(problem: &Problem, fit: &Fit, addition: Option<Addition>) -> Fit {
+    let mut active = fit.active.clone();
+    let mut start = problem.unknowns(fit);
+    match addition {
+        None => {}
+        Some(Addition::Error(cause)) => active.push(cause),
+        Some(Addition::Relaxation) => {
+            for cause in Cause::TIRES {
+                active.push(cause);
+                start.causes[cause] = LENGTH;
+            }
+        }
+        Some(Addition::Colour) => {
+            let (_, lasting) = foretell(problem, fit);
+            for (colour, correlation) in start.noise.colour.iter_mut().zip(lasting) {
+                if correlation > LASTING {
+                    *colour = COLOUR;
+                }
+            }
+            let likelihood = fit.likelihood.clone();
+            (start.noise, _) = problem.noise.refine(&likelihood, &start);
+        }
+    }
+    problem.refit(active, start)
+}
+
+/// Takes out errors of sensors that later ones made idle.
+fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(Addition, f64)>) {
+    while gains.len() > 1 {
+        let covariance = inverse(&fit.minimum.model.hessian);
+        let height = |(addition, _): &(Addition, f64)| {
+            let Addition::Error(cause) = *addition else { return None };
+            let index = SIZE + fit.active.iter().position(|it| *it == cause)?;
+            Some((cause, 0.5 * fit.minimum.x[index].powi(2) / covariance[(index, index)]))
+        };
+        let least = gains.iter().filter_map(height).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((cause, _)) = least.filter(|(_, height)| *height < ENOUGH) else { return };
+        let active = fit.active.iter().copied().filter(|it| *it != cause).collect();
+        let mut start = problem.unknowns(fit);
+        start.causes[cause] = 0.0;
+        *fit = problem.refit(active, start);
+        gains.retain(|(it, _)| *it != Addition::Error(cause));
+    }
+}
+
+/// The gain of each error that may be estimated and is not yet, largest first [nat], and the correlations of innovations from row
+/// to row.
+fn foretell(problem: &Problem, fit: &Fit) -> (Vec<(Cause, f64)>, [f64; 4]) {
+    let candidates: Vec<Cause> = Cause::ALL
+        .into_iter()
+        .filter(|cause| problem.search.of(*cause) == Mode::Evidence && problem.std[*cause] > 0.0)
+        // At no length the slip has no state to take a derivative by.
+        .filter(|cause| !fit.active.contains(cause) && !Cause::TIRES.contains(cause))
+        .collect();
+    let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
+    let mut directions = joint.directions();
+    let known = directions.len();
+    directions.extend(candidates.iter().copied().map(Direction::Cause));
+    let rows = fit.likelihood.rows(&joint.unknowns(&fit.minimum.x), &directions);
+    let score = Score::new(&rows, &joint, known);
+    let gain = |(index, cause): (usize, &Cause)| {
+        let [slope, information] = score.of(known + index);
+        (*cause, 0.5 * slope * slope / (information + joint.precision(*cause)))
+    };
+    let mut gains: Vec<_> = candidates.iter().enumerate().map(gain).collect();
+    gains.sort_by(|a, b| b.1.total_cmp(&a.1));
+    (gains, std::array::from_fn(|channel| rows.autocorrelation(channel)))
+}
+
+/// Scores of blocks, with what is known of everything that follows.
+struct Score {
+    blocks: Vec<DVector<f64>>,
+    information: DMatrix<f64>,
+    /// Covariance of the unknowns that are fitted.
+    fitted: DMatrix<f64>,
+    known: usize,
+}
+
+impl Score {
+    fn new(rows: &Rows, joint: &Joint, known: usize) -> Self {
+        let parts = (0..rows.len())
+            .step_by(BLOCK)
+            .map(|from| rows.gradient(from..(from + BLOCK).min(rows.len())));
+        let information = rows.whole().information;
+        let mut fitted = information.view((0, 0), (known, known)).into_owned();
+        for (i, cause) in joint.active.iter().enumerate() {
+            let index = SIZE + i;
+            fitted[(index, index)] += joint.precision(*cause);
+        }
+        Self { blocks: parts.collect(), fitted: inverse(&fitted), information, known }
+    }
+
+    /// Slope of the likelihood along an error with everything else following, and its variance: the information, or more where
+    /// blocks show more.
+    fn of(&self, index: usize) -> [f64; 2] {
+        let cross = self.information.view((0, index), (self.known, 1)).into_owned();
+        let follow = &self.fitted * &cross;
+        let information = self.information[(index, index)] - cross.dot(&follow);
+        let scores: Vec<f64> = self
+            .blocks
+            .iter()
+            .map(|block| follow.column(0).dot(&block.rows(0, self.known)) - block[index])
+            .collect();
+        let slope: f64 = scores.iter().sum();
+        let mean = slope / scores.len() as f64;
+        let spread: f64 = scores.iter().map(|score| (score - mean).powi(2)).sum();
+        [slope, information.max(spread)]
+    }
+}
