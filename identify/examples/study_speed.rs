@@ -47,7 +47,6 @@ fn main() {
             slip_range,
             noise_std: 0.06,
             direction: Direction::Longitudinal,
-            exact: true,
         };
         println!(
             "{level:>6} {:>14.2} {:>12.2} {:>14.0} {:>12.0}",

@@ -9,7 +9,8 @@ use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
 use preparation::DriveLog;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
-use tire_inference::model::{Fit, ModelVerdict};
+use tire_inference::model::{Fit, FitTest, ModelVerdict};
+use tire_inference::posterior::predictive::Predictive;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
@@ -53,7 +54,7 @@ impl Analysis for Identify {
                 recording.complete().map_err(|error| error.to_string().into())
             }
             Config::ClosedLoop(_) => Ok(closed_loop::recording(request).map(drop)?),
-            Config::Curve(_) => Ok(curve::columns(request).map(drop)?),
+            Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
             Config::Doctor(_) => Ok(doctor::check(request)?),
             Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
         }
@@ -91,16 +92,24 @@ fn overall<'a>(curves: Vec<Told<'a>>) -> Overall<'a> {
     let checks: Vec<_> =
         curves.iter().filter_map(|told| Some((told.title(), predictive(told)?))).collect();
     let wrong: Vec<_> = checks.iter().filter(|(_, check)| !check.fits).collect();
+    let named = |(title, check): &(String, &Predictive)| {
+        let tests = check.tests.clone().into_iter();
+        tests
+            .map(|test| FitTest { name: format!("{title}: {}", test.name), ..test })
+            .collect::<Vec<_>>()
+    };
+    let tests: Vec<FitTest> = checks.iter().flat_map(named).collect();
     let model = match (checks.is_empty(), wrong.is_empty()) {
         (true, _) => ModelVerdict::default(),
         (_, true) => ModelVerdict {
             sentence: "The model fits the data.".to_owned(),
+            tests,
             ..ModelVerdict::default()
         },
         _ => {
             let names: Vec<_> = wrong.iter().map(|(title, _)| title.as_str()).collect();
             let sentence = format!("The model does not fit the data ({}).", names.join(", "));
-            ModelVerdict { verdict: Fit::DoesNotFit, sentence, ..ModelVerdict::default() }
+            ModelVerdict { verdict: Fit::DoesNotFit, sentence, tests }
         }
     };
     let log = wrong.iter().map(|(title, check)| format!("{title}: {}", check.message)).collect();

@@ -7,6 +7,8 @@
 //! - `brute COUNT SAMPLES [NODES [FIRST [PERCENT]]]`: moments against brute-force quadrature, for truths drawn from the box, those that are off
 //!   against a finer one. Ranks hardly see a
 //!   missed mode that is narrow, this does.
+//! - `truths COUNT [SAMPLES [BOX]]`: coverage, verdicts and published points of the whole pipeline for tires in and out of the paper's box;
+//!   BOX 1 is that box.
 //! - `times COUNT SAMPLES`: how long a fit and its posterior take, for truths drawn from the box and for that of Table II.
 //!
 //! Each line is a level of excitation. Slips have no noise unless it says so, forces one of 0.05.
@@ -23,11 +25,12 @@ use rayon::prelude::*;
 use tire_inference::compressed::Compressed;
 use tire_inference::estimate::identify;
 use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
-use tire_inference::parameters::Theta;
+use tire_inference::parameters::{Bounds, Theta};
 use tire_inference::posterior::{Found, SamplingOptions, draw};
 use tire_inference::prior::Prior;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::verdict::{Judgement, Verdict};
 
 #[path = "../tests/posterior/judge.rs"]
 mod judge;
@@ -48,7 +51,7 @@ const SHIFTS: [f64; 2] = [0.002, 0.02];
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 fn main() -> Result<(), Failure> {
-    const USAGE: &str = "expected coverage|noisy|ranks|brute|times COUNT [SAMPLES [MORE]]";
+    const USAGE: &str = "expected coverage|noisy|truths|ranks|brute|times COUNT [SAMPLES [MORE]]";
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |index: usize, absent: usize| {
         arguments.get(index).map_or(Ok(absent), |text| text.parse::<usize>())
@@ -57,6 +60,7 @@ fn main() -> Result<(), Failure> {
     match arguments.first().map(String::as_str) {
         Some("coverage") => coverage(count, number(2, 1000)?, &[0.02, 0.08, 0.2, 0.75, 1.0], None),
         Some("noisy") => coverage(count, number(2, 1000)?, &[0.2, 0.75, 1.0], Some(0.005)),
+        Some("truths") => truths(count, number(2, 1000)?, number(3, 0)?),
         Some("ranks") => ranks(count, number(2, 400)?, number(3, 0)?),
         Some("brute") => {
             brute(count, number(2, 400)?, number(3, 64)?, number(4, 0)?, number(5, 0)?)
@@ -105,6 +109,64 @@ fn coverage(
             100.0 * level,
             shares.join(", ")
         );
+    }
+    Ok(())
+}
+
+/// What the whole pipeline states of tires in and out of the paper's box, from short and long ranges of slip.
+fn truths(count: usize, size: usize, which: usize) -> Result<(), Failure> {
+    const TRUTHS: [Theta; 4] = [
+        [15.0, 2.0, 1.5, 0.8, 0.0, 0.0],
+        [9.0, 1.6, 1.1, -1.2, 0.0, 0.0],
+        [12.0, 1.4, 0.3, -5.0, 0.0, 0.0],
+        [10.0, 0.9, 0.85, 0.3, 0.0, 0.0],
+    ];
+    let (name, bounds) = Bounds::NAMED[which.min(1)];
+    println!(
+        "box {name}, {count} seeds, {size} samples: % covered / identified / identified and wrong"
+    );
+    for (truth, level) in
+        TRUTHS.iter().flat_map(|truth| [0.1, 0.25, 0.75].map(|level| (truth, level)))
+    {
+        let one = |seed: u64| -> Result<Vec<(&'static str, [bool; 3])>, Failure> {
+            let excitation = Excitation {
+                truth: *truth,
+                seed,
+                samples: size,
+                slip_std: 0.0,
+                force_std: 0.033 * truth[2],
+                ..Excitation::default()
+            };
+            let usual = Settings::new(Direction::Lateral);
+            let settings = Settings {
+                options: FitOptions { seed, ..usual.options },
+                prior: usual.prior.within(bounds),
+                ..usual
+            };
+            let answer =
+                identify(&samples(&excitation, level), &settings, &[Method::LeastSquares])?;
+            let published = &answer.estimates[0].1.mean;
+            let row = |it: &Judgement| {
+                let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
+                let name = it.quantity.name();
+                let identified = it.verdict == Verdict::Identified;
+                (name, [within(it.quantity.value(truth)), identified, within(published[name])])
+            };
+            Ok(answer.judgements.iter().map(row).collect())
+        };
+        let rows: Vec<_> = (0..count as u64).map(one).collect::<Result<_, _>>()?;
+        let share = |is: &dyn Fn(&[bool; 3]) -> bool, index: usize| {
+            let hits = rows.iter().filter(|row| is(&row[index].1)).count();
+            100.0 * hits as f64 / count as f64
+        };
+        let tell = |index: usize| {
+            let [covered, identified] = [0, 1].map(|k| share(&|row| row[k], index));
+            let wrong = share(&|row| row[1] && !row[0], index);
+            format!("{} {covered:.0}/{identified:.0}/{wrong:.0}", rows[0][index].0)
+        };
+        let outside = rows.iter().flatten().filter(|(_, row)| !row[2]).count();
+        let columns: Vec<String> = (0..rows[0].len()).map(tell).collect();
+        println!("{:?} to {level}: {}; {outside} points outside", &truth[..4], columns.join(", "));
     }
     Ok(())
 }

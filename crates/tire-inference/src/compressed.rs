@@ -87,12 +87,18 @@ impl Compressed {
         self
     }
 
+    /// With samples that tell as much as this share of them, independent of each other, would.
+    pub fn telling(mut self, share: f64) -> Self {
+        self.count = ((share * self.count as f64).round() as usize).max(1);
+        self
+    }
+
     /// What counts as further observations, and the variance of their noise.
     pub fn prior(&self) -> Option<&(Normal, f64)> {
         self.prior.as_ref()
     }
 
-    /// How many samples were compressed.
+    /// How many independent samples this tells as much as.
     pub fn count(&self) -> usize {
         self.count
     }

@@ -68,6 +68,11 @@ impl<'a> Profiler<'a> {
         &self.rivals
     }
 
+    /// The likeliest tire in the box.
+    pub fn likeliest(&self) -> &Theta {
+        &self.best
+    }
+
     /// The profile of a quantity.
     pub fn profile(&self, quantity: Quantity) -> Profile {
         profile(self, quantity)

@@ -1,10 +1,13 @@
 //! Puts a fit, its verdicts and its posterior together into what is reported of a tire.
 //!
 //! What the data cannot tell is held at the prior and the rest is fitted again, as Goblirsch et al. (IV 2025) advise. The
-//! values are those of this second fit: the curve to use where data are. Standard deviations, intervals and covariance are
-//! those of the posterior with everything free: holding a parameter teaches nothing about it.
+//! values are those of this second fit, unless the posterior rejects them: then they are those of its draw that is nearest to what
+//! is known. So they are one tire, its numbers are in their intervals, and its curve is in the band. Standard deviations, intervals
+//! and covariance are those of the posterior with everything free: holding a parameter teaches nothing about it.
 
 mod bayes;
+mod point;
+mod sampled;
 
 use std::time::{Duration, Instant};
 
@@ -15,20 +18,19 @@ use serde::Serialize;
 
 use crate::compressed::Compressed;
 use crate::fit::{FitError, Solution};
-use crate::linearised_slip_noise::with_slip_noise;
+use crate::model::ModelVerdict;
 use crate::parameters::{Parameter, Theta};
-use crate::posterior::predictive::predictive;
-use crate::posterior::report::{Band, PosteriorReport, UncertaintySource};
-use crate::posterior::robust::Robust;
-use crate::posterior::{Found, PosteriorSamples, SamplingOptions, draw};
+use crate::plausibility;
+use crate::posterior::predictive::Predictive;
+use crate::posterior::report::{PosteriorReport, UncertaintySource};
+use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
 use crate::quantity::{ByName, Quantity};
 use crate::settings::{Method, Settings};
 use crate::variational::{self, Variational};
 use crate::verdict::{Evidence, Judgement, NARROWED, Verdict, judge};
-
-/// Slips at which the report has the band of the curves.
-const BAND: usize = 41;
+use point::Agreement;
+use sampled::Sampled;
 
 /// What one method found for one axle in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -100,9 +102,10 @@ pub fn identify(
     settings: &Settings,
     methods: &[Method],
 ) -> Result<Answer, FitError> {
-    let begin = Instant::now();
+    let whole = Instant::now();
+    plausibility::check(samples, settings.direction)?;
     let best = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
-    let fitting = begin.elapsed();
+    let fitting = whole.elapsed();
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
     let Settings { prior, direction, .. } = settings;
 
@@ -111,9 +114,12 @@ pub fn identify(
         Sampled::new(samples, settings, &best, slip_range);
     let drawing = begin.elapsed();
     let (noise_std, direction) = (best.noise_std, *direction);
-    let exact = report.is_exact();
-    let evidence = Evidence { data: &data, slip_range, noise_std, direction, exact };
+    let evidence = Evidence { data: &data, slip_range, noise_std, direction };
     let judgements = judge(&evidence, prior, &posterior, &best.theta);
+    let model = report.predictive.as_ref().map(Predictive::model).unwrap_or_default();
+    let judgements: Vec<_> = judgements.into_iter().map(|it| capped(it, &model)).collect();
+    let band = report.band.as_ref();
+    let agreement = Agreement { judgements: &judgements, band, posterior: &posterior, prior };
 
     let fixed = match settings.hold {
         true => to_hold(&data, prior, &posterior, &judgements, &optima),
@@ -131,7 +137,10 @@ pub fn identify(
         report: &report,
         plain: assemble(&best, &[], &judgements, &posterior, slip_range, samples.len()),
         seconds: [fitting, drawing].map(|time| time.as_secs_f64()),
+        agreement,
     };
+    // Draws, verdicts and what is held are waited for with any method.
+    let shared = whole.elapsed() - fitting;
     for &method in methods {
         let begin = Instant::now();
         let (free, before) = match method {
@@ -149,10 +158,11 @@ pub fn identify(
         };
         let again =
             if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
-        let seconds = (before + begin.elapsed()).as_secs_f64();
+        let seconds = (before + shared + begin.elapsed()).as_secs_f64();
         let solution = again.as_ref().unwrap_or(&free);
+        let (solution, fixed) = agreed(&agreement, (solution, &fixed), &free);
         let estimate =
-            assemble(solution, &fixed, &judgements, &posterior, slip_range, samples.len());
+            assemble(&solution, fixed, &judgements, &posterior, slip_range, samples.len());
         let (source, summary) = (report.source(), Some(report.clone()));
         estimates.push((method, Estimate { seconds, source, posterior: summary, ..estimate }));
         unrestricted.push((method, free));
@@ -160,43 +170,27 @@ pub fn identify(
     Ok(Answer { estimates, unrestricted, judgements, posterior, report, variational })
 }
 
-/// The posterior of a curve, and what it is of.
-struct Sampled {
-    /// The samples, their slips without noise.
-    noisy: Samples,
-    /// The same.
-    data: Compressed,
-    optima: Vec<Theta>,
-    posterior: PosteriorSamples,
-    report: PosteriorReport,
+/// A fit with what it holds, or the draw nearest to what is known where the posterior rejects that fit.
+fn agreed<'a>(
+    agreement: &Agreement,
+    (solution, fixed): (&Solution, &'a [Parameter]),
+    free: &Solution,
+) -> (Solution, &'a [Parameter]) {
+    if agreement.holds(&solution.theta) {
+        return (solution.clone(), fixed);
+    }
+    let theta = agreement.nearest().unwrap_or(solution.theta);
+    (Solution { theta, ..free.clone() }, &[])
 }
 
-impl Sampled {
-    /// Near the best fit.
-    fn new(samples: &Samples, settings: &Settings, best: &Solution, slip_range: [f64; 2]) -> Self {
-        let Settings { prior, loss, prior_from_file, options, .. } = settings;
-        let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
-        let noisy = with_slip_noise(samples, &best.theta, slip_std, best.noise_std);
-        let robust = Robust::new(&noisy, *loss, best.noise_std);
-        let data = match &robust {
-            Some(robust) => robust.near(&best.theta, *prior_from_file),
-            None => Compressed::new(&noisy).with(*prior_from_file, best.noise_std.powi(2)),
-        };
-        let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
-        let wanted = SamplingOptions { seed: options.seed, ..SamplingOptions::default() };
-        let Found { posterior, report } = match &robust {
-            Some(robust) => robust.draw(&data, prior, &optima, &wanted),
-            None => draw(&data, prior, &optima, &wanted),
-        };
-        let report = PosteriorReport {
-            mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
-            band: Some(Band::new(&posterior, slip_range, BAND)),
-            predictive: predictive(&noisy, *loss, &posterior, options.seed),
-            noise: *loss,
-            ..report
-        };
-        Self { noisy, data, optima, posterior, report }
+/// A judgement that is no better than the model.
+fn capped(mut judgement: Judgement, model: &ModelVerdict) -> Judgement {
+    let verdict = model.cap(judgement.verdict);
+    if verdict != judgement.verdict {
+        judgement.reason = format!("{} {}", judgement.reason, model.sentence);
+        judgement.verdict = verdict;
     }
+    judgement
 }
 
 /// Parameters to hold at the prior, so that the data narrow what remains free.

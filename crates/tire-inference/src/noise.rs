@@ -37,6 +37,8 @@ const FIRST_FREEDOM: f64 = 4.0;
 /// Relative change of the estimates at which they are found.
 const TOLERANCE: f64 = 1e-4;
 const ROUNDS: usize = 50;
+/// Samples that are enough for the noise: its scale is known to a hundredth.
+const ENOUGH: usize = 20_000;
 /// Share of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
@@ -69,6 +71,8 @@ impl NoiseModel {
         if let Some(loss) = fixed {
             return Ok(Settings { loss, ..settings });
         }
+        let some = thinned(samples);
+        let samples = some.as_ref().unwrap_or(samples);
         let mut fit = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
         let mut loss = Loss::Square;
         for _ in 0..ROUNDS {
@@ -111,6 +115,22 @@ impl NoiseModel {
         }
         Loss::StudentT { freedom, scale }
     }
+}
+
+/// Some of very many samples, evenly in the order of the slip.
+fn thinned(samples: &Samples) -> Option<Samples> {
+    let count = samples.len();
+    if count <= ENOUGH {
+        return None;
+    }
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&i, &j| samples.slip[i].total_cmp(&samples.slip[j]));
+    let mut some = Samples::default();
+    for k in 0..ENOUGH {
+        let i = order[k * count / ENOUGH];
+        some.push(samples.slip[i], samples.force[i], samples.weight[i]);
+    }
+    Some(some)
 }
 
 /// Of each sample, with its weight.

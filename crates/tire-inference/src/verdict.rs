@@ -1,10 +1,12 @@
 //! Judges what the data can tell about a tire: each quantity by three criteria, in words.
 //!
 //! The data identify a quantity if (a) they narrow it to less than 0.3 of what the box allows, (b) its profile likelihood rules out
-//! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it. If (a)
-//! fails the value is what the prior says; if only (b) or (c) fails, the data say something and the prior the rest. A criterion that
+//! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it, nor
+//! (d) a wider box, and the likeliest tire does not have it on its bound. If (a)
+//! fails the value is what the prior says; if only another one fails, the data say something and the prior the rest. A criterion that
 //! was not looked at does not count.
 
+mod pressed;
 mod reason;
 
 use numerics::statistics::{interval, mean, quantile, std};
@@ -18,6 +20,7 @@ use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::profile::Profile;
 use crate::quantity::Quantity;
+use pressed::Pressed;
 
 /// Ratio of posterior to prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
 pub const NARROWED: f64 = 0.3;
@@ -51,8 +54,8 @@ pub struct Judgement {
     pub mean: f64,
     /// Standard deviation of the posterior.
     pub std: f64,
-    /// The middle 95 % of the posterior; where the data do not rule out a second optimum, and its share among the draws is
-    /// not to be relied on, widened to what the profile does not rule out.
+    /// The middle 95 % of the posterior, with all that the profile does not rule out, where it was followed: what volume of the box
+    /// says against a value is not said by the data.
     pub interval: [f64; 2],
     /// Criterion (a): width of the posterior over that of the prior.
     pub width_ratio: f64,
@@ -80,8 +83,6 @@ pub struct Evidence<'a> {
     pub noise_std: f64,
     /// Which force.
     pub direction: Direction,
-    /// Whether the draws have the masses of all modes, see [`crate::posterior::report::PosteriorReport::is_exact`].
-    pub exact: bool,
 }
 
 /// Judges all free parameters, and what follows from them. `optimum` is the result of a fit, or any guess.
@@ -94,17 +95,15 @@ pub fn judge(
     let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
     let before = PosteriorSamples { samples: prior.literature().fill(4096).collect() };
     let lessons = Lessons::new(evidence, posterior);
+    let pressed = Pressed::new(evidence.data, prior, profiler.likeliest());
     let one = |quantity: Quantity| {
         let values = posterior.values(quantity);
         let stated = interval(values.clone());
         let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
         let rival = profiler.rivals().iter().map(|theta| quantity.value(theta)).find(outside);
         let profile = profiler.profile(quantity);
-        let interval = if evidence.exact || profiler.rivals().is_empty() {
-            stated
-        } else {
-            [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)]
-        };
+        // Neither the volume of the box nor a ridge that the profile does not see makes it narrower than the other says.
+        let interval = [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)];
         let drive = lessons.best(&values);
         let known = Known {
             quantity,
@@ -116,7 +115,8 @@ pub fn judge(
             rival,
             prior_shift: Some(prior_shift(prior, posterior, &values)),
         };
-        Judgement { drive, ..known.judge(prior, &reason::advise(drive, evidence)) }
+        let judgement = known.judge(prior, &reason::advise(drive, evidence));
+        pressed.judge(Judgement { drive, ..judgement })
     };
     prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED).map(one).collect()
 }

@@ -32,13 +32,8 @@ fn found() -> Found {
     let prior = Prior::longitudinal();
     let posterior = draw(&data, &prior, &[], &SamplingOptions { draws: 512, seed: 0 }).posterior;
     let slip_range = samples.slip_range().expect("points");
-    let evidence = Evidence {
-        data: &data,
-        slip_range,
-        noise_std: 0.05,
-        direction: Direction::Longitudinal,
-        exact: true,
-    };
+    let evidence =
+        Evidence { data: &data, slip_range, noise_std: 0.05, direction: Direction::Longitudinal };
     let judgements = judge(&evidence, &prior, &posterior, &excitation.truth);
     let convergence = Convergence {
         status: Status::Converged,

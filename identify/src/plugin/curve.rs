@@ -1,32 +1,59 @@
 //! Identifies one tire curve from its slip and its force, such as a test bench or a wheel that measures forces gives.
 
+use std::time::Instant;
+
 use plugin::{Host, Request};
+use preparation::direction::Direction;
 use preparation::samples::Samples;
 use serde_json::{Map, Value, json};
 use tire_inference::estimate::identify;
 use tire_inference::fit::FitError;
 use tire_inference::settings::Settings;
+use units::Unit;
 
 use crate::config::OneCurve;
 use crate::page::{self, Page, Section};
 use crate::plugin::{go_on, methods, overall};
 use crate::told::{Told, forget_absent_peak};
 
-/// The columns of slip and force, which belong together row by row.
+/// The columns of slip and force, which belong together row by row: slip angles in rad, slip ratios and forces over loads as such.
 ///
 /// # Errors
-/// When one of them is missing, or they are not of the same length.
-pub(super) fn columns(request: &Request) -> Result<Samples, String> {
-    let column = |name| {
-        let signal = request.signal(name).ok_or(format!("a curve needs the signal `{name}`"));
-        signal.map(|signal| signal.values.to_vec())
+/// When one of them is missing or in a unit of something else, or they are not of the same length.
+pub(super) fn columns(request: &Request, direction: Direction) -> Result<Samples, String> {
+    let column = |name, accepted: &[&str]| {
+        let missing = || format!("a curve needs the signal `{name}`");
+        let signal = request.signal(name).ok_or_else(missing)?;
+        let factor = factor(name, signal.unit, accepted)?;
+        Ok::<_, String>(signal.values.iter().map(|value| factor * value).collect::<Vec<f64>>())
     };
-    let (slip, force) = (column("slip")?, column("force")?);
+    let slips: &[&str] = match direction {
+        // The tangent of a slip angle has no unit.
+        Direction::Lateral => &["rad", "1"],
+        Direction::Longitudinal => &["1"],
+    };
+    let (slip, force) = (column("slip", slips)?, column("force", &["1"])?);
     if slip.len() != force.len() {
         let (slips, forces) = (slip.len(), force.len());
         return Err(format!("expected a force for each slip, found {forces} for {slips}"));
     }
     Ok(Samples::new(slip, force))
+}
+
+/// What values in a unit are multiplied with to be in the first accepted unit of its dimension.
+fn factor(name: &str, unit: &str, accepted: &[&str]) -> Result<f64, String> {
+    if unit.is_empty() {
+        return Ok(1.0);
+    }
+    let parse = |unit: &str| Unit::parse(unit).map_err(|error| format!("`{name}`: {error}"));
+    let from = parse(unit)?;
+    for to in accepted {
+        if let Some((factor, 0.0)) = Unit::conversion(&from, &parse(to)?) {
+            return Ok(factor);
+        }
+    }
+    let wanted = accepted.join("] or [");
+    Err(format!("expected `{name}` in [{wanted}], found [{unit}]"))
 }
 
 /// Does `task = "curve"`.
@@ -38,19 +65,20 @@ pub(super) fn curve(
     request: &Request,
     host: &mut dyn Host,
 ) -> Result<Value, String> {
-    let samples = columns(request)?;
+    let samples = columns(request, config.direction)?;
+    let begin = Instant::now();
     go_on(host, 0.0, "fitting the curve")?;
     let usual = config.fit.settings(config.direction, config.shift(), config.seed);
     let prior_from_file = config.files.curve("curve", &usual.prior.free)?;
     let settings = Settings { prior_from_file, svi: config.svi, ..usual };
     let wrong = |error: FitError| error.to_string();
     let settings = config.fit.loss.settle(settings, &samples).map_err(wrong)?;
+    let settling = begin.elapsed().as_secs_f64();
     let mut found = identify(&samples, &settings, &config.methods).map_err(wrong)?;
-    found.estimates = found
-        .estimates
-        .into_iter()
-        .map(|(method, estimate)| (method, forget_absent_peak(estimate)))
-        .collect();
+    for (_, estimate) in &mut found.estimates {
+        *estimate = forget_absent_peak(estimate.clone());
+        estimate.seconds += settling;
+    }
     let first = found.estimates.first().map(|(_, estimate)| estimate);
     let told = |estimate| Told {
         name: "curve",

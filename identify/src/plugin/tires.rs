@@ -1,6 +1,7 @@
 //! Identifies the tires of a car: prepares its signals, identifies each curve, and tells what was found.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use drive_doctor::Examination;
 use drive_inference::CarUncertainty;
@@ -84,13 +85,14 @@ pub(super) fn tires(
         let settings = Settings { prior_from_file, svi: config.svi, ..usual };
         let samples = &curve.points.samples;
         let wrong = |error: FitError| format!("{}: {error}", curve.name);
+        let begin = Instant::now();
         let settings = of.loss.settle(settings, samples).map_err(wrong)?;
+        let settling = begin.elapsed().as_secs_f64();
         let mut tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
-        tire.estimates = tire
-            .estimates
-            .into_iter()
-            .map(|(method, estimate)| (method, forget_absent_peak(estimate)))
-            .collect();
+        for (_, estimate) in &mut tire.estimates {
+            *estimate = forget_absent_peak(estimate.clone());
+            estimate.seconds += settling;
+        }
         found.push((settings, tire));
     }
     if config.axle_coupling > 0.0 {

@@ -103,7 +103,8 @@ mod tests {
                 assert!(judgement.reason.contains("drive slips near"), "{}", judgement.reason);
             }
             assert_ne!(judgement(level, "B").verdict, Verdict::Identified);
-            assert_eq!(judgement(level, "K").verdict, Verdict::Identified);
+            let stiffness = judgement(level, "K");
+            assert_eq!(stiffness.verdict, Verdict::Identified, "{}", stiffness.reason);
         }
         assert_eq!(judgement(&study.levels[0], "B").verdict, Verdict::NotIdentifiable);
         for judgement in &study.levels[2].judgements {

@@ -4,9 +4,11 @@ use numerics::convergence::{Convergence, Status};
 use preparation::samples::Samples;
 
 use crate::compressed::Compressed;
+use crate::estimate::point::Agreement;
 use crate::estimate::{Estimate, by_name};
 use crate::fit::Solution;
 use crate::posterior::report::{PosteriorReport, UncertaintySource};
+use crate::quantity::ByName;
 use crate::settings::Settings;
 use crate::variational::report::{Summary, Suspicion};
 use crate::variational::{self, Start, Variational};
@@ -32,6 +34,8 @@ pub struct Bayes<'a> {
     pub plain: Estimate,
     /// What the best fit took, and the draws [s].
     pub seconds: [f64; 2],
+    /// What a published tire has to agree with.
+    pub agreement: Agreement<'a>,
 }
 
 impl Bayes<'_> {
@@ -41,7 +45,7 @@ impl Bayes<'_> {
         let status =
             if self.report.is_exact() { Status::Converged } else { Status::IterationLimit };
         Estimate {
-            mean: by_name(self.judgements, |judgement| judgement.mean),
+            mean: self.means(),
             convergence: Convergence {
                 status,
                 iterations: levels,
@@ -54,6 +58,16 @@ impl Bayes<'_> {
             source: self.report.source(),
             posterior: Some(self.report.clone()),
             ..self.plain.clone()
+        }
+    }
+
+    /// The means, if they make a tire that agrees with all of the posterior; else the draw nearest to them.
+    fn means(&self) -> ByName {
+        let agreement = &self.agreement;
+        let rejected = !agreement.holds(&agreement.mean());
+        match agreement.nearest().filter(|_| rejected) {
+            Some(theta) => by_name(self.judgements, |judgement| judgement.quantity.value(&theta)),
+            None => by_name(self.judgements, |judgement| judgement.mean),
         }
     }
 

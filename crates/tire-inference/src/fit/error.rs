@@ -54,6 +54,38 @@ pub enum FitError {
         /// What stands there.
         value: f64,
     },
+    /// Slips that are none.
+    #[error(
+        "expected slips up to {most:.3}, found {largest:.4}; if the column is in {unit}, say so: unit = \"{unit}\""
+    )]
+    Slip {
+        /// The largest one.
+        largest: f64,
+        /// The largest one that there can be.
+        most: f64,
+        /// The unit that it may be in.
+        unit: &'static str,
+    },
+    /// A force that falls with the slip.
+    #[error(
+        "expected a force that rises with the slip, found one that falls (correlation {correlation:.2}): turn one of them round, \
+         sign = -1"
+    )]
+    Mirrored {
+        /// Correlation of slip and force about the origin.
+        correlation: f64,
+    },
+    /// A force that has nothing to do with the slip.
+    #[error(
+        "expected a force that rises with the slip, found no relation beyond chance (correlation {correlation:.3} of {count} samples): \
+         check which columns slip and force are, and that they belong to the same instants"
+    )]
+    Unrelated {
+        /// Correlation of slip and force about the origin.
+        correlation: f64,
+        /// Number of samples.
+        count: f64,
+    },
     /// All samples at one slip.
     #[error(
         "all samples have the slip {slip}: one point of a curve does not determine it; add data at other slips"

@@ -12,7 +12,9 @@ use rand_distr::{ChiSquared, Distribution};
 use rand_pcg::Pcg64;
 use serde::Serialize;
 
+use crate::dependence::Dependence;
 use crate::kernel::value;
+use crate::model::{Fit, FitTest, ModelVerdict};
 use crate::posterior::PosteriorSamples;
 
 /// Draws that are looked at: a share among them is known to four hundredths or better.
@@ -21,6 +23,12 @@ const DRAWS: usize = 200;
 const GROUPS: usize = 20;
 /// Fewer samples say nothing.
 const FEWEST: usize = 40;
+/// More samples than this are thinned out for the comparison.
+const MOST: usize = 20_000;
+/// Fewer independent samples do not tell noise from a wrong model.
+const INDEPENDENT: f64 = 20.0;
+/// The p-value of the shape below which it is not that of the data.
+const UNLIKELY: f64 = 0.01;
 /// Normal residuals are between these 95 % of the time.
 const MIDDLE: f64 = 1.959_963_984_540_054;
 /// Beyond, there is one normal residual in 15,787.
@@ -36,23 +44,36 @@ pub struct Predictive {
     pub p_value: f64,
     /// Share of the samples more than four standard deviations off; of normal noise 0.00006.
     pub gross: f64,
+    /// How many more of these are on one side of the curve than on the other, as a share of the samples: they move the curve.
+    pub lopsided: f64,
     /// Of residuals of consecutive samples. Above 0 the samples tell less than their number.
     pub autocorrelation: f64,
+    /// How many independent samples would tell as much. Standard deviations, intervals and verdicts are those of so many.
+    pub independent: f64,
     /// Whether nothing speaks against the model.
     pub fits: bool,
     /// In words.
     pub message: String,
+    /// What was looked at.
+    #[serde(skip)]
+    pub tests: Vec<FitTest>,
 }
 
 /// Compares `samples`, whose weights are their relative precisions, in the order in which they were measured. `None` where there
-/// are too few samples or no draws. The same seed gives the same numbers.
+/// are too few samples or no draws. Residuals that hang together count as what they tell. The same seed gives the same numbers.
 pub fn predictive(
     samples: &Samples,
     loss: Loss,
     posterior: &PosteriorSamples,
-    seed: u64,
+    (dependence, seed): (Dependence, u64),
 ) -> Option<Predictive> {
-    let used: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
+    let all: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
+    let used: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(MOST).max(1)).collect();
+    // In sweeps a wrong shape leaves residuals that hang together: that is no noise.
+    let time = match dependence.sweeps {
+        true => dependence.copies,
+        false => (dependence.share() * all.len() as f64 / used.len() as f64).min(1.0).recip(),
+    };
     let every = posterior.samples.len().div_ceil(DRAWS).max(1);
     let freedom = ChiSquared::new(used.len().checked_sub(1)? as f64).ok()?;
     let reference = ChiSquared::new(GROUPS as f64).ok()?;
@@ -86,7 +107,7 @@ pub fn predictive(
         let groups = (0..GROUPS).map(|g| {
             group(&by_slip[g * used.len() / GROUPS..(g + 1) * used.len() / GROUPS]) / variance
         });
-        larger += f64::from(reference.sample(&mut random) >= groups.sum::<f64>());
+        larger += f64::from(reference.sample(&mut random) >= groups.sum::<f64>() / time);
         draws += 1.0;
         noise += variance;
         for ((first, second), r) in first.iter_mut().zip(&mut second).zip(&residuals) {
@@ -94,41 +115,71 @@ pub fn predictive(
             *second += r * r;
         }
     }
-    noise /= draws;
-    let (mut inside, mut gross) = (0.0, 0.0);
-    for (first, second) in first.iter().zip(&second) {
+    let [inside, gross, lopsided] = shares([&first, &second], draws, noise / draws);
+    let count = used.len() as f64;
+    let found = Predictive {
+        inside,
+        p_value: larger / draws,
+        gross,
+        lopsided: lopsided.abs(),
+        autocorrelation: autocorrelation(&first),
+        independent: dependence.share() * all.len() as f64,
+        fits: true,
+        message: String::new(),
+        tests: Vec::new(),
+    };
+    Some(found.concluded(count / time))
+}
+
+/// Shares of the samples inside of the middle 95 % of predictions, grossly outside, and that on one side more than on the other, from
+/// sums of first and second powers of their residuals over draws.
+fn shares([first, second]: [&[f64]; 2], draws: f64, noise: f64) -> [f64; 3] {
+    let (mut inside, mut gross, mut lopsided) = (0.0, 0.0, 0.0);
+    for (first, second) in first.iter().zip(second) {
         let mean = first / draws;
         let spread = second / draws - mean * mean;
         let off = mean.abs() / (noise + spread.max(0.0)).sqrt();
         inside += f64::from(off <= MIDDLE);
         gross += f64::from(off > GROSS);
+        lopsided += if off > GROSS { mean.signum() } else { 0.0 };
     }
-    let count = used.len() as f64;
-    let found = Predictive {
-        inside: inside / count,
-        p_value: larger / draws,
-        gross: gross / count,
-        autocorrelation: autocorrelation(&first),
-        fits: true,
-        message: String::new(),
-    };
-    Some(found.concluded(count))
+    [inside, gross, lopsided].map(|sum| sum / first.len() as f64)
 }
 
 impl Predictive {
     /// Whether the model fits, and why not.
-    fn concluded(mut self, count: f64) -> Self {
-        let objections = self.objections(count);
+    fn concluded(mut self, independent: f64) -> Self {
+        self.tests = self.look(independent);
+        let objections: Vec<_> = self
+            .tests
+            .iter()
+            .filter(|test| !test.passed())
+            .map(|test| test.sentence.clone())
+            .collect();
         self.fits = objections.is_empty();
-        self.message = if self.fits {
-            let share = significant(100.0 * self.inside, 3);
-            format!(
-                "Nothing speaks against the model: {share} % of the samples are in the 95 % band of predictions."
-            )
-        } else {
-            objections.join(" ")
+        self.message = match self.fits {
+            true => self.praise(),
+            false => objections.join(" "),
         };
         self
+    }
+
+    fn praise(&self) -> String {
+        let share = significant(100.0 * self.inside, 3);
+        format!(
+            "Nothing speaks against the model: {share} % of the samples are in the 95 % band of predictions. They tell as much as \
+             {} independent ones.",
+            significant(self.independent, 3)
+        )
+    }
+
+    /// The verdict on the model.
+    pub fn model(&self) -> ModelVerdict {
+        ModelVerdict {
+            verdict: if self.fits { Fit::Fits } else { Fit::DoesNotFit },
+            sentence: self.message.clone(),
+            tests: self.tests.clone(),
+        }
     }
 }
 
@@ -140,38 +191,52 @@ fn autocorrelation(values: &[f64]) -> f64 {
 }
 
 impl Predictive {
-    /// What speaks against the model, a sentence each.
-    fn objections(&self, count: f64) -> Vec<String> {
-        let mut found = Vec::new();
-        if self.p_value < 0.01 {
-            found.push(
+    /// All tests of the model; a share is known to three standard deviations of that of independent samples.
+    fn look(&self, independent: f64) -> Vec<FitTest> {
+        let percent = |share: f64| significant(100.0 * share, 3);
+        let test = |name: &str, statistic: f64, limit: f64, sentence: String| FitTest {
+            name: name.to_owned(),
+            statistic,
+            limit,
+            sentence,
+        };
+        vec![
+            test(
+                "shape of the curve",
+                1.0 - self.p_value,
+                1.0 - UNLIKELY,
                 "The curve does not have the shape of the data: residuals at neighbouring slips are on the same side of it."
                     .to_owned(),
-            );
-        }
-        // Five such samples, or a share that normal noise does not reach.
-        if self.gross * count >= 5.0 && self.gross > 1e-3 {
-            let share = significant(100.0 * self.gross, 2);
-            found.push(format!(
-                "{share} % of the samples are gross outliers, which normal noise does not have: try the loss `student_t`."
-            ));
-        }
-        // Three standard deviations of a share of independent samples.
-        if (self.inside - 0.95).abs() > 0.02_f64.max(3.0 * (0.95 * 0.05 / count).sqrt()) {
-            let share = significant(100.0 * self.inside, 3);
-            found.push(format!("{share} % of the samples are in the 95 % band of predictions."));
-        }
-        if self.autocorrelation > 0.2_f64.max(3.0 / count.sqrt()) {
-            let ratio = (1.0 - self.autocorrelation) / (1.0 + self.autocorrelation);
-            found.push(format!(
-                "Residuals of consecutive samples correlate by {}: they tell as much as {} independent ones, and standard \
-                 deviations are too small by a factor of {} or so.",
-                significant(self.autocorrelation, 2),
-                significant(ratio * count, 2),
-                significant(ratio.sqrt().recip(), 2)
-            ));
-        }
-        found
+            ),
+            test(
+                "gross outliers on one side",
+                self.lopsided,
+                // Five such samples, a share that normal noise does not reach, or the chance of a coin. On both sides alike they widen the
+                // intervals, and move nothing.
+                1e-3_f64.max(5.0 / independent).max(3.0 * (self.gross / independent).sqrt()),
+                format!(
+                    "{} % of the samples are gross outliers, more on one side of the curve than on the other: try the loss `student_t`.",
+                    significant(100.0 * self.gross, 2)
+                ),
+            ),
+            test(
+                "band of predictions",
+                (self.inside - 0.95).abs(),
+                0.02_f64.max(3.0 * (0.95 * 0.05 / independent).sqrt()),
+                format!("{} % of the samples are in the 95 % band of predictions.", percent(self.inside)),
+            ),
+            test(
+                "independent samples",
+                INDEPENDENT / self.independent,
+                1.0,
+                format!(
+                    "Residuals of consecutive samples correlate by {}: all samples tell as much as {} independent ones, too few to tell \
+                     noise from a wrong model, such as a force that differs as the slip rises and falls.",
+                    significant(self.autocorrelation, 2),
+                    significant(self.independent, 2)
+                ),
+            ),
+        ]
     }
 }
 
@@ -190,7 +255,8 @@ mod tests {
         let data = Compressed::new(&samples);
         let options = SamplingOptions { draws: 512, seed: 0 };
         let posterior = draw(&data, &Prior::longitudinal(), &[], &options).posterior;
-        predictive(&samples, Loss::Square, &posterior, 0).expect("enough samples")
+        let dependence = Dependence::of(&samples, &excitation.truth);
+        predictive(&samples, Loss::Square, &posterior, (dependence, 0)).expect("enough samples")
     }
 
     #[test]

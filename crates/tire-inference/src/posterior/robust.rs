@@ -2,8 +2,9 @@
 //! importance weights correct them.
 //!
 //! Near the best curve a loss is a square with a weight for each sample, and that can be compressed. The square is as wide
-//! as the loss is on average over the samples; the weights of the draws are those of the likelihood itself, sample by
-//! sample. Degrees of freedom and scale are taken as known.
+//! as the loss is on average over the samples; the weights of the draws are those of the likelihood itself: that of the square with a
+//! weight for each sample, of all samples, and what the loss differs from it by, of some. At the best curve the two have the same
+//! gradient, sample by sample, so that few of them tell the difference well. Degrees of freedom and scale are taken as known.
 
 use numerics::loss::Loss;
 use numerics::resampling::systematic;
@@ -20,6 +21,8 @@ use crate::prior::Prior;
 
 /// Draws of the normal problem for each one that is wanted.
 const SPARE: usize = 2;
+/// Samples that tell by how much the loss differs from a square.
+const COMPARED: usize = 4096;
 /// The loss is as wide as a square that is at most this much wider than the weights alone say.
 const WIDEST: f64 = 5.0;
 
@@ -30,17 +33,30 @@ pub struct Robust<'a> {
     loss: Loss,
     /// What the cost is divided by in −ln(likelihood).
     variance: f64,
+    /// What of the samples would tell as much if they were independent of each other.
+    share: f64,
+}
+
+/// The normal problem near a curve.
+pub struct Near {
+    /// What proposes the draws.
+    pub proposal: Compressed,
+    /// The sum of squares with a weight for each sample, of all samples.
+    squares: Compressed,
+    /// Some samples, as they are and with these weights.
+    some: [Samples; 2],
+    /// How many samples one of them stands for.
+    each: f64,
 }
 
 impl<'a> Robust<'a> {
-    /// `None` for normal noise.
-    pub fn new(samples: &'a Samples, loss: Loss, noise_std: f64) -> Option<Self> {
-        let variance = loss.variance(noise_std);
-        (loss != Loss::Square).then_some(Self { samples, loss, variance })
+    /// `share` of the samples would tell as much if they were independent.
+    pub fn new(samples: &'a Samples, loss: Loss, noise_std: f64, share: f64) -> Self {
+        Self { samples, loss, variance: loss.variance(noise_std), share }
     }
 
     /// The normal problem near a curve, with what was known from elsewhere.
-    pub fn near(&self, theta: &Theta, known: Option<Normal>) -> Compressed {
+    pub fn near(&self, theta: &Theta, known: Option<Normal>) -> Near {
         let mut weighted = self.samples.clone();
         let (mut weights, mut curvatures) = (0.0, 0.0);
         let points = self.samples.slip.iter().zip(&self.samples.force);
@@ -52,24 +68,49 @@ impl<'a> Robust<'a> {
         }
         let wider = if curvatures * WIDEST > weights { weights / curvatures } else { WIDEST };
         let variance = wider.max(1.0) * self.variance;
-        Compressed::new(&weighted).of_variance(variance, theta).with(known, variance)
+        let squares = Compressed::new(&weighted);
+        let proposal = squares.clone().of_variance(variance, theta).telling(self.share);
+        let (some, each) = self.some(&weighted);
+        Near { proposal: proposal.with(known, variance / self.share), squares, some, each }
+    }
+
+    /// Samples at even steps in the order of the slip.
+    fn some(&self, weighted: &Samples) -> ([Samples; 2], f64) {
+        let count = self.samples.len();
+        let mut order: Vec<usize> = (0..count).collect();
+        if count > COMPARED {
+            order.sort_by(|&i, &j| self.samples.slip[i].total_cmp(&self.samples.slip[j]));
+        }
+        let wanted = count.min(COMPARED);
+        let chosen: Vec<usize> = (0..wanted).map(|k| order[k * count / wanted]).collect();
+        let of = |samples: &Samples| {
+            let mut some = Samples::default();
+            chosen
+                .iter()
+                .for_each(|&i| some.push(samples.slip[i], samples.force[i], samples.weight[i]));
+            some
+        };
+        ([of(self.samples), of(weighted)], count as f64 / wanted.max(1) as f64)
     }
 
     /// Draws from the posterior; `near` is that of [`Self::near`].
     pub fn draw(
         &self,
-        near: &Compressed,
+        near: &Near,
         prior: &Prior,
         optima: &[Theta],
         options: &SamplingOptions,
     ) -> Found {
         let more = SamplingOptions { draws: SPARE * options.draws, ..*options };
-        let Found { posterior, report } = draw(near, prior, optima, &more);
-        let half = 0.5 * (near.count() as f64 - 1.0);
+        let Near { proposal, squares, some: [plain, weighted], each } = near;
+        let Found { posterior, report } = draw(proposal, prior, optima, &more);
+        let half = 0.5 * (proposal.count() as f64 - 1.0);
         let log_weight = |theta: &Theta| {
-            let known = near.prior().map_or(0.0, |(normal, _)| normal.distance(theta).0);
-            let cost = kernel::cost(self.samples, theta, self.loss) / self.variance;
-            half * near.squares(theta).ln() - cost - 0.5 * known
+            let known = proposal.prior().map_or(0.0, |(normal, _)| normal.distance(theta).0);
+            let of_some =
+                kernel::cost(plain, theta, self.loss) - kernel::cost(weighted, theta, Loss::Square);
+            let cost = self.share * (0.5 * squares.squares(theta) + each * of_some) / self.variance;
+            half * proposal.squares(theta).ln() - cost - 0.5 * known
         };
         let logs: Vec<f64> = posterior.samples.par_iter().map(log_weight).collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -1,0 +1,87 @@
+//! Chooses the tire that is published: one whose curve and whose numbers the posterior does not reject.
+
+use numerics::statistics::std;
+
+use crate::kernel::value;
+use crate::parameters::Theta;
+use crate::posterior::PosteriorSamples;
+use crate::posterior::report::Band;
+use crate::prior::Prior;
+use crate::verdict::{Judgement, Verdict};
+
+/// What a published tire has to agree with.
+#[derive(Clone, Copy)]
+pub struct Agreement<'a> {
+    /// Intervals and means.
+    pub judgements: &'a [Judgement],
+    /// The band of the curves.
+    pub band: Option<&'a Band>,
+    pub posterior: &'a PosteriorSamples,
+    /// Typical values of what the data cannot tell.
+    pub prior: &'a Prior,
+}
+
+impl Agreement<'_> {
+    /// Whether all numbers of a tire are in their intervals, and its curve in the band.
+    pub fn holds(&self, theta: &Theta) -> bool {
+        self.violations(theta) == 0
+    }
+
+    fn violations(&self, theta: &Theta) -> usize {
+        let outside = |judgement: &&Judgement| {
+            let [low, high] = judgement.interval;
+            !(low..=high).contains(&judgement.quantity.value(theta))
+        };
+        let beyond = |band: &&Band| {
+            let edges = band.lower.iter().zip(&band.upper);
+            let at = band.slip.iter().zip(edges);
+            at.filter(|(slip, (low, high))| !(**low..=**high).contains(&value(theta, **slip)))
+                .count()
+        };
+        self.judgements.iter().filter(outside).count() + self.band.iter().map(beyond).sum::<usize>()
+    }
+
+    /// The draw that agrees best, and of those the nearest one to what is known: to the mean of what the data tell, to typical
+    /// values of what they cannot.
+    pub fn nearest(&self) -> Option<Theta> {
+        let units: Vec<f64> =
+            self.judgements.iter().map(|judgement| self.unit(judgement)).collect();
+        let distance = |theta: &Theta| -> f64 {
+            let of = |(judgement, unit): (&Judgement, &f64)| {
+                let expected = match (judgement.verdict, judgement.quantity.parameter()) {
+                    (Verdict::NotIdentifiable, Some(parameter)) => {
+                        self.prior.centre[parameter as usize]
+                    }
+                    _ => judgement.mean,
+                };
+                ((judgement.quantity.value(theta) - expected) / unit).powi(2)
+            };
+            self.judgements.iter().zip(&units).map(of).sum()
+        };
+        let ranked = self
+            .posterior
+            .samples
+            .iter()
+            .map(|theta| (self.violations(theta), distance(theta), theta));
+        ranked.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(.., theta)| *theta)
+    }
+
+    fn unit(&self, judgement: &Judgement) -> f64 {
+        let unit = match (judgement.verdict, judgement.quantity.parameter()) {
+            (Verdict::NotIdentifiable, Some(parameter)) => self.prior.unit(parameter),
+            _ => std(&self.posterior.values(judgement.quantity)),
+        };
+        unit.max(f64::MIN_POSITIVE)
+    }
+
+    /// The tire of the means.
+    pub fn mean(&self) -> Theta {
+        let mut theta = self.prior.centre;
+        for judgement in self.judgements {
+            if let Some(parameter) = judgement.quantity.parameter() {
+                theta[parameter as usize] = judgement.mean;
+            }
+        }
+        theta
+    }
+}

@@ -1,0 +1,86 @@
+//! Draws the posterior of a curve near its best fit, and compares it with the samples.
+
+use numerics::loss::Loss;
+use preparation::samples::Samples;
+
+use crate::compressed::Compressed;
+use crate::dependence::Dependence;
+use crate::fit::Solution;
+use crate::linearised_slip_noise::with_slip_noise;
+use crate::parameters::Theta;
+use crate::posterior::predictive::predictive;
+use crate::posterior::report::{Band, PosteriorReport};
+use crate::posterior::robust::Robust;
+use crate::posterior::{Found, PosteriorSamples, SamplingOptions, draw};
+use crate::settings::Settings;
+
+/// Slips at which the report has the band of the curves.
+const BAND: usize = 41;
+
+/// Standard deviations of the slip's noise that samples are away from the outermost ones, to be compared with the model.
+const ENDS: f64 = 4.0;
+
+/// The posterior of a curve, and what it is of.
+pub struct Sampled {
+    /// The samples, their slips without noise.
+    pub noisy: Samples,
+    /// The same.
+    pub data: Compressed,
+    pub optima: Vec<Theta>,
+    pub posterior: PosteriorSamples,
+    pub report: PosteriorReport,
+}
+
+impl Sampled {
+    /// Near the best fit.
+    pub fn new(
+        samples: &Samples,
+        settings: &Settings,
+        best: &Solution,
+        slip_range: [f64; 2],
+    ) -> Self {
+        let Settings { prior, loss, prior_from_file, options, .. } = settings;
+        let dependence = Dependence::of(samples, &best.theta);
+        let share = dependence.share();
+        let slip_std = settings.slip_noise.map_or(0.0, |noise| noise.std);
+        let noisy = with_slip_noise(samples, &best.theta, slip_std, best.noise_std);
+        let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
+        let wanted = SamplingOptions { seed: options.seed, ..SamplingOptions::default() };
+        let (data, Found { posterior, report }) = match *loss {
+            Loss::Square => {
+                let variance = best.noise_std.powi(2) / share;
+                let data = Compressed::new(&noisy).telling(share).with(*prior_from_file, variance);
+                let found = draw(&data, prior, &optima, &wanted);
+                (data, found)
+            }
+            loss => {
+                let robust = Robust::new(&noisy, loss, best.noise_std, share);
+                let near = robust.near(&best.theta, *prior_from_file);
+                let found = robust.draw(&near, prior, &optima, &wanted);
+                (near.proposal, found)
+            }
+        };
+        let inner = inner(&noisy, slip_std);
+        let report = PosteriorReport {
+            mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
+            band: Some(Band::new(&posterior, slip_range, BAND)),
+            predictive: predictive(&inner, *loss, &posterior, (dependence, options.seed)),
+            noise: *loss,
+            ..report
+        };
+        Self { noisy, data, optima, posterior, report }
+    }
+}
+
+/// Samples whose true slips are on both sides of the measured ones: the outermost of many measured slips is several standard deviations
+/// beyond the outermost true one, and the curve is not that of the model between them.
+fn inner(samples: &Samples, slip_std: f64) -> Samples {
+    let Some([low, high]) = samples.slip_range() else { return Samples::default() };
+    let within = low + ENDS * slip_std..=high - ENDS * slip_std;
+    let mut inner = Samples::default();
+    let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight);
+    for ((&slip, &force), &weight) in points.filter(|((slip, _), _)| within.contains(*slip)) {
+        inner.push(slip, force, weight);
+    }
+    inner
+}

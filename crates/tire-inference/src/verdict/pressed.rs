@@ -1,0 +1,103 @@
+//! Judges what bounds do to a tire: what stands on one, or would be elsewhere in a wider box, is not known from the data.
+
+use numerics::text::significant;
+
+use crate::compressed::Compressed;
+use crate::minimise::minimise;
+use crate::parameters::{Bounds, Parameter, Theta};
+use crate::prior::Prior;
+use crate::profile::RULED_OUT;
+use crate::quantity::Quantity;
+use crate::verdict::{Judgement, UNMOVED, Verdict};
+
+/// A parameter this close to a bound stands on it, as a share of the box.
+const CLOSE: f64 = 1e-4;
+/// The likeliest tire in the box where it stands on a bound, and the one beyond.
+pub struct Pressed {
+    /// Bounds that it stands on.
+    on: Vec<(Parameter, f64)>,
+    best: Theta,
+    beyond: Theta,
+    /// −2 ln of the likelihood in the box over that beyond.
+    gain: f64,
+}
+
+impl Pressed {
+    /// `best` is the likeliest tire in the box of `prior`.
+    pub fn new(data: &Compressed, prior: &Prior, best: &Theta) -> Self {
+        let on: Vec<(Parameter, f64)> = prior
+            .free()
+            .filter_map(|parameter| {
+                let [low, high] = prior.bounds.of(parameter);
+                let value = best[parameter as usize];
+                let near = |end: f64| (value - end).abs() <= CLOSE * (high - low);
+                [low, high].into_iter().find(|end| near(*end)).map(|end| (parameter, end))
+            })
+            .collect();
+        let wider = Prior { bounds: beyond(&prior.bounds), ..*prior };
+        let (beyond, least) =
+            if on.is_empty() { (*best, 1.0) } else { minimise(data, &wider, best, None) };
+        let gain = if on.is_empty() {
+            0.0
+        } else {
+            data.count() as f64 * (data.squares(best) / least).ln()
+        };
+        Self { on, best: *best, beyond, gain }
+    }
+
+    /// The judgement, no better than the bounds allow.
+    pub fn judge(&self, mut judgement: Judgement) -> Judgement {
+        let quantity = judgement.quantity;
+        let stands = self.on.iter().find(|(parameter, _)| quantity.parameter() == Some(*parameter));
+        let moved =
+            (quantity.value(&self.beyond) - quantity.value(&self.best)).abs() / judgement.std;
+        if self.on.is_empty() || (stands.is_none() && moved < UNMOVED) {
+            return judgement;
+        }
+        if judgement.verdict == Verdict::Identified {
+            judgement.verdict = Verdict::Weak;
+        }
+        let sentence = match stands {
+            Some((parameter, end)) => self.pushed(*parameter, *end),
+            None => format!(
+                "A tire beyond the bounds would move it by {} standard deviations: {}",
+                significant(moved, 2),
+                self.on.iter().map(|(p, end)| self.pushed(*p, *end)).collect::<Vec<_>>().join(" ")
+            ),
+        };
+        judgement.reason = format!("{} {sentence}", judgement.reason);
+        judgement
+    }
+
+    fn pushed(&self, parameter: Parameter, end: f64) -> String {
+        let (name, end) = (parameter.name(), significant(end, 3));
+        if self.gain <= RULED_OUT {
+            return format!("The likeliest {name} is on its bound {end}.");
+        }
+        format!(
+            "The data push {name} against its bound {end}: beyond the bounds −2 ln L falls by {} (at {name} = {}); widen `bounds`.",
+            significant(self.gain, 2),
+            significant(Quantity::Parameter(parameter).value(&self.beyond), 3)
+        )
+    }
+}
+
+/// A box that no choice of bounds has narrowed: five times as far in B and D, and more of C and E. E ends at 1, beyond which no curve
+/// is a tire's.
+fn beyond(bounds: &Bounds) -> Bounds {
+    let mut wide = *bounds;
+    for parameter in [Parameter::B, Parameter::D] {
+        let [low, high] = bounds.of(parameter);
+        wide.set(parameter, [low / 5.0, 5.0 * high]);
+    }
+    let [low, high] = bounds.of(Parameter::C);
+    wide.set(Parameter::C, [0.5 * low, high.max(4.0)]);
+    let [low, high] = bounds.of(Parameter::E);
+    wide.set(Parameter::E, [low - 20.0, high.max(1.0)]);
+    for parameter in [Parameter::S_h, Parameter::S_v] {
+        let [low, high] = bounds.of(parameter);
+        let half = high - low;
+        wide.set(parameter, [low - half, high + half]);
+    }
+    wide
+}
