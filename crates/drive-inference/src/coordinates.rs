@@ -6,7 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::parameters::{Bounds, TireParameters};
+use tire_inference::bounds::Bounds;
+use tire_inference::parameters::TireParameters;
 
 use crate::tires::{self, SIZE, Tires, indices};
 

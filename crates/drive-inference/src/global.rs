@@ -5,7 +5,8 @@ use nalgebra::DVector;
 use numerics::sqp::{self, Limits, Minimum, Objective};
 use rayon::prelude::*;
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::parameters::{Bounds, TireParameters};
+use tire_inference::bounds::Bounds;
+use tire_inference::parameters::TireParameters;
 
 use crate::error::Error;
 use crate::joint::Joint;

@@ -22,10 +22,12 @@ use crate::options::{DriveOptions, Formulation, Noises};
 use crate::pem::Optimum;
 use crate::points::{self, Point};
 use crate::posterior_samples::{self, Drawn, Request};
+use crate::problem::Problem;
 use crate::progress::{Progress, with_progress};
 use crate::recording::Drive;
 use crate::regression::Target;
 use crate::selection::Addition;
+use crate::series::Series;
 use crate::smoothing::{self, Explained};
 use crate::tires::{SIZE, Tires, corners, from_array, from_vector};
 use crate::{pem, search, series, told, verdict};
@@ -191,8 +193,8 @@ impl Run<'_> {
         }
     }
 
-    fn problem(&self) -> pem::Problem<'_> {
-        pem::Problem {
+    fn problem(&self) -> Problem<'_> {
+        Problem {
             car: &self.options.car,
             recordings: self.recordings,
             bounds: self.options.prior.bounds,
@@ -223,14 +225,9 @@ impl Run<'_> {
         let (options, tires, noise) = (self.options, unknowns.tires, unknowns.noise);
         let covariance = covariance(&minimum);
         let series = series::series(&options.car, self.recordings, &likelihood, &unknowns);
-        let joint = Joint {
-            likelihood: &likelihood,
-            noise,
-            expected: options.expected(),
-            active,
-            held: unknowns.causes,
-            std: options.error_std(),
-        };
+        let (expected, std) = (options.expected(), options.error_std());
+        let held = unknowns.causes;
+        let joint = Joint { likelihood: &likelihood, noise, expected, active, held, std };
         let corners = corners(&options.prior.bounds);
         let best = minimum.x.rows(0, SIZE).into_owned();
         let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
@@ -242,18 +239,10 @@ impl Run<'_> {
             corners,
         };
         let blocks = blocks(&joint, &minimum, &explored.corners);
-        let inputs: Vec<Drive> =
-            self.recordings.iter().map(|drive| unknowns.causes.inputs(drive)).collect();
-        let model = match options.method {
-            Formulation::PredictionError => {
-                adequacy::judge(&Leftover { recordings: &inputs, series: &series }, &blocks)
-            }
-            Formulation::Points(_) => ModelVerdict::default(),
-        };
         let scatter = blocks.scatter();
         let covariance = scatter.as_ref().map_or(covariance, |scatter| scatter.blocks.clone());
         let causes = told::causes(&minimum, &joint, &gains, &unknowns);
-        let model = told::with_causes(model, &causes);
+        let model = told::with_causes(self.fits(&unknowns, &series, &blocks), &causes);
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
         let request = Request {
@@ -280,11 +269,10 @@ impl Run<'_> {
             seconds: begin.elapsed().as_secs_f64(),
         };
         let estimates = judge.estimates();
-        let row = |i: usize| (0..SIZE).map(|j| covariance[(i, j)]).collect();
         Ok(Identified {
             estimates,
             tires,
-            covariance: (0..SIZE).map(row).collect(),
+            covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             noise,
             causes,
             model,
@@ -299,6 +287,18 @@ impl Run<'_> {
             explained,
             seconds: begin.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Whether tires, errors and noises describe the drives.
+    fn fits(&self, at: &Unknowns, series: &[Series], blocks: &Blocks) -> ModelVerdict {
+        match self.options.method {
+            Formulation::PredictionError => {
+                let inputs = self.recordings.iter().map(|drive| at.causes.inputs(drive));
+                let recordings = &inputs.collect::<Vec<_>>();
+                adequacy::judge(&Leftover { recordings, series }, blocks)
+            }
+            Formulation::Points(_) => ModelVerdict::default(),
+        }
     }
 
     /// Draws from the posterior where there is a likelihood, else what the curvature of the cost has it.

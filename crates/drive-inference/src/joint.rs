@@ -4,15 +4,15 @@ use nalgebra::{DMatrix, DVector};
 use numerics::simd_batch::WIDTH;
 use numerics::sqp::{Model, Objective};
 use rayon::prelude::*;
-use tire_inference::parameters::Bounds;
+use tire_inference::bounds::Bounds;
 
 use crate::cause::{Cause, Causes};
 use crate::coordinates::Coordinates;
 use crate::explored::inverse;
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
-use crate::passes::SHORTEST;
 use crate::regularisation::Expected;
 use crate::tires::{SIZE, Tires, corners, from_vector, to_vector};
+use crate::unknowns::SHORTEST;
 
 /// Largest error that is looked for, in its usual standard deviations.
 const REACH: f64 = 30.0;

@@ -5,140 +5,30 @@
 //! information Σ (e_i e_j / s + ½ s_i s_j / s²), which needs first derivatives only.
 
 use numerics::simd_batch::{SimdBatch, WIDTH};
-use numerics::tangent::{DIRECTIONS, Tangent};
+use numerics::tangent::DIRECTIONS;
 use rayon::prelude::*;
 use vehicle::Vehicle;
 
-use crate::cause::{Cause, Causes};
+use crate::cause::Causes;
 use crate::evaluation::{Costs, Evaluation, Sums};
 use crate::filter::{Belief, Innovation, Variances};
-use crate::passes::{Coloured, Numbers, Pass, Relaxed, Width};
+use crate::passes::{Coloured, Pass, Relaxed};
 use crate::progress::Cancellation;
 use crate::recording::Drive;
 use crate::rows::{Group, Rows};
-use crate::samples::{Delays, Prepared, prepare};
+use crate::samples::{Course, Delays, Prepared, prepare};
 use crate::tires::{self, SIZE, Tires};
-use crate::wide::Colour;
+pub use crate::unknowns::{Direction, DriveNoise, Unknowns};
+use crate::unknowns::{Numbers, Width};
 
 /// Samples of a stretch that starts are compared on, and length of recordings from which on that is done.
 const STRETCH: usize = 200;
 const THIN_FROM: usize = 16 * STRETCH;
 
-/// Noises of a recording, as standard deviations.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct DriveNoise {
-    /// Of measured v_x, v_y, r and a_y [m/s, m/s, rad/s, m/s²].
-    pub sensor: [f64; 4],
-    /// Of the random walk that v_x, v_y, r and ξ_x do besides the model, after one second [m/s, m/s, rad/s, N].
-    pub process: [f64; 4],
-    /// Correlation from row to row of the part of each sensor's noise that lasts, and the share of that part in its variance;
-    /// 0 where noises are white.
-    pub colour: [[f64; 2]; 4],
-}
-
-impl DriveNoise {
-    /// These sensors, on a car that the model describes well.
-    pub fn of_sensors(sensor: [f64; 4]) -> Self {
-        Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0], colour: [[0.0; 2]; 4] }
-    }
-
-    /// With the process multiplied by a factor.
-    pub fn with_process(&self, factor: f64) -> Self {
-        Self { process: self.process.map(|std| std * factor), ..*self }
-    }
-
-    pub(crate) fn colours(&self) -> [Colour<f64>; 4] {
-        self.colour.map(|[correlation, share]| Colour { correlation, share })
-    }
-
-    pub(crate) fn variances(&self) -> Variances<f64> {
-        let square = |std: f64| std * std;
-        Variances { process: self.process.map(square), sensor: self.sensor.map(square) }
-    }
-}
-
-/// What the likelihood depends on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unknowns {
-    /// The tires.
-    pub tires: Tires,
-    /// Errors of sensors and car.
-    pub causes: Causes,
-    /// The noises.
-    pub noise: DriveNoise,
-}
-
-impl Unknowns {
-    /// Tires and noises, where nothing else is wrong.
-    pub fn new(tires: &Tires, noise: &DriveNoise) -> Self {
-        Self { tires: *tires, causes: Causes::default(), noise: *noise }
-    }
-
-    /// Whether sensors are right and their noises white.
-    fn is_plain(&self) -> bool {
-        Width::of(&self.causes, &self.noise, &[]) == Width::Narrow
-    }
-
-    /// As numbers with derivatives along up to eight directions.
-    fn seeded<S: pulp::Simd, const N: usize>(
-        &self,
-        simd: S,
-        directions: &[Direction],
-    ) -> Numbers<Tangent<S, N>> {
-        let seed = |value: f64, direction: Direction, rate: f64| match directions
-            .iter()
-            .position(|known| *known == direction)
-        {
-            Some(index) => Tangent::<S, N>::seed(simd, value, index, rate),
-            None => Tangent::seed(simd, value, 0, 0.0),
-        };
-        let Self { tires, causes, noise } = self;
-        let theta = tires::to_array(*tires);
-        let sensor = |i: usize| {
-            let variance = noise.sensor[i].powi(2);
-            seed(variance, Direction::Noise(i), 2.0 * variance)
-        };
-        let process = |i: usize| seed(noise.process[i].powi(2), Direction::Noise(4 + i), 1.0);
-        let error = |cause: Cause| seed(causes[cause], Direction::Cause(cause), cause.about().std);
-        let colour = |i: usize| {
-            let [correlation, share] =
-                std::array::from_fn(|j| seed(noise.colour[i][j], Direction::Colour(i, j), 1.0));
-            Colour { correlation, share }
-        };
-        Numbers {
-            tires: tires::from_array(std::array::from_fn(|i| {
-                seed(theta[i], Direction::Tire(i), 1.0)
-            })),
-            causes: Causes(Cause::ALL.map(error)),
-            noise: Variances {
-                sensor: std::array::from_fn(sensor),
-                process: std::array::from_fn(process),
-            },
-            colours: std::array::from_fn(colour),
-        }
-    }
-}
-
-/// An unknown along which a derivative is taken, in its own unit but for the logarithms of the standard deviations of sensors
-/// and the variances of the process: those may be 0, where the logarithm would have no slope.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Direction {
-    /// A parameter of the tires, by its number in [`crate::tires`].
-    Tire(usize),
-    /// An error, in its standard deviations before any data.
-    Cause(Cause),
-    /// A noise: those of sensors before those of the process.
-    Noise(usize),
-    /// Correlation or share of the lasting noise of a sensor.
-    Colour(usize, usize),
-}
-
 /// The likelihood of recordings of one car; evaluations share nothing, so several threads may make them.
 #[derive(Clone)]
 pub struct Likelihood {
-    pub(crate) car: Vehicle,
-    pub(crate) recordings: Vec<Prepared>,
-    pub(crate) delays: Delays,
+    course: Course,
     samples: usize,
     /// Once set, evaluations end at once, with an infinite cost.
     pub cancel: Cancellation,
@@ -159,10 +49,8 @@ impl Likelihood {
         let prepared: Vec<_> =
             recordings.iter().map(|recording| prepare(car, recording, &delays)).collect();
         Self {
-            car: *car,
             samples: prepared.iter().map(|part| part.samples.len()).sum(),
-            recordings: prepared,
-            delays,
+            course: Course { car: *car, recordings: prepared, delays },
             cancel: Cancellation::default(),
         }
     }
@@ -170,7 +58,7 @@ impl Likelihood {
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
     pub fn thinned(&self) -> Self {
         let mut parts = Vec::new();
-        for part in &self.recordings {
+        for part in &self.course.recordings {
             let Prepared { samples, .. } = part;
             if samples.len() < THIN_FROM {
                 parts.push(part.clone());
@@ -183,7 +71,8 @@ impl Likelihood {
             }
         }
         let samples = parts.iter().map(|part| part.samples.len()).sum();
-        Self { recordings: parts, samples, cancel: self.cancel.clone(), ..*self }
+        let course = Course { recordings: parts, ..self.course };
+        Self { course, samples, cancel: self.cancel.clone() }
     }
 
     /// Number of samples that are predicted: all but the first of each recording.
@@ -225,7 +114,7 @@ impl Likelihood {
         directions: &[Direction],
     ) -> Evaluation {
         let (unknowns, visit) = (at.seeded::<S, N>(simd, directions), Sums::new(simd));
-        let pass = Pass::<_, _, false> { likelihood: self, unknowns, visit };
+        let pass = Pass::<_, _, false> { course: &self.course, unknowns, visit };
         simd.vectorize(pass).evaluation(self.samples)
     }
 
@@ -254,14 +143,14 @@ impl Likelihood {
         let (unknowns, visit) = (at.seeded::<S, N>(simd, directions), Group::new(self.samples));
         match Width::of(&at.causes, &at.noise, directions) {
             Width::Relaxed(shortest) => {
-                simd.vectorize(Relaxed { likelihood: self, unknowns, visit, shortest })
+                simd.vectorize(Relaxed { course: &self.course, unknowns, visit, shortest })
             }
-            Width::Coloured => simd.vectorize(Coloured { likelihood: self, unknowns, visit }),
+            Width::Coloured => simd.vectorize(Coloured { course: &self.course, unknowns, visit }),
             Width::Erring => {
-                simd.vectorize(Pass::<_, _, true> { likelihood: self, unknowns, visit })
+                simd.vectorize(Pass::<_, _, true> { course: &self.course, unknowns, visit })
             }
             Width::Narrow => {
-                simd.vectorize(Pass::<_, _, false> { likelihood: self, unknowns, visit })
+                simd.vectorize(Pass::<_, _, false> { course: &self.course, unknowns, visit })
             }
         }
     }
@@ -292,14 +181,14 @@ impl Likelihood {
         let widths = several.iter().map(|(_, causes)| Width::of(causes, noise, &[]));
         match widths.fold(Width::Narrow, Width::widest) {
             Width::Relaxed(shortest) => {
-                arch.dispatch(Relaxed { likelihood: self, unknowns, visit, shortest }).0
+                arch.dispatch(Relaxed { course: &self.course, unknowns, visit, shortest }).0
             }
-            Width::Coloured => arch.dispatch(Coloured { likelihood: self, unknowns, visit }).0,
+            Width::Coloured => arch.dispatch(Coloured { course: &self.course, unknowns, visit }).0,
             Width::Erring => {
-                arch.dispatch(Pass::<_, _, true> { likelihood: self, unknowns, visit }).0
+                arch.dispatch(Pass::<_, _, true> { course: &self.course, unknowns, visit }).0
             }
             Width::Narrow => {
-                arch.dispatch(Pass::<_, _, false> { likelihood: self, unknowns, visit }).0
+                arch.dispatch(Pass::<_, _, false> { course: &self.course, unknowns, visit }).0
             }
         }
     }
@@ -317,13 +206,13 @@ impl Likelihood {
         let arch = pulp::Arch::new();
         match width {
             Width::Relaxed(shortest) => {
-                arch.dispatch(Relaxed { likelihood: self, unknowns, visit, shortest });
+                arch.dispatch(Relaxed { course: &self.course, unknowns, visit, shortest });
             }
             Width::Coloured => {
-                arch.dispatch(Coloured { likelihood: self, unknowns, visit });
+                arch.dispatch(Coloured { course: &self.course, unknowns, visit });
             }
             Width::Erring | Width::Narrow => {
-                arch.dispatch(Pass::<_, _, true> { likelihood: self, unknowns, visit });
+                arch.dispatch(Pass::<_, _, true> { course: &self.course, unknowns, visit });
             }
         }
     }

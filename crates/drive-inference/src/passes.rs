@@ -3,37 +3,22 @@
 use numerics::scalar::Scalar;
 
 use crate::car::{Car, InputErrors};
-use crate::cause::{Cause, Causes};
+use crate::cause::Cause;
 use crate::evaluation::Visit;
 use crate::filter::{Belief, Filter, Variances};
-use crate::likelihood::{Direction, DriveNoise, Likelihood};
-use crate::samples::Prepared;
+use crate::samples::{Course, Prepared};
 use crate::sensors::Sensors;
-use crate::tires::Tires;
-use crate::wide::{Colour, Lagging, Motion, Stiff, WideBelief, WideFilter};
+use crate::unknowns::Numbers;
+use crate::wide::{Lagging, Motion, Stiff, WideBelief, WideFilter};
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
 const START_STD_XI: f64 = 300.0;
-/// Shortest relaxation length that is looked at [m].
-pub const SHORTEST: f64 = 0.03;
-
-/// [`Unknowns`] as numbers of some kind.
-pub struct Numbers<T> {
-    /// The tires.
-    pub tires: Tires<T>,
-    /// Errors of sensors and car.
-    pub causes: Causes<T>,
-    /// The noises.
-    pub noise: Variances<T>,
-    /// How much of them lasts.
-    pub colours: [Colour<T>; 4],
-}
 
 /// One pass over all recordings, with errors of sensors and inputs if `ERRORS`; those of the car cost nothing. It is a type of its own since the widest vector
 /// instructions of the machine reach only what is inlined into it, and of a closure the compiler would not inline this much.
 pub struct Pass<'a, T, V, const ERRORS: bool> {
     /// The recordings.
-    pub likelihood: &'a Likelihood,
+    pub course: &'a Course,
     /// At which it is evaluated.
     pub unknowns: Numbers<T>,
     /// What takes the innovations.
@@ -45,7 +30,7 @@ impl<T: Scalar, V: Visit<T>, const ERRORS: bool> pulp::WithSimd for Pass<'_, T, 
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(mut self, _: S) -> V {
-        let Likelihood { car, delays, recordings, .. } = self.likelihood;
+        let Course { car, delays, recordings } = self.course;
         let Numbers { tires, causes, noise, .. } = self.unknowns;
         let inputs = InputErrors::new(&causes, delays.inputs);
         let factor = causes[Cause::ForceGain] + 1.0;
@@ -67,7 +52,7 @@ impl<T: Scalar, V: Visit<T>, const ERRORS: bool> pulp::WithSimd for Pass<'_, T, 
 /// One pass with noises that last from row to row.
 pub struct Coloured<'a, T, V> {
     /// The recordings.
-    pub likelihood: &'a Likelihood,
+    pub course: &'a Course,
     /// At which it is evaluated.
     pub unknowns: Numbers<T>,
     /// What takes the innovations.
@@ -80,14 +65,14 @@ impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Coloured<'_, T, V> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> V {
         let motion = Stiff(self.unknowns.tires);
-        wide::<T, V, _, 3, 4, 8>(self.likelihood, self.unknowns, self.visit, motion)
+        wide::<T, V, _, 3, 4, 8>(self.course, self.unknowns, self.visit, motion)
     }
 }
 
 /// One pass with slips that relax, and noises that last from row to row.
 pub struct Relaxed<'a, T, V> {
     /// The recordings.
-    pub likelihood: &'a Likelihood,
+    pub course: &'a Course,
     /// At which it is evaluated.
     pub unknowns: Numbers<T>,
     /// What takes the innovations.
@@ -104,13 +89,13 @@ impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Relaxed<'_, T, V> {
         let Numbers { tires, causes, .. } = &self.unknowns;
         let lengths = Cause::TIRES.map(|cause| causes[cause]);
         let motion = Lagging { tires: *tires, lengths, shortest: self.shortest };
-        wide::<T, V, _, 5, 6, 10>(self.likelihood, self.unknowns, self.visit, motion)
+        wide::<T, V, _, 5, 6, 10>(self.course, self.unknowns, self.visit, motion)
     }
 }
 
 #[inline(always)]
 fn wide<T, V, K, const M: usize, const S: usize, const ALL: usize>(
-    Likelihood { car, delays, recordings, .. }: &Likelihood,
+    Course { car, delays, recordings }: &Course,
     Numbers { causes, noise, colours, .. }: Numbers<T>,
     mut visit: V,
     motion: K,
@@ -133,52 +118,6 @@ where
         }
     }
     visit
-}
-
-/// Which filter a point needs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Width {
-    /// That of four states.
-    Narrow,
-    /// The same with errors of sensors and inputs.
-    Erring,
-    /// One with noises that last.
-    Coloured,
-    /// One with slips that relax over this length or more [m].
-    Relaxed(f64),
-}
-
-impl Width {
-    /// For some unknowns, and derivatives along these directions.
-    pub fn of(causes: &Causes, noise: &DriveNoise, directions: &[Direction]) -> Self {
-        let [front, rear] = Cause::TIRES.map(|cause| causes[cause]);
-        if front > 0.0 || rear > 0.0 {
-            return Self::Relaxed(front.min(rear).max(SHORTEST));
-        }
-        let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
-        let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
-        let of_sensor = |cause: &Cause| !Cause::CAR.contains(cause);
-        let errs = Cause::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
-        let sought = |direction: &Direction| matches!(direction, Direction::Cause(cause) if of_sensor(cause));
-        if along || lasts {
-            Self::Coloured
-        } else if errs || directions.iter().any(sought) {
-            Self::Erring
-        } else {
-            Self::Narrow
-        }
-    }
-
-    /// The one that serves two points.
-    pub fn widest(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Relaxed(a), Self::Relaxed(b)) => Self::Relaxed(a.min(b)),
-            (Self::Relaxed(a), _) | (_, Self::Relaxed(a)) => Self::Relaxed(a),
-            (Self::Coloured, _) | (_, Self::Coloured) => Self::Coloured,
-            (Self::Erring, _) | (_, Self::Erring) => Self::Erring,
-            _ => Self::Narrow,
-        }
-    }
 }
 
 /// The state before the second row, from what the sensors show in the first.

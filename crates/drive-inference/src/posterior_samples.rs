@@ -100,17 +100,7 @@ pub fn posterior(
     let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
     let even = sampled.is_exact();
     let axles = if even {
-        let widen = scatter.and_then(|scatter| widening(scatter, coordinates, &best));
-        let centre = coordinates.point(&best);
-        let tires = |index: usize| {
-            let z = sampled.points[index].rows(0, SIZE).into_owned();
-            let wide = widen.as_ref().map(|widen| &centre + widen * (&z - &centre));
-            coordinates.parameters(wide.as_ref().unwrap_or(&z)).map(|(it, _)| it)
-        };
-        let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
-        let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
-        let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
-        Axles::new(|axle| PosteriorSamples { samples: draws(axle) })
+        choose(&density, &sampled, &best, scatter, seed)
     } else {
         // A handful of draws would look like certainty.
         normal(explored, scatter, seed).axles
@@ -143,6 +133,28 @@ pub fn posterior(
         (variational.gaussian, reports)
     });
     Some(Drawn { axles, reports, svi })
+}
+
+/// Draws with equal weights, widened where blocks of the drives scatter more than the curvature says.
+fn choose(
+    density: &DriveDensity,
+    sampled: &importance::Sampled,
+    best: &Tires,
+    scatter: Option<&Scatter>,
+    seed: u64,
+) -> Axles<PosteriorSamples> {
+    let coordinates = density.coordinates;
+    let widen = scatter.and_then(|scatter| widening(scatter, coordinates, best));
+    let centre = coordinates.point(best);
+    let tires = |index: usize| {
+        let z = sampled.points[index].rows(0, SIZE).into_owned();
+        let wide = widen.as_ref().map(|widen| &centre + widen * (&z - &centre));
+        density.tires(wide.as_ref().unwrap_or(&z))
+    };
+    let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
+    let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
+    let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
+    Axles::new(|axle| PosteriorSamples { samples: draws(axle) })
 }
 
 /// Maps distances from the best tires so that their covariance by the curvature becomes that of the blocks.

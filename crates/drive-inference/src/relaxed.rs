@@ -71,12 +71,24 @@ pub fn linearise<T: Scalar>(
         zero,
         zero,
     ];
+    follow(&mut rates, &mut A, lengths, x, [(car.l_f, u.delta), (-car.l_r, zero)]);
+    Linear { rates, a_y, A, C }
+}
+
+/// Adds the rates of the slips of axles at some distances ahead of the centre of gravity, steered by some angles.
+#[inline(always)]
+fn follow<T: Scalar>(
+    rates: &mut [T; MOVING],
+    A: &mut [[T; STATES]; MOVING],
+    lengths: &[T; 2],
+    &[v_x, v_y, r, alpha_f, alpha_r, _]: &[T; STATES],
+    axles: [(T, T); 2],
+) {
     let v = size(v_x);
     let slowness = slip_speed(v_x).recip();
-    let axles = [(car.l_f, u.delta, alpha_f), (-car.l_r, zero, alpha_r)];
-    for (axle, (ahead, steered, alpha)) in axles.into_iter().enumerate() {
+    for (axle, (ahead, steered)) in axles.into_iter().enumerate() {
         let [q, motion, by_v_y] = slip(v_y.plus(r, ahead) * slowness, slowness);
-        let behind = motion + steered - alpha;
+        let behind = motion + steered - [alpha_f, alpha_r][axle];
         let short = lengths[axle].recip();
         let (row, pole) = (3 + axle, v * short);
         rates[row] = pole * behind;
@@ -85,5 +97,4 @@ pub fn linearise<T: Scalar>(
         A[row][2] = pole * by_v_y * ahead;
         A[row][row] = -pole;
     }
-    Linear { rates, a_y, A, C }
 }

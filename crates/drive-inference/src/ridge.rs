@@ -4,7 +4,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use tire_inference::axles::Axles;
-use tire_inference::parameters::{Bounds, Parameter, TireParameters};
+use tire_inference::bounds::Bounds;
+use tire_inference::parameters::{Parameter, TireParameters};
 
 use crate::tires::Tires;
 

@@ -70,6 +70,17 @@ pub struct Prepared {
     pub first_row: usize,
 }
 
+/// All recordings of one car.
+#[derive(Clone)]
+pub struct Course {
+    /// The car; its own tires are not used.
+    pub car: Vehicle,
+    /// The recordings.
+    pub recordings: Vec<Prepared>,
+    /// For which they are prepared.
+    pub delays: Delays,
+}
+
 /// Moves each channel by its delay; rows that a channel does not reach are left out.
 pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> Prepared {
     let body = &car.body;

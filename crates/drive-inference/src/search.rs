@@ -7,7 +7,8 @@ use numerics::convergence::{Convergence, Status};
 use numerics::low_discrepancy::AdditiveRecurrence;
 use numerics::sqp::{self, Limits, Minimum};
 use rayon::prelude::*;
-use tire_inference::parameters::{Bounds, Parameter, TireParameters};
+use tire_inference::bounds::Bounds;
+use tire_inference::parameters::{Parameter, TireParameters};
 
 use crate::error::Error;
 use crate::points::Point;

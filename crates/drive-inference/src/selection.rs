@@ -6,16 +6,15 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::sqp::Objective;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-use crate::cause::{COUNT, Cause};
+use crate::cause::Cause;
 use crate::explored::inverse;
 use crate::joint::Joint;
 use crate::likelihood::Direction;
-use crate::pem::{Fit, Problem};
+use crate::problem::{Fit, Problem};
 use crate::rows::Rows;
 use crate::tires::SIZE;
+pub use crate::wanted::{Addition, Mode, Wanted};
 
 /// Gain from which on an error is taken for real [nat]: by chance one of fourteen errors gains more in one of fifty drives.
 const ENOUGH: f64 = 5.0;
@@ -26,57 +25,6 @@ const SHARE: f64 = 0.05;
 const MOST: usize = 8;
 /// Rows of a block.
 const BLOCK: usize = 200;
-
-/// Whether an error is estimated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// There is none.
-    Off,
-    /// In any case.
-    On,
-    /// Where the data ask for it.
-    #[default]
-    Evidence,
-}
-
-/// Whether each error is estimated, in the order of [`Cause`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted(pub [Mode; COUNT]);
-
-impl Default for Wanted {
-    /// Those of the car in any case, those of sensors where the data ask for them.
-    fn default() -> Self {
-        Self(Cause::ALL.map(
-            |cause| {
-                if Cause::CAR.contains(&cause) { Mode::On } else { Mode::Evidence }
-            },
-        ))
-    }
-}
-
-impl Wanted {
-    /// The mode of an error.
-    pub fn of(&self, cause: Cause) -> Mode {
-        self.0[cause as usize]
-    }
-
-    /// No error at all.
-    pub fn none() -> Self {
-        Self([Mode::Off; COUNT])
-    }
-}
-
-/// What a fit can be given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Addition {
-    /// An error of a sensor.
-    Error(Cause),
-    /// Relaxation lengths of both axles.
-    Relaxation,
-    /// Noises that last, of the sensors whose innovations do.
-    Colour,
-}
 
 /// Correlation of innovations from row to row from which on noises that last and relaxation are tried.
 const LASTING: f64 = 0.08;

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::parameters::{Bounds, TireParameters};
+use tire_inference::bounds::Bounds;
+use tire_inference::parameters::TireParameters;
 
 /// Parameters of both tires.
 pub type Tires<T = f64> = Axles<TireParameters<T>>;

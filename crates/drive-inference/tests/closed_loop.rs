@@ -17,7 +17,8 @@ use drive_inference::{
 };
 use numerics::convergence::Status;
 use tire_inference::axles::Axle;
-use tire_inference::parameters::{Bounds, TireParameters};
+use tire_inference::bounds::Bounds;
+use tire_inference::parameters::TireParameters;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::verdict::Verdict;

@@ -149,7 +149,8 @@ impl Profiled for Profiler<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{Bounds, Parameter};
+    use crate::bounds::Bounds;
+    use crate::parameters::Parameter;
     use crate::posterior::{SamplingOptions, draw};
     use crate::synthetic::{Excitation, samples};
 

@@ -20,7 +20,8 @@ pub use solution::Solution;
 use numerics::loss::Loss;
 use preparation::samples::Samples;
 
-use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::bounds::Bounds;
+use crate::parameters::{COUNT, Parameter, Theta};
 use crate::prior::Prior;
 use crate::regularisation::Regularisation;
 use curve::CurveCost;

@@ -2,7 +2,17 @@
 
 use serde::Serialize;
 
-use crate::verdict::Verdict;
+/// Whether the data could tell a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The data decide; the prior does not matter.
+    Identified,
+    /// The data say something, the prior the rest.
+    Weak,
+    /// The value is what the prior said.
+    NotIdentifiable,
+}
 
 /// Whether a model describes its data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]

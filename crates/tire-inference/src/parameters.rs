@@ -10,8 +10,6 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vehicle::MagicFormula;
 
-pub use crate::bounds::Bounds;
-
 /// How many parameters a curve has.
 pub const COUNT: usize = 6;
 

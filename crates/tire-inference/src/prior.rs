@@ -2,7 +2,8 @@
 
 use numerics::low_discrepancy::AdditiveRecurrence;
 
-use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::bounds::Bounds;
+use crate::parameters::{COUNT, Parameter, Theta};
 
 /// Typical values: the middle of [`Bounds::GOBLIRSCH`], but for C, which the direction decides.
 const TYPICAL: Theta = [22.5, 1.3, 1.05, 0.0, 0.0, 0.0];

@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::compressed::Compressed;
 use crate::curve_profile::Profiler;
+pub use crate::model::Verdict;
 use crate::parameters::{Theta, curve};
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
@@ -28,18 +29,6 @@ pub const NARROWED: f64 = 0.3;
 pub const UNMOVED: f64 = 0.25;
 /// A move by less than this share of the prior's width is of no consequence, however many standard deviations it is.
 pub const NEGLIGIBLE: f64 = 0.01;
-
-/// Whether the data could tell a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The data decide; the prior does not matter.
-    Identified,
-    /// The data say something, the prior the rest.
-    Weak,
-    /// The value is what the prior said.
-    NotIdentifiable,
-}
 
 /// What the data can tell about a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]

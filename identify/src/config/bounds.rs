@@ -8,7 +8,8 @@ use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use tire_inference::parameters::{Bounds, Parameter};
+use tire_inference::bounds::Bounds;
+use tire_inference::parameters::Parameter;
 
 use super::rules;
 

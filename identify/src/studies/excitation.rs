@@ -2,9 +2,10 @@
 
 use preparation::direction::Direction;
 use serde::{Serialize, Serializer};
+use tire_inference::bounds::Bounds;
 use tire_inference::estimate::identify;
 use tire_inference::fit::{FitError, FitOptions, SlipNoise};
-use tire_inference::parameters::{Bounds, Theta, by_parameter};
+use tire_inference::parameters::{Theta, by_parameter};
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 use tire_inference::verdict::Judgement;

@@ -8,10 +8,11 @@ use numerics::loss::Loss;
 use numerics::sqp::{Inequality, Model, Objective};
 use preparation::samples::Samples;
 
+use crate::bounds::Bounds;
 use crate::compressed::Compressed;
 use crate::fit::{Constraints, Problem};
 use crate::kernel::{self, Pass};
-use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::parameters::{COUNT, Parameter, Theta};
 use crate::regularisation::Regularisation;
 
 /// Fewer samples times starts are quicker as they are: compressing takes as long as some passes over them.

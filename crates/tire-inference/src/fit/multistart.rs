@@ -6,8 +6,9 @@ use numerics::low_discrepancy::AdditiveRecurrence;
 use numerics::sqp::{self, Limits, Minimum, Objective};
 use rayon::prelude::*;
 
+use crate::bounds::Bounds;
 use crate::fit::{FitError, FitOptions};
-use crate::parameters::{Bounds, COUNT, Parameter, Theta};
+use crate::parameters::{COUNT, Parameter, Theta};
 
 /// Violations of constraints below this are rounding.
 const FEASIBLE: f64 = 1e-9;

@@ -195,7 +195,7 @@ mod tests {
     use numerics::statistics::{mean, std};
 
     use super::*;
-    use crate::parameters::Bounds;
+    use crate::bounds::Bounds;
     use crate::quantity::Quantity;
     use crate::synthetic::{Excitation, samples};
 

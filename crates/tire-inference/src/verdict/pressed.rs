@@ -2,9 +2,10 @@
 
 use numerics::text::significant;
 
+use crate::bounds::Bounds;
 use crate::compressed::Compressed;
 use crate::minimise::minimise;
-use crate::parameters::{Bounds, Parameter, Theta};
+use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
 use crate::profile::RULED_OUT;
 use crate::quantity::Quantity;

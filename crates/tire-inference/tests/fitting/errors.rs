@@ -2,8 +2,8 @@
 
 use numerics::loss::Loss;
 use preparation::samples::Samples;
+use tire_inference::bounds::Bounds;
 use tire_inference::fit::{Constraints, FitError, FitOptions, Problem, SlipNoise, least_squares};
-use tire_inference::parameters::Bounds;
 
 use crate::support::{TRUTH, sweep};
 

@@ -4,8 +4,9 @@ use approx::assert_relative_eq;
 use numerics::convergence::Status;
 use numerics::loss::Loss;
 use preparation::samples::Samples;
+use tire_inference::bounds::Bounds;
 use tire_inference::fit::{Constraints, FitOptions, Problem, least_squares, nelder_mead};
-use tire_inference::parameters::{Bounds, Normal, Parameter, Theta, curve};
+use tire_inference::parameters::{Normal, Parameter, Theta, curve};
 use tire_inference::regularisation::Regularisation;
 
 use crate::support::{ALL, TRUTH, cost_and_gradient, slope, sweep};

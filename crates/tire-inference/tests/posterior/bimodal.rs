@@ -1,6 +1,6 @@
 //! Posteriors with two modes.
 
-use tire_inference::parameters::Bounds;
+use tire_inference::bounds::Bounds;
 use tire_inference::prior::Prior;
 
 use super::judge::judge;

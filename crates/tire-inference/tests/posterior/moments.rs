@@ -1,7 +1,7 @@
 //! Means, widths and seeds.
 
 use numerics::statistics::{mean, std};
-use tire_inference::parameters::Bounds;
+use tire_inference::bounds::Bounds;
 use tire_inference::posterior::{self, grid};
 use tire_inference::prior::Prior;
 

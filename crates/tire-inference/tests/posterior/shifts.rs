@@ -3,10 +3,11 @@
 
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
+use tire_inference::bounds::Bounds;
 use tire_inference::compressed::Compressed;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::linearised_slip_noise::with_slip_noise;
-use tire_inference::parameters::{Bounds, COUNT, Theta};
+use tire_inference::parameters::{COUNT, Theta};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
 

@@ -3,9 +3,9 @@
 use numerics::convergence::Status;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
+use tire_inference::bounds::Bounds;
 use tire_inference::compressed::Compressed;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
-use tire_inference::parameters::Bounds;
 use tire_inference::posterior;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;

@@ -1,0 +1,153 @@
+//! Poses the problem of prediction errors, and fits tires, errors and noises from one start.
+
+use numerics::sqp::{self, Minimum};
+use tire_inference::bounds::Bounds;
+use vehicle::Vehicle;
+
+use crate::cause::{Cause, Causes};
+use crate::error::Error;
+use crate::global::{FINE, Optima, Search};
+use crate::joint::Joint;
+use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
+use crate::noises::Noise;
+use crate::progress::Cancellation;
+use crate::recording::Drive;
+use crate::regularisation::Expected;
+use crate::tires::Tires;
+use crate::wanted::Wanted;
+
+/// Most rounds of noises after all else.
+const ROUNDS: usize = 3;
+/// Fall of the cost by other noises that is not worth a round [nat].
+const SETTLED: f64 = 0.5;
+
+/// What is maximised.
+pub struct Problem<'a> {
+    /// The car; its own tires are not used.
+    pub car: &'a Vehicle,
+    /// The recordings.
+    pub recordings: &'a [Drive],
+    /// The box of each axle.
+    pub bounds: Bounds,
+    /// What is expected of the tires.
+    pub expected: Expected,
+    /// How the noises are found.
+    pub noise: Noise,
+    /// Standard deviations of errors before any data; 0 where there are none.
+    pub std: Causes,
+    /// Which errors are estimated.
+    pub search: Wanted,
+    /// Ends the work.
+    pub cancel: Cancellation,
+}
+
+/// An optimum with what belongs to it.
+#[derive(Clone)]
+pub struct Fit {
+    /// Errors that are estimated.
+    pub active: Vec<Cause>,
+    /// The likelihood near their delays.
+    pub likelihood: Likelihood,
+    /// The noises.
+    pub noise: DriveNoise,
+    /// Over tires and errors.
+    pub minimum: Minimum,
+}
+
+impl Problem<'_> {
+    /// Errors that are estimated in any case.
+    pub fn always(&self) -> Vec<Cause> {
+        Cause::CAR.into_iter().filter(|cause| self.std[*cause] > 0.0).collect()
+    }
+
+    /// The likelihood near the delays among some causes.
+    pub fn likelihood(&self, causes: &Causes, active: &[Cause]) -> Likelihood {
+        let estimated = active.iter().any(|cause| !Cause::CAR.contains(cause));
+        let mut likelihood = if estimated {
+            Likelihood::delayed(self.car, self.recordings, causes)
+        } else {
+            Likelihood::new(self.car, self.recordings)
+        };
+        likelihood.cancel = self.cancel.clone();
+        likelihood
+    }
+
+    /// The cost of tires and causes.
+    pub fn joint<'b>(
+        &self,
+        likelihood: &'b Likelihood,
+        noise: DriveNoise,
+        active: &[Cause],
+    ) -> Joint<'b> {
+        let (expected, std) = (self.expected, self.std);
+        let held = Causes::default();
+        Joint { likelihood, noise, expected, active: active.to_vec(), held, std }
+    }
+
+    /// Looks for all optima over the tires, with errors held.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoStart`] if no start gave a finite cost.
+    pub fn search(
+        &self,
+        likelihood: &Likelihood,
+        noise: DriveNoise,
+        held: Causes,
+        starts: &[Tires],
+    ) -> Result<Optima, Error> {
+        let joint = Joint { held, ..self.joint(likelihood, noise, &[]) };
+        Search { joint, bounds: self.bounds, noise: self.noise }.run(starts)
+    }
+
+    /// What a fit found.
+    pub fn unknowns(&self, fit: &Fit) -> Unknowns {
+        self.joint(&fit.likelihood, fit.noise, &fit.active).unknowns(&fit.minimum.x)
+    }
+
+    /// Fits tires and some causes, and the noises in turn with them.
+    pub fn fit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
+        let likelihood = |causes: &Causes| self.likelihood(causes, &active);
+        self.fit_with(&likelihood, &active, start)
+    }
+
+    /// The same on the rows that are left with any delays.
+    pub fn refit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
+        let likelihood = |causes: &Causes| self.likelihood(causes, &Cause::ALL);
+        self.fit_with(&likelihood, &active, start)
+    }
+
+    fn fit_with(
+        &self,
+        likelihood: &dyn Fn(&Causes) -> Likelihood,
+        active: &[Cause],
+        start: Unknowns,
+    ) -> Fit {
+        let mut at = start;
+        let mut evaluations = 0;
+        let mut best: Option<Fit> = None;
+        for round in 0..=ROUNDS {
+            let likelihood = likelihood(&at.causes);
+            if round > 0 {
+                let (noise, more) = self.noise.refine(&likelihood, &at);
+                evaluations += more;
+                let better = Unknowns { noise, ..at };
+                if likelihood.cost(&at) - likelihood.cost(&better) < SETTLED {
+                    break;
+                }
+                at = better;
+            }
+            let joint = self.joint(&likelihood, at.noise, active);
+            let [lower, upper] = joint.corners(&self.bounds);
+            let from = joint.point(&at.tires, &at.causes);
+            let minimum = sqp::minimise(&joint, &lower, &upper, &from, FINE);
+            evaluations += minimum.evaluations;
+            at = joint.unknowns(&minimum.x);
+            let noise = at.noise;
+            best = Some(Fit { active: active.to_vec(), likelihood, noise, minimum });
+        }
+        let mut fit = best.unwrap_or_else(|| unreachable!("the first round always fits"));
+        fit.minimum.evaluations = evaluations;
+        fit
+    }
+}

@@ -1,0 +1,180 @@
+//! Holds what a likelihood depends on: tires, errors of sensors and car, and noises, plain or with derivatives.
+
+use numerics::tangent::Tangent;
+
+use crate::cause::{Cause, Causes};
+use crate::filter::Variances;
+use crate::tires::{self, Tires};
+use crate::wide::Colour;
+
+/// Shortest relaxation length that is looked at [m].
+pub const SHORTEST: f64 = 0.03;
+
+/// Noises of a recording, as standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct DriveNoise {
+    /// Of measured v_x, v_y, r and a_y [m/s, m/s, rad/s, m/s²].
+    pub sensor: [f64; 4],
+    /// Of the random walk that v_x, v_y, r and ξ_x do besides the model, after one second [m/s, m/s, rad/s, N].
+    pub process: [f64; 4],
+    /// Correlation from row to row of the part of each sensor's noise that lasts, and the share of that part in its variance;
+    /// 0 where noises are white.
+    pub colour: [[f64; 2]; 4],
+}
+
+impl DriveNoise {
+    /// These sensors, on a car that the model describes well.
+    pub fn of_sensors(sensor: [f64; 4]) -> Self {
+        Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0], colour: [[0.0; 2]; 4] }
+    }
+
+    /// With the process multiplied by a factor.
+    pub fn with_process(&self, factor: f64) -> Self {
+        Self { process: self.process.map(|std| std * factor), ..*self }
+    }
+
+    /// How much of each sensor's noise lasts.
+    pub fn colours(&self) -> [Colour<f64>; 4] {
+        self.colour.map(|[correlation, share]| Colour { correlation, share })
+    }
+
+    /// As variances.
+    pub fn variances(&self) -> Variances<f64> {
+        let square = |std: f64| std * std;
+        Variances { process: self.process.map(square), sensor: self.sensor.map(square) }
+    }
+}
+
+/// What the likelihood depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unknowns {
+    /// The tires.
+    pub tires: Tires,
+    /// Errors of sensors and car.
+    pub causes: Causes,
+    /// The noises.
+    pub noise: DriveNoise,
+}
+
+impl Unknowns {
+    /// Tires and noises, where nothing else is wrong.
+    pub fn new(tires: &Tires, noise: &DriveNoise) -> Self {
+        Self { tires: *tires, causes: Causes::default(), noise: *noise }
+    }
+
+    /// Whether sensors are right and their noises white.
+    pub fn is_plain(&self) -> bool {
+        Width::of(&self.causes, &self.noise, &[]) == Width::Narrow
+    }
+
+    /// As numbers with derivatives along up to eight directions.
+    pub fn seeded<S: pulp::Simd, const N: usize>(
+        &self,
+        simd: S,
+        directions: &[Direction],
+    ) -> Numbers<Tangent<S, N>> {
+        let seed = |value: f64, direction: Direction, rate: f64| match directions
+            .iter()
+            .position(|known| *known == direction)
+        {
+            Some(index) => Tangent::<S, N>::seed(simd, value, index, rate),
+            None => Tangent::seed(simd, value, 0, 0.0),
+        };
+        let Self { tires, causes, noise } = self;
+        let theta = tires::to_array(*tires);
+        let sensor = |i: usize| {
+            let variance = noise.sensor[i].powi(2);
+            seed(variance, Direction::Noise(i), 2.0 * variance)
+        };
+        let process = |i: usize| seed(noise.process[i].powi(2), Direction::Noise(4 + i), 1.0);
+        let error = |cause: Cause| seed(causes[cause], Direction::Cause(cause), cause.about().std);
+        let colour = |i: usize| {
+            let [correlation, share] =
+                std::array::from_fn(|j| seed(noise.colour[i][j], Direction::Colour(i, j), 1.0));
+            Colour { correlation, share }
+        };
+        Numbers {
+            tires: tires::from_array(std::array::from_fn(|i| {
+                seed(theta[i], Direction::Tire(i), 1.0)
+            })),
+            causes: Causes(Cause::ALL.map(error)),
+            noise: Variances {
+                sensor: std::array::from_fn(sensor),
+                process: std::array::from_fn(process),
+            },
+            colours: std::array::from_fn(colour),
+        }
+    }
+}
+
+/// An unknown along which a derivative is taken, in its own unit but for the logarithms of the standard deviations of sensors
+/// and the variances of the process: those may be 0, where the logarithm would have no slope.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Direction {
+    /// A parameter of the tires, by its number in [`crate::tires`].
+    Tire(usize),
+    /// An error, in its standard deviations before any data.
+    Cause(Cause),
+    /// A noise: those of sensors before those of the process.
+    Noise(usize),
+    /// Correlation or share of the lasting noise of a sensor.
+    Colour(usize, usize),
+}
+
+/// [`Unknowns`] as numbers of some kind.
+pub struct Numbers<T> {
+    /// The tires.
+    pub tires: Tires<T>,
+    /// Errors of sensors and car.
+    pub causes: Causes<T>,
+    /// The noises.
+    pub noise: Variances<T>,
+    /// How much of them lasts.
+    pub colours: [Colour<T>; 4],
+}
+
+/// Which filter a point needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Width {
+    /// That of four states.
+    Narrow,
+    /// The same with errors of sensors and inputs.
+    Erring,
+    /// One with noises that last.
+    Coloured,
+    /// One with slips that relax over this length or more [m].
+    Relaxed(f64),
+}
+
+impl Width {
+    /// For some unknowns, and derivatives along these directions.
+    pub fn of(causes: &Causes, noise: &DriveNoise, directions: &[Direction]) -> Self {
+        let [front, rear] = Cause::TIRES.map(|cause| causes[cause]);
+        if front > 0.0 || rear > 0.0 {
+            return Self::Relaxed(front.min(rear).max(SHORTEST));
+        }
+        let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
+        let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
+        let of_sensor = |cause: &Cause| !Cause::CAR.contains(cause);
+        let errs = Cause::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
+        let sought = |direction: &Direction| matches!(direction, Direction::Cause(cause) if of_sensor(cause));
+        if along || lasts {
+            Self::Coloured
+        } else if errs || directions.iter().any(sought) {
+            Self::Erring
+        } else {
+            Self::Narrow
+        }
+    }
+
+    /// The one that serves two points.
+    pub fn widest(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Relaxed(a), Self::Relaxed(b)) => Self::Relaxed(a.min(b)),
+            (Self::Relaxed(a), _) | (_, Self::Relaxed(a)) => Self::Relaxed(a),
+            (Self::Coloured, _) | (_, Self::Coloured) => Self::Coloured,
+            (Self::Erring, _) | (_, Self::Erring) => Self::Erring,
+            _ => Self::Narrow,
+        }
+    }
+}

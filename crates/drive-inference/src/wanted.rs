@@ -1,0 +1,57 @@
+//! Says which errors are estimated with the tires, and what a fit can be given besides.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::cause::{COUNT, Cause};
+
+/// Whether an error is estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// There is none.
+    Off,
+    /// In any case.
+    On,
+    /// Where the data ask for it.
+    #[default]
+    Evidence,
+}
+
+/// Whether each error is estimated, in the order of [`Cause`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted(pub [Mode; COUNT]);
+
+impl Default for Wanted {
+    /// Those of the car in any case, those of sensors where the data ask for them.
+    fn default() -> Self {
+        Self(Cause::ALL.map(
+            |cause| {
+                if Cause::CAR.contains(&cause) { Mode::On } else { Mode::Evidence }
+            },
+        ))
+    }
+}
+
+impl Wanted {
+    /// The mode of an error.
+    pub fn of(&self, cause: Cause) -> Mode {
+        self.0[cause as usize]
+    }
+
+    /// No error at all.
+    pub fn none() -> Self {
+        Self([Mode::Off; COUNT])
+    }
+}
+
+/// What a fit can be given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Addition {
+    /// An error of a sensor.
+    Error(Cause),
+    /// Relaxation lengths of both axles.
+    Relaxation,
+    /// Noises that last, of the sensors whose innovations do.
+    Colour,
+}
