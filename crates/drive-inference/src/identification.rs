@@ -223,7 +223,6 @@ impl Run<'_> {
     ) -> Result<Identified, Error> {
         let Best { unknowns, active, gains, minimum, optima, convergence, likelihood } = best;
         let (options, tires, noise) = (self.options, unknowns.tires, unknowns.noise);
-        let covariance = covariance(&minimum);
         let series = series::series(&options.car, self.recordings, &likelihood, &unknowns);
         let (expected, std) = (options.expected(), options.error_std());
         let held = unknowns.causes;
@@ -240,19 +239,15 @@ impl Run<'_> {
         };
         let blocks = blocks(&joint, &minimum, &explored.corners);
         let scatter = blocks.scatter();
-        let covariance = scatter.as_ref().map_or(covariance, |scatter| scatter.blocks.clone());
+        let curvature = || covariance(&minimum);
+        let covariance = scatter.as_ref().map_or_else(curvature, |it| it.blocks.clone());
         let causes = told::causes(&minimum, &joint, &gains, &unknowns);
         let model = told::with_causes(self.fits(&unknowns, &series, &blocks), &causes);
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
-        let request = Request {
-            prior: options.prior,
-            slip_range,
-            svi: options.svi,
-            noise_std,
-            scatter: scatter.as_ref(),
-            seed: options.seed,
-        };
+        let DriveOptions { prior, svi, seed, .. } = *options;
+        let scatter = scatter.as_ref();
+        let request = Request { prior, slip_range, svi, noise_std, scatter, seed };
         let drawn = self.draw(&explored, &joint, &optima, &request)?;
         self.progress.report(0.7, "judging")?;
         let judge = verdict::Judge {
@@ -261,7 +256,7 @@ impl Run<'_> {
             drawn: &drawn,
             covariance: &covariance,
             profile: options.profile && options.method == Formulation::PredictionError,
-            prior: options.prior,
+            prior,
             slip_range,
             samples: likelihood.samples(),
             noise_std,

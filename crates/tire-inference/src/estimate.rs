@@ -121,10 +121,8 @@ pub fn identify(
     let band = report.band.as_ref();
     let agreement = Agreement { judgements: &judgements, band, posterior: &posterior, prior };
 
-    let fixed = match settings.hold {
-        true => to_hold(&data, prior, &posterior, &judgements, &optima),
-        false => Vec::new(),
-    };
+    let held = || to_hold(&data, prior, &posterior, &judgements, &optima);
+    let fixed = if settings.hold { held() } else { Vec::new() };
     let rest = hold(prior, &fixed);
     let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
     let mut variational = None;
