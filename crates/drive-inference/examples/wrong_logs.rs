@@ -1,6 +1,6 @@
 //! Prints how often intervals miss the truth, and what is said, when something is wrong in the log or in the car.
 //!
-//! `mistakes [--seeds N] [--only MISTAKE] [--car CAR] [--tires TIRES] [--details] [--widths]`: rows of mistakes over cars, tires and seeds.
+//! `wrong_logs [--seeds N] [--only MISTAKE] [--car CAR] [--tires TIRES] [--details] [--widths]`: rows of mistakes over cars, tires and seeds.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 #[path = "../tests/support/drive.rs"]
