@@ -70,6 +70,8 @@ pub(crate) fn check(case: &mut Case) {
                 if agree && steering.beyond(OF_WHEELS) { Sure::Certain } else { Sure::Possible },
             )
         }
+        // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
+        (Some(steering), None) if steering.value < 0.0 => return,
         (Some(steering), None) if steering.beyond(OF_NO_CAR) => (steering, Sure::Certain),
         (Some(steering), None) if steering.beyond(OF_CAR) => (steering, Sure::Likely),
         (None, Some(wheels)) if wheels.beyond(OF_WHEELS) => (wheels, Sure::Likely),
