@@ -20,8 +20,8 @@ pub const CHANNELS: [&str; 4] = ["v_x", "v_y", "r", "a_y"];
 pub const SURE: f64 = 4.5;
 /// Longest lag of correlations [s].
 const LONGEST: f64 = 0.5;
-/// Autocorrelation that shortens the effective length of a drive by a sixth.
-const COLOURED: f64 = 0.08;
+/// Autocorrelation that shortens the effective length of a drive by a sixth: from here on noise that lasts is looked for.
+pub const COLOURED: f64 = 0.08;
 /// Correlation with an input that matters.
 const DRIVEN: f64 = 0.05;
 /// Where the tails of innovations begin, in standard deviations, and the share of innovations that may lie there; 0.05 % do in

@@ -20,12 +20,12 @@ pub struct Car<T> {
     pub l_f: T,
     pub l_r: T,
     /// Height of the centre of gravity [m].
-    pub h: T,
+    h: T,
     weight: T,
     /// 1 / m [1/kg].
-    pub lightness: T,
+    lightness: T,
     /// 1 / I_zz [1/(kg m²)].
-    pub ease: T,
+    ease: T,
 }
 
 impl<T: Scalar> Car<T> {
@@ -50,7 +50,7 @@ impl<T: Scalar> Car<T> {
     /// Changes with v_x of the longitudinal force, of the load of both axles, and of the moment that the front axle's load has
     /// about the rear axle, at constant slip.
     #[inline(always)]
-    pub fn by_speed(&self, v_x: T) -> (T, T, T) {
+    fn by_speed(&self, v_x: T) -> (T, T, T) {
         let Self { aero, wheelbase, h, .. } = self;
         let pressure = aero.rho * aero.area;
         let long = size(v_x) * (-pressure * aero.C_d);
@@ -181,29 +181,101 @@ pub fn slip<T: Scalar>(q: T, slowness: T) -> [T; 3] {
     [q, -q.atan(), -(slowness * (q * q + 1.0).recip())]
 }
 
-/// Load of the front axle, that of both together, and 1 / (L − h μ_f sin δ).
-#[inline(always)]
-pub fn loads<T: Scalar>(car: &Car<T>, u: &Held<T>, v_x: T, F_long: T, mu_f: T) -> [T; 3] {
-    let Car { aero, wheelbase: L, .. } = car;
-    let pressure = v_x * v_x * (0.5 * aero.rho * aero.area);
-    let total = car.weight.plus_scaled(pressure, aero.C_lf + aero.C_lr);
-    let moment = (pressure * (aero.C_lf * L)).minus(F_long, car.h).plus(car.weight, car.l_r);
-    let lever = (-(mu_f * u.sin * car.h) + *L).recip();
-    let F_zf = moment * lever;
-    let at_most_all = (total - F_zf).where_above(0.0, F_zf, total);
-    [F_zf.where_above(0.0, at_most_all, F_zf.constant(0.0)), total, lever]
-}
-
+/// Absolute value.
 #[inline(always)]
 pub fn size<T: Scalar>(x: T) -> T {
     x.where_above(0.0, x, -x)
 }
 
-/// Longitudinal force without that of the steered tires' slip.
+/// Longitudinal force and axle loads, with their changes at constant slip.
+#[derive(Clone, Copy, Debug)]
+pub struct Loads<T> {
+    /// Longitudinal force without that of the steered tires' slip [N].
+    long: T,
+    /// Its change with v_x.
+    long_by_v: T,
+    /// Load of the front axle [N].
+    pub front: T,
+    /// Load of the rear axle [N].
+    pub rear: T,
+    /// Load that the drag of the steered axle moves, by its friction coefficient [N].
+    pub drag: T,
+    /// Change of the front load with v_x.
+    pub by_v: T,
+    /// Change of both loads together with v_x.
+    pub total_by_v: T,
+    /// Change of the front load with ξ_x.
+    pub by_xi: T,
+}
+
+impl<T: Scalar> Loads<T> {
+    /// At a speed and an unknown force ξ_x, with the friction coefficient of the steered axle.
+    #[inline(always)]
+    pub fn new(car: &Car<T>, u: &Held<T>, [v_x, xi_x]: [T; 2], mu_f: T) -> Self {
+        let Car { aero, wheelbase: L, .. } = car;
+        let zero = v_x.constant(0.0);
+        let drag = 0.5 * aero.rho * aero.area * aero.C_d;
+        let long = xi_x.plus(v_x, size(v_x) * -drag).plus(u.F_xf, u.cos) + u.F_xr;
+        let pressure = v_x * v_x * (0.5 * aero.rho * aero.area);
+        let total = car.weight.plus_scaled(pressure, aero.C_lf + aero.C_lr);
+        let moment = (pressure * (aero.C_lf * L)).minus(long, car.h).plus(car.weight, car.l_r);
+        let lever = (-(mu_f * u.sin * car.h) + *L).recip();
+        let front = moment * lever;
+        let at_most_all = (total - front).where_above(0.0, front, total);
+        let front = front.where_above(0.0, at_most_all, zero);
+        let rear = total - front;
+        // An axle in the air, or one that carries all, does not feel a load transfer.
+        let lever = front.where_above(0.0, rear.where_above(0.0, lever, zero), zero);
+        let (long_by_v, total_by_v, moment_by_v) = car.by_speed(v_x);
+        Self {
+            long,
+            long_by_v,
+            front,
+            rear,
+            drag: front * lever * (car.h * u.sin),
+            by_v: (moment_by_v * lever) + rear.where_above(0.0, zero, total_by_v),
+            total_by_v,
+            by_xi: -(lever * car.h),
+        }
+    }
+}
+
+/// What the lateral forces of the axles do to a motion v_x, v_y, r, from the changes of both with each state. The rates of
+/// states after these three are 0.
 #[inline(always)]
-pub fn longitudinal<T: Scalar>(car: &Car<T>, u: &Held<T>, v_x: T, xi_x: T) -> T {
-    let drag = 0.5 * car.aero.rho * car.aero.area * car.aero.C_d;
-    xi_x.plus(v_x, size(v_x) * -drag).plus(u.F_xf, u.cos) + u.F_xr
+pub fn motion<T: Scalar, const M: usize, const S: usize>(
+    car: &Car<T>,
+    u: &Held<T>,
+    [v_x, v_y, r]: [T; 3],
+    loads: &Loads<T>,
+    [F_yf, F_yr]: [T; 2],
+    changes: &[(T, T); S],
+) -> Linear<T, M, S> {
+    let zero = v_x.constant(0.0);
+    // Yaw accelerations by a lateral force of each axle.
+    let [turn_f, turn_r] = [car.l_f * u.cos * car.ease, car.l_r * car.ease];
+    let mut long = [zero; S];
+    (long[0], long[S - 1]) = (loads.long_by_v, v_x.constant(1.0));
+    let mut A = [[zero; S]; M];
+    let mut C = [zero; S];
+    for j in 0..S {
+        let (front, rear) = changes[j];
+        A[0][j] = long[j].minus(front, u.sin) * car.lightness;
+        C[j] = rear.plus(front, u.cos) * car.lightness;
+        A[1][j] = C[j];
+        A[2][j] = (front * turn_f).minus(rear, turn_r);
+    }
+    A[0][1] = A[0][1] + r;
+    A[0][2] = A[0][2] + v_y;
+    A[1][0] = A[1][0] - r;
+    A[1][2] = A[1][2] - v_x;
+    let braking = u.F_xf * u.sin;
+    let a_y = (F_yr.plus(F_yf, u.cos) + braking) * car.lightness;
+    let mut rates = [zero; M];
+    rates[0] = (loads.long.minus(F_yf, u.sin) * car.lightness).plus(v_y, r);
+    rates[1] = a_y.minus(v_x, r);
+    rates[2] = (F_yf * turn_f).minus(F_yr, turn_r).plus(braking, car.l_f * car.ease);
+    Linear { rates, a_y, A, C }
 }
 
 /// Friction coefficient and its slope at a slip angle.
@@ -225,56 +297,23 @@ pub fn linearise<T: Scalar>(car: &Car<T>, tires: &Tires<T>, x: &[T; 4], u: &Held
     let [mu_f, slope_f] = curve(&tires.front, alpha_f + u.delta);
     let [mu_r, slope_r] = curve(&tires.rear, alpha_r);
 
-    let F_long = longitudinal(car, u, v_x, xi_x);
-    let [F_zf, total, lever] = loads(car, u, v_x, F_long, mu_f);
-    let F_zr = total - F_zf;
-    // An axle in the air, or one that carries all, does not feel a load transfer.
-    let lever = F_zf.where_above(0.0, F_zr.where_above(0.0, lever, zero), zero);
-    let (long_by_v, total_by_v, moment_by_v) = car.by_speed(v_x);
+    let loads = Loads::new(car, u, [v_x, xi_x], mu_f);
+    let Loads { front: F_zf, rear: F_zr, drag: drag_load, by_v: load_by_v, .. } = loads;
 
     // Changes of F_yf and F_yr with v_y: by the slip of the front axle, of the rear axle, and by the load that the steered
     // axle's drag moves.
-    let drag_load = F_zf * lever * (car.h * u.sin);
     let steep_f = slope_f * by_f;
     let front = steep_f * F_zf.plus(drag_load, mu_f);
     let rear = F_zr * slope_r * by_r;
     let moved = steep_f * drag_load * mu_r;
-    // Of the front load with v_x and with ξ_x, at constant slip.
-    let load_by_v = (moment_by_v * lever) + F_zr.where_above(0.0, zero, total_by_v);
-    let load_by_xi = -(lever * car.h);
     let forces = [
         (
             (front * speed_f).plus(load_by_v, mu_f),
-            (rear * speed_r).minus(moved, speed_f).plus(total_by_v - load_by_v, mu_r),
+            (rear * speed_r).minus(moved, speed_f).plus(loads.total_by_v - load_by_v, mu_r),
         ),
         (front, rear - moved),
         (front * car.l_f, -(rear * car.l_r).plus(moved, car.l_f)),
-        (load_by_xi * mu_f, -(load_by_xi * mu_r)),
+        (loads.by_xi * mu_f, -(loads.by_xi * mu_r)),
     ];
-    let long = [long_by_v, zero, zero, v_x.constant(1.0)];
-
-    // Yaw accelerations by a lateral force of each axle.
-    let [turn_f, turn_r] = [car.l_f * u.cos * car.ease, car.l_r * car.ease];
-    let mut A = [[zero; 4]; 3];
-    let mut C = [zero; 4];
-    for j in 0..4 {
-        let (front, rear) = forces[j];
-        A[0][j] = long[j].minus(front, u.sin) * car.lightness;
-        C[j] = rear.plus(front, u.cos) * car.lightness;
-        A[1][j] = C[j];
-        A[2][j] = (front * turn_f).minus(rear, turn_r);
-    }
-    A[0][1] = A[0][1] + r;
-    A[0][2] = A[0][2] + v_y;
-    A[1][0] = A[1][0] - r;
-    A[1][2] = A[1][2] - v_x;
-    let (F_yf, F_yr) = (F_zf * mu_f, F_zr * mu_r);
-    let braking = u.F_xf * u.sin;
-    let a_y = (F_yr.plus(F_yf, u.cos) + braking) * car.lightness;
-    let rates = [
-        (F_long.minus(F_yf, u.sin) * car.lightness).plus(v_y, r),
-        a_y.minus(v_x, r),
-        (F_yf * turn_f).minus(F_yr, turn_r).plus(braking, car.l_f * car.ease),
-    ];
-    Linear { rates, a_y, A, C }
+    motion(car, u, [v_x, v_y, r], &loads, [F_zf * mu_f, F_zr * mu_r], &forces)
 }

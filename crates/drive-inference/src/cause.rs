@@ -215,6 +215,9 @@ impl<'de> Deserialize<'de> for Cause {
     }
 }
 
+/// Relaxation length where a fit starts [m].
+const LENGTH: f64 = 0.2;
+
 /// A value for each cause, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Causes<T = f64>(pub [T; COUNT]);
@@ -243,6 +246,11 @@ impl<T> std::ops::IndexMut<Cause> for Causes<T> {
 }
 
 impl Causes {
+    /// Moves relaxation lengths to where their fit starts.
+    pub fn relax(&mut self) {
+        Cause::TIRES.iter().for_each(|cause| self[*cause] = LENGTH);
+    }
+
     /// The true car behind that of a configuration.
     pub fn car(&self, car: &Vehicle) -> Vehicle {
         let vehicle::Body { m, I_zz, l_f, l_r, h } = car.body;

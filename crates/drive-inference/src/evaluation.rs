@@ -39,6 +39,17 @@ impl Evaluation {
     }
 }
 
+/// A residual over its standard deviation, and its variance over √2 times itself, with the derivatives of the residual and of
+/// the variance alone: their products are Fisher's information.
+#[inline(always)]
+pub fn whitened<S: pulp::Simd, const N: usize>(
+    residual: Tangent<S, N>,
+    variance: Tangent<S, N>,
+) -> (Tangent<S, N>, Tangent<S, N>) {
+    let inverse = 1.0 / variance.value();
+    (residual * inverse.sqrt(), variance * (0.5_f64.sqrt() * inverse))
+}
+
 /// Takes what a pass gives.
 pub trait Visit<T> {
     /// The recording, its row, the innovation and the state after it.
@@ -134,7 +145,7 @@ impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Sums<S, N> {
             determinant *= s.value();
             let by_s = 0.5 * inverse * (1.0 - square);
             self.cost = self.cost + e.chain(0.5 * square, e.value() * inverse) + s.chain(0.0, by_s);
-            let (e, s) = (e * inverse.sqrt(), s * (0.5_f64.sqrt() * inverse));
+            let (e, s) = whitened(e, s);
             self.products.add(&[*e.along(), *s.along()]);
         }
         self.cost = self.cost + 0.5 * determinant.ln();

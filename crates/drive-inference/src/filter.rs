@@ -9,6 +9,7 @@
 
 use numerics::scalar::Scalar;
 
+use crate::algebra::{self, ahead, defect, move_along, side, times};
 use crate::car::{Car, Held, Linear, linearise};
 use crate::sensors::Sensors;
 use crate::tires::Tires;
@@ -59,24 +60,15 @@ impl<T: Scalar, const ERRORS: bool> Filter<T, ERRORS> {
     fn predict(&self, belief: &mut Belief<T>, u: &Held<T>, h: f64) -> ([T; 4], Linear<T>) {
         let x = belief.x;
         let start = linearise(&self.car, &self.tires, &x, u);
-        let [first, second] = [start.rates, times(&start.A, &start.rates)];
-        let third = times(&start.A, &second);
-        let mut near = x;
-        for i in 0..3 {
-            let tail = (second[i] * (h * h / 2.0)).plus_scaled(third[i], h * h * h / 6.0);
-            near[i] = (x[i] + tail).plus_scaled(first[i], h);
-        }
+        let second = times(&start.A, &start.rates);
+        let rates = [start.rates, second, times(&start.A, &second)];
+        let near = ahead(&x, &rates, h);
         let end = linearise(&self.car, &self.tires, &near, u);
         let bent = times(&end.A, &end.rates);
         let [M, N] = [side(&start.A, 0.5 * h), side(&end.A, -0.5 * h)];
         let inverse = inverse(&N);
         let zero = x[0].constant(0.0);
-        let mut off = [zero; 3];
-        for i in 0..3 {
-            off[i] = ((first[i] - end.rates[i]) * (0.5 * h))
-                .plus_scaled(bent[i].plus_scaled(second[i], 5.0), h * h / 12.0)
-                .plus_scaled(third[i], h * h * h / 6.0);
-        }
+        let off = defect(&rates, &end.rates, &bent, h);
         belief.x = near;
         let mut F = [[zero; 4]; 3];
         for i in 0..3 {
@@ -151,17 +143,8 @@ impl<T: Scalar, const ERRORS: bool> Filter<T, ERRORS> {
                 (with, expected, own)
             };
             let variance = own + self.noise.sensor[i];
-            let inverse = variance.recip();
             let residual = -expected + measured[i];
-            for j in 0..4 {
-                let gain = with[j] * inverse;
-                belief.x[j] = belief.x[j].plus(gain, residual);
-                for (l, with) in with.iter().enumerate().skip(j) {
-                    let less = belief.P[j][l].minus(gain, *with);
-                    belief.P[j][l] = less;
-                    belief.P[l][j] = less;
-                }
-            }
+            algebra::correct(&mut belief.x, &mut belief.P, &with, residual, variance);
             innovation.residual[i] = residual;
             innovation.variance[i] = variance;
         }
@@ -172,30 +155,6 @@ impl<T: Scalar, const ERRORS: bool> Filter<T, ERRORS> {
 #[inline(always)]
 fn dot<T: Scalar>(a: &[T; 3], b: &[T; 3]) -> T {
     (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
-}
-
-/// Change of the rates of v_x, v_y and r as these move on.
-#[inline(always)]
-fn times<T: Scalar>(A: &[[T; 4]; 3], rates: &[T; 3]) -> [T; 3] {
-    let mut change = *rates;
-    for i in 0..3 {
-        change[i] = dot(&[A[i][0], A[i][1], A[i][2]], rates);
-    }
-    change
-}
-
-/// The first three rows of I + A s + A² s²/3.
-#[inline(always)]
-fn side<T: Scalar>(A: &[[T; 4]; 3], s: f64) -> [[T; 4]; 3] {
-    let mut sum = [[A[0][0]; 4]; 3];
-    for i in 0..3 {
-        for j in 0..4 {
-            let square = dot(&[A[i][0], A[i][1], A[i][2]], &[A[0][j], A[1][j], A[2][j]]);
-            sum[i][j] = (A[i][j] * s).plus_scaled(square, s * s / 3.0);
-        }
-        sum[i][i] = sum[i][i] + 1.0;
-    }
-    sum
 }
 
 #[inline(always)]
@@ -219,26 +178,4 @@ fn inverse<T: Scalar>(N: &[[T; 4]; 3]) -> [[T; 3]; 3] {
         }
     }
     inverse
-}
-
-/// F P Fᵀ, with the fourth row of F being that of the identity.
-#[inline(always)]
-fn move_along<T: Scalar>(F: &[[T; 4]; 3], P: &mut [[T; 4]; 4]) {
-    let mut FP = [[P[0][0]; 4]; 3];
-    for i in 0..3 {
-        for j in 0..4 {
-            FP[i][j] = dot(&[F[i][0], F[i][1], F[i][2]], &[P[0][j], P[1][j], P[2][j]])
-                .plus(F[i][3], P[3][j]);
-        }
-    }
-    for i in 0..3 {
-        for j in i..3 {
-            let entry = dot(&[FP[i][0], FP[i][1], FP[i][2]], &[F[j][0], F[j][1], F[j][2]])
-                .plus(FP[i][3], F[j][3]);
-            P[i][j] = entry;
-            P[j][i] = entry;
-        }
-        P[i][3] = FP[i][3];
-        P[3][i] = FP[i][3];
-    }
 }

@@ -5,15 +5,18 @@ use std::time::Instant;
 
 use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
-use numerics::sqp::{Minimum, Model};
+use numerics::sqp::{self, Minimum, Model, Objective};
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
 use tire_inference::model::ModelVerdict;
+use tire_inference::prior::Prior;
+use tire_inference::verdict::Pressed;
 
 use crate::adequacy::{self, Blocks, Leftover};
 use crate::cause::Cause;
 use crate::error::Error;
 use crate::explored::{Explored, inverse};
+use crate::global::FINE;
 use crate::identified::{Fitted, Identified, Innovations};
 use crate::joint::{Joint, Marginal};
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
@@ -223,10 +226,10 @@ impl Run<'_> {
     ) -> Result<Identified, Error> {
         let Best { unknowns, active, gains, minimum, optima, convergence, likelihood } = best;
         let (options, tires, noise) = (self.options, unknowns.tires, unknowns.noise);
-        let series = series::series(&options.car, self.recordings, &likelihood, &unknowns);
-        let (expected, std) = (options.expected(), options.error_std());
-        let held = unknowns.causes;
-        let joint = Joint { likelihood: &likelihood, noise, expected, active, held, std };
+        let (expected, std, held) = (options.expected(), options.error_std(), unknowns.causes);
+        let likelihood = &likelihood;
+        let series = series::series(&options.car, self.recordings, likelihood, &unknowns);
+        let joint = Joint { likelihood, noise, expected, active, held, std };
         let corners = corners(&options.prior.bounds);
         let best = minimum.x.rows(0, SIZE).into_owned();
         let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
@@ -237,25 +240,28 @@ impl Run<'_> {
             information: objective.of_tires(&best, &minimum.model.hessian),
             corners,
         };
-        let blocks = blocks(&joint, &minimum, &explored.corners);
-        let scatter = blocks.scatter();
-        let curvature = || covariance(&minimum);
-        let covariance = scatter.as_ref().map_or_else(curvature, |it| it.blocks.clone());
+        // Fits to points do not maximise the likelihood, so that its residuals say nothing of them.
+        let likely = options.method == Formulation::PredictionError;
+        let blocks = likely.then(|| blocks(&joint, &minimum, &explored.corners));
+        let scatter = blocks.as_ref().and_then(Blocks::scatter);
+        let scatter = scatter.as_ref();
+        let covariance = scatter.map_or_else(|| covariance(&minimum), |it| it.blocks.clone());
         let causes = told::causes(&minimum, &joint, &gains, &unknowns);
-        let model = told::with_causes(self.fits(&unknowns, &series, &blocks), &causes);
+        let fits = self.fits(&unknowns, &series, blocks.as_ref());
+        let model = told::with_causes(fits, &causes);
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
         let DriveOptions { prior, svi, seed, .. } = *options;
-        let scatter = scatter.as_ref();
         let request = Request { prior, slip_range, svi, noise_std, scatter, seed };
         let drawn = self.draw(&explored, &joint, &optima, &request)?;
         self.progress.report(0.7, "judging")?;
         let judge = verdict::Judge {
             explored: &explored,
             model: &model,
+            pressed: &pressed(&joint, &minimum, &prior, likely),
             drawn: &drawn,
             covariance: &covariance,
-            profile: options.profile && options.method == Formulation::PredictionError,
+            profile: options.profile && likely,
             prior,
             slip_range,
             samples: likelihood.samples(),
@@ -263,9 +269,8 @@ impl Run<'_> {
             convergence: convergence.clone(),
             seconds: begin.elapsed().as_secs_f64(),
         };
-        let estimates = judge.estimates();
         Ok(Identified {
-            estimates,
+            estimates: judge.estimates(),
             tires,
             covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             noise,
@@ -285,15 +290,11 @@ impl Run<'_> {
     }
 
     /// Whether tires, errors and noises describe the drives.
-    fn fits(&self, at: &Unknowns, series: &[Series], blocks: &Blocks) -> ModelVerdict {
-        match self.options.method {
-            Formulation::PredictionError => {
-                let inputs = self.recordings.iter().map(|drive| at.causes.inputs(drive));
-                let recordings = &inputs.collect::<Vec<_>>();
-                adequacy::judge(&Leftover { recordings, series }, blocks)
-            }
-            Formulation::Points(_) => ModelVerdict::default(),
-        }
+    fn fits(&self, at: &Unknowns, series: &[Series], blocks: Option<&Blocks>) -> ModelVerdict {
+        let Some(blocks) = blocks else { return ModelVerdict::default() };
+        let inputs = self.recordings.iter().map(|drive| at.causes.inputs(drive));
+        let recordings = &inputs.collect::<Vec<_>>();
+        adequacy::judge(&Leftover { recordings, series }, blocks)
     }
 
     /// Draws from the posterior where there is a likelihood, else what the curvature of the cost has it.
@@ -317,6 +318,25 @@ impl Run<'_> {
         }
         Ok(posterior_samples::normal(explored, request.scatter, request.seed))
     }
+}
+
+/// What the bounds do to both tires: where one stands on a bound, both are looked for in a wider box, if they are those of the
+/// likelihood.
+fn pressed(joint: &Joint, minimum: &Minimum, prior: &Prior, likely: bool) -> Axles<Pressed> {
+    let n = SIZE + joint.active.len();
+    let start = minimum.x.rows(0, n).into_owned();
+    let best = from_vector(&start);
+    Axles::new(|axle| {
+        Pressed::about(prior, &best[axle].theta(), |wider| {
+            if !likely {
+                return (best[axle].theta(), 0.0);
+            }
+            let [lower, upper] = joint.corners(&wider.bounds);
+            let found = sqp::minimise(joint, &lower, &upper, &start, FINE);
+            let gain = 2.0 * (joint.cost(&start) - found.model.cost);
+            (from_vector(&found.x)[axle].theta(), gain)
+        })
+    })
 }
 
 /// Scores of the drives about a minimum.

@@ -16,6 +16,7 @@
 extern crate self as drive_inference;
 
 mod adequacy;
+mod algebra;
 mod car;
 pub mod cause;
 mod coordinates;

@@ -50,12 +50,15 @@ impl Problem<'_> {
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
     pub fn maximise(&self, starts: &[Tires]) -> Result<Maximum, Error> {
-        let plain = self.likelihood(&Causes::default(), &[]);
+        let plain = self.likelihood(None);
         let first = self.search(&plain, self.noise.first(), Causes::default(), starts)?;
         let Optima { noise, mut starts, mut evaluations, minima } = first;
         let tires: Vec<Tires> = minima.iter().map(|m| from_vector(&m.x)).collect();
         let active = self.always();
-        let start = Unknowns { tires: tires[0], causes: Causes::default(), noise };
+        let mut start = Unknowns { tires: tires[0], causes: Causes::default(), noise };
+        if active.iter().any(|cause| Cause::TIRES.contains(cause)) {
+            start.causes.relax();
+        }
         let first = self.fit(active, start);
         evaluations += first.minimum.evaluations;
         let (fit, gains) = selection::select(self, first);
@@ -71,7 +74,10 @@ impl Problem<'_> {
         }
         for tires in others {
             let start = Unknowns { tires, ..self.unknowns(&fits[0]) };
-            let other = self.fit(fits[0].active.clone(), start);
+            let active = fits[0].active.clone();
+            // On the rows of the first, as their costs are compared.
+            let other =
+                if gains.is_empty() { self.fit(active, start) } else { self.refit(active, start) };
             evaluations += other.minimum.evaluations;
             fits.push(other);
         }

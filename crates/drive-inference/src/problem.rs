@@ -14,7 +14,7 @@ use crate::progress::Cancellation;
 use crate::recording::Drive;
 use crate::regularisation::Expected;
 use crate::tires::Tires;
-use crate::wanted::Wanted;
+use crate::wanted::{Mode, Wanted};
 
 /// Most rounds of noises after all else.
 const ROUNDS: usize = 3;
@@ -57,16 +57,15 @@ pub struct Fit {
 impl Problem<'_> {
     /// Errors that are estimated in any case.
     pub fn always(&self) -> Vec<Cause> {
-        Cause::CAR.into_iter().filter(|cause| self.std[*cause] > 0.0).collect()
+        let on = |cause: &Cause| self.search.of(*cause) == Mode::On && self.std[*cause] > 0.0;
+        Cause::ALL.into_iter().filter(on).collect()
     }
 
-    /// The likelihood near the delays among some causes.
-    pub fn likelihood(&self, causes: &Causes, active: &[Cause]) -> Likelihood {
-        let estimated = active.iter().any(|cause| !Cause::CAR.contains(cause));
-        let mut likelihood = if estimated {
-            Likelihood::delayed(self.car, self.recordings, causes)
-        } else {
-            Likelihood::new(self.car, self.recordings)
+    /// The likelihood, with channels moved by the delays among some causes.
+    pub fn likelihood(&self, delayed: Option<&Causes>) -> Likelihood {
+        let mut likelihood = match delayed {
+            Some(causes) => Likelihood::delayed(self.car, self.recordings, causes),
+            None => Likelihood::new(self.car, self.recordings),
         };
         likelihood.cancel = self.cancel.clone();
         likelihood
@@ -105,29 +104,23 @@ impl Problem<'_> {
         self.joint(&fit.likelihood, fit.noise, &fit.active).unknowns(&fit.minimum.x)
     }
 
-    /// Fits tires and some causes, and the noises in turn with them.
+    /// Fits tires and some causes, and the noises in turn with them: on all rows, if no sensor errs.
     pub fn fit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
-        let likelihood = |causes: &Causes| self.likelihood(causes, &active);
-        self.fit_with(&likelihood, &active, start)
+        let of_car = active.iter().all(|cause| Cause::CAR.contains(cause));
+        self.fit_rows(active, start, !of_car)
     }
 
-    /// The same on the rows that are left with any delays.
+    /// The same on the rows that are left with any delay.
     pub fn refit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
-        let likelihood = |causes: &Causes| self.likelihood(causes, &Cause::ALL);
-        self.fit_with(&likelihood, &active, start)
+        self.fit_rows(active, start, true)
     }
 
-    fn fit_with(
-        &self,
-        likelihood: &dyn Fn(&Causes) -> Likelihood,
-        active: &[Cause],
-        start: Unknowns,
-    ) -> Fit {
+    fn fit_rows(&self, active: Vec<Cause>, start: Unknowns, delayed: bool) -> Fit {
         let mut at = start;
         let mut evaluations = 0;
         let mut best: Option<Fit> = None;
         for round in 0..=ROUNDS {
-            let likelihood = likelihood(&at.causes);
+            let likelihood = self.likelihood(delayed.then_some(&at.causes));
             if round > 0 {
                 let (noise, more) = self.noise.refine(&likelihood, &at);
                 evaluations += more;
@@ -137,14 +130,14 @@ impl Problem<'_> {
                 }
                 at = better;
             }
-            let joint = self.joint(&likelihood, at.noise, active);
+            let joint = self.joint(&likelihood, at.noise, &active);
             let [lower, upper] = joint.corners(&self.bounds);
             let from = joint.point(&at.tires, &at.causes);
             let minimum = sqp::minimise(&joint, &lower, &upper, &from, FINE);
             evaluations += minimum.evaluations;
             at = joint.unknowns(&minimum.x);
             let noise = at.noise;
-            best = Some(Fit { active: active.to_vec(), likelihood, noise, minimum });
+            best = Some(Fit { active: active.clone(), likelihood, noise, minimum });
         }
         let mut fit = best.unwrap_or_else(|| unreachable!("the first round always fits"));
         fit.minimum.evaluations = evaluations;

@@ -5,7 +5,7 @@
 
 use numerics::scalar::Scalar;
 
-use crate::car::{Car, Held, Linear, curve, loads, longitudinal, size, slip, slip_speed};
+use crate::car::{Car, Held, Linear, Loads, curve, motion, size, slip, slip_speed};
 use crate::tires::Tires;
 
 /// States that have rates.
@@ -26,60 +26,27 @@ pub fn linearise<T: Scalar>(
     let zero = v_x.constant(0.0);
     let [mu_f, slope_f] = curve(&tires.front, alpha_f);
     let [mu_r, slope_r] = curve(&tires.rear, alpha_r);
-    let F_long = longitudinal(car, u, v_x, xi_x);
-    let [F_zf, total, lever] = loads(car, u, v_x, F_long, mu_f);
-    let F_zr = total - F_zf;
-    // An axle in the air, or one that carries all, does not feel a load transfer.
-    let lever = F_zf.where_above(0.0, F_zr.where_above(0.0, lever, zero), zero);
-    let (long_by_v, total_by_v, moment_by_v) = car.by_speed(v_x);
-
+    let loads = Loads::new(car, u, [v_x, xi_x], mu_f);
+    let Loads { front: F_zf, rear: F_zr, drag, by_v, by_xi, .. } = loads;
     // Changes of F_yf and F_yr with each state.
-    let drag_load = F_zf * lever * (car.h * u.sin);
-    let load_by_v = (moment_by_v * lever) + F_zr.where_above(0.0, zero, total_by_v);
-    let load_by_xi = -(lever * car.h);
-    let forces = [
-        (load_by_v * mu_f, (total_by_v - load_by_v) * mu_r),
+    let changes = [
+        (by_v * mu_f, (loads.total_by_v - by_v) * mu_r),
         (zero, zero),
         (zero, zero),
-        (slope_f * F_zf.plus(drag_load, mu_f), -(slope_f * drag_load * mu_r)),
+        (slope_f * F_zf.plus(drag, mu_f), -(slope_f * drag * mu_r)),
         (zero, slope_r * F_zr),
-        (load_by_xi * mu_f, -(load_by_xi * mu_r)),
+        (by_xi * mu_f, -(by_xi * mu_r)),
     ];
-    let long = [long_by_v, zero, zero, zero, zero, v_x.constant(1.0)];
-
-    let [turn_f, turn_r] = [car.l_f * u.cos * car.ease, car.l_r * car.ease];
-    let mut A = [[zero; STATES]; MOVING];
-    let mut C = [zero; STATES];
-    for j in 0..STATES {
-        let (front, rear) = forces[j];
-        A[0][j] = long[j].minus(front, u.sin) * car.lightness;
-        C[j] = rear.plus(front, u.cos) * car.lightness;
-        A[1][j] = C[j];
-        A[2][j] = (front * turn_f).minus(rear, turn_r);
-    }
-    A[0][1] = A[0][1] + r;
-    A[0][2] = A[0][2] + v_y;
-    A[1][0] = A[1][0] - r;
-    A[1][2] = A[1][2] - v_x;
-    let (F_yf, F_yr) = (F_zf * mu_f, F_zr * mu_r);
-    let braking = u.F_xf * u.sin;
-    let a_y = (F_yr.plus(F_yf, u.cos) + braking) * car.lightness;
-    let mut rates = [
-        (F_long.minus(F_yf, u.sin) * car.lightness).plus(v_y, r),
-        a_y.minus(v_x, r),
-        (F_yf * turn_f).minus(F_yr, turn_r).plus(braking, car.l_f * car.ease),
-        zero,
-        zero,
-    ];
-    follow(&mut rates, &mut A, lengths, x, [(car.l_f, u.delta), (-car.l_r, zero)]);
-    Linear { rates, a_y, A, C }
+    let forces = [F_zf * mu_f, F_zr * mu_r];
+    let mut linear = motion(car, u, [v_x, v_y, r], &loads, forces, &changes);
+    follow(&mut linear, lengths, x, [(car.l_f, u.delta), (-car.l_r, zero)]);
+    linear
 }
 
 /// Adds the rates of the slips of axles at some distances ahead of the centre of gravity, steered by some angles.
 #[inline(always)]
 fn follow<T: Scalar>(
-    rates: &mut [T; MOVING],
-    A: &mut [[T; STATES]; MOVING],
+    Linear { rates, A, .. }: &mut Linear<T, MOVING, STATES>,
     lengths: &[T; 2],
     &[v_x, v_y, r, alpha_f, alpha_r, _]: &[T; STATES],
     axles: [(T, T); 2],

@@ -5,11 +5,13 @@ use nalgebra::{DMatrix, DVector};
 use numerics::tangent::{DIRECTIONS, Tangent};
 use pulp::bytemuck::cast_slice;
 
-use crate::evaluation::{Evaluation, Visit};
+use crate::evaluation::{Evaluation, Visit, whitened};
 use crate::filter::{Belief, Innovation};
 
 /// Channels of a row: v_x, v_y, r, a_y.
 const CHANNELS: usize = 4;
+/// Length of a block [rows].
+const BLOCK: usize = 200;
 
 /// One residual along up to eight directions.
 #[derive(Clone, Copy)]
@@ -44,13 +46,11 @@ impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Group {
         _: &Belief<Tangent<S, N>>,
     ) {
         for i in 0..CHANNELS {
-            let (e, s) = (innovation.residual[i], innovation.variance[i]);
-            let inverse = 1.0 / s.value();
-            let root = inverse.sqrt();
-            let (e_by, s_by) = (e * root, s * (0.5_f64.sqrt() * inverse));
+            let variance = innovation.variance[i];
+            let (e_by, s_by) = whitened(innovation.residual[i], variance);
             let mut residual = Residual {
-                whitened: e.value() * root,
-                log_std: -root.ln(),
+                whitened: e_by.value(),
+                log_std: 0.5 * variance.value().ln(),
                 mean: [0.0; DIRECTIONS],
                 variance: [0.0; DIRECTIONS],
             };
@@ -107,11 +107,8 @@ impl Rows {
     /// All of it along the first eight directions.
     pub fn evaluation(&self) -> Evaluation {
         let Expansion { cost, gradient, information } = self.whole();
-        let square = |channel: usize| {
-            let residuals = self.groups.iter().take(1).flat_map(|group| &group.0);
-            let own = residuals.skip(channel).step_by(CHANNELS);
-            own.map(|it| it.whitened * it.whitened).sum::<f64>() / self.len() as f64
-        };
+        let square =
+            |channel: usize| self.whitened(channel).map(|e| e * e).sum::<f64>() / self.len() as f64;
         Evaluation {
             cost,
             gradient: std::array::from_fn(|i| gradient[i]),
@@ -120,13 +117,23 @@ impl Rows {
         }
     }
 
+    /// Residuals of a channel over their standard deviations.
+    fn whitened(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
+        let residuals = self.groups.iter().take(1).flat_map(|group| &group.0);
+        residuals.skip(channel).step_by(CHANNELS).map(|it| it.whitened)
+    }
+
     /// Correlation of the whitened residuals of a channel with those of the row before.
     pub fn autocorrelation(&self, channel: usize) -> f64 {
-        let Some(group) = self.groups.first() else { return 0.0 };
-        let e: Vec<f64> =
-            group.0.iter().skip(channel).step_by(CHANNELS).map(|it| it.whitened).collect();
+        let e: Vec<f64> = self.whitened(channel).collect();
         let square: f64 = e.iter().map(|e| e * e).sum();
         e.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / square
+    }
+
+    /// The gradient of the cost of each block.
+    pub fn scores(&self) -> Vec<DVector<f64>> {
+        let block = |from: usize| self.gradient(from..(from + BLOCK).min(self.len()));
+        (0..self.len()).step_by(BLOCK).map(block).collect()
     }
 
     /// The gradient of the cost of some rows.

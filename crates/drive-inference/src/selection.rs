@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 use numerics::sqp::Objective;
 
+use crate::adequacy::COLOURED;
 use crate::cause::Cause;
 use crate::explored::inverse;
 use crate::joint::Joint;
@@ -23,92 +24,62 @@ const TRIALS: usize = 4;
 const SHARE: f64 = 0.05;
 /// Most errors that are taken.
 const MOST: usize = 8;
-/// Rows of a block.
-const BLOCK: usize = 200;
-
-/// Correlation of innovations from row to row from which on noises that last and relaxation are tried.
-const LASTING: f64 = 0.08;
-/// Where their fits start: length [m], and correlation and share of the noise.
-const LENGTH: f64 = 0.2;
+/// Where a fit of noise that lasts starts: its correlation from row to row, and its share of the variance.
 const COLOUR: [f64; 2] = [0.8, 0.5];
 
-/// Adds errors to a fit as long as the data ask for them; what each gained.
+/// Adds errors to a fit as long as the data ask for them; what each gained. Costs with and without delays are of the same rows:
+/// those that are left with any delay.
 pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
-    let mut fit = first;
     let mut gains: Vec<(Addition, f64)> = Vec::new();
-    while gains.len() < MOST {
-        if problem.cancel.is_cancelled() {
-            break;
-        }
-        let additions = promising(problem, &fit);
-        if additions.is_empty() {
-            break;
-        }
-        // Costs with and without delays are of the same rows.
-        let before = cost(problem, &trial(problem, &fit, None));
+    let mut outlook = Outlook::new(problem, &first);
+    if outlook.additions(problem, &first).is_empty() {
+        return (first, gains);
+    }
+    let mut fit = problem.refit(first.active.clone(), problem.unknowns(&first));
+    while gains.len() < MOST && !problem.cancel.is_cancelled() {
+        let before = cost(problem, &fit);
+        let additions = outlook.additions(problem, &fit);
         let tried = additions.into_iter().map(|addition| {
-            let fit = trial(problem, &fit, Some(addition));
+            let fit = trial(problem, &fit, addition, &outlook.lasting);
             (addition, before - cost(problem, &fit), fit)
         });
-        let Some((addition, gain, better)) = tried.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));
+        // A gain that is no number is none.
+        let Some((addition, gain, better)) = best.filter(|(_, gain, _)| *gain >= ENOUGH) else {
             break;
         };
-        // A gain that is no number is none.
-        if gain.is_nan() || gain < ENOUGH {
-            break;
-        }
         fit = better;
         gains.push((addition, gain));
+        outlook = Outlook::new(problem, &fit);
+    }
+    if gains.is_empty() {
+        return (first, gains);
     }
     drop_idle(problem, &mut fit, &mut gains);
     (fit, gains)
-}
-
-/// What is worth a fit.
-fn promising(problem: &Problem, fit: &Fit) -> Vec<Addition> {
-    let (foretold, lasting) = foretell(problem, fit);
-    let best = foretold.first().map_or(0.0, |(_, gain)| *gain);
-    let worth = |(_, gain): &&(Cause, f64)| *gain > (SHARE * best).max(ENOUGH);
-    let errors = foretold.iter().filter(worth).take(TRIALS);
-    let mut additions: Vec<_> = errors.map(|(cause, _)| Addition::Error(*cause)).collect();
-    if lasting.iter().any(|correlation| *correlation > LASTING) {
-        let free = |cause: &Cause| problem.search.of(*cause) == Mode::Evidence;
-        if Cause::TIRES.iter().all(free) && !fit.active.contains(&Cause::RelaxationFront) {
-            additions.push(Addition::Relaxation);
-        }
-        if problem.noise.estimated() && fit.noise.colour.iter().all(|[_, share]| *share == 0.0) {
-            additions.push(Addition::Colour);
-        }
-    }
-    additions
 }
 
 fn cost(problem: &Problem, fit: &Fit) -> f64 {
     problem.joint(&fit.likelihood, fit.noise, &fit.active).cost(&fit.minimum.x)
 }
 
-/// A fit with one more addition.
-fn trial(problem: &Problem, fit: &Fit, addition: Option<Addition>) -> Fit {
+/// A fit with one more addition; `lasting` are the correlations of its innovations from row to row.
+fn trial(problem: &Problem, fit: &Fit, addition: Addition, lasting: &[f64; 4]) -> Fit {
     let mut active = fit.active.clone();
     let mut start = problem.unknowns(fit);
     match addition {
-        None => {}
-        Some(Addition::Error(cause)) => active.push(cause),
-        Some(Addition::Relaxation) => {
-            for cause in Cause::TIRES {
-                active.push(cause);
-                start.causes[cause] = LENGTH;
-            }
+        Addition::Error(cause) => active.push(cause),
+        Addition::Relaxation => {
+            active.extend(Cause::TIRES);
+            start.causes.relax();
         }
-        Some(Addition::Colour) => {
-            let (_, lasting) = foretell(problem, fit);
+        Addition::Colour => {
             for (colour, correlation) in start.noise.colour.iter_mut().zip(lasting) {
-                if correlation > LASTING {
+                if *correlation > COLOURED {
                     *colour = COLOUR;
                 }
             }
-            let likelihood = fit.likelihood.clone();
-            (start.noise, _) = problem.noise.refine(&likelihood, &start);
+            (start.noise, _) = problem.noise.refine(&fit.likelihood, &start);
         }
     }
     problem.refit(active, start)
@@ -133,28 +104,57 @@ fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(Addition, f64)>)
     }
 }
 
-/// The gain of each error that may be estimated and is not yet, largest first [nat], and the correlations of innovations from row
-/// to row.
-fn foretell(problem: &Problem, fit: &Fit) -> (Vec<(Cause, f64)>, [f64; 4]) {
-    let candidates: Vec<Cause> = Cause::ALL
-        .into_iter()
-        .filter(|cause| problem.search.of(*cause) == Mode::Evidence && problem.std[*cause] > 0.0)
-        // At no length the slip has no state to take a derivative by.
-        .filter(|cause| !fit.active.contains(cause) && !Cause::TIRES.contains(cause))
-        .collect();
-    let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
-    let mut directions = joint.directions();
-    let known = directions.len();
-    directions.extend(candidates.iter().copied().map(Direction::Cause));
-    let rows = fit.likelihood.rows(&joint.unknowns(&fit.minimum.x), &directions);
-    let score = Score::new(&rows, &joint, known);
-    let gain = |(index, cause): (usize, &Cause)| {
-        let [slope, information] = score.of(known + index);
-        (*cause, 0.5 * slope * slope / (information + joint.precision(*cause)))
-    };
-    let mut gains: Vec<_> = candidates.iter().enumerate().map(gain).collect();
-    gains.sort_by(|a, b| b.1.total_cmp(&a.1));
-    (gains, std::array::from_fn(|channel| rows.autocorrelation(channel)))
+/// What a fit leaves to hope for.
+struct Outlook {
+    /// The gain of each error that may be estimated and is not yet, largest first [nat].
+    foretold: Vec<(Cause, f64)>,
+    /// Correlations of innovations from row to row.
+    lasting: [f64; 4],
+}
+
+impl Outlook {
+    fn new(problem: &Problem, fit: &Fit) -> Self {
+        let sought = |cause: &Cause| problem.search.of(*cause) == Mode::Evidence;
+        let candidates: Vec<Cause> = Cause::ALL
+            .into_iter()
+            .filter(|cause| sought(cause) && problem.std[*cause] > 0.0)
+            // At no length the slip has no state to take a derivative by.
+            .filter(|cause| !fit.active.contains(cause) && !Cause::TIRES.contains(cause))
+            .collect();
+        let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
+        let mut directions = joint.directions();
+        let known = directions.len();
+        directions.extend(candidates.iter().copied().map(Direction::Cause));
+        let rows = fit.likelihood.rows(&joint.unknowns(&fit.minimum.x), &directions);
+        let score = Score::new(&rows, &joint, known);
+        let gain = |(index, cause): (usize, &Cause)| {
+            let [slope, information] = score.of(known + index);
+            (*cause, 0.5 * slope * slope / (information + joint.precision(*cause)))
+        };
+        let mut foretold: Vec<_> = candidates.iter().enumerate().map(gain).collect();
+        foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let lasting = std::array::from_fn(|channel| rows.autocorrelation(channel));
+        Self { foretold, lasting }
+    }
+
+    /// What is worth a fit.
+    fn additions(&self, problem: &Problem, fit: &Fit) -> Vec<Addition> {
+        let best = self.foretold.first().map_or(0.0, |(_, gain)| *gain);
+        let worth = |(_, gain): &&(Cause, f64)| *gain > (SHARE * best).max(ENOUGH);
+        let errors = self.foretold.iter().filter(worth).take(TRIALS);
+        let mut additions: Vec<_> = errors.map(|(cause, _)| Addition::Error(*cause)).collect();
+        if self.lasting.iter().any(|correlation| *correlation > COLOURED) {
+            let free = |cause: &Cause| problem.search.of(*cause) == Mode::Evidence;
+            if Cause::TIRES.iter().all(free) && !fit.active.contains(&Cause::RelaxationFront) {
+                additions.push(Addition::Relaxation);
+            }
+            let white = fit.noise.colour.iter().all(|[_, share]| *share == 0.0);
+            if problem.noise.estimated() && white {
+                additions.push(Addition::Colour);
+            }
+        }
+        additions
+    }
 }
 
 /// Scores of blocks, with what is known of everything that follows.
@@ -168,16 +168,13 @@ struct Score {
 
 impl Score {
     fn new(rows: &Rows, joint: &Joint, known: usize) -> Self {
-        let parts = (0..rows.len())
-            .step_by(BLOCK)
-            .map(|from| rows.gradient(from..(from + BLOCK).min(rows.len())));
         let information = rows.whole().information;
         let mut fitted = information.view((0, 0), (known, known)).into_owned();
         for (i, cause) in joint.active.iter().enumerate() {
             let index = SIZE + i;
             fitted[(index, index)] += joint.precision(*cause);
         }
-        Self { blocks: parts.collect(), fitted: inverse(&fitted), information, known }
+        Self { blocks: rows.scores(), fitted: inverse(&fitted), information, known }
     }
 
     /// Slope of the likelihood along an error with everything else following, and its variance: the information, or more where

@@ -13,7 +13,7 @@ use tire_inference::prior::Prior;
 use tire_inference::profile::Profile;
 use tire_inference::quantity::{ByName, Quantity};
 use tire_inference::verdict::{
-    Judgement, Known, NARROWED, Verdict, prior_shift, width, width_of_std,
+    Judgement, Known, NARROWED, Pressed, Verdict, prior_shift, width, width_of_std,
 };
 
 use crate::explored::{Explored, of_axle};
@@ -34,6 +34,8 @@ pub struct Judge<'a> {
     pub explored: &'a Explored<'a>,
     /// Whether the model fits, which every verdict inherits.
     pub model: &'a ModelVerdict,
+    /// What the bounds do to each tire.
+    pub pressed: &'a Axles<Pressed>,
     /// Draws, of the posterior if there is one.
     pub drawn: &'a Drawn,
     /// The bound of Cramér and Rao: inverse second derivatives of the likelihood alone.
@@ -161,8 +163,9 @@ impl Judge<'_> {
 
     fn estimate(&self, axle: Axle, known: &[Known]) -> Estimate {
         let advice = self.reach(axle, known);
-        let judgements: Vec<Judgement> =
-            known.iter().map(|known| known.clone().judge(&self.prior, &advice)).collect();
+        let judge =
+            |known: &Known| self.pressed[axle].judge(known.clone().judge(&self.prior, &advice));
+        let judgements: Vec<Judgement> = known.iter().map(judge).collect();
         let free: Vec<_> = self.prior.free().collect();
         let at_bound = self.explored.at_bound(indices(axle)).into_array();
         let at_bound = TireParameters::<f64>::PARAMETERS.iter().zip(at_bound).filter(|(_, is)| *is);

@@ -3,6 +3,7 @@
 
 use numerics::scalar::Scalar;
 
+use crate::algebra::{ahead, correct, defect, move_along, side, times};
 use crate::car::{self, Car, Held, Linear};
 use crate::filter::{Belief, Innovation, Variances};
 use crate::relaxed;
@@ -184,25 +185,17 @@ impl<T: Scalar, K> WideFilter<T, K> {
     {
         let x = belief.x;
         let start = self.at(&x, u);
-        let first = start.rates;
-        let second = times(&start.A, &first);
-        let third = times(&start.A, &second);
-        let mut near = x;
-        for i in 0..M {
-            let tail = (second[i] * (h * h / 2.0)).plus_scaled(third[i], h * h * h / 6.0);
-            near[i] = (x[i] + tail).plus_scaled(first[i], h);
-        }
+        let second = times(&start.A, &start.rates);
+        let rates = [start.rates, second, times(&start.A, &second)];
+        let near = ahead(&x, &rates, h);
         let end = self.at(&near, u);
         let bent = times(&end.A, &end.rates);
         let [mut F, N] = [side(&start.A, 0.5 * h), side(&end.A, -0.5 * h)];
-        let mut off = first;
         for i in 0..M {
             // The column of ξ_x, which does not move, belongs to the right-hand side.
             F[i][S - 1] = F[i][S - 1] - N[i][S - 1];
-            off[i] = ((first[i] - end.rates[i]) * (0.5 * h))
-                .plus_scaled(bent[i].plus_scaled(second[i], 5.0), h * h / 12.0)
-                .plus_scaled(third[i], h * h * h / 6.0);
         }
+        let mut off = defect(&rates, &end.rates, &bent, h);
         solve(N, &mut F, &mut off);
         belief.x = near;
         for i in 0..M {
@@ -261,51 +254,13 @@ impl<T: Scalar, K> WideFilter<T, K> {
             }
             let white = self.noise.sensor[i].minus(self.noise.sensor[i], self.colours[i].share);
             let variance = own + white;
-            let inverse = variance.recip();
             let residual = -expected + measured[i];
-            for j in 0..ALL {
-                let gain = with[j] * inverse;
-                belief.x[j] = belief.x[j].plus(gain, residual);
-                for (l, with) in with.iter().enumerate().skip(j) {
-                    let less = belief.P[j][l].minus(gain, *with);
-                    belief.P[j][l] = less;
-                    belief.P[l][j] = less;
-                }
-            }
+            correct(&mut belief.x, &mut belief.P, &with, residual, variance);
             innovation.residual[i] = residual;
             innovation.variance[i] = variance;
         }
         innovation
     }
-}
-
-#[inline(always)]
-fn times<T: Scalar, const M: usize, const S: usize>(A: &[[T; S]; M], rates: &[T; M]) -> [T; M] {
-    let mut change = *rates;
-    for i in 0..M {
-        change[i] = A[i][0] * rates[0];
-        for j in 1..M {
-            change[i] = change[i].plus(A[i][j], rates[j]);
-        }
-    }
-    change
-}
-
-/// The first rows of I + A s + A² s²/3.
-#[inline(always)]
-fn side<T: Scalar, const M: usize, const S: usize>(A: &[[T; S]; M], s: f64) -> [[T; S]; M] {
-    let mut sum = *A;
-    for i in 0..M {
-        for j in 0..S {
-            let mut square = A[i][0] * A[0][j];
-            for k in 1..M {
-                square = square.plus(A[i][k], A[k][j]);
-            }
-            sum[i][j] = (A[i][j] * s).plus_scaled(square, s * s / 3.0);
-        }
-        sum[i][i] = sum[i][i] + 1.0;
-    }
-    sum
 }
 
 /// Solves N X = right, and N y = off, by elimination; N is near the identity or larger on its diagonal.
@@ -336,37 +291,6 @@ fn solve<T: Scalar, const M: usize, const S: usize>(
                 right[i][j] = right[i][j].minus(factor, right[pivot][j]);
             }
             off[i] = off[i].minus(factor, off[pivot]);
-        }
-    }
-}
-
-/// F P Fᵀ, where F has these rows for the states that move, in its first columns, and is the identity elsewhere.
-#[inline(always)]
-fn move_along<T: Scalar, const M: usize, const S: usize, const ALL: usize>(
-    F: &[[T; S]; M],
-    P: &mut [[T; ALL]; ALL],
-) {
-    let mut FP = [[P[0][0]; ALL]; M];
-    for i in 0..M {
-        for j in 0..ALL {
-            FP[i][j] = F[i][0] * P[0][j];
-            for k in 1..S {
-                FP[i][j] = FP[i][j].plus(F[i][k], P[k][j]);
-            }
-        }
-    }
-    for i in 0..M {
-        for j in i..M {
-            let mut entry = FP[i][0] * F[j][0];
-            for k in 1..S {
-                entry = entry.plus(FP[i][k], F[j][k]);
-            }
-            P[i][j] = entry;
-            P[j][i] = entry;
-        }
-        for j in M..ALL {
-            P[i][j] = FP[i][j];
-            P[j][i] = FP[i][j];
         }
     }
 }

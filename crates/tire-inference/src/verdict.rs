@@ -21,7 +21,7 @@ use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::profile::Profile;
 use crate::quantity::Quantity;
-use pressed::Pressed;
+pub use pressed::Pressed;
 
 /// Ratio of posterior to prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
 pub const NARROWED: f64 = 0.3;

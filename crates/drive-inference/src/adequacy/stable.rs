@@ -8,8 +8,6 @@ use crate::explored::inverse;
 use crate::rows::{Expansion, Rows};
 use crate::tires::SIZE;
 
-/// Length of a block [rows].
-const BLOCK: usize = 200;
 /// Fewest blocks that tell anything.
 const FEWEST: usize = 8;
 /// Cost of a block that was not fitted, over what is expected if the model is right.
@@ -39,9 +37,8 @@ impl Blocks {
     /// Of all residuals, with the second derivatives of the minimum and the part of them that is not of the data.
     pub fn new(rows: &Rows, hessian: &DMatrix<f64>, prior: DMatrix<f64>) -> Self {
         let (len, middle) = (rows.len(), rows.len() / 2);
-        let block = |from: usize| rows.gradient(from..(from + BLOCK).min(len));
         Self {
-            scores: (0..len).step_by(BLOCK).map(block).collect(),
+            scores: rows.scores(),
             halves: [rows.part(0..middle), rows.part(middle..len)],
             prior,
             covariance: inverse(hessian),

@@ -13,6 +13,7 @@ use crate::verdict::{Judgement, UNMOVED, Verdict};
 
 /// A parameter this close to a bound stands on it, as a share of the box.
 const CLOSE: f64 = 1e-4;
+
 /// The likeliest tire in the box where it stands on a bound, and the one beyond.
 pub struct Pressed {
     /// Bounds that it stands on.
@@ -24,8 +25,17 @@ pub struct Pressed {
 }
 
 impl Pressed {
-    /// `best` is the likeliest tire in the box of `prior`.
+    /// `best` is the likeliest tire in the box of `prior`, given samples.
     pub fn new(data: &Compressed, prior: &Prior, best: &Theta) -> Self {
+        Self::about(prior, best, |wider| {
+            let (beyond, least) = minimise(data, wider, best, None);
+            (beyond, data.count() as f64 * (data.squares(best) / least).ln())
+        })
+    }
+
+    /// `best` is the likeliest tire in the box of `prior`; if it stands on a bound, `search` is asked for the likeliest one in a
+    /// wider box, with −2 ln of the likelihood of `best` over that of it.
+    pub fn about(prior: &Prior, best: &Theta, search: impl FnOnce(&Prior) -> (Theta, f64)) -> Self {
         let on: Vec<(Parameter, f64)> = prior
             .free()
             .filter_map(|parameter| {
@@ -36,13 +46,7 @@ impl Pressed {
             })
             .collect();
         let wider = Prior { bounds: beyond(&prior.bounds), ..*prior };
-        let (beyond, least) =
-            if on.is_empty() { (*best, 1.0) } else { minimise(data, &wider, best, None) };
-        let gain = if on.is_empty() {
-            0.0
-        } else {
-            data.count() as f64 * (data.squares(best) / least).ln()
-        };
+        let (beyond, gain) = if on.is_empty() { (*best, 0.0) } else { search(&wider) };
         Self { on, best: *best, beyond, gain }
     }
 
