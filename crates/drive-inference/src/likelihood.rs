@@ -13,7 +13,7 @@ use vehicle::Vehicle;
 use crate::cause::Causes;
 use crate::evaluation::{Costs, Evaluation, Sums};
 use crate::filter::{Belief, Innovation, Variances};
-use crate::passes::{Coloured, Pass, Relaxed};
+use crate::passes::{Pass, Sweep};
 use crate::progress::Cancellation;
 use crate::recording::Drive;
 use crate::rows::{Group, Rows};
@@ -148,18 +148,8 @@ impl Likelihood {
         directions: &[Direction],
     ) -> Group {
         let (unknowns, visit) = (at.seeded::<S, N>(simd, directions), Group::new(self.samples));
-        match Width::of(&at.causes, &at.noise, directions) {
-            Width::Relaxed(shortest) => {
-                simd.vectorize(Relaxed { course: &self.course, unknowns, visit, shortest })
-            }
-            Width::Coloured => simd.vectorize(Coloured { course: &self.course, unknowns, visit }),
-            Width::Erring => {
-                simd.vectorize(Pass::<_, _, true> { course: &self.course, unknowns, visit })
-            }
-            Width::Narrow => {
-                simd.vectorize(Pass::<_, _, false> { course: &self.course, unknowns, visit })
-            }
-        }
+        let width = Width::of(&at.causes, &at.noise, directions);
+        simd.vectorize(Sweep { course: &self.course, unknowns, visit, width })
     }
 
     /// The cost alone.
@@ -184,20 +174,10 @@ impl Likelihood {
             colours: noise.colours().map(|colour| colour.map(all)),
         };
         let visit = Costs([0.0; WIDTH]);
-        let arch = pulp::Arch::new();
         let widths = several.iter().map(|(_, causes)| Width::of(causes, noise, &[]));
-        match widths.fold(Width::Narrow, Width::widest) {
-            Width::Relaxed(shortest) => {
-                arch.dispatch(Relaxed { course: &self.course, unknowns, visit, shortest }).0
-            }
-            Width::Coloured => arch.dispatch(Coloured { course: &self.course, unknowns, visit }).0,
-            Width::Erring => {
-                arch.dispatch(Pass::<_, _, true> { course: &self.course, unknowns, visit }).0
-            }
-            Width::Narrow => {
-                arch.dispatch(Pass::<_, _, false> { course: &self.course, unknowns, visit }).0
-            }
-        }
+        let width = widths.fold(Width::Narrow, Width::widest);
+        let sweep = Sweep { course: &self.course, unknowns, visit, width };
+        pulp::Arch::new().dispatch(sweep).0
     }
 
     /// Shows all innovations, and the state after each: (recording, row, innovation, belief).
@@ -210,17 +190,6 @@ impl Likelihood {
         let width = Width::of(&causes, &noise, &[]);
         let (noise, colours) = (noise.variances(), noise.colours());
         let unknowns = Numbers { tires, causes, noise, colours };
-        let plain = pulp::Scalar::new();
-        match width {
-            Width::Relaxed(shortest) => {
-                Relaxed { course: &self.course, unknowns, visit, shortest }.with_simd(plain);
-            }
-            Width::Coloured => {
-                Coloured { course: &self.course, unknowns, visit }.with_simd(plain);
-            }
-            Width::Erring | Width::Narrow => {
-                Pass::<_, _, true> { course: &self.course, unknowns, visit }.with_simd(plain);
-            }
-        }
+        Sweep { course: &self.course, unknowns, visit, width }.with_simd(pulp::Scalar::new());
     }
 }

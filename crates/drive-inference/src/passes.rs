@@ -8,11 +8,43 @@ use crate::evaluation::Visit;
 use crate::filter::{Belief, Filter, Variances};
 use crate::samples::{Course, Prepared};
 use crate::sensors::Sensors;
-use crate::unknowns::Numbers;
+use crate::unknowns::{Numbers, Width};
 use crate::wide::{Lagging, Motion, Stiff, WideBelief, WideFilter};
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
 const START_STD_XI: f64 = 300.0;
+
+/// One pass of the filter that a point needs.
+pub struct Sweep<'a, T, V> {
+    /// The recordings.
+    pub course: &'a Course,
+    /// At which it is evaluated.
+    pub unknowns: Numbers<T>,
+    /// What takes the innovations.
+    pub visit: V,
+    /// Which filter.
+    pub width: Width,
+}
+
+impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Sweep<'_, T, V> {
+    type Output = V;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> V {
+        let Self { course, unknowns, visit, width } = self;
+        match width {
+            Width::Narrow => simd.vectorize(Pass::<_, _, false> { course, unknowns, visit }),
+            Width::Erring => simd.vectorize(Pass::<_, _, true> { course, unknowns, visit }),
+            Width::Coloured => simd.vectorize(Coloured { course, unknowns, visit }),
+            Width::Relaxed(shortest) => {
+                simd.vectorize(Relaxed::<_, _, 6> { course, unknowns, visit, shortest })
+            }
+            Width::Full(shortest) => {
+                simd.vectorize(Relaxed::<_, _, 10> { course, unknowns, visit, shortest })
+            }
+        }
+    }
+}
 
 /// One pass over all recordings, with errors of sensors and inputs if `ERRORS`; those of the car cost nothing. It is a type of its own since the widest vector
 /// instructions of the machine reach only what is inlined into it, and of a closure the compiler would not inline this much.
@@ -69,8 +101,8 @@ impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Coloured<'_, T, V> {
     }
 }
 
-/// One pass with slips that relax, and noises that last from row to row.
-pub struct Relaxed<'a, T, V> {
+/// One pass with slips that relax; with `ALL` of 10 states noises last from row to row, with 6 they do not.
+pub struct Relaxed<'a, T, V, const ALL: usize> {
     /// The recordings.
     pub course: &'a Course,
     /// At which it is evaluated.
@@ -81,7 +113,7 @@ pub struct Relaxed<'a, T, V> {
     pub shortest: f64,
 }
 
-impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Relaxed<'_, T, V> {
+impl<T: Scalar, V: Visit<T>, const ALL: usize> pulp::WithSimd for Relaxed<'_, T, V, ALL> {
     type Output = V;
 
     #[inline(always)]
@@ -89,7 +121,7 @@ impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Relaxed<'_, T, V> {
         let Numbers { tires, causes, .. } = &self.unknowns;
         let lengths = Cause::TIRES.map(|cause| causes[cause]);
         let motion = Lagging { tires: *tires, lengths, shortest: self.shortest };
-        wide::<T, V, _, 5, 6, 10>(self.course, self.unknowns, self.visit, motion)
+        wide::<T, V, _, 5, 6, ALL>(self.course, self.unknowns, self.visit, motion)
     }
 }
 

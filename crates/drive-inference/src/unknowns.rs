@@ -144,21 +144,23 @@ pub enum Width {
     Coloured,
     /// One with slips that relax over this length or more [m].
     Relaxed(f64),
+    /// One with both.
+    Full(f64),
 }
 
 impl Width {
     /// For some unknowns, and derivatives along these directions.
     pub fn of(causes: &Causes, noise: &DriveNoise, directions: &[Direction]) -> Self {
-        let [front, rear] = Cause::TIRES.map(|cause| causes[cause]);
-        if front > 0.0 || rear > 0.0 {
-            return Self::Relaxed(front.min(rear).max(SHORTEST));
-        }
         let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
         let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
         let of_sensor = |cause: &Cause| !Cause::CAR.contains(cause);
         let errs = Cause::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
         let sought = |direction: &Direction| matches!(direction, Direction::Cause(cause) if of_sensor(cause));
-        if along || lasts {
+        let [front, rear] = Cause::TIRES.map(|cause| causes[cause]);
+        if front > 0.0 || rear > 0.0 {
+            let shortest = front.min(rear).max(SHORTEST);
+            if along || lasts { Self::Full(shortest) } else { Self::Relaxed(shortest) }
+        } else if along || lasts {
             Self::Coloured
         } else if errs || directions.iter().any(sought) {
             Self::Erring
@@ -169,12 +171,18 @@ impl Width {
 
     /// The one that serves two points.
     pub fn widest(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Relaxed(a), Self::Relaxed(b)) => Self::Relaxed(a.min(b)),
-            (Self::Relaxed(a), _) | (_, Self::Relaxed(a)) => Self::Relaxed(a),
-            (Self::Coloured, _) | (_, Self::Coloured) => Self::Coloured,
-            (Self::Erring, _) | (_, Self::Erring) => Self::Erring,
-            _ => Self::Narrow,
+        let coloured = |it| matches!(it, Self::Coloured | Self::Full(_));
+        let length = |it| match it {
+            Self::Relaxed(shortest) | Self::Full(shortest) => shortest,
+            _ => f64::INFINITY,
+        };
+        let shortest = length(self).min(length(other));
+        match (shortest.is_finite(), coloured(self) || coloured(other)) {
+            (true, true) => Self::Full(shortest),
+            (true, false) => Self::Relaxed(shortest),
+            (false, true) => Self::Coloured,
+            (false, false) if self == Self::Narrow => other,
+            (false, false) => self,
         }
     }
 }

@@ -83,6 +83,9 @@ pub struct WideBelief<T, const S: usize, const ALL: usize> {
 }
 
 impl<T: Scalar, const S: usize, const ALL: usize> WideBelief<T, S, ALL> {
+    /// Whether noises last: then each sensor has a state for that.
+    const LASTING: bool = ALL > S;
+
     /// The slips begin at 0, the noises anywhere.
     pub fn new(start: &Belief<T>, noise: &Variances<T>, colours: &[Colour<T>; 4]) -> Self {
         let zero = start.x[0].constant(0.0);
@@ -97,7 +100,7 @@ impl<T: Scalar, const S: usize, const ALL: usize> WideBelief<T, S, ALL> {
         for i in 3..S - 1 {
             P[i][i] = zero.constant(START_SLIP * START_SLIP);
         }
-        for (i, colour) in colours.iter().enumerate() {
+        for (i, colour) in colours.iter().enumerate().filter(|_| Self::LASTING) {
             P[S + i][S + i] = noise.sensor[i] * colour.share;
         }
         Self { x, P }
@@ -154,7 +157,9 @@ impl<T: Scalar, K> WideFilter<T, K> {
                 break there;
             }
         };
-        self.colour(belief);
+        if WideBelief::<T, S, ALL>::LASTING {
+            self.colour(belief);
+        }
         self.correct(belief, &near, &end, measured)
     }
 
@@ -238,22 +243,27 @@ impl<T: Scalar, K> WideFilter<T, K> {
         for i in 0..4 {
             let motion = [prior[0], prior[1], prior[2]];
             let (mut expected, H) = self.sensors.measure(i, &motion, at);
-            let place = S + i;
-            expected = expected + belief.x[place];
             let P = &belief.P;
-            let mut with = P[place];
+            let mut with = [zero; ALL];
+            if WideBelief::<T, S, ALL>::LASTING {
+                expected = expected + belief.x[S + i];
+                with = P[S + i];
+            }
             for k in 0..S {
                 expected = expected.plus(H[k], belief.x[k] - prior[k]);
                 for (j, with) in with.iter_mut().enumerate() {
                     *with = with.plus(H[k], P[k][j]);
                 }
             }
-            let mut own = with[place];
+            let mut own = zero;
             for k in 0..S {
                 own = own.plus(H[k], with[k]);
             }
-            let white = self.noise.sensor[i].minus(self.noise.sensor[i], self.colours[i].share);
-            let variance = own + white;
+            let mut variance = own + self.noise.sensor[i];
+            if WideBelief::<T, S, ALL>::LASTING {
+                variance =
+                    (variance + with[S + i]).minus(self.noise.sensor[i], self.colours[i].share);
+            }
             let residual = -expected + measured[i];
             correct(&mut belief.x, &mut belief.P, &with, residual, variance);
             innovation.residual[i] = residual;
