@@ -16,6 +16,7 @@ pub struct Agreement<'a> {
     pub judgements: &'a [Judgement],
     /// The band of the curves.
     pub band: Option<&'a Band>,
+    /// Draws, of which one is published where a fit does not agree.
     pub posterior: &'a PosteriorSamples,
     /// Typical values of what the data cannot tell.
     pub prior: &'a Prior,
@@ -25,6 +26,11 @@ impl Agreement<'_> {
     /// Whether all numbers of a tire are in their intervals, and its curve in the band.
     pub fn holds(&self, theta: &Theta) -> bool {
         self.violations(theta) == 0
+    }
+
+    /// A fitted tire, or the nearest draw where the posterior rejects that.
+    pub fn published(&self, fitted: Theta) -> Theta {
+        if self.holds(&fitted) { fitted } else { self.nearest().unwrap_or(fitted) }
     }
 
     fn violations(&self, theta: &Theta) -> usize {
