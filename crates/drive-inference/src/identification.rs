@@ -226,10 +226,9 @@ impl Run<'_> {
         explained: Vec<Explained>,
         begin: Instant,
     ) -> Result<Identified, Error> {
-        let Best { unknowns, active, gains, minimum, optima, convergence, likelihood } = best;
+        let Best { unknowns, active, gains, minimum, optima, convergence, ref likelihood } = best;
         let (options, tires, noise) = (self.options, unknowns.tires, unknowns.noise);
         let (expected, std, held) = (options.expected(), options.error_std(), unknowns.causes);
-        let likelihood = &likelihood;
         let series = series::series(&options.car, self.recordings, likelihood, &unknowns);
         let joint = Joint { likelihood, noise, expected, active, held, std };
         let corners = corners(&options.prior.bounds);
@@ -246,16 +245,15 @@ impl Run<'_> {
         let likely = options.method == Formulation::PredictionError;
         let blocks = likely.then(|| blocks(&joint, &minimum, &explored.corners));
         let scatter = blocks.as_ref().and_then(Blocks::scatter);
-        let covariance =
-            scatter.as_ref().map_or_else(|| covariance(&minimum), |it| it.blocks.clone());
+        let scatter = scatter.as_ref();
+        let covariance = scatter.map_or_else(|| covariance(&minimum), |it| it.blocks.clone());
         let causes = told::causes(&minimum, &joint, &gains, &unknowns, &options.car);
         let fits = self.fits(&unknowns, &series, blocks.as_ref());
         let (model, causes) = told::judged(fits, causes);
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
         let DriveOptions { prior, svi, seed, .. } = *options;
-        let request =
-            Request { prior, slip_range, svi, noise_std, scatter: scatter.as_ref(), seed };
+        let request = Request { prior, slip_range, svi, noise_std, scatter, seed };
         let drawn = self.draw(&explored, &joint, &optima, &request)?;
         self.progress.report(0.7, "judging")?;
         let judge = verdict::Judge {
