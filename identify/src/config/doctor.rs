@@ -33,10 +33,15 @@ impl Doctor {
             ConfigError::at(name, "expected less than the wheelbase, of which it is a part")
         };
         match (rest(l_f), rest(l_r)) {
-            (false, _) => Err(expected("l_f")),
-            (_, false) => Err(expected("l_r")),
-            _ => Ok(()),
+            (false, _) => return Err(expected("l_f")),
+            (_, false) => return Err(expected("l_r")),
+            _ => {}
         }
+        // All three: a centimetre is how well lengths are measured.
+        let (Some(whole), Some(l_f), Some(l_r)) = (wheelbase, l_f, l_r) else { return Ok(()) };
+        let agree = (l_f + l_r - whole).abs() <= 0.01;
+        let sum = format!("l_f + l_r = {} m, or one of the three left out", l_f + l_r);
+        rules::demand(agree, "wheelbase", &sum, whole)
     }
 
     /// What is known of the car; of three lengths two are enough.
