@@ -6,7 +6,7 @@ mod drive;
 #[path = "../tests/support/mistake.rs"]
 mod mistake;
 
-use drive_doctor::{Finding, Sure, examine};
+use drive_doctor::{Finding, examine};
 
 fn main() {
     let wanted = std::env::args().nth(1).unwrap_or_default();
@@ -20,7 +20,7 @@ fn main() {
             (mistake.make)(&mut wrong);
             let found = examine(&mistake::log(&wrong), &known);
             let name = |it: &Finding| format!("{} ({})", it.check, it.sure.word());
-            let serious = found.findings.iter().filter(|it| it.sure <= Sure::Likely);
+            let serious = found.serious();
             let named = mistake.is_named(&found);
             (right, all) = (right + usize::from(named), all + 1);
             let names = serious.map(name).collect::<Vec<_>>().join(", ");
@@ -29,7 +29,7 @@ fn main() {
                 found
                     .findings
                     .iter()
-                    .for_each(|it| println!("    {}\n      {}", it.sentence, it.correction));
+                    .for_each(|it| println!("    {}\n      {}", it.sentence, it.correction.text));
                 found
                     .not_told
                     .iter()

@@ -22,6 +22,11 @@ pub const CHANNELS: [(&str, &str); 11] = [
     ("omega_rr", "rad/s"),
 ];
 
+/// The unit of a channel.
+pub(crate) fn unit(name: &str) -> &'static str {
+    CHANNELS.iter().find(|(of, _)| *of == name).map_or("1", |(_, unit)| unit)
+}
+
 /// What is known of the car; each of it makes more checks possible.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KnownCar {
@@ -46,13 +51,26 @@ pub(crate) struct Case {
     pub signals: BTreeMap<&'static str, Signal>,
     pub car: KnownCar,
     pub found: Examination,
+    /// Whether the car turns to one side only, or not at all.
+    pub is_one_sided: bool,
+    /// Sensors whose end cuts the motion off.
+    pub cut_off: Vec<&'static str>,
+    /// Whether the steering ratio was found, and so is known roughly only.
+    pub is_ratio_rough: bool,
 }
 
 impl Case {
     pub fn new(log: &DriveLog, car: KnownCar) -> Self {
         let names = CHANNELS.into_iter().map(|(name, _)| name);
         let signals = names.filter_map(|name| Some((name, log.get(name)?.clone()))).collect();
-        Self { signals, car, found: Examination::default() }
+        Self {
+            signals,
+            car,
+            found: Examination::default(),
+            is_one_sided: false,
+            cut_off: Vec::new(),
+            is_ratio_rough: false,
+        }
     }
 
     pub fn has(&self, names: &[&str]) -> bool {

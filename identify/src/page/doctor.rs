@@ -29,7 +29,7 @@ pub fn section(found: &Examination) -> String {
                 it.sure.word(),
                 escape(&it.sentence),
                 escape(&it.consequence),
-                escape(&it.correction)
+                escape(&it.correction.text)
             );
         }
         html.push_str("</table>\n");

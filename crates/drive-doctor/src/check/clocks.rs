@@ -3,10 +3,12 @@
 
 use numerics::text::significant;
 
-use crate::blocks::{BLOCKS, Blocks, T_95, split};
+use crate::blocks::{BLOCKS, Blocks, ONE_CONSTANT, T_95, split};
 use crate::case::Case;
+use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
-use crate::motion::{Motion, quantile};
+use crate::motion::Motion;
+use crate::statistics::{jackknife, quantile};
 
 /// Longest delay that is looked for [s].
 const LONGEST: f64 = 0.8;
@@ -32,7 +34,8 @@ impl Delay {
 
     fn is_constant(&self) -> bool {
         let apart = (self.halves[0] - self.halves[1]).abs();
-        apart < 2.5 * self.half_stds[0].hypot(self.half_stds[1]) || apart < 0.25 * self.value.abs()
+        apart < 2.5 * self.half_stds[0].hypot(self.half_stds[1])
+            || apart < ONE_CONSTANT * self.value.abs()
     }
 
     /// Whether it is beyond `usual` for sure.
@@ -49,11 +52,18 @@ pub(crate) fn check(case: &mut Case) {
     }
     let Some(motion) = Motion::of(case) else { return };
     let sides = sides(case, &motion);
-    if sides.iter().any(|share| share.is_nan() || *share < 0.1) {
-        let reason = "the car turns to one side only: offset, delay and curve are one".to_owned();
+    let reason = match sides {
+        None => Some("the car does not turn"),
+        Some(sides) if sides.iter().any(|share| *share < 0.1) => {
+            Some("the car turns to one side only: offset, delay and curve are one")
+        }
+        _ => None,
+    };
+    if let Some(reason) = reason {
+        case.is_one_sided = true;
         case.cannot_tell(
             "clocks, offsets and places of sensors",
-            reason,
+            reason.to_owned(),
             "Drive left and right turns at several speeds.",
         );
     }
@@ -80,8 +90,8 @@ pub(crate) fn check(case: &mut Case) {
     report(case, delay, [steering, wheels], sure);
 }
 
-/// Shares of the moving time in which the car turns left and right.
-fn sides(case: &Case, motion: &Motion) -> [f64; 2] {
+/// Shares of the time of turns in which the car turns left and right. `None` without turns.
+fn sides(case: &Case, motion: &Motion) -> Option<[f64; 2]> {
     let r = motion.smooth(&motion.raw("r"), 0.25, 0);
     let v_x = case
         .signals
@@ -97,7 +107,7 @@ fn sides(case: &Case, motion: &Motion) -> [f64; 2] {
     let usual = 0.3 * quantile(turns.iter().map(|r| r.abs()), 0.9);
     let share = |sign: f64| turns.iter().filter(|r| sign * **r > usual).count() as f64;
     let all = share(1.0) + share(-1.0);
-    [share(1.0) / all, share(-1.0) / all]
+    (all > 0.0).then(|| [share(1.0) / all, share(-1.0) / all])
 }
 
 /// delta = L r/v_x + K v_x r: steering leads the yaw rate.
@@ -171,13 +181,7 @@ fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay
     let spread = |kept: &dyn Fn(usize) -> bool, blocks: &[usize]| -> Option<f64> {
         let without: Option<Vec<f64>> =
             blocks.iter().map(|out| best(&|block| kept(block) && block != *out)).collect();
-        let without = without?;
-        let (count, mean) =
-            (without.len() as f64, without.iter().sum::<f64>() / without.len() as f64);
-        Some(
-            ((count - 1.0) / count * without.iter().map(|x| (x - mean).powi(2)).sum::<f64>())
-                .sqrt(),
-        )
+        Some(jackknife(without?.into_iter()))
     };
     let all: Vec<usize> = (0..BLOCKS).collect();
     let (early, late) = all.split_at(BLOCKS / 2);
@@ -232,13 +236,18 @@ fn report(case: &mut Case, delay: Delay, [steering, wheels]: [Option<Delay>; 2],
         sure,
         value: Some(delay.value),
         interval: Some(delay.interval()),
+        unit: "s",
         sentence,
         consequence: "Slips and forces are those of different moments: stiffness can come out many times too large, or negative.".to_owned(),
         correction: match constant {
-            true => format!("delay = {}", significant(delay.value, 2)),
-            false => "No constant corrects it: record the yaw rate with its own clock.".to_owned(),
+            true => Correction::column(&[Key::Delay(delay.value)]),
+            false => Correction::advice(
+                "No constant corrects it: record the yaw rate with its own clock.",
+            ),
         },
         refuses: delay.value.abs() > 0.1 || !constant,
     });
-    case.correct("r", 1.0, delay.value);
+    if sure <= Sure::Likely {
+        case.correct("r", 1.0, delay.value);
+    }
 }

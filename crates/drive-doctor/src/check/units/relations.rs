@@ -6,7 +6,8 @@ use numerics::text::significant;
 use super::mistakes::Mistake;
 use crate::blocks::{Blocks, Fit, split, trim};
 use crate::case::Case;
-use crate::motion::{Motion, quantile};
+use crate::motion::Motion;
+use crate::statistics::quantile;
 
 /// Filters [s]: slow motion, in which no usual delay matters, and motion whose derivatives are needed.
 const SLOW: f64 = 0.25;
@@ -70,6 +71,17 @@ impl Relation {
 
     /// The factor of a mistake as this relation says, the others being made.
     pub fn factor(&self, mistake: &Mistake, others: &[&Mistake]) -> f64 {
+        self.factor_of(self.value, mistake, others)
+    }
+
+    /// Its 95 % interval, as far as that of the relation says; `None` where it says nothing.
+    pub fn factors(&self, mistake: &Mistake, others: &[&Mistake]) -> Option<[f64; 2]> {
+        let mut ends = self.interval.map(|end| self.factor_of(end, mistake, others));
+        ends.sort_by(f64::total_cmp);
+        (ends[0] < ends[1]).then_some(ends)
+    }
+
+    fn factor_of(&self, value: f64, mistake: &Mistake, others: &[&Mistake]) -> f64 {
         let power = self
             .powers
             .iter()
@@ -78,7 +90,7 @@ impl Relation {
         let [low, high, _] = self.reading(others);
         let usual = self.expected.first().map_or(1.0, |([from, until], _)| (from * until).sqrt());
         let factor =
-            (self.value.abs() / (usual * (0.5 * (low + high)).exp())).powf(1.0 / f64::from(power));
+            (value.abs() / (usual * (0.5 * (low + high)).exp())).powf(1.0 / f64::from(power));
         mistake.sign * factor.clamp(mistake.range[0], mistake.range[1])
     }
 
