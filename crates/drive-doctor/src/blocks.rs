@@ -116,26 +116,44 @@ impl Blocks {
         target: &[f64],
         block: impl Fn(usize) -> Option<usize>,
     ) {
-        let here: Vec<(usize, &[f64])> =
-            columns.iter().enumerate().filter_map(|(i, column)| Some((i, (*column)?))).collect();
-        let mut row = vec![0.0; here.len()];
-        for (k, &y) in target.iter().enumerate() {
+        let here =
+            columns.iter().enumerate().filter_map(|(place, column)| Some((place, (*column)?)));
+        let (mut places, mut all): (Vec<usize>, Vec<&[f64]>) = here.unzip();
+        places.push(columns.len());
+        all.push(target);
+        let mut row = vec![0.0; all.len()];
+        // Sums of the block at hand, row by row of the lower triangle.
+        let mut sums = vec![0.0; all.len() * (all.len() + 1) / 2];
+        let mut current = None;
+        for k in 0..target.len() {
             let Some(block) = block(k) else { continue };
-            for (cell, (_, column)) in row.iter_mut().zip(&here) {
-                *cell = column[k];
-            }
-            if !y.is_finite() || !row.iter().all(|cell| cell.is_finite()) {
+            row.iter_mut().zip(&all).for_each(|(cell, column)| *cell = column[k]);
+            if !row.iter().all(|cell| cell.is_finite()) {
                 continue;
             }
-            self.rows += 1;
-            let gram = &mut self.grams[block];
-            for (i, (at, _)) in here.iter().enumerate() {
-                for (j, (other, _)) in here[..=i].iter().enumerate() {
-                    gram[(*at, *other)] += row[i] * row[j];
-                }
-                gram[(columns.len(), *at)] += y * row[i];
+            if current != Some(block) {
+                self.take(current, &places, &mut sums);
+                current = Some(block);
             }
-            gram[(columns.len(), columns.len())] += y * y;
+            self.rows += 1;
+            let mut from = 0;
+            for (i, &x) in row.iter().enumerate() {
+                let line = &mut sums[from..=from + i];
+                line.iter_mut().zip(&row).for_each(|(sum, y)| *sum += x * y);
+                from += i + 1;
+            }
+        }
+        self.take(current, &places, &mut sums);
+    }
+
+    /// Moves sums into a block.
+    fn take(&mut self, block: Option<usize>, places: &[usize], sums: &mut [f64]) {
+        let Some(block) = block else { return };
+        let mut sums = sums.iter_mut();
+        for (i, &at) in places.iter().enumerate() {
+            for (&other, sum) in places[..=i].iter().zip(&mut sums) {
+                self.grams[block][(at, other)] += std::mem::take(sum);
+            }
         }
     }
 

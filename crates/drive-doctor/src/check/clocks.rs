@@ -142,38 +142,38 @@ fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay
             .collect();
         motion.smooth(&kept, 0.15, 0)
     };
-    let (columns, target): (Vec<_>, _) =
-        (columns.iter().map(|column| clean(column)).collect(), clean(target));
-    let stride = (0.02 / motion.step).round().max(1.0) as i64;
-    let reach = (LONGEST / (motion.step * stride as f64)).ceil() as i64;
-    let one = vec![1.0; target.len()];
-    let shifted = |column: &Vec<f64>, rows: i64| -> Vec<f64> {
-        let at = |k: usize| {
-            usize::try_from(k as i64 + rows)
-                .ok()
-                .and_then(|k| column.get(k))
-                .copied()
-                .unwrap_or(f64::NAN)
-        };
-        (0..column.len()).map(at).collect()
-    };
+    // Smooth columns need no closer rows.
+    let stride = (0.02 / motion.step).round().max(1.0) as usize;
+    let step = motion.step * stride as f64;
+    let sparse =
+        |column: &[f64]| -> Vec<f64> { clean(column).into_iter().step_by(stride).collect() };
+    let columns: Vec<Vec<f64>> = columns.iter().map(|column| sparse(column)).collect();
+    let (target, split): (_, Vec<_>) =
+        (sparse(target), split.into_iter().step_by(stride).collect());
+    let reach = (LONGEST / step).ceil() as usize;
     // The same rows at all shifts.
-    let inner = |k: usize| {
-        let edge = (reach * stride) as usize;
-        let inside = k >= edge && k + edge < target.len();
-        let whole =
-            |column: &Vec<f64>| column[k - edge].is_finite() && column[k + edge].is_finite();
-        split[k].filter(|_| inside && columns.iter().all(whole))
-    };
-    let shifts: Vec<Blocks> = (-reach..=reach)
-        .map(|shift| {
-            let moved: Vec<Vec<f64>> =
-                columns.iter().map(|column| shifted(column, shift * stride)).collect();
-            let all: Vec<&[f64]> = moved.iter().map(Vec::as_slice).chain([&one[..]]).collect();
-            Blocks::of(&all, &target, inner)
+    let inner = reach..target.len().checked_sub(reach).filter(|end| *end > reach)?;
+    // Rows without a number so far.
+    let mut count = 0;
+    let wrong: Vec<usize> = (0..target.len())
+        .map(|k| {
+            count += usize::from(!columns.iter().all(|column| column[k].is_finite()));
+            count
         })
         .collect();
-    let step = motion.step * stride as f64;
+    let used: Vec<Option<usize>> = inner
+        .clone()
+        .map(|k| {
+            split[k].filter(|_| wrong[k - reach] == wrong[k + reach] && columns[0][k].is_finite())
+        })
+        .collect();
+    let one = vec![1.0; inner.len()];
+    let shifted = |shift: usize| {
+        let moved = columns.iter().map(|column| &column[shift..shift + inner.len()]);
+        let all: Vec<&[f64]> = moved.chain([&one[..]]).collect();
+        Blocks::of(&all, &target[inner.clone()], |k| used[k])
+    };
+    let shifts: Vec<Blocks> = (0..=2 * reach).map(shifted).collect();
     let best = |kept: &dyn Fn(usize) -> bool| {
         lowest(&shifts, kept).map(|place| (place - reach as f64) * step)
     };

@@ -31,11 +31,16 @@ fn spikes(case: &mut Case, name: &'static str) {
     let rows = signal.value.len();
     let apart: Vec<f64> = signal.value.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let usual = quantile(apart, 0.5);
+    let least = (0.5 * range).max(12.0 * usual);
     let off = |k: usize| {
         let near = k.saturating_sub(REACH)..(k + REACH + 1).min(rows);
+        let [low, high] = ends(&signal.value[near.clone()]);
+        if high - low <= least {
+            return false;
+        }
         let middle = quantile(signal.value[near.clone()].iter().copied(), 0.5);
         let spread = quantile(signal.value[near].iter().map(|x| (x - middle).abs()), 0.5);
-        (signal.value[k] - middle).abs() > (0.5 * range).max(10.0 * spread).max(12.0 * usual)
+        (signal.value[k] - middle).abs() > least.max(10.0 * spread)
     };
     let spikes: Vec<usize> = (0..rows).filter(|&k| off(k)).collect();
     // Many are no spikes but the signal's own nature.
