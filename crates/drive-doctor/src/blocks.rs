@@ -223,9 +223,18 @@ fn sum<'a>(grams: impl Iterator<Item = &'a DMatrix<f64>>) -> DMatrix<f64> {
 
 /// Standard deviations from fits without one block at a time.
 fn jackknife(grams: &[DMatrix<f64>], chosen: &[usize]) -> Option<Vec<f64>> {
+    // Only what is chosen: most columns are not.
+    let places: Vec<usize> =
+        chosen.iter().copied().chain(grams.first()?.nrows().checked_sub(1)).collect();
+    let part = |gram: &DMatrix<f64>| {
+        let entry = |i: usize, j: usize| gram[(places[i].max(places[j]), places[i].min(places[j]))];
+        DMatrix::from_fn(places.len(), places.len(), entry)
+    };
+    let grams: Vec<DMatrix<f64>> = grams.iter().map(part).collect();
+    let chosen: Vec<usize> = (0..chosen.len()).collect();
     let all = sum(grams.iter());
     let without: Option<Vec<_>> =
-        grams.iter().map(|gram| Some(solve(&(&all - gram), chosen)?.0)).collect();
+        grams.iter().map(|gram| Some(solve(&(&all - gram), &chosen)?.0)).collect();
     let without = without?;
     let std = |index: usize| spread(without.iter().map(|values| values[index]));
     Some((0..chosen.len()).map(std).collect())

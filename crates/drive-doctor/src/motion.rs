@@ -58,13 +58,17 @@ impl Motion {
     pub fn smooth(&self, column: &[f64], sigma: f64, order: usize) -> Vec<f64> {
         let weights = self.weights(sigma, order);
         let half = weights.len() / 2;
-        let at = |k: usize| {
-            if k < half || k + half >= column.len() {
-                return f64::NAN;
-            }
-            column[k - half..=k + half].iter().zip(&weights).map(|(value, w)| value * w).sum()
+        let mut smooth = vec![f64::NAN; column.len()];
+        let Some(inner) = column.len().checked_sub(2 * half).filter(|inner| *inner > 0) else {
+            return smooth;
         };
-        (0..column.len()).map(at).collect()
+        let inner = &mut smooth[half..half + inner];
+        inner.fill(0.0);
+        // Weight by weight, as the sums of many rows go side by side.
+        for (from, weight) in weights.iter().enumerate() {
+            inner.iter_mut().zip(&column[from..]).for_each(|(sum, value)| *sum += weight * value);
+        }
+        smooth
     }
 
     fn weights(&self, sigma: f64, order: usize) -> Vec<f64> {

@@ -191,3 +191,61 @@ fn stamps_in_ms_at_1_khz_are_told_from_a_slow_log() {
     assert!(found.findings.iter().all(|it| it.check != "time_unit"), "{found:#?}");
     assert!(found.findings.iter().any(|it| it.check == "slow_sampling"), "{found:#?}");
 }
+
+/// Integral of the yaw rate [rad].
+fn heading(log: &drive_inference::Drive) -> Vec<f64> {
+    let turn = |heading: &mut f64, r: &f64| {
+        *heading += 0.01 * r;
+        Some(*heading)
+    };
+    log.r.iter().scan(0.0, turn).collect()
+}
+
+#[test]
+fn a_slope_is_told_by_the_heading_or_by_a_roll_angle() {
+    let (log, known) = mistake::clean(0, 9);
+    let mut wrong = log.clone();
+    let slope: Vec<f64> = heading(&log).iter().map(|psi| 0.06 * (psi - 0.7).cos()).collect();
+    wrong.a_y.iter_mut().zip(&slope).for_each(|(a_y, slope)| *a_y += 9.80665 * slope);
+    let found = examine(&mistake::log(&wrong), &known);
+    let bank = found.findings.iter().find(|it| it.check == "bank").expect("a slope");
+    let interval = bank.interval.expect("an interval");
+    assert!(interval[0] < 0.06 && 0.06 < interval[1] && bank.is_serious(), "{bank:#?}");
+    let mut with_roll = mistake::log(&wrong);
+    with_roll.insert("roll", log.t.clone(), slope.iter().map(|slope| slope.asin()).collect());
+    let found = examine(&with_roll, &known);
+    let bank = found.findings.iter().find(|it| it.check == "bank").expect("a slope");
+    assert!(bank.sentence.contains("by `roll`"), "{bank:#?}");
+    let value = bank.value.unwrap_or_default();
+    assert!((0.8..1.2).contains(&value), "{bank:#?}");
+    let level = examine(&mistake::log(&log), &known);
+    assert!(level.findings.iter().all(|it| it.check != "bank"), "{level:#?}");
+    assert!(level.not_told.iter().any(|it| it.check == "bank of the road"), "{level:#?}");
+}
+
+#[test]
+fn a_course_is_a_clock_for_the_yaw_rate() {
+    let (log, known) = mistake::clean(0, 10);
+    let slip = log.v_y.iter().zip(&log.v_x).map(|(v_y, v_x)| v_y / v_x);
+    // As of GNSS: in degrees, clockwise, from 0 to 360.
+    let course = heading(&log).into_iter().zip(slip).map(|(psi, slip)| -(psi + slip).to_degrees());
+    let course: Vec<f64> = course.map(|course| course.rem_euclid(360.0)).collect();
+    let mut right = mistake::log(&log);
+    right.insert("course", log.t.clone(), course.clone());
+    let found = examine(&right, &known);
+    assert!(!found.is_ill(), "{found:#?}");
+    let mut wrong = log.clone();
+    wrong.r.rotate_right(30);
+    let mut late = mistake::log(&wrong);
+    late.insert("course", log.t.clone(), course);
+    let found = examine(&late, &known);
+    let first = &found.findings[0];
+    assert_eq!((first.check.as_str(), first.sure), ("r_delay", Sure::Certain), "{found:#?}");
+    let interval = first.interval.expect("an interval");
+    assert!(interval[0] < 0.3 && 0.3 < interval[1], "{first:#?}");
+    assert!(
+        first.sentence.contains("against the lateral acceleration")
+            && first.sentence.contains("against the course"),
+        "{first:#?}"
+    );
+}

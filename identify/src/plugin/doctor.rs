@@ -1,6 +1,6 @@
 //! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
 
-use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, Sure, examine};
+use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, examine};
 use drive_inference::Drive;
 use plugin::{Host, Request};
 use preparation::DriveLog;
@@ -17,10 +17,15 @@ use crate::told::Overall;
 pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
     let found = examine(&log(request), &config.car());
     host.file("doctor.html", &doctor::page(&found));
+    let verdict = match (found.is_ill(), found.too_short) {
+        (true, _) => "found",
+        (_, true) => "cannot_tell",
+        _ => "nothing",
+    };
     json!({
         "summary": found.summary(),
-        "sound": !found.is_ill(),
-        "verdict": if found.is_ill() { "found" } else { "nothing" },
+        "sound": verdict == "nothing",
+        "verdict": verdict,
         "tables": corrections(&found),
         "doctor": found,
     })
@@ -80,8 +85,7 @@ pub(super) fn judge(found: &Examination, model: ModelVerdict) -> ModelVerdict {
 pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     overall.model = judge(found, std::mem::take(&mut overall.model));
     let refusal = found.refusal().map(|it| &it.sentence);
-    let serious = found.findings.iter().filter(|it| it.sure <= Sure::Likely);
-    let others = serious.filter(|it| Some(&it.sentence) != refusal);
+    let others = found.serious().filter(|it| Some(&it.sentence) != refusal);
     overall.log.extend(others.map(|it| format!("Log: {}", it.sentence)));
 }
 
@@ -101,7 +105,7 @@ pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
 
 /// A row for each finding: how sure, which channels, the line to write.
 fn corrections(found: &Examination) -> Value {
-    let row = |it: &Finding| json!([it.sure.word(), it.channels.join(", "), it.correction]);
+    let row = |it: &Finding| json!([it.sure.word(), it.channels.join(", "), it.correction.text]);
     let rows: Vec<Value> = found.findings.iter().map(row).collect();
     match rows.is_empty() {
         true => json!([]),

@@ -1,4 +1,4 @@
-//! Looks for a yaw rate that is late by more than the car's response: against wheel speeds and against steering.
+//! Looks for a yaw rate that is late by more than the car's response: against wheel speeds, the course and steering.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use numerics::text::significant;
@@ -12,9 +12,13 @@ use crate::statistics::{jackknife, quantile};
 
 /// Longest delay that is looked for [s].
 const LONGEST: f64 = 0.8;
+/// Least time of driving that tells a delay [s]: some turns in each block.
+const LEAST_TIME: f64 = 20.0;
 /// Delays of the yaw rate that a car has of its own behind its wheels, and behind its steering [s].
 const OF_WHEELS: f64 = 0.04;
 const OF_CAR: f64 = 0.15;
+/// Delays of an accelerometer that are looked for elsewhere, with all other small errors [s].
+const OF_SENSORS: f64 = 0.1;
 /// No car turns that long after its steering [s].
 const OF_NO_CAR: f64 = 0.25;
 
@@ -71,23 +75,69 @@ pub(crate) fn check(case: &mut Case) {
     let wheels = [("omega_rl", "omega_rr"), ("omega_fl", "omega_fr")]
         .map(|(left, right)| wheels(&motion, left, right));
     let wheels = wheels.into_iter().flatten().min_by(|a, b| a.std.total_cmp(&b.std));
-    let (delay, sure) = match (steering, wheels) {
-        (Some(steering), Some(wheels)) if wheels.beyond(OF_WHEELS) => {
-            let agree = (steering.value - wheels.value).abs()
-                < OF_CAR + 2.0 * steering.std.hypot(wheels.std);
-            (
-                wheels,
-                if agree && steering.beyond(OF_WHEELS) { Sure::Certain } else { Sure::Possible },
-            )
-        }
-        // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
-        (Some(steering), None) if steering.value < 0.0 => return,
-        (Some(steering), None) if steering.beyond(OF_NO_CAR) => (steering, Sure::Certain),
-        (Some(steering), None) if steering.beyond(OF_CAR) => (steering, Sure::Likely),
-        (None, Some(wheels)) if wheels.beyond(OF_WHEELS) => (wheels, Sure::Likely),
-        _ => return,
-    };
-    report(case, delay, [steering, wheels], sure);
+    let (course, acceleration) = (course(case, &motion), acceleration(case, &motion));
+    let clocks = Clocks { steering, wheels, course, acceleration };
+    if let Some((delay, sure)) = clocks.judged() {
+        report(case, delay, &clocks, sure);
+    }
+}
+
+/// The delay of the yaw rate against other channels.
+struct Clocks {
+    steering: Option<Delay>,
+    wheels: Option<Delay>,
+    course: Option<Delay>,
+    acceleration: Option<Delay>,
+}
+
+impl Clocks {
+    /// The delay that counts, and how sure it is.
+    fn judged(&self) -> Option<(Delay, Sure)> {
+        // A course, as of GNSS, and an acceleration, that is filtered, are late themselves: only a yaw rate behind them says
+        // something.
+        let behind = |clock: Option<Delay>, usual: f64| clock.filter(|it| it.interval()[0] > usual);
+        let wheels = self.wheels.filter(|wheels| wheels.beyond(OF_WHEELS));
+        let others = [behind(self.course, OF_WHEELS), behind(self.acceleration, OF_SENSORS)];
+        let found: Vec<Delay> = [wheels].into_iter().chain(others).flatten().collect();
+        let Some(delay) = found.iter().copied().min_by(|a, b| a.std.total_cmp(&b.std)) else {
+            return match self.steering? {
+                _ if self.wheels.is_some() => None,
+                // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
+                steering if steering.value < 0.0 => None,
+                steering if steering.beyond(OF_NO_CAR) => Some((steering, Sure::Certain)),
+                steering if steering.beyond(OF_CAR) => Some((steering, Sure::Likely)),
+                _ => None,
+            };
+        };
+        let close = |other: &Delay, own: f64| {
+            (other.value - delay.value).abs() < own + 2.0 * other.std.hypot(delay.std)
+        };
+        let by_clocks = found.iter().filter(|it| close(it, OF_WHEELS)).count() > 1;
+        let by_steering = self.steering.map(|it| close(&it, OF_CAR) && it.beyond(OF_WHEELS));
+        let against = self.wheels.is_some() && wheels.is_none();
+        let sure = match (by_clocks, by_steering) {
+            (true, _) | (_, Some(true)) if !against => Sure::Certain,
+            (_, None) if !against => Sure::Likely,
+            _ => Sure::Possible,
+        };
+        Some((delay, sure))
+    }
+
+    /// What was measured, in words.
+    fn text(&self) -> String {
+        let text = |(delay, against): (Option<Delay>, &str)| {
+            let delay = delay?;
+            let [low, high] = delay.interval().map(|x| significant(x, 2));
+            Some(format!("{} s [{low}, {high}] against {against}", significant(delay.value, 2)))
+        };
+        let all = [
+            (self.acceleration, "the lateral acceleration"),
+            (self.wheels, "the difference of the wheel speeds"),
+            (self.course, "the course"),
+            (self.steering, "steering"),
+        ];
+        all.into_iter().filter_map(text).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// Shares of the time of turns in which the car turns left and right. `None` without turns.
@@ -126,6 +176,31 @@ fn wheels(motion: &Motion, left: &str, right: &str) -> Option<Delay> {
     let turn = motion.combine("r", "v_x", |r, v_x| r * v_x);
     let scaled: Vec<f64> = difference.iter().zip(motion.raw("v_x")).map(|(d, v)| d / v).collect();
     search(motion, &[curvature, turn], &scaled)
+}
+
+/// a_y = v_x r + v_y', with v_y from a clock of its own.
+fn acceleration(case: &Case, motion: &Motion) -> Option<Delay> {
+    if !case.has(&["a_y", "v_y"]) {
+        return None;
+    }
+    let sliding = motion.smooth(&motion.raw("v_y"), 0.15, 1);
+    let smooth = motion.smooth(&motion.raw("a_y"), 0.15, 0);
+    let target: Vec<f64> = smooth.iter().zip(&sliding).map(|(a_y, rate)| a_y - rate).collect();
+    let turn = motion.combine("v_x", "r", |v_x, r| v_x * r);
+    search(motion, &[turn, motion.smooth(&motion.raw("r"), 0.15, 1)], &target)
+}
+
+/// The course turns by r + (v_y/v_x)'.
+fn course(case: &Case, motion: &Motion) -> Option<Delay> {
+    if !case.has(&["course"]) {
+        return None;
+    }
+    let rate = |column: &[f64]| motion.smooth(column, 0.15, 1);
+    let slip =
+        motion.combine("v_y", "v_x", |v_y, v_x| if v_y.is_finite() { v_y / v_x } else { 0.0 });
+    let moved = motion.combine("v_x", "r", |v_x, r| v_x * r);
+    let second = if case.has(&["v_y"]) { rate(&slip) } else { moved };
+    search(motion, &[motion.raw("r"), second], &rate(&motion.raw("course")))
 }
 
 /// The delay of columns, whose values at t + delay make the target at t, with a constant.
@@ -167,6 +242,10 @@ fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay
             split[k].filter(|_| wrong[k - reach] == wrong[k + reach] && columns[0][k].is_finite())
         })
         .collect();
+    let seconds = used.iter().flatten().count() as f64 * step;
+    if seconds < LEAST_TIME {
+        return None;
+    }
     let one = vec![1.0; inner.len()];
     let shifted = |shift: usize| {
         let moved = columns.iter().map(|column| &column[shift..shift + inner.len()]);
@@ -209,21 +288,9 @@ fn lowest(shifts: &[Blocks], kept: &dyn Fn(usize) -> bool) -> Option<f64> {
     Some(place as f64 + 0.5 * (before - after) / (before - 2.0 * at + after))
 }
 
-fn report(case: &mut Case, delay: Delay, [steering, wheels]: [Option<Delay>; 2], sure: Sure) {
-    let text = |delay: Delay| {
-        let [low, high] = delay.interval().map(|x| significant(x, 2));
-        format!("{} s [{low}, {high}]", significant(delay.value, 2))
-    };
-    let mut against = Vec::new();
-    against.extend(
-        wheels.map(|delay| format!("{} against the difference of the wheel speeds", text(delay))),
-    );
-    against.extend(steering.map(|delay| format!("{} against steering", text(delay))));
-    let mut sentence = format!(
-        "`r` is {}: {}.",
-        if delay.value > 0.0 { "late" } else { "early" },
-        against.join(", ")
-    );
+fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
+    let late = if delay.value > 0.0 { "late" } else { "early" };
+    let mut sentence = format!("`r` is {late}: {}.", clocks.text());
     let constant = delay.is_constant();
     if !constant {
         let [first, second] = delay.halves.map(|x| significant(x, 2));

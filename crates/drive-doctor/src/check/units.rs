@@ -146,7 +146,7 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
         sentence,
         consequence: mistake.consequence().to_owned(),
         correction,
-        refuses: true,
+        refuses: mistake.channel != "roll",
     });
     if sure <= Sure::Likely {
         case.correct(mistake.channel, factor, 0.0);
@@ -166,6 +166,7 @@ impl Mistake {
             ("v_y", _) => "Both slips are wrong; the rear stiffness can even turn its sign.",
             ("a_y", _) => "All lateral forces are wrong by the factor: D and K with them.",
             ("r", _) => "Slips and the share of the axles are wrong; the fit follows with C and E.",
+            ("roll", _) => "None: it only tells the slope of the road.",
             ("a_x", _) => "Longitudinal forces and the load transfer are wrong.",
             _ => "The slip ratios of the wheels are wrong.",
         }

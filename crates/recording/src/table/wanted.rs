@@ -15,6 +15,8 @@ pub enum Gaps {
     Hold,
     /// They get the value on the straight line between their neighbours in time.
     Interpolate,
+    /// They are left out of the column, which keeps the time stamps of the others: it is never made up.
+    Drop,
 }
 
 /// Value = `sign` * `gain` * recorded value + `offset`.

@@ -184,7 +184,7 @@ const WHEEL_DEG: &str = "that of the steering wheel in deg";
 const IN_RAD: Mistake = Mistake { unit: None, ..unit("delta", "", "rad", 1.0, COMMON) };
 
 /// All mistakes that are looked for.
-pub(super) const MISTAKES: [Mistake; 36] = [
+pub(super) const MISTAKES: [Mistake; 37] = [
     kmh("v_x"),
     mirrored("v_x"),
     both(kmh("v_x")),
@@ -209,6 +209,7 @@ pub(super) const MISTAKES: [Mistake; 36] = [
     wheel(IN_RAD, WHEEL, -1.0, TWO),
     wheel(DELTA, WHEEL_DEG, 1.0, RARE),
     wheel(DELTA, WHEEL_DEG, -1.0, TWO + 1.0),
+    unit("roll", "in deg, not rad", "deg", DEG, COMMON),
     rpm("omega_fl"),
     rpm("omega_fr"),
     rpm("omega_rl"),

@@ -123,6 +123,7 @@ pub(super) fn all(case: &Case, motion: &Motion) -> Vec<Relation> {
         longitudinal(&view),
         rear_slip(&view),
         sizes(&view),
+        course(&view),
     ];
     measured.into_iter().flatten().chain(wheels(&view)).collect()
 }
@@ -283,14 +284,34 @@ fn rear_slip(view: &View) -> Vec<Relation> {
     [of(arm), of(slope)].into_iter().flatten().collect()
 }
 
+/// The course turns with r + (v_y/v_x)'. It counts either way round, so it says nothing about signs.
+fn course(view: &View) -> Vec<Relation> {
+    let motion = view.motion;
+    let rate = view.smooth(&motion.raw("course"), SLOW, 1);
+    let slip = view.smooth(&motion.combine("v_y", "v_x", |v_y, v_x| v_y / v_x), SLOW, 1);
+    let r = view.smooth(&motion.raw("r"), SLOW, 0);
+    let Some(fit) = view.fit(&[&rate, &slip], &r).or_else(|| view.fit(&[&rate], &r)) else {
+        return Vec::new();
+    };
+    let told = relation(
+        "`r` is {} of the turning of `course`",
+        &[("r", 1)],
+        (&fit, 0),
+        &[([0.75, 1.3], 0.0)],
+        0.1,
+    );
+    told.map(|told| Relation { signed: false, ..told }).into_iter().collect()
+}
+
 /// Sizes that no car exceeds, and the direction of travel.
 fn sizes(view: &View) -> Vec<Relation> {
-    const USUAL: [(&str, &str, [f64; 2]); 5] = [
+    const USUAL: [(&str, &str, [f64; 2]); 6] = [
         ("v_x", "`v_x` reaches {} m/s", [0.8, 110.0]),
         ("v_y", "`v_y` reaches {} m/s", [1e-4, 40.0]),
         ("r", "`r` reaches {} rad/s", [0.01, 9.0]),
         ("a_y", "`a_y` reaches {} m/s2", [0.3, 45.0]),
         ("delta", "`delta` reaches {} rad", [2e-3, 0.9]),
+        ("roll", "`roll` reaches {} rad", [1e-4, 0.6]),
     ];
     let of = |(name, text, range): (&'static str, &'static str, [f64; 2])| {
         let value = quantile(view.motion.raw(name).iter().map(|value| value.abs()), 0.995);
