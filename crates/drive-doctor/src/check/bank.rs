@@ -21,6 +21,8 @@ const TOLD: f64 = 6.0;
 /// The least that matters [m/s²]: a slope of 1.5 %.
 const LEAST: f64 = 0.15;
 
+/// Least time [s] in which the heading tells a slope from errors of sensors.
+const LEAST_TIME: f64 = 30.0;
 /// Steepest slope of a road to its side.
 const STEEPEST: f64 = 0.15;
 
@@ -107,12 +109,9 @@ fn by_heading(case: &mut Case, motion: &Motion, level: &Level) {
             heading
         })
         .collect();
-    let (first, second) = psi.split_at(psi.len() / 2);
-    let turns = |psi: &[f64]| {
-        let [least, most] = ends(psi);
-        most - least > PI
-    };
-    if !(turns(first) && turns(second)) {
+    // On a heading that hardly changes, a slope is an offset.
+    let [least, most] = ends(&psi);
+    if most - least < PI || (psi.len() as f64) * motion.step < LEAST_TIME {
         return;
     }
     let [cos, sin] =

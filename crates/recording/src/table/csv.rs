@@ -32,7 +32,12 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     let found: Vec<_> = titles.iter().map(|title| file.place(title)).collect();
     let places: Vec<usize> =
         found.iter().filter_map(|place| place.as_ref().ok().copied()).collect();
-    let mut rows = file.rows(&places)?;
+    let mut rows = match file.rows(&places) {
+        Ok(rows) => rows,
+        // Columns that are not there say more about a file without rows.
+        Err(error) if found.iter().all(Result::is_ok) => return Err(error.into()),
+        Err(_) => return Err(TableError::all(found.into_iter().filter_map(Result::err))),
+    };
     let warnings = rows.warning.take().into_iter().collect();
     let cells = Cells::new(&file, &rows, &places, wanted.dialect.decimal)?;
     let mut next = 0..;

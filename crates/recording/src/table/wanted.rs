@@ -15,7 +15,7 @@ pub enum Gaps {
     Hold,
     /// They get the value on the straight line between their neighbours in time.
     Interpolate,
-    /// They are left out of the column, which keeps the time stamps of the others: it is never made up.
+    /// They are left out of the column, which then has time stamps of its own.
     Drop,
 }
 

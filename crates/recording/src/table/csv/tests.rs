@@ -232,7 +232,7 @@ fn all_wrong_columns_are_told_at_once() {
     let error = error("t,u,v,x\n0,1,2,\n1,1,two,3\n", &wanted);
     let lines: Vec<&str> = error.lines().collect();
     assert_eq!(lines.len(), 3, "{error}");
-    assert!(lines[0].contains("`two`") && lines[1].contains("no column `w`"), "{error}");
+    assert!(lines[0].contains("found \"two\"") && lines[1].contains("no column `w`"), "{error}");
     assert!(lines[2].contains("`x` has no value in 1 row"), "{error}");
 }
 
