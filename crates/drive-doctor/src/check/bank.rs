@@ -1,16 +1,14 @@
 //! Looks for roads that are not level: the accelerometer feels a slope to the side, the motion over ground does not.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use std::f64::consts::PI;
-
 use numerics::text::significant;
 
-use crate::blocks::{Blocks, Fit, T_95, split};
+use crate::blocks::{Blocks, Fit, split};
 use crate::case::Case;
 use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
 use crate::motion::Motion;
-use crate::statistics::{ends, quantile};
+use crate::statistics::quantile;
 
 /// Filter [s]: no delay of a sensor matters.
 const SLOW: f64 = 0.25;
@@ -20,11 +18,6 @@ const G: f64 = 9.80665;
 const TOLD: f64 = 6.0;
 /// The least that matters [m/s²]: a slope of 1.5 %.
 const LEAST: f64 = 0.15;
-
-/// Least time [s] in which the heading tells a slope from errors of sensors.
-const LEAST_TIME: f64 = 30.0;
-/// Steepest slope of a road to its side.
-const STEEPEST: f64 = 0.15;
 
 /// What is 0 on level ground, a_y − v_x r − v_y', with what else is in it: scales, delays, arms and offsets of sensors.
 struct Level {
@@ -59,7 +52,7 @@ impl Level {
     }
 }
 
-/// Compares what is left of a_y with the roll angle, or with the heading.
+/// Compares what is left of a_y with the roll angle.
 pub(crate) fn check(case: &mut Case) {
     if !case.has(&["v_x", "v_y", "r", "a_y"]) || !case.cut_off.is_empty() {
         return;
@@ -70,11 +63,10 @@ pub(crate) fn check(case: &mut Case) {
         with_roll(case, &motion, &level);
         return;
     }
-    by_heading(case, &motion, &level);
     case.cannot_tell(
         "bank of the road",
         "without a roll angle a road that always falls to one side looks like an offset of `a_y`, and one that is banked in its turns like a scale".to_owned(),
-        "Record the roll angle, or drive the same place in several directions.",
+        "Record the roll angle.",
     );
 }
 
@@ -96,43 +88,6 @@ fn with_roll(case: &mut Case, motion: &Motion, level: &Level) {
     );
     let sure = if is_all { Sure::Likely } else { Sure::Possible };
     report(case, "bank", sentence, sure, (share, interval, "1"));
-}
-
-/// On a plane that falls to one side, the slope to the side goes with the sine of the heading.
-fn by_heading(case: &mut Case, motion: &Motion, level: &Level) {
-    let mut heading = 0.0;
-    let psi: Vec<f64> = motion
-        .raw("r")
-        .iter()
-        .map(|r| {
-            heading += if r.is_finite() { r * motion.step } else { 0.0 };
-            heading
-        })
-        .collect();
-    // On a heading that hardly changes, a slope is an offset.
-    let [least, most] = ends(&psi);
-    if most - least < PI || (psi.len() as f64) * motion.step < LEAST_TIME {
-        return;
-    }
-    let [cos, sin] =
-        [f64::cos, f64::sin].map(|f| psi.iter().map(|psi| f(*psi)).collect::<Vec<_>>());
-    let Some(fit) = level.fit(&[&cos, &sin]) else { return };
-    let (a, b) = (fit.values[0], fit.values[1]);
-    let most = a.hypot(b);
-    let std = (a * fit.stds[0]).hypot(b * fit.stds[1]) / most;
-    let main = if a.abs() > b.abs() { 0 } else { 1 };
-    if most < TOLD * std || !(LEAST..STEEPEST * G).contains(&most) || fit.agrees(main) != Some(true)
-    {
-        return;
-    }
-    let interval = [-1.0, 1.0].map(|side| (most + side * T_95 * std) / G);
-    let [slope, low, high] =
-        [most / G, interval[0], interval[1]].map(|x| significant(100.0 * x, 2));
-    let sentence = format!(
-        "The ground falls by {slope} % [{low}, {high}] to one side: `a_y` reads up to {} m/s2 more or less than the motion says, by the direction of travel.",
-        significant(most, 2)
-    );
-    report(case, "bank", sentence, Sure::Likely, (most / G, interval, "1"));
 }
 
 fn report(
