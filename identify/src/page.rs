@@ -209,8 +209,8 @@ fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) 
         };
         let _ = writeln!(
             html,
-            "<tr><td>{name} <span class=\"faint\">{}</span></td><td class=\"number\">{}{held}</td>\
-             <td class=\"number\">{} … {}</td><td class=\"verdict {}\">{}</td><td>{}</td></tr>",
+            "<tr><td>{name} <span class=\"faint\">{}</span></td><td class=\"number\" data-label=\"value\">{}{held}</td>\
+             <td class=\"number\" data-label=\"95 %\">{} … {}</td><td class=\"verdict {}\">{}</td><td>{}</td></tr>",
             describe(name, direction),
             with_std(number(&estimate.mean), number(&estimate.std)),
             plain(interval[0]),
@@ -224,34 +224,63 @@ fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) 
 }
 
 fn write_methods(html: &mut String, section: &Section) {
-    html.push_str("<table>\n<tr><th>Method</th>");
+    write_values(html, section);
+    write_ends(html, section);
+    for variational in section.methods.iter().filter_map(|method| method.estimate.svi.as_ref()) {
+        let warning = variational.warning.as_deref().map_or_else(
+            || {
+                "The normal distribution is close to the posterior; weights make up for the rest."
+                    .to_owned()
+            },
+            |warning| format!("{warning} The values shown are those of the posterior."),
+        );
+        let _ = writeln!(html, "<p>{}</p>", escape(&warning));
+    }
+}
+
+/// What each method found.
+fn write_values(html: &mut String, section: &Section) {
     let names = ["B", "C", "D", "E", "K"];
-    names.iter().for_each(|name| html.push_str(&format!("<th>{name}</th>")));
-    html.push_str(
-        "<th>Noise</th><th>At a bound</th><th>End</th><th>Time</th><th>Uncertainty of</th></tr>\n",
-    );
-    let values = |html: &mut String, mean: &ByName, std: &ByName| {
-        for name in names {
-            let number = |map: &ByName| map.get(name).copied().unwrap_or(f64::NAN);
-            let value = with_std(number(mean), number(std));
-            let _ = write!(html, "<td class=\"number\">{value}</td>");
-        }
+    let head: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
+    let _ = writeln!(html, "<table>\n<tr><th>Method</th>{head}<th>At a bound</th></tr>");
+    let values = |mean: &ByName, std: &ByName| -> String {
+        let number = |map: &ByName, name: &str| map.get(name).copied().unwrap_or(f64::NAN);
+        let cell = |name: &&str| with_std(number(mean, name), number(std, name));
+        names.iter().map(|it| format!("<td class=\"number\">{}</td>", cell(it))).collect()
     };
-    for method in &section.methods {
-        let estimate = method.estimate;
-        let _ = write!(html, "<tr><td>{}</td>", escape(method.name));
-        values(html, &estimate.mean, &estimate.std);
+    for MethodSection { name, estimate, .. } in &section.methods {
+        let bounds = match estimate.at_bound.is_empty() {
+            true => "none".to_owned(),
+            false => estimate.at_bound.join(", "),
+        };
+        let cells = values(&estimate.mean, &estimate.std);
+        let (name, bounds) = (escape(name), escape(&bounds));
+        let _ = writeln!(html, "<tr><td>{name}</td>{cells}<td>{bounds}</td></tr>");
+        if let Some(own) = &estimate.svi {
+            let cells = values(&own.mean, &own.std);
+            let _ = writeln!(
+                html,
+                "<tr class=\"faint\"><td>its normal distribution</td>{cells}<td></td></tr>"
+            );
+        }
+    }
+    html.push_str("</table>\n");
+}
+
+/// How each method ended.
+fn write_ends(html: &mut String, section: &Section) {
+    html.push_str(
+        "<table>\n<tr><th>Method</th><th>Noise</th><th>End</th><th>Iterations</th><th>Optima</th><th>Time</th>\
+         <th>Uncertainty of</th></tr>\n",
+    );
+    for MethodSection { name, estimate, .. } in &section.methods {
         let convergence = &estimate.convergence;
         let _ = writeln!(
             html,
-            "<td class=\"number\">{}</td><td>{}</td><td>{}, iterations: {}, optima: {}</td><td class=\"number\">{} s</td>\
-             <td>{}</td></tr>",
+            "<tr><td>{}</td><td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+             <td class=\"number\">{} s</td><td>{}</td></tr>",
+            escape(name),
             significant(estimate.noise_std, 3),
-            escape(&if estimate.at_bound.is_empty() {
-                "none".into()
-            } else {
-                estimate.at_bound.join(", ")
-            }),
             end(convergence.status),
             convergence.iterations,
             convergence.optima,
@@ -264,30 +293,19 @@ fn write_methods(html: &mut String, section: &Section) {
                 UncertaintySource::Importance => "posterior (importance)",
             }
         );
-        if let Some(variational) = &estimate.svi {
-            let _ = write!(html, "<tr class=\"faint\"><td>its normal distribution</td>");
-            values(html, &variational.mean, &variational.std);
+        if let Some(own) = &estimate.svi {
             let _ = writeln!(
                 html,
-                "<td class=\"number\">{}</td><td></td><td>{}, steps: {}</td><td></td><td>k-hat {}</td></tr>",
-                significant(variational.noise_std, 3),
-                end(variational.status),
-                variational.steps,
-                significant(variational.diagnosis.k_hat, 2),
+                "<tr class=\"faint\"><td>its normal distribution</td><td class=\"number\">{}</td><td>{}</td>\
+                 <td class=\"number\">{}</td><td></td><td></td><td>k-hat {}</td></tr>",
+                significant(own.noise_std, 3),
+                end(own.status),
+                own.steps,
+                significant(own.diagnosis.k_hat, 2)
             );
         }
     }
     html.push_str("</table>\n");
-    for variational in section.methods.iter().filter_map(|method| method.estimate.svi.as_ref()) {
-        let warning = variational.warning.as_deref().map_or_else(
-            || {
-                "The normal distribution is close to the posterior; weights make up for the rest."
-                    .to_owned()
-            },
-            |warning| format!("{warning} The values shown are those of the posterior."),
-        );
-        let _ = writeln!(html, "<p>{}</p>", escape(&warning));
-    }
 }
 
 fn end(status: Status) -> &'static str {

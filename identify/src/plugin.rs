@@ -63,7 +63,9 @@ impl Analysis for Identify {
                 }
                 recording.complete().map_err(|error| error.to_string().into())
             }
-            Config::ClosedLoop(_) => Ok(closed_loop::recording(request).map(drop)?),
+            Config::ClosedLoop(config) => {
+                Ok(closed_loop::recording(request, config.gap).map(drop)?)
+            }
             Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
             Config::Doctor(_) => Ok(doctor::check(request)?),
             Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),

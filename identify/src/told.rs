@@ -1,7 +1,10 @@
 //! Tells people what an identification found: the verdict first, then errors that were estimated, then each quantity in a table.
 
+use drive_doctor::Examination;
 use numerics::text::{decimals, with_std};
+use plugin::{Row, Table, Words};
 use preparation::direction::Direction;
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 use tire_inference::estimate::Estimate;
 use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
@@ -10,7 +13,7 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Verdict;
 
-use crate::names::{ORDER, the_box, unit, words};
+use crate::names::{ORDER, the_box, uncertainty, unit, words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +49,8 @@ pub struct Overall<'a> {
     pub log: Vec<String>,
     /// The curves.
     pub curves: Vec<Told<'a>>,
+    /// What makes intervals and bands wider than their source says, in a sentence; empty if nothing does.
+    pub widened: &'static str,
 }
 
 impl Overall<'_> {
@@ -72,7 +77,17 @@ impl Overall<'_> {
         let mut boxes: Vec<_> = self.curves.iter().map(|told| the_box(told.prior)).collect();
         boxes.dedup();
         sentences.extend(boxes);
+        sentences.extend(self.origin());
         sentences
+    }
+
+    /// Where intervals and bands come from.
+    fn origin(&self) -> Option<String> {
+        let mut sources: Vec<_> =
+            self.curves.iter().map(|told| uncertainty(told.estimate.source)).collect();
+        sources.dedup();
+        sources.extend((!self.widened.is_empty()).then_some(self.widened));
+        (!self.curves.is_empty()).then(|| sources.join(" "))
     }
 
     /// How much is known, and what is not.
@@ -108,12 +123,8 @@ impl Overall<'_> {
         self.model.verdict == Fit::Fits
     }
 
-    /// Adds what is for people to a result.
-    pub fn add_to(&self, result: &mut Map<String, Value>) {
-        result.insert("summary".to_owned(), json!(self.summary()));
-        result.insert("sound".to_owned(), json!(self.is_sound()));
-        result.insert("model".to_owned(), json!(self.model));
-        result.insert("causes".to_owned(), json!(self.causes));
+    /// What is for people.
+    fn words(&self) -> Words {
         let mut tables = Vec::new();
         for direction in [Direction::Lateral, Direction::Longitudinal] {
             let curves: Vec<_> =
@@ -123,30 +134,50 @@ impl Overall<'_> {
         if !self.causes.is_empty() {
             let row = |it: &CauseEstimate| {
                 let value = format!("{} {}", with_std(it.value, it.std), it.unit);
-                json!([it.title, value.trim_end(), words(it.verdict)])
+                [it.title.clone(), value.trim_end().to_owned(), words(it.verdict).to_owned()]
             };
-            let rows: Vec<_> = self.causes.iter().map(row).collect();
-            tables.push(json!({ "head": ["error", "value", ""], "rows": rows }));
+            tables.push(Table::new(["error", "value", ""], self.causes.iter().map(row)));
         }
-        result.insert("tables".to_owned(), tables.into());
+        Words { summary: self.summary(), sound: self.is_sound(), tables }
+    }
+
+    /// The result: what is found as a whole, before the numbers of each task.
+    pub fn result(&self, doctor: Option<&Examination>, numbers: Map<String, Value>) -> Value {
+        let (model, causes) = (&self.model, self.causes);
+        json!(Outcome { words: self.words(), model, causes, doctor, numbers })
     }
 }
 
+/// The keys that results of all tasks share, and the numbers of each.
+#[derive(Serialize)]
+struct Outcome<'a> {
+    #[serde(flatten)]
+    words: Words,
+    /// Whether the model fits, with its tests.
+    model: &'a ModelVerdict,
+    /// Errors of sensors and car that were estimated with the tires.
+    causes: &'a [CauseEstimate],
+    /// What is wrong with the log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doctor: Option<&'a Examination>,
+    #[serde(flatten)]
+    numbers: Map<String, Value>,
+}
+
 /// A row for each quantity, two columns for each curve.
-fn table(curves: &[&Told]) -> Value {
+fn table(curves: &[&Told]) -> Table {
     let head = curves.iter().flat_map(|told| [told.name, ""]);
-    let head: Vec<_> = std::iter::once("").chain(head).collect();
+    let head = std::iter::once("").chain(head).map(str::to_owned).collect();
     let there = |name: &&str| curves.iter().any(|told| told.estimate.mean.contains_key(*name));
-    let row = |name: &str| -> Vec<String> {
+    let row = |name: &str| {
         let cells = curves.iter().flat_map(|told| cells(told.estimate, name));
         let title = match unit(name, told_direction(curves)) {
             "–" => name.to_owned(),
             unit => format!("{name} [{unit}]"),
         };
-        std::iter::once(title).chain(cells).collect()
+        Row(std::iter::once(title).chain(cells).collect())
     };
-    let rows: Vec<_> = ORDER.into_iter().filter(there).map(row).collect();
-    json!({ "head": head, "rows": rows })
+    Table { head, rows: ORDER.into_iter().filter(there).map(row).collect() }
 }
 
 fn told_direction(curves: &[&Told]) -> Direction {

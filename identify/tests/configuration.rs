@@ -1,6 +1,7 @@
 //! Checks the meaning of each configuration key, and that an error names its key.
 
-use drive_inference::{CarUncertainty, DriveOptions};
+use drive_inference::cause::{Cause, Causes};
+use drive_inference::{CarUncertainty, DriveOptions, correction};
 use identify::config::Config;
 use tire_inference::variational::Optimiser;
 use tire_inference::variational::adam::Adam;
@@ -58,6 +59,12 @@ fn an_error_has_the_path_of_its_key() {
         ("task = \"tires\"\nprepare.car.body.m = 1.0", "prepare.car"),
         ("task = \"tires\"\ncar.wheel_f.stiffness = 2e5", "car.wheel_f"),
         ("task = \"closed_loop\"\nmethod = \"mep\"", "method"),
+        ("task = \"closed_loop\"\nerrors.mass = \"on\"", "errors.mass"),
+        ("task = \"closed_loop\"\nerror_std.mass = 0.1", "error_std.mass"),
+        ("task = \"closed_loop\"\nerror_std.r_delay = nan", "error_std.r_delay"),
+        ("task = \"doctor\"\nwheelbase = 2.4\nl_f = 2.5", "l_f"),
+        ("task = \"doctor\"\nwheelbase = 3.0\nl_f = 1.33\nl_r = 1.07", "wheelbase"),
+        ("task = \"tires\"\nprepare.shortest = nan", "prepare.shortest"),
         ("task = \"closed_loop\"\ntypical.S_h = 0.0", "typical.S_h"),
         ("task = \"closed_loop\"\nbounds.C = [-1.0, 2.0]", "bounds.C"),
         ("task = \"closed_loop\"\nwindows = [[0.0, 1.0], [3.0, 2.0]]", "windows.1"),
@@ -126,19 +133,118 @@ fn numbers_of_the_car_have_standard_deviations() {
     for (body, says) in [
         (
             "m = { value = 982.0, std = -1.0 }",
-            "car.body.m.std: expected a standard deviation from 0 to 491, found -1",
+            "car.body.m.std: expected a standard deviation from 0 to 491.0, found -1",
         ),
         ("m = { value = 982.0, std = 600.0 }", "found 600"),
         ("l_f = { value = 1.0, std = nan }", "car.body.l_f.std"),
         ("m = 0.0", "car.body.m: expected a number above 0"),
+        ("l_f = 1330.0", "car.body.l_f: expected metres: l_f + l_r from 0.05 to 20, found 1331.07"),
+        ("h = 450.0", "car.body.h: expected metres: at most l_f + l_r, found 450"),
+        (
+            "m = { value = 982.0, std = nan }",
+            "car.body.m.std: expected a standard deviation from 0 to 491.0, found NaN",
+        ),
         ("m = nan", "car.body.m: expected a number above 0"),
     ] {
         let name = body.split(' ').next().unwrap_or_default();
         let others = BODY
             .replace(&format!("{name} = "), "h_ = ")
             .replace("h_ = 982.0, ", "")
-            .replace("h_ = 1.33, ", "");
+            .replace("h_ = 1.33, ", "")
+            .replace(", h_ = 0.45", "");
         let error = closed_loop(&format!("body = {{ {others}, {body} }}\n{rest}")).expect_err(body);
         assert!(error.contains(says), "{body}: {error}");
     }
+}
+
+#[test]
+fn wheels_and_resistance_are_checked_before_anything_runs() {
+    let read = |more: &str| {
+        Config::read(&format!(
+            "task = \"tires\"\n[car]\nbody = {{ {BODY} }}\naero = \"none\"\ndrive_front_share = 0.0\n\
+             brake_front_share = \"by_load\"\n{more}"
+        ))
+    };
+    read("c_roll = 0.01\nwheel_f = { radius = 0.3, stiffness = 2e5 }").expect("a car");
+    let differential = "drive_lock = 0.3, coast_lock = 0.2, preload = 50.0, engine_brake = 300.0, sensitivity = 1.0";
+    for (more, key) in [
+        ("c_roll = -0.01".to_owned(), "car.c_roll"),
+        ("c_roll = nan".to_owned(), "car.c_roll"),
+        ("wheel_f = { radius = 0.0 }".to_owned(), "car.wheel_f.radius"),
+        ("wheel_r = { radius = 0.3, stiffness = nan }".to_owned(), "car.wheel_r.stiffness"),
+        ("wheel_r = { radius = 0.3, growth = -1.0 }".to_owned(), "car.wheel_r.growth"),
+        (format!("differential = {{ {differential}, track = 0.0 }}"), "car.differential.track"),
+        (
+            format!("differential = {{ {}, track = 1.4 }}", differential.replace("0.3", "1.3")),
+            "car.differential.drive_lock",
+        ),
+    ] {
+        assert_eq!(read(&more).expect_err(&more).key(), key, "{more}");
+    }
+}
+
+/// The keys of a column in the reference of all scenarios, with the type of each.
+fn column_keys() -> serde_json::Value {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/reference/scenario.schema.json");
+    let schema: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(path).expect("the schema")).expect("JSON");
+    schema["$defs"]["Column"]["properties"].clone()
+}
+
+#[test]
+fn every_line_that_corrects_an_error_is_one_that_a_scenario_takes() {
+    let base = format!(
+        "task = \"closed_loop\"\n[car]\naero = \"none\"\nbrake_front_share = 0.6\nbody = {{ {BODY} }}"
+    );
+    let car =
+        closed_loop(&format!("body = {{ {BODY} }}\naero = \"none\"\nbrake_front_share = 0.6"));
+    let car = car.expect("a car").car;
+    let keys = column_keys();
+    for cause in Cause::ALL {
+        for value in [0.0123, -0.0123] {
+            let mut found = Causes::default();
+            found[cause] = value;
+            let lines = correction::lines(cause, &found, 0.001, &car);
+            let table: toml::Table = toml::from_str(&lines).expect(&lines);
+            let columns = table.get("table").and_then(|it| it["columns"].as_table());
+            for (channel, column) in columns.into_iter().flatten() {
+                assert!(["v_x", "v_y", "r", "a_y", "F_x", "delta"].contains(&channel.as_str()));
+                for (key, value) in column.as_table().expect(&lines) {
+                    assert!(keys[key]["type"].to_string().contains("number"), "{lines}");
+                    assert!(value.is_float() || value.is_integer(), "{lines}");
+                }
+            }
+            let mut config: toml::Table = toml::from_str(&base).expect("TOML");
+            let more = table.get("config").and_then(toml::Value::as_table);
+            assert!(columns.is_some() || more.is_some(), "{cause:?}: {lines}");
+            more.into_iter().for_each(|more| merge(&mut config, more));
+            Config::read(&config.to_string()).expect(&lines);
+        }
+    }
+}
+
+fn merge(into: &mut toml::Table, more: &toml::Table) {
+    for (key, value) in more {
+        match (into.get_mut(key).and_then(toml::Value::as_table_mut), value.as_table()) {
+            (Some(into), Some(more)) => merge(into, more),
+            _ => drop(into.insert(key.clone(), value.clone())),
+        }
+    }
+}
+
+#[test]
+fn lines_correct_what_was_done_to_a_record() {
+    let car = vehicle::Vehicle::default();
+    let mut found = Causes::default();
+    (found[Cause::SteeringOffset], found[Cause::SteeringGain]) = (0.01, 0.25);
+    // The record of 0.2 rad is 1.25 · 0.2 + 0.01; with the gain of 0.8 and this offset it is 0.2 again.
+    let line = correction::lines(Cause::SteeringOffset, &found, 0.0, &car);
+    assert_eq!(line, "table.columns.delta.offset = -0.008000  # [rad]");
+    let line = correction::lines(Cause::SteeringGain, &found, 0.0, &car);
+    assert_eq!(line, "table.columns.delta.gain = 0.8000");
+    found[Cause::CentreOfGravity] = 0.1;
+    let lines = correction::lines(Cause::CentreOfGravity, &found, 0.005, &car);
+    let vehicle::Body { l_f, l_r, .. } = car.body;
+    assert!(lines.contains(&format!("value = {:.3}", l_f - 0.1)), "{lines}");
+    assert!(lines.contains(&format!("l_r = {:.3}", l_r + 0.1)), "{lines}");
 }

@@ -12,7 +12,7 @@ use crate::series::Series;
 mod over;
 mod stable;
 
-pub use stable::{Blocks, Scatter};
+pub use stable::{Blocks, HOLD_OUT, Scatter};
 
 /// Channels by name.
 pub const CHANNELS: [&str; 4] = ["v_x", "v_y", "r", "a_y"];

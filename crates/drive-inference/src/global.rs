@@ -23,7 +23,7 @@ const HOMOTOPY: [f64; 2] = [1000.0, 30.0];
 /// When to stop on the way through the homotopy, on a part of the recordings, and on all of them. B, C and E
 /// are so correlated that a residual of 1e-5 would still be tenths of a standard deviation along the ridge.
 const ROUGH: Limits = Limits { iterations: 6, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
-const COARSE: Limits = Limits { iterations: 15, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
+pub const COARSE: Limits = Limits { iterations: 15, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
 /// When to stop where every digit counts.
 pub const FINE: Limits = Limits { iterations: 40, target: 1e-6, tolerance: 1e-5, damping: 1e-5 };
 /// Points on a way to a minimum at which the cost must fall.
@@ -58,8 +58,9 @@ pub struct Optima {
 }
 
 impl<'a> Search<'a> {
-    /// Minimises from all starts and from others along their ridges. Where the noises are estimated, the search on a part
-    /// of the recordings is repeated under those of its best: optima that lie close under one noise are far apart under another.
+    /// Minimises from all starts and from others along their ridges. Where the noises are estimated, all of them see those of a
+    /// minimum near the first start, and the minima those of the best: optima that lie close under one noise are far apart under
+    /// another.
     ///
     /// # Errors
     ///
@@ -67,20 +68,29 @@ impl<'a> Search<'a> {
     pub fn run(&self, starts: &[Tires]) -> Result<Optima, Error> {
         let thinned = self.joint.likelihood.thinned();
         let mut thin = self.on(&thinned, self.joint.noise);
-        let (mut candidates, mut count, mut evaluations) = thin.candidates(starts);
-        let none = |count| Error::NoStart { starts: count };
-        let first = candidates.first().ok_or_else(|| none(count))?;
-        if self.noise.estimated() {
-            let at = thin.joint.unknowns(&first.x);
-            let (noise, more) = self.noise.refine(&thinned, &at);
-            evaluations += more;
-            let fall = thin.joint.cost(&first.x);
+        let mut starts = starts.to_vec();
+        let mut evaluations = 0;
+        if let (true, Some(start)) = (self.noise.estimated(), starts.first()) {
+            let near = thin.from(start);
+            let (noise, more) = self.noise.refine(&thinned, &thin.joint.unknowns(&near.x));
+            evaluations += near.evaluations + more;
+            starts.push(from_vector(&near.x));
             thin = self.on(&thinned, noise);
-            if fall - thin.joint.cost(&first.x) > OTHER_NOISE {
-                let known: Vec<Tires> = candidates.iter().map(|m| from_vector(&m.x)).collect();
-                let (again, starts, more) = thin.candidates(&known);
-                (candidates, count) = (again, count + starts);
-                evaluations += more;
+        }
+        let (mut candidates, count, more) = thin.candidates(&starts);
+        evaluations += more;
+        let none = || Error::NoStart { starts: count };
+        let best = candidates.first().ok_or_else(none)?;
+        if self.noise.estimated() {
+            let (noise, more) = self.noise.refine(&thinned, &thin.joint.unknowns(&best.x));
+            evaluations += more;
+            let fall = thin.joint.cost(&best.x);
+            thin = self.on(&thinned, noise);
+            if fall - thin.joint.cost(&best.x) > OTHER_NOISE {
+                let again = |minimum: &Minimum| thin.minimise(&minimum.x, COARSE);
+                let minima: Vec<Minimum> = candidates.par_iter().map(again).collect();
+                evaluations += minima.iter().map(|minimum| minimum.evaluations).sum::<usize>();
+                candidates = different(minima, CLOSE);
             }
         }
         let full = self.on(self.joint.likelihood, thin.joint.noise);
@@ -93,7 +103,7 @@ impl<'a> Search<'a> {
         evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
         let minima = different(minima, f64::INFINITY);
         if minima.is_empty() {
-            return Err(none(count));
+            return Err(none());
         }
         Ok(Optima { minima, noise: thin.joint.noise, starts: count, evaluations })
     }

@@ -8,7 +8,9 @@ use numerics::convergence::Convergence;
 use numerics::sqp::{self, Minimum, Model, Objective};
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
+use tire_inference::estimate::Estimate;
 use tire_inference::model::ModelVerdict;
+use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
 use tire_inference::verdict::Pressed;
 
@@ -224,10 +226,9 @@ impl Run<'_> {
         explained: Vec<Explained>,
         begin: Instant,
     ) -> Result<Identified, Error> {
-        let Best { unknowns, active, gains, minimum, optima, convergence, likelihood } = best;
+        let Best { unknowns, active, gains, minimum, optima, convergence, ref likelihood } = best;
         let (options, tires, noise) = (self.options, unknowns.tires, unknowns.noise);
         let (expected, std, held) = (options.expected(), options.error_std(), unknowns.causes);
-        let likelihood = &likelihood;
         let series = series::series(&options.car, self.recordings, likelihood, &unknowns);
         let joint = Joint { likelihood, noise, expected, active, held, std };
         let corners = corners(&options.prior.bounds);
@@ -246,9 +247,9 @@ impl Run<'_> {
         let scatter = blocks.as_ref().and_then(Blocks::scatter);
         let scatter = scatter.as_ref();
         let covariance = scatter.map_or_else(|| covariance(&minimum), |it| it.blocks.clone());
-        let causes = told::causes(&minimum, &joint, &gains, &unknowns);
+        let causes = told::causes(&minimum, &joint, &gains, &unknowns, &options.car);
         let fits = self.fits(&unknowns, &series, blocks.as_ref());
-        let model = told::with_causes(fits, &causes);
+        let (model, causes) = told::judged(fits, causes);
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
         let DriveOptions { prior, svi, seed, .. } = *options;
@@ -269,9 +270,10 @@ impl Run<'_> {
             convergence: convergence.clone(),
             seconds: begin.elapsed().as_secs_f64(),
         };
+        let estimates = judge.estimates();
         Ok(Identified {
-            estimates: judge.estimates(),
-            tires,
+            tires: published(&estimates, tires),
+            estimates,
             covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             noise,
             causes,
@@ -336,6 +338,16 @@ fn pressed(joint: &Joint, minimum: &Minimum, prior: &Prior, likely: bool) -> Axl
             let gain = 2.0 * (joint.cost(&start) - found.model.cost);
             (from_vector(&found.x)[axle].theta(), gain)
         })
+    })
+}
+
+/// The tires of the estimates, which are the fitted ones unless the posterior rejects those.
+fn published(estimates: &Axles<Estimate>, fitted: Tires) -> Tires {
+    Axles::new(|axle| {
+        let fitted = fitted[axle].into_array();
+        let place = |i: usize| TireParameters::<f64>::PARAMETERS[i].name();
+        let value = |i: usize| estimates[axle].mean.get(place(i)).copied().unwrap_or(fitted[i]);
+        TireParameters::from(std::array::from_fn(value))
     })
 }
 

@@ -20,6 +20,7 @@ mod algebra;
 mod car;
 pub mod cause;
 mod coordinates;
+pub mod correction;
 mod error;
 mod evaluation;
 mod explored;
@@ -64,6 +65,7 @@ mod verdict;
 mod wanted;
 mod wide;
 
+pub use adequacy::HOLD_OUT;
 pub use error::Error;
 pub use identification::identify;
 pub use identified::{Fitted, Identified, Innovations};

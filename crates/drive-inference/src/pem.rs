@@ -62,7 +62,8 @@ impl Problem<'_> {
         let first = self.fit(active, start);
         evaluations += first.minimum.evaluations;
         let (fit, gains) = selection::select(self, first);
-        let mut fits = vec![fit];
+        let mut fits = vec![self.finish(&fit, self.unknowns(&fit))];
+        evaluations += fits[0].minimum.evaluations;
         let mut others = tires[1..].to_vec();
         if !gains.is_empty() {
             // What was an optimum for wrong sensors need not be one for the right ones.
@@ -74,10 +75,8 @@ impl Problem<'_> {
         }
         for tires in others {
             let start = Unknowns { tires, ..self.unknowns(&fits[0]) };
-            let active = fits[0].active.clone();
             // On the rows of the first, as their costs are compared.
-            let other =
-                if gains.is_empty() { self.fit(active, start) } else { self.refit(active, start) };
+            let other = self.finish(&fits[0], start);
             evaluations += other.minimum.evaluations;
             fits.push(other);
         }
@@ -95,7 +94,7 @@ impl Problem<'_> {
         let mut fits = fits;
         fits.sort_by(|a, b| a.minimum.model.cost.total_cmp(&b.minimum.model.cost));
         let mut rest = fits.split_off(1);
-        let Fit { active, likelihood, noise, minimum } = fits.remove(0);
+        let Fit { active, likelihood, noise, minimum, .. } = fits.remove(0);
         let joint = self.joint(&likelihood, noise, &active);
         let [lower, upper] = joint.corners(&self.bounds);
         let mut minima = vec![minimum];

@@ -107,6 +107,9 @@ pub fn posterior(
     };
     let report = |axle: Axle| {
         let posterior = &axles[axle];
+        let band = Band::new(posterior, slip_range[axle], BAND);
+        // A normal distribution that the box cuts need not hold the tire that it is about.
+        let band = if even { band } else { band.holding(&best[axle].theta()) };
         let mean = |p: &Parameter| (p.name().to_owned(), posterior.mean(*p));
         PosteriorReport {
             method: SamplingMethod::Importance,
@@ -117,7 +120,7 @@ pub fn posterior(
             cells: sampled.evaluations,
             levels: sampled.rounds,
             mean: TireParameters::<f64>::PARAMETERS.iter().map(mean).collect(),
-            band: Some(Band::new(posterior, slip_range[axle], BAND)),
+            band: Some(band),
             ..PosteriorReport::default()
         }
     };

@@ -1,12 +1,12 @@
 //! Poses the problem of prediction errors, and fits tires, errors and noises from one start.
 
-use numerics::sqp::{self, Minimum};
+use numerics::sqp::{self, Limits, Minimum};
 use tire_inference::bounds::Bounds;
 use vehicle::Vehicle;
 
 use crate::cause::{Cause, Causes};
 use crate::error::Error;
-use crate::global::{FINE, Optima, Search};
+use crate::global::{COARSE, FINE, Optima, Search};
 use crate::joint::Joint;
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
 use crate::noises::Noise;
@@ -52,6 +52,8 @@ pub struct Fit {
     pub noise: DriveNoise,
     /// Over tires and errors.
     pub minimum: Minimum,
+    /// Whether only the rows count that are left with any delay.
+    delayed: bool,
 }
 
 impl Problem<'_> {
@@ -104,22 +106,38 @@ impl Problem<'_> {
         self.joint(&fit.likelihood, fit.noise, &fit.active).unknowns(&fit.minimum.x)
     }
 
-    /// Fits tires and some causes, and the noises in turn with them: on all rows, if no sensor errs.
+    /// Fits tires and some causes roughly, and the noises in turn with them: on all rows, if no sensor errs.
     pub fn fit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
         let of_car = active.iter().all(|cause| Cause::CAR.contains(cause));
-        self.fit_rows(active, start, !of_car)
+        self.fit_rows(active, start, !of_car, (ROUNDS, COARSE))
     }
 
     /// The same on the rows that are left with any delay.
     pub fn refit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
-        self.fit_rows(active, start, true)
+        self.fit_rows(active, start, true, (ROUNDS, COARSE))
     }
 
-    fn fit_rows(&self, active: Vec<Cause>, start: Unknowns, delayed: bool) -> Fit {
+    /// The same under the noises of the start, as well as a comparison needs it.
+    pub fn trial(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
+        self.fit_rows(active, start, true, (0, COARSE))
+    }
+
+    /// The causes and rows of a rough fit with all digits, from a start.
+    pub fn finish(&self, rough: &Fit, start: Unknowns) -> Fit {
+        self.fit_rows(rough.active.clone(), start, rough.delayed, (ROUNDS, FINE))
+    }
+
+    fn fit_rows(
+        &self,
+        active: Vec<Cause>,
+        start: Unknowns,
+        delayed: bool,
+        (rounds, limits): (usize, Limits),
+    ) -> Fit {
         let mut at = start;
         let mut evaluations = 0;
         let mut best: Option<Fit> = None;
-        for round in 0..=ROUNDS {
+        for round in 0..=rounds {
             let likelihood = self.likelihood(delayed.then_some(&at.causes));
             if round > 0 {
                 let (noise, more) = self.noise.refine(&likelihood, &at);
@@ -133,11 +151,11 @@ impl Problem<'_> {
             let joint = self.joint(&likelihood, at.noise, &active);
             let [lower, upper] = joint.corners(&self.bounds);
             let from = joint.point(&at.tires, &at.causes);
-            let minimum = sqp::minimise(&joint, &lower, &upper, &from, FINE);
+            let minimum = sqp::minimise(&joint, &lower, &upper, &from, limits);
             evaluations += minimum.evaluations;
             at = joint.unknowns(&minimum.x);
             let noise = at.noise;
-            best = Some(Fit { active: active.clone(), likelihood, noise, minimum });
+            best = Some(Fit { active: active.clone(), likelihood, noise, minimum, delayed });
         }
         let mut fit = best.unwrap_or_else(|| unreachable!("the first round always fits"));
         fit.minimum.evaluations = evaluations;

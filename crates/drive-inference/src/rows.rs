@@ -116,6 +116,31 @@ impl Rows {
         Self { groups: Vec::new(), directions, cancelled: true }
     }
 
+    /// Adds the direction from these residuals to others of the same rows, which is a secant.
+    pub fn add_towards(&mut self, others: &Self) {
+        let (Some(own), Some(others)) = (self.groups.first(), others.groups.first()) else {
+            return;
+        };
+        let towards = |(own, other): (&Residual, &Residual)| {
+            let wider = other.log_std - own.log_std;
+            let mean = other.whitened * wider.exp() - own.whitened;
+            (mean, 0.5_f64.sqrt() * ((2.0 * wider).exp() - 1.0))
+        };
+        let secants: Vec<(f64, f64)> = own.0.iter().zip(&others.0).map(towards).collect();
+        let place = self.directions % DIRECTIONS;
+        if place == 0 {
+            let none = [0.0; DIRECTIONS];
+            let bare = |it: &Residual| Residual { mean: none, variance: none, ..*it };
+            let bare = Group(own.0.iter().map(bare).collect());
+            self.groups.push(bare);
+        }
+        let residuals = self.groups.iter_mut().last().into_iter().flat_map(|group| &mut group.0);
+        for (residual, (mean, variance)) in residuals.zip(secants) {
+            (residual.mean[place], residual.variance[place]) = (mean, variance);
+        }
+        self.directions += 1;
+    }
+
     /// How many rows there are, with a residual of each channel.
     pub fn len(&self) -> usize {
         self.groups.first().map_or(0, |group| group.0.len() / CHANNELS)

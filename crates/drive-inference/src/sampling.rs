@@ -1,15 +1,11 @@
 //! Cuts a recording where its time has gaps: nothing is integrated over them.
 
 use numerics::statistics::quantile;
+use preparation::longest_step;
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::recording::{Drive, SHORTEST};
-
-/// A step of more than this many usual ones is a gap; half a step keeps rounding from deciding.
-const STEPS: f64 = 3.5;
-/// The step that this share of all steps does not exceed is the usual one: jitter and lost rows are no gaps.
-const USUAL: f64 = 0.95;
 
 /// How a recording was sampled, and what was made of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -51,7 +47,7 @@ impl Sampled {
         drive.check(0)?;
         let mut steps: Vec<f64> = drive.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.sort_by(f64::total_cmp);
-        let gap = gap.unwrap_or_else(|| STEPS * quantile(&steps, USUAL));
+        let gap = gap.unwrap_or_else(|| longest_step(&drive.t));
         let pairs = drive.t.windows(2).filter(|pair| pair[1] - pair[0] > gap);
         let gaps = pairs.map(|pair| [pair[0], pair[1]]).collect();
         let within = steps.partition_point(|step| *step <= gap);

@@ -27,27 +27,31 @@ const MOST: usize = 8;
 /// Where a fit of noise that lasts starts: its correlation from row to row, and its share of the variance.
 const COLOUR: [f64; 2] = [0.8, 0.5];
 
-/// Adds errors to a fit as long as the data ask for them; what each gained. Costs with and without delays are of the same rows:
-/// those that are left with any delay.
+/// Adds errors to a rough fit as long as the data ask for them; what each gained. Costs with and without delays are of the same rows:
+/// those that are left with any delay. Noise that lasts explains away every error a little, so that its turn is the last.
 pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
     let mut gains: Vec<(Addition, f64)> = Vec::new();
     let mut outlook = Outlook::new(problem, &first);
-    if outlook.additions(problem, &first).is_empty() {
+    if outlook.promising.is_empty() && !outlook.coloured(problem, &first) {
         return (first, gains);
     }
     let mut fit = problem.refit(first.active.clone(), problem.unknowns(&first));
     while gains.len() < MOST && !problem.cancel.is_cancelled() {
         let before = cost(problem, &fit);
-        let additions = outlook.additions(problem, &fit);
-        let tried = additions.into_iter().map(|addition| {
-            let fit = trial(problem, &fit, addition, &outlook.lasting);
-            (addition, before - cost(problem, &fit), fit)
-        });
-        let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));
-        // A gain that is no number is none.
-        let Some((addition, gain, better)) = best.filter(|(_, gain, _)| *gain >= ENOUGH) else {
-            break;
+        let full = |(addition, tried): (Addition, Fit)| {
+            let fit = problem.refit(tried.active.clone(), problem.unknowns(&tried));
+            let gain = before - cost(problem, &fit);
+            // A gain that is no number is none.
+            (gain >= ENOUGH).then_some((addition, gain, fit))
         };
+        let try_out =
+            |addition: Addition| (addition, trial(problem, &fit, addition, &outlook.lasting));
+        let tried = outlook.promising.iter().copied().map(try_out);
+        let best = tried.min_by(|a, b| cost(problem, &a.1).total_cmp(&cost(problem, &b.1)));
+        let best = best.and_then(full).or_else(|| {
+            outlook.coloured(problem, &fit).then(|| full(try_out(Addition::Colour))).flatten()
+        });
+        let Some((addition, gain, better)) = best else { break };
         fit = better;
         gains.push((addition, gain));
         outlook = Outlook::new(problem, &fit);
@@ -82,7 +86,7 @@ fn trial(problem: &Problem, fit: &Fit, addition: Addition, lasting: &[f64; 4]) -
             (start.noise, _) = problem.noise.refine(&fit.likelihood, &start);
         }
     }
-    problem.refit(active, start)
+    problem.trial(active, start)
 }
 
 /// Takes out errors of sensors that later ones made idle.
@@ -106,8 +110,8 @@ fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(Addition, f64)>)
 
 /// What a fit leaves to hope for.
 struct Outlook {
-    /// The gain of each error that may be estimated and is not yet, largest first [nat].
-    foretold: Vec<(Cause, f64)>,
+    /// What is worth a fit, that with the largest foretold gain first.
+    promising: Vec<Addition>,
     /// Correlations of innovations from row to row.
     lasting: [f64; 4],
 }
@@ -125,36 +129,41 @@ impl Outlook {
         let mut directions = joint.directions();
         let known = directions.len();
         directions.extend(candidates.iter().copied().map(Direction::Cause));
-        let rows = fit.likelihood.rows(&joint.unknowns(&fit.minimum.x), &directions);
-        let score = Score::new(&rows, &joint, known);
-        let gain = |(index, cause): (usize, &Cause)| {
-            let [slope, information] = score.of(known + index);
-            (*cause, 0.5 * slope * slope / (information + joint.precision(*cause)))
-        };
-        let mut foretold: Vec<_> = candidates.iter().enumerate().map(gain).collect();
-        foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let at = joint.unknowns(&fit.minimum.x);
+        let mut rows = fit.likelihood.rows(&at, &directions);
         let lasting = std::array::from_fn(|channel| rows.autocorrelation(channel));
-        Self { foretold, lasting }
+        let mut additions: Vec<(Addition, f64)> = candidates
+            .iter()
+            .map(|cause| (Addition::Error(*cause), joint.precision(*cause)))
+            .collect();
+        let rigid = Cause::TIRES.iter().all(|it| sought(it) && !fit.active.contains(it));
+        if rigid && lasts(&lasting) {
+            let mut relaxed = at;
+            relaxed.causes.relax();
+            rows.add_towards(&fit.likelihood.rows(&relaxed, &directions[..1]));
+            additions.push((Addition::Relaxation, 0.0));
+        }
+        let score = Score::new(&rows, &joint, known);
+        let gain = |(index, (addition, precision)): (usize, &(Addition, f64))| {
+            score.gain(known + index, *precision).map(|gain| (*addition, gain))
+        };
+        let mut foretold: Vec<_> = additions.iter().enumerate().filter_map(gain).collect();
+        foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let enough = foretold.first().map_or(0.0, |(_, best)| SHARE * best);
+        let worth = foretold.into_iter().filter(|(_, gain)| *gain >= enough).take(TRIALS);
+        Self { promising: worth.map(|(addition, _)| addition).collect(), lasting }
     }
 
-    /// What is worth a fit.
-    fn additions(&self, problem: &Problem, fit: &Fit) -> Vec<Addition> {
-        let best = self.foretold.first().map_or(0.0, |(_, gain)| *gain);
-        let worth = |(_, gain): &&(Cause, f64)| *gain > (SHARE * best).max(ENOUGH);
-        let errors = self.foretold.iter().filter(worth).take(TRIALS);
-        let mut additions: Vec<_> = errors.map(|(cause, _)| Addition::Error(*cause)).collect();
-        if self.lasting.iter().any(|correlation| *correlation > COLOURED) {
-            let free = |cause: &Cause| problem.search.of(*cause) == Mode::Evidence;
-            if Cause::TIRES.iter().all(free) && !fit.active.contains(&Cause::RelaxationFront) {
-                additions.push(Addition::Relaxation);
-            }
-            let white = fit.noise.colour.iter().all(|[_, share]| *share == 0.0);
-            if problem.noise.estimated() && white {
-                additions.push(Addition::Colour);
-            }
-        }
-        additions
+    /// Whether noise that lasts may be tried.
+    fn coloured(&self, problem: &Problem, fit: &Fit) -> bool {
+        let white = fit.noise.colour.iter().all(|[_, share]| *share == 0.0);
+        problem.noise.estimated() && white && lasts(&self.lasting)
     }
+}
+
+/// Whether some channel's innovations do.
+fn lasts(correlations: &[f64; 4]) -> bool {
+    correlations.iter().any(|correlation| *correlation > COLOURED)
 }
 
 /// Scores of blocks, with what is known of everything that follows.
@@ -177,9 +186,9 @@ impl Score {
         Self { blocks: rows.scores(), fitted: inverse(&fitted), information, known }
     }
 
-    /// Slope of the likelihood along an error with everything else following, and its variance: the information, or more where
-    /// blocks show more.
-    fn of(&self, index: usize) -> [f64; 2] {
+    /// Gain of the likelihood by an addition of some precision before any data, with everything else following [nat]; none where
+    /// the scatter of blocks explains it, or where a length would be negative.
+    fn gain(&self, index: usize, precision: f64) -> Option<f64> {
         let cross = self.information.view((0, index), (self.known, 1)).into_owned();
         let follow = &self.fitted * &cross;
         let information = self.information[(index, index)] - cross.dot(&follow);
@@ -191,6 +200,8 @@ impl Score {
         let slope: f64 = scores.iter().sum();
         let mean = slope / scores.len() as f64;
         let spread: f64 = scores.iter().map(|score| (score - mean).powi(2)).sum();
-        [slope, information.max(spread)]
+        let by = |variance: f64| 0.5 * slope * slope / (variance + precision);
+        let backwards = precision == 0.0 && slope < 0.0;
+        (by(information.max(spread)) > ENOUGH && !backwards).then(|| by(information))
     }
 }

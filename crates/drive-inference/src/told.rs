@@ -1,12 +1,13 @@
 //! Puts the errors of sensors and car that were found into words, with the line that corrects each.
 
 use numerics::sqp::{Minimum, Objective};
-use numerics::text::significant;
 use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use tire_inference::verdict::{NARROWED, Verdict};
+use vehicle::Vehicle;
 
 use crate::adequacy::CHANNELS;
 use crate::cause::Cause;
+use crate::correction;
 use crate::explored::inverse;
 use crate::joint::{Joint, OfNoise};
 use crate::likelihood::Unknowns;
@@ -22,6 +23,7 @@ pub fn causes(
     joint: &Joint,
     gains: &[(Addition, f64)],
     at: &Unknowns,
+    car: &Vehicle,
 ) -> Vec<CauseEstimate> {
     let covariance = inverse(&minimum.model.hessian);
     let gain =
@@ -32,7 +34,11 @@ pub fn causes(
             Cause::RelaxationFront | Cause::RelaxationRear => Addition::Relaxation,
             error => Addition::Error(*error),
         };
-        told(*cause, at.causes[*cause], std, gain(addition))
+        let it = told(*cause, at.causes[*cause], std, gain(addition));
+        // What the data do not tell needs no correction.
+        let told = it.gain.is_some() || it.verdict == Verdict::Identified;
+        let lines = || correction::lines(*cause, &at.causes, std, car);
+        CauseEstimate { correction: if told { lines() } else { String::new() }, ..it }
     };
     let mut all: Vec<_> = joint.active.iter().enumerate().map(estimate).collect();
     all.extend(colours(joint, at, gain(Addition::Colour)));
@@ -40,8 +46,17 @@ pub fn causes(
     all
 }
 
-/// The verdict on the model, which names the errors that it needs to fit.
-pub fn with_causes(model: ModelVerdict, causes: &[CauseEstimate]) -> ModelVerdict {
+/// The verdict on the model, which names the errors that it needs to fit; and these errors, no better than the model.
+pub fn judged(
+    model: ModelVerdict,
+    mut causes: Vec<CauseEstimate>,
+) -> (ModelVerdict, Vec<CauseEstimate>) {
+    let model = with_causes(model, &causes);
+    causes.iter_mut().for_each(|cause| cause.verdict = model.cap(cause.verdict));
+    (model, causes)
+}
+
+fn with_causes(model: ModelVerdict, causes: &[CauseEstimate]) -> ModelVerdict {
     let named: Vec<&str> = causes
         .iter()
         .filter(|cause| cause.gain.is_some())
@@ -118,42 +133,6 @@ fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> CauseEstimate 
         },
         gain,
         sentence,
-        correction: correction(cause, value),
-    }
-}
-
-/// What to write into a scenario.
-fn correction(cause: Cause, value: f64) -> String {
-    let number = |value: f64| significant(value, 3);
-    let column = |name: &str, key: &str, value: f64| {
-        format!("[analysis.table.columns] {name} = {{ …, {key} = {} }}", number(value))
-    };
-    let delayed = |name: &str| column(name, "delay", value);
-    let offset = |name: &str| column(name, "offset", -value);
-    let scaled = |name: &str| column(name, "gain", 1.0 / (1.0 + value));
-    let car = |key: &str, change: String| format!("[analysis.config.body] {key}: {change}");
-    let times = || format!("multiply by {}", number(1.0 + value));
-    match cause {
-        Cause::SteeringOffset => offset("delta"),
-        Cause::SteeringGain => scaled("delta"),
-        Cause::SteeringDelay => delayed("delta"),
-        Cause::SpeedGain => scaled("v_x"),
-        Cause::SideslipOffset => format!("v_y: subtract {} v_x", number(value)),
-        Cause::SideslipLever => format!("v_y: subtract {} r", number(value)),
-        Cause::SideslipDelay => delayed("v_y"),
-        Cause::YawRateOffset => offset("r"),
-        Cause::YawRateGain => scaled("r"),
-        Cause::YawRateDelay => delayed("r"),
-        Cause::AccelerationOffset => offset("a_y"),
-        Cause::AccelerationGain => scaled("a_y"),
-        Cause::AccelerationLever => format!("a_y: subtract {} times the rate of r", number(value)),
-        Cause::AccelerationDelay => delayed("a_y"),
-        Cause::ForceDelay => delayed("F_x"),
-        Cause::ForceGain => column("F_x", "gain", 1.0 + value),
-        Cause::Mass => car("m", times()),
-        Cause::Inertia => car("I_zz", times()),
-        Cause::CentreOfGravity => car("l_f", format!("subtract {}, add it to l_r", number(value))),
-        Cause::Height => car("h", format!("add {}", number(value))),
-        Cause::RelaxationFront | Cause::RelaxationRear => String::new(),
+        correction: String::new(),
     }
 }

@@ -5,8 +5,9 @@ use numerics::convergence::Convergence;
 use numerics::statistics::{interval, std};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
+use tire_inference::estimate::point::Agreement;
 use tire_inference::model::{Fit, ModelVerdict};
-use tire_inference::parameters::{TireParameters, curve};
+use tire_inference::parameters::{Theta, TireParameters, curve};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
@@ -162,10 +163,7 @@ impl Judge<'_> {
     }
 
     fn estimate(&self, axle: Axle, known: &[Known]) -> Estimate {
-        let advice = self.reach(axle, known);
-        let judge =
-            |known: &Known| self.pressed[axle].judge(known.clone().judge(&self.prior, &advice));
-        let judgements: Vec<Judgement> = known.iter().map(judge).collect();
+        let judgements = self.judgements(axle, known);
         let free: Vec<_> = self.prior.free().collect();
         let at_bound = self.explored.at_bound(indices(axle)).into_array();
         let at_bound = TireParameters::<f64>::PARAMETERS.iter().zip(at_bound).filter(|(_, is)| *is);
@@ -196,6 +194,25 @@ impl Judge<'_> {
             posterior: self.drawn.reports.as_ref().map(|reports| reports[axle].clone()),
             svi: self.drawn.svi.as_ref().map(|(_, reports)| reports[axle].clone()),
         }
+    }
+
+    /// Verdicts about the tire that is published: the best one, or the nearest draw where the posterior rejects that.
+    fn judgements(&self, axle: Axle, known: &[Known]) -> Vec<Judgement> {
+        let advice = self.reach(axle, known);
+        let about = |tire: &Theta| -> Vec<Judgement> {
+            let judge = |known: &Known| {
+                let known = Known { mean: known.quantity.value(tire), ..known.clone() };
+                self.pressed[axle].judge(known.judge(&self.prior, &advice))
+            };
+            known.iter().map(judge).collect()
+        };
+        let best = from_vector(&self.explored.x)[axle].theta();
+        let judgements = about(&best);
+        let band = self.drawn.reports.as_ref().and_then(|reports| reports[axle].band.as_ref());
+        let posterior = &self.drawn.axles[axle];
+        let agreement = Agreement { judgements: &judgements, band, posterior, prior: &self.prior };
+        let published = agreement.published(best);
+        if published == best { judgements } else { about(&published) }
     }
 
     /// Why a quantity has its verdict.

@@ -18,9 +18,10 @@ use drive_inference::{
 use numerics::convergence::Status;
 use tire_inference::axles::Axle;
 use tire_inference::bounds::Bounds;
-use tire_inference::parameters::TireParameters;
+use tire_inference::parameters::{Parameter, TireParameters};
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
@@ -147,6 +148,53 @@ fn slip_far_below_the_peak_is_not_enough() {
         assert_eq!(estimate.identified["K"], Verdict::Identified, "{}", estimate.reason["K"]);
         assert!((estimate.mean["K"] / 63.36 - 1.0).abs() < 0.02);
     }
+}
+
+/// Numbers of a tire that are outside of their intervals, and slips at which its curve is outside of the band.
+fn disagreements(found: &Identified, axle: Axle, tire: &TireParameters) -> Vec<String> {
+    let estimate = &found.estimates[axle];
+    // Sines of the processor and of the library differ in their last digit.
+    let outside =
+        |value: f64, [low, high]: [f64; 2]| !(low - 1e-12..=high + 1e-12).contains(&value);
+    let theta = tire.theta();
+    let parameters = Parameter::ALL[..4].iter().copied().map(Quantity::Parameter);
+    let quantities = parameters.chain(Quantity::DERIVED);
+    let numbers = quantities.filter(|it| outside(it.value(&theta), estimate.interval[it.name()]));
+    let mut list: Vec<String> = numbers.map(|it| it.name().to_owned()).collect();
+    let band = estimate.posterior.as_ref().and_then(|it| it.band.as_ref()).expect("a band");
+    let ends = band.lower.iter().zip(&band.upper).map(|(low, high)| [*low, *high]);
+    let beyond = band.slip.iter().zip(ends);
+    let beyond = beyond.filter(|(slip, ends)| outside(tire.curve().coefficient(**slip), *ends));
+    list.extend(beyond.map(|(slip, _)| format!("slip {slip}")));
+    list
+}
+
+#[test]
+fn the_published_tire_is_one_that_its_intervals_and_band_hold() {
+    // Too gentle to tell the shape: the best tire is at the end of a ridge.
+    let car = drive::on_tires(&Vehicle::default(), &UNEQUAL);
+    let noises = Noises::Known(DriveNoise::of_sensors(drive::USUAL));
+    let options = DriveOptions { noises, smoothing: UNTUNED, ..DriveOptions::default() };
+    let mut rejected = 0;
+    for seed in 1..4 {
+        let recording = drive::drive(&car, &drive::chirp(20.0), &drive::USUAL, seed);
+        let found = of(&recording, &options);
+        for axle in Axle::ALL {
+            let said = disagreements(&found, axle, &found.tires[axle]);
+            assert!(said.is_empty(), "{seed} {axle:?}: {said:?}");
+            let mean = &found.estimates[axle].mean;
+            assert_eq!((mean["C"], mean["K"]), {
+                let tire = found.tires[axle];
+                (tire.C, tire.stiffness())
+            });
+            let best = found.formulations.last().expect("one").tires[axle];
+            rejected += usize::from(!disagreements(&found, axle, &best).is_empty());
+        }
+    }
+    assert!(
+        rejected > 0,
+        "no best tire was one that the posterior rejects: these drives test nothing"
+    );
 }
 
 #[test]

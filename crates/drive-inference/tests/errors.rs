@@ -22,9 +22,9 @@ fn spoilt(name: &str) -> Drive {
     mistake.drive(&Vehicle::default(), &TIRES[1].1, &reference, 1)
 }
 
-fn found(recording: &Drive, causes: CauseOptions) -> Identified {
+fn found(recording: &Drive, causes: CauseOptions, posterior: bool) -> Identified {
     let smoothing = SmootherOptions { em_passes: 0 };
-    let options = DriveOptions { causes, smoothing, ..DriveOptions::default() };
+    let options = DriveOptions { causes, smoothing, posterior, ..DriveOptions::default() };
     identify(std::slice::from_ref(recording), &options, &mut |_, _| true).expect("tires")
 }
 
@@ -40,7 +40,7 @@ fn knows_the_stiffness(found: &Identified) {
 
 #[test]
 fn an_offset_of_the_steering_is_found_and_corrected() {
-    let found = found(&spoilt("steering +0.3 deg"), CauseOptions::default());
+    let found = found(&spoilt("steering +0.3 deg"), CauseOptions::default(), true);
     let first = &found.causes[0];
     assert_eq!(first.name, "steering_offset");
     let off = (first.value - 0.3_f64.to_radians()) / first.std;
@@ -59,7 +59,7 @@ fn errors_are_estimated_when_they_are_on_and_not_when_they_are_off() {
         for cause in [Cause::SteeringOffset, Cause::RelaxationFront, Cause::RelaxationRear] {
             wanted.0[cause as usize] = mode;
         }
-        found(&recording, CauseOptions { wanted, ..CauseOptions::default() })
+        found(&recording, CauseOptions { wanted, ..CauseOptions::default() }, false)
     };
     let on = with(Mode::On);
     let names: Vec<&str> = on.causes.iter().map(|cause| cause.name.as_str()).collect();
@@ -72,7 +72,7 @@ fn errors_are_estimated_when_they_are_on_and_not_when_they_are_off() {
 #[test]
 fn a_force_that_was_not_recorded_is_refused() {
     let wanted = CauseOptions { wanted: Wanted::none(), ..CauseOptions::default() };
-    let found = found(&spoilt("F_x = 0"), wanted);
+    let found = found(&spoilt("F_x = 0"), wanted, false);
     assert_eq!(found.model.verdict, Fit::DoesNotFit);
     assert!(found.model.sentence.contains("F_x is 0 N throughout"), "{}", found.model.sentence);
     for estimate in found.estimates.into_array() {

@@ -21,29 +21,30 @@ fn width(text: &str) -> f64 {
     DIGIT * text.chars().count() as f64
 }
 
-impl Plot {
-    fn height(&self) -> f64 {
-        self.size[1] - MARGIN[2] - MARGIN[3]
-    }
-
-    fn area(&self) -> [f64; 2] {
-        [self.size[0] - self.left() - MARGIN[1], self.height()]
-    }
-
-    fn y_ticks(&self) -> Vec<Tick> {
-        self.y.ticks(self.height(), SPACING[1], |_| LINE)
-    }
-
+/// A plot with what its drawing rests on: the upward ticks, and from their width the place of the drawing area.
+struct Drawing<'a> {
+    plot: &'a Plot,
+    y_ticks: Vec<Tick>,
     /// Space for the numbers of the upward axis and its label [px].
-    fn left(&self) -> f64 {
-        let widths = self.y_ticks().into_iter().map(|(_, text)| LABEL + width(&text));
-        widths.fold(MARGIN[0], f64::max)
+    left: f64,
+    /// Size of the drawing area [px].
+    area: [f64; 2],
+}
+
+impl<'a> Drawing<'a> {
+    fn new(plot: &'a Plot) -> Self {
+        let [full_width, full_height] = plot.size;
+        let height = full_height - MARGIN[2] - MARGIN[3];
+        let y_ticks = plot.y.ticks(height, SPACING[1], |_| LINE);
+        let widths = y_ticks.iter().map(|(_, text)| LABEL + width(text));
+        let left = widths.fold(MARGIN[0], f64::max);
+        Self { plot, y_ticks, left, area: [full_width - left - MARGIN[1], height] }
     }
 
     /// Position in the drawing area [px]. Far outside is cut: browsers lose digits of large coordinates.
     fn at(&self, x: f64, y: f64) -> Option<(f64, f64)> {
-        let [width, height] = self.area();
-        let (x, y) = (self.x.share(x) * width, (1.0 - self.y.share(y)) * height);
+        let [width, height] = self.area;
+        let (x, y) = (self.plot.x.share(x) * width, (1.0 - self.plot.y.share(y)) * height);
         (x.is_finite() && y.is_finite()).then(|| (x.clamp(-1e4, 1e4), y.clamp(-1e4, 1e4)))
     }
 
@@ -92,6 +93,60 @@ impl Plot {
         }
     }
 
+    fn draw(&self, svg: &mut String) {
+        let (left, top) = (self.left, MARGIN[2]);
+        let [width, height] = self.area;
+        self.axes(svg);
+        // An inner svg cuts off what leaves the drawing area.
+        let _ = writeln!(svg, r#"<svg x="{left}" y="{top}" width="{width}" height="{height}">"#);
+        self.plot.layers.iter().for_each(|layer| self.layer(svg, layer));
+        svg.push_str("</svg>\n");
+    }
+
+    fn axes(&self, svg: &mut String) {
+        let (left, top) = (self.left, MARGIN[2]);
+        let [width, height] = self.area;
+        let bottom = top + height;
+        for (value, text) in self.plot.x.ticks(width, SPACING[0], self::width) {
+            let x = left + self.plot.x.share(value) * width;
+            let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{bottom}"/>"#);
+            let _ = writeln!(
+                svg,
+                r#"<text class="tick" x="{x:.1}" y="{:.1}">{text}</text>"#,
+                bottom + 16.0
+            );
+        }
+        for (value, text) in &self.y_ticks {
+            let y = top + (1.0 - self.plot.y.share(*value)) * height;
+            let _ = writeln!(svg, r#"<path class="grid" d="M{left} {y:.1}H{:.1}"/>"#, left + width);
+            let _ = writeln!(
+                svg,
+                r#"<text class="tick end" x="{:.1}" y="{:.1}">{text}</text>"#,
+                left - 7.0,
+                y + 4.0
+            );
+        }
+        let _ = writeln!(
+            svg,
+            r#"<path class="frame" d="M{left} {top}V{bottom}H{:.1}"/>"#,
+            left + width
+        );
+        let (x, y) = (left + 0.5 * width, self.plot.size[1] - 8.0);
+        let _ = writeln!(
+            svg,
+            r#"<text class="label" x="{x:.1}" y="{y:.1}">{}</text>"#,
+            escape(self.plot.x.label())
+        );
+        let middle = top + 0.5 * height;
+        let _ = writeln!(
+            svg,
+            r#"<text class="label" transform="translate(13 {middle:.1}) rotate(-90)">{}</text>"#,
+            escape(self.plot.y.label())
+        );
+    }
+}
+
+impl Plot {
     /// The legend, for several plots together.
     pub fn keys(&self) -> String {
         let key = |Layer { shape, class, name, .. }: &Layer| {
@@ -124,61 +179,9 @@ impl Plot {
         let mut svg = format!(
             "<figure><svg viewBox=\"0 0 {full_width} {full_height}\" style=\"min-width: {least:.0}px\" role=\"img\" aria-label=\"{title}\">\n"
         );
-        self.draw(&mut svg);
+        Drawing::new(self).draw(&mut svg);
         let _ = write!(svg, "</svg>\n<figcaption><b>{title}</b> {keys}</figcaption></figure>\n");
         svg
-    }
-
-    fn draw(&self, svg: &mut String) {
-        let (left, top) = (self.left(), MARGIN[2]);
-        let [width, height] = self.area();
-        self.axes(svg);
-        // An inner svg cuts off what leaves the drawing area.
-        let _ = writeln!(svg, r#"<svg x="{left}" y="{top}" width="{width}" height="{height}">"#);
-        self.layers.iter().for_each(|layer| self.layer(svg, layer));
-        svg.push_str("</svg>\n");
-    }
-
-    fn axes(&self, svg: &mut String) {
-        let (left, top) = (self.left(), MARGIN[2]);
-        let [width, height] = self.area();
-        let bottom = top + height;
-        for (value, text) in self.x.ticks(width, SPACING[0], self::width) {
-            let x = left + self.x.share(value) * width;
-            let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{bottom}"/>"#);
-            let _ = writeln!(
-                svg,
-                r#"<text class="tick" x="{x:.1}" y="{:.1}">{text}</text>"#,
-                bottom + 16.0
-            );
-        }
-        for (value, text) in self.y_ticks() {
-            let y = top + (1.0 - self.y.share(value)) * height;
-            let _ = writeln!(svg, r#"<path class="grid" d="M{left} {y:.1}H{:.1}"/>"#, left + width);
-            let _ = writeln!(
-                svg,
-                r#"<text class="tick end" x="{:.1}" y="{:.1}">{text}</text>"#,
-                left - 7.0,
-                y + 4.0
-            );
-        }
-        let _ = writeln!(
-            svg,
-            r#"<path class="frame" d="M{left} {top}V{bottom}H{:.1}"/>"#,
-            left + width
-        );
-        let (x, y) = (left + 0.5 * width, self.size[1] - 8.0);
-        let _ = writeln!(
-            svg,
-            r#"<text class="label" x="{x:.1}" y="{y:.1}">{}</text>"#,
-            escape(self.x.label())
-        );
-        let middle = top + 0.5 * height;
-        let _ = writeln!(
-            svg,
-            r#"<text class="label" transform="translate(13 {middle:.1}) rotate(-90)">{}</text>"#,
-            escape(self.y.label())
-        );
     }
 }
 
@@ -200,7 +203,7 @@ pub fn svg(plots: &[(String, Plot)]) -> String {
             0.5 * plot.size[0],
             escape(title)
         );
-        plot.draw(&mut svg);
+        Drawing::new(plot).draw(&mut svg);
         svg.push_str("</g>\n");
         below += plot.size[1] + TITLE;
     }

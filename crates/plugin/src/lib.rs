@@ -74,6 +74,7 @@ mod lend;
 #[cfg(feature = "load")]
 mod load;
 mod signal;
+mod words;
 
 pub use analysis::{Analysis, Host, Request, Silent};
 pub use config::from_toml;
@@ -84,6 +85,7 @@ pub use export::vtable;
 #[cfg(feature = "load")]
 pub use load::{LoadError, Plugin, Wanted};
 pub use signal::{Need, Signal};
+pub use words::{Row, Table, Words};
 
 /// Makes a library a plugin: exports the one symbol that the program looks for.
 #[macro_export]

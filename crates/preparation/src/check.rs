@@ -35,10 +35,12 @@ impl Pipeline {
     pub fn check(&self) -> Result<(), Error> {
         self.car.check()?;
         positive("rate", self.rate)?;
-        positive("gap", self.gap)?;
-        let enough =
-            "at least five times `gap`, so that no signal has fewer than five rows in a stretch";
-        Error::unless(self.shortest >= 5.0 * self.gap, "shortest", self.shortest, enough)?;
+        positive("shortest", self.shortest)?;
+        if let Some(gap) = self.gap {
+            positive("gap", gap)?;
+            let enough = "at least five times `gap`, so that no signal has fewer than five rows in a stretch";
+            Error::unless(self.shortest >= 5.0 * gap, "shortest", self.shortest, enough)?;
+        }
         positive("min_speed", self.min_speed)?;
         not_negative("gear_shift", self.gear_shift)?;
         self.smooth.filters().into_iter().try_for_each(|(name, found)| filter(name, found))?;

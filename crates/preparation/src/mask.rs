@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::gap::longest_step;
 use crate::recording::Signal;
 use crate::span::{Span, covered, intersect, runs, subtract};
 
 /// Sensors whose signals come together: a row is a repetition if all of them repeat, as a resting quantised signal may
 /// do alone.
 pub const SENSORS: [&[&str]; 2] = [&["a_x", "a_y", "a_z", "r"], &["v_x", "v_y"]];
+
+/// Fewest rows of a signal in a stretch.
+const ROWS: f64 = 5.0;
 
 /// Rows that repeat the values of the row before in all signals of a sensor, which have the same time stamps.
 pub fn held(sensor: &[&Signal]) -> Vec<bool> {
@@ -77,8 +81,8 @@ pub struct Limits {
     pub min_speed: f64,
     /// How long a gear shift disturbs [s].
     pub gear_shift: f64,
-    /// Longest time between two rows that belong together [s].
-    pub gap: f64,
+    /// Longest time between two rows that belong together [s]; without it, as the sampling of each signal has it.
+    pub gap: Option<f64>,
     /// Shortest stretch that is used [s].
     pub shortest: f64,
 }
@@ -91,16 +95,17 @@ pub fn stretches(
     limits: &Limits,
 ) -> (Vec<Span>, usize, Lost) {
     let v_x = &signals["v_x"];
-    let there = signals
-        .iter()
-        .filter(|(name, _)| **name != "gear")
-        .map(|(_, s)| covered(&s.time, limits.gap))
+    let needed = || signals.iter().filter(|(name, _)| **name != "gear").map(|(_, s)| &s.time);
+    let gap = |time: &[f64]| limits.gap.unwrap_or_else(|| longest_step(time));
+    let there = needed()
+        .map(|time| covered(time, gap(time)))
         .reduce(|a, b| intersect(&a, &b))
         .unwrap_or_default();
     let slow = runs(&v_x.time, |i| v_x.value[i] < limits.min_speed);
     let shifts = signals.get("gear").map(|g| gear_shifts(g, limits.gear_shift)).unwrap_or_default();
     let mut spans = subtract(&subtract(&there, &slow), &shifts);
-    let long = |s: &Span| s.seconds() >= limits.shortest;
+    let shortest = needed().map(|time| ROWS * gap(time)).fold(limits.shortest, f64::max);
+    let long = |s: &Span| s.seconds() >= shortest;
     spans.retain(long);
 
     let mut lost = Lost { rows: v_x.time.len() + held, held, ..Lost::default() };
@@ -170,7 +175,7 @@ mod tests {
             a_y.time.drain(205..220);
             a_y.value.drain(205..220);
         }
-        let limits = Limits { min_speed: 10.0, gear_shift: 0.25, gap: 0.15, shortest: 1.0 };
+        let limits = Limits { min_speed: 10.0, gear_shift: 0.25, gap: Some(0.15), shortest: 1.0 };
         let (spans, shifts, lost) = stretches(&signals, 7, &limits);
         assert_eq!((spans.len(), shifts), (3, 1));
         // Around the shift 99, the last row of second gear, to 102; between the gaps 220 to 224.

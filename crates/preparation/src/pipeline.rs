@@ -197,10 +197,12 @@ impl Pipeline {
 
     fn nothing_left(&self, lost: &Lost) -> Error {
         let Lost { rows, held, slow, gear_shift, gap, short, .. } = *lost;
+        let longest =
+            self.gap.map_or_else(|| "3.5 usual steps".to_owned(), |gap| format!("{gap} s"));
         let lost = format!(
             "{held} repeat the row before, {slow} are slower than {} m/s, {gear_shift} are around gear shifts, \
-             {gap} lie where a signal has a gap of more than {} s or is not there, {short} in shorter stretches",
-            self.min_speed, self.gap
+             {gap} lie where a signal has a gap of more than {longest} or is not there, {short} in shorter stretches",
+            self.min_speed
         );
         Error::NothingLeft { shortest: self.shortest, rows, lost }
     }

@@ -21,9 +21,10 @@ pub struct Pipeline {
     pub car: Car,
     /// Rate of the common instants [Hz].
     pub rate: f64,
-    /// Longest time between two rows of a signal without a gap [s].
-    pub gap: f64,
-    /// Shortest stretch without a gap [s]; shorter ones are dropped.
+    /// Longest time between two rows of a signal without a gap [s]. By default 3.5 times the step that 95 % of the steps of the
+    /// signal do not exceed.
+    pub gap: Option<f64>,
+    /// Shortest stretch without a gap [s], at least five times the longest time without a gap; shorter ones are dropped.
     pub shortest: f64,
     /// Drops rows that repeat the row before: their values are older than their time stamps.
     pub drop_held: bool,
@@ -52,7 +53,7 @@ impl Default for Pipeline {
         Self {
             car: Car::default(),
             rate: 100.0,
-            gap: 0.1,
+            gap: None,
             shortest: 1.0,
             drop_held: true,
             min_speed: 10.0,

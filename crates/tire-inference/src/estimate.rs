@@ -6,7 +6,7 @@
 //! and covariance are those of the posterior with everything free: holding a parameter teaches nothing about it.
 
 mod bayes;
-mod point;
+pub mod point;
 mod sampled;
 
 use std::time::{Duration, Instant};

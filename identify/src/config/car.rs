@@ -2,6 +2,7 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use drive_inference::CarUncertainty;
+use numerics::text::significant;
 use plugin::ConfigError;
 use preparation::{BrakeShare, Car};
 use schemars::JsonSchema;
@@ -117,10 +118,11 @@ impl Masses {
             rules::positive(name, value)?;
         }
         rules::not_negative("h", h.value)?;
+        plausible(&Body { m: m.value, I_zz: I_zz.value, l_f: l_f.value, l_r, h: h.value })?;
         let usual = if exact { CarUncertainty::NONE } else { CarUncertainty::default() };
         let std = |name: &str, known: Known, usual: f64, most: f64| {
             let std = known.std.unwrap_or(usual);
-            let expected = format!("a standard deviation from 0 to {most}");
+            let expected = format!("a standard deviation from 0 to {}", significant(most, 4));
             demand((0.0..=most).contains(&std), &format!("{name}.std"), &expected, std)
                 .map(|()| std)
         };
@@ -140,16 +142,54 @@ impl Masses {
     }
 }
 
-/// Names what is missing, the use of each, and how to say "unknown".
-fn needed(missing: &[Missing]) -> ConfigError {
-    let list: String =
-        missing.iter().map(|(key, its_use)| format!("\n  `{key}`: {its_use}")).collect();
-    ConfigError::new(format!(
-        "expected the data of the car, which have no default; missing:{list}\n\
-         For one that nobody measured, write an estimate with its standard deviation, such as\n  \
-         I_zz = {{ value = 1605.0, std = 160.0 }}\n\
-         It widens the intervals of the tires."
-    ))
+/// The data that are asked for; those that are missing are told at once.
+#[derive(Default)]
+struct Asked {
+    missing: Vec<Missing>,
+}
+
+impl Asked {
+    fn take<T>(&mut self, given: Option<T>, datum: Missing) -> Option<T> {
+        self.missing.extend(given.is_none().then_some(datum));
+        given
+    }
+
+    fn body(
+        &mut self,
+        given: Option<Masses>,
+        exact: bool,
+    ) -> Result<Option<(Body, CarUncertainty)>, ConfigError> {
+        let masses = given.unwrap_or_default();
+        self.missing.extend(masses.missing());
+        masses.read(exact).map_err(|error| error.within("body"))
+    }
+
+    /// Names what is missing, the use of each, and how to say "unknown".
+    fn needed(&self) -> ConfigError {
+        let list: String =
+            self.missing.iter().map(|(key, its_use)| format!("\n  `{key}`: {its_use}")).collect();
+        ConfigError::new(format!(
+            "expected the data of the car, which have no default; missing:{list}\n\
+             For one that nobody measured, write an estimate with its standard deviation, such as\n  \
+             I_zz = {{ value = 1605.0, std = 160.0 }}\n\
+             It widens the intervals of the tires."
+        ))
+    }
+}
+
+/// Refuses what no car has: most of it is a unit that is not SI.
+fn plausible(body: &Body) -> Result<(), ConfigError> {
+    let Body { m, I_zz, l_f, l_r, h } = *body;
+    let length = l_f + l_r;
+    let longer = if l_f > l_r { "l_f" } else { "l_r" };
+    let expected = "metres: l_f + l_r from 0.05 to 20";
+    demand((0.05..=20.0).contains(&length), longer, expected, length)?;
+    demand(h <= length, "h", "metres: at most l_f + l_r", h)?;
+    // Mass at both axles has m l_f l_r.
+    let share = I_zz / (m * l_f * l_r);
+    let [low, high] = [0.05, 20.0].map(|share| significant(share * m * l_f * l_r, 2));
+    let expected = format!("kg·m²: from {low} to {high} for this mass and these lengths");
+    demand((0.05..=20.0).contains(&share), "I_zz", &expected, I_zz)
 }
 
 fn share(key: &str, found: f64) -> Result<(), ConfigError> {
@@ -169,26 +209,44 @@ fn air(air: Air) -> Result<Aero, ConfigError> {
     Ok(aero)
 }
 
+fn wheel(key: &str, wheel: Option<Wheel>) -> Result<Wheel, ConfigError> {
+    let Some(Wheel { radius, stiffness, growth }) = wheel else { return Ok(Wheel::default()) };
+    let key = |name: &str| format!("{key}.{name}");
+    rules::positive(&key("radius"), radius)?;
+    stiffness.map_or(Ok(()), |stiffness| rules::positive(&key("stiffness"), stiffness))?;
+    rules::not_negative(&key("growth"), growth)?;
+    Ok(Wheel { radius, stiffness, growth })
+}
+
+fn differential(found: &Differential) -> Result<(), ConfigError> {
+    let Differential { drive_lock, coast_lock, preload, engine_brake, sensitivity, track } = *found;
+    share("differential.drive_lock", drive_lock)?;
+    share("differential.coast_lock", coast_lock)?;
+    for (name, value) in
+        [("preload", preload), ("engine_brake", engine_brake), ("sensitivity", sensitivity)]
+    {
+        rules::not_negative(&format!("differential.{name}"), value)?;
+    }
+    rules::positive("differential.track", track)
+}
+
 impl DrivenCar {
     /// The car, without its tires, and how well it is known.
     ///
     /// # Errors
     /// With all data that are missing, or the first that makes no sense.
     pub fn read(&self) -> Result<(Vehicle, CarUncertainty), ConfigError> {
-        self.known().map_err(|error| error.within("car"))
+        self.complete().map_err(|error| error.within("car"))
     }
 
-    fn known(&self) -> Result<(Vehicle, CarUncertainty), ConfigError> {
-        let body = self.body.unwrap_or_default();
-        let missing = body.missing();
-        let body = body.read(self.exact).map_err(|error| error.within("body"))?;
-        let (Some((body, usual)), Some(aero), Some(brake_front_share)) =
-            (body, self.aero, self.brake_front_share)
+    fn complete(&self) -> Result<(Vehicle, CarUncertainty), ConfigError> {
+        let mut asked = Asked::default();
+        let body = asked.body(self.body, self.exact)?;
+        let aero = asked.take(self.aero, AERO);
+        let brakes = asked.take(self.brake_front_share, BRAKES);
+        let (Some((body, usual)), Some(aero), Some(brake_front_share)) = (body, aero, brakes)
         else {
-            let mut missing = missing;
-            missing.extend(self.aero.is_none().then_some(AERO));
-            missing.extend(self.brake_front_share.is_none().then_some(BRAKES));
-            return Err(needed(&missing));
+            return Err(asked.needed());
         };
         share("brake_front_share", brake_front_share)?;
         let F_x_gain = self.F_x_gain_std.unwrap_or(usual.F_x_gain);
@@ -205,36 +263,35 @@ impl LoggedCar {
     /// # Errors
     /// With all data that are missing, or the first that makes no sense.
     pub fn read(&self) -> Result<(Car, CarUncertainty), ConfigError> {
-        self.known().map_err(|error| error.within("car"))
+        self.complete().map_err(|error| error.within("car"))
     }
 
-    fn known(&self) -> Result<(Car, CarUncertainty), ConfigError> {
-        let body = self.body.unwrap_or_default();
-        let missing = body.missing();
-        let body = body.read(self.exact).map_err(|error| error.within("body"))?;
+    fn complete(&self) -> Result<(Car, CarUncertainty), ConfigError> {
+        let mut asked = Asked::default();
+        let body = asked.body(self.body, self.exact)?;
+        let aero = asked.take(self.aero, AERO);
+        let drive = asked.take(self.drive_front_share, DRIVE);
+        let brakes = asked.take(self.brake_front_share, BRAKES_OR_RULE);
         let (Some((body, usual)), Some(aero), Some(drive_front_share), Some(brake_front_share)) =
-            (body, self.aero, self.drive_front_share, self.brake_front_share)
+            (body, aero, drive, brakes)
         else {
-            let mut missing = missing;
-            missing.extend(self.aero.is_none().then_some(AERO));
-            missing.extend(self.drive_front_share.is_none().then_some(DRIVE));
-            missing.extend(self.brake_front_share.is_none().then_some(BRAKES_OR_RULE));
-            return Err(needed(&missing));
+            return Err(asked.needed());
         };
         share("drive_front_share", drive_front_share)?;
         if let BrakeShare::Fixed(found) = brake_front_share {
             share("brake_front_share", found)?;
         }
-        let Self { c_roll, wheel_f, wheel_r, differential, .. } = *self;
+        rules::not_negative("c_roll", self.c_roll)?;
+        self.differential.as_ref().map_or(Ok(()), differential)?;
         let car = Car {
             body,
             aero: air(aero)?,
-            c_roll,
+            c_roll: self.c_roll,
             drive_front_share,
             brake_front_share,
-            wheel_f: wheel_f.unwrap_or_default(),
-            wheel_r: wheel_r.unwrap_or_default(),
-            differential,
+            wheel_f: wheel("wheel_f", self.wheel_f)?,
+            wheel_r: wheel("wheel_r", self.wheel_r)?,
+            differential: self.differential,
         };
         Ok((car, usual))
     }

@@ -199,12 +199,13 @@ impl ClosedLoop {
         for (cause, std) in &self.error_std {
             rules::positive(&format!("error_std.{}", cause.about().name), *std)?;
         }
-        let of_car = self.errors.keys().chain(self.error_std.keys());
-        for cause in of_car.filter(|cause| Cause::CAR.contains(cause)) {
+        let errors = self.errors.keys().map(|cause| ("errors", cause));
+        let of_car = errors.chain(self.error_std.keys().map(|cause| ("error_std", cause)));
+        for (table, cause) in of_car.filter(|(_, cause)| Cause::CAR.contains(cause)) {
             let name = cause.about().name;
             let expected =
                 "an error of a sensor; those of the car are standard deviations in `car`";
-            demand(false, &format!("errors.{name}"), expected, format_args!("`{name}`"))?;
+            demand(false, &format!("{table}.{name}"), expected, format_args!("`{name}`"))?;
         }
         for (index, window) in self.windows.iter().enumerate() {
             rules::rising(&format!("windows.{index}"), *window)?;

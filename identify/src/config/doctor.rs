@@ -28,19 +28,20 @@ impl Doctor {
         for (name, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", m)] {
             value.map_or(Ok(()), |value| rules::positive(name, value))?;
         }
-        for (name, arm) in [("l_f", l_f), ("l_r", l_r)] {
-            if let Some((whole, arm)) = wheelbase.zip(arm) {
-                rules::demand(
-                    arm < whole,
-                    name,
-                    "less than the wheelbase, of which it is a part",
-                    arm,
-                )?;
-            }
+        let rest = |arm: Option<f64>| wheelbase.zip(arm).is_none_or(|(whole, arm)| arm < whole);
+        let expected = |name: &str| {
+            ConfigError::at(name, "expected less than the wheelbase, of which it is a part")
+        };
+        match (rest(l_f), rest(l_r)) {
+            (false, _) => return Err(expected("l_f")),
+            (_, false) => return Err(expected("l_r")),
+            _ => {}
         }
+        // All three: a centimetre is how well lengths are measured.
         let (Some(whole), Some(l_f), Some(l_r)) = (wheelbase, l_f, l_r) else { return Ok(()) };
-        let expected = format!("the sum of l_f and l_r ({} m) or only two of the three", l_f + l_r);
-        rules::demand((whole - l_f - l_r).abs() < 0.01 * whole, "wheelbase", &expected, whole)
+        let agree = (l_f + l_r - whole).abs() <= 0.01;
+        let sum = format!("l_f + l_r = {} m, or one of the three left out", l_f + l_r);
+        rules::demand(agree, "wheelbase", &sum, whole)
     }
 
     /// What is known of the car; of three lengths two are enough.

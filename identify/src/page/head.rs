@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use html_page::escape;
 use numerics::text::{decimals, significant, with_std};
-use tire_inference::model::{CauseEstimate, ModelVerdict};
+use tire_inference::model::{CauseEstimate, FitTest, ModelVerdict};
 
 use crate::names::{class, words};
 use crate::page::Page;
@@ -59,14 +59,15 @@ fn causes(html: &mut String, causes: &[CauseEstimate]) {
             cause.gain.map_or("–".to_owned(), |gain| format!("{} nat", significant(gain, 3)));
         let _ = writeln!(
             html,
-            "<tr><td>{}</td><td class=\"number\">{} {}</td><td class=\"number\">{low:.places$} … {high:.places$}</td>\
-             <td class=\"verdict {}\">{}</td><td class=\"number\">{gain}</td><td><code>{}</code></td></tr>",
+            "<tr><td>{}</td><td class=\"number\" data-label=\"value\">{} {}</td>\
+             <td class=\"number\" data-label=\"95 %\">{low:.places$} … {high:.places$}</td><td class=\"verdict {}\">{}</td>\
+             <td class=\"number\" data-label=\"gain\">{gain}</td><td><code>{}</code></td></tr>",
             escape(&cause.title),
             with_std(cause.value, cause.std),
             escape(&cause.unit),
             class(cause.verdict),
             words(cause.verdict),
-            escape(&cause.correction)
+            escape(&cause.correction).replace('\n', "<br/>")
         );
     }
     html.push_str("</table>\n");
@@ -76,27 +77,35 @@ fn tests(html: &mut String, model: &ModelVerdict) {
     if model.tests.is_empty() {
         return;
     }
-    let passed = model.tests.iter().filter(|test| test.passed()).count();
-    let _ = writeln!(
-        html,
-        "<h2>Does the model fit?</h2>\n<p>{passed} of {} tests passed.</p>\n<table class=\"stack\">\n\
-         <tr><th>Test</th><th>Figure</th><th>Limit</th><th></th><th>Meaning</th></tr>",
-        model.tests.len()
-    );
-    let mut tests: Vec<_> = model.tests.iter().collect();
-    tests.sort_by_key(|test| test.passed());
-    for test in tests {
-        let (class, word) =
-            if test.passed() { ("identified", "passed") } else { ("not_identifiable", "failed") };
-        let _ = writeln!(
-            html,
-            "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"verdict {class}\">{word}</td>\
-             <td>{}</td></tr>",
-            escape(&test.name),
-            significant(test.statistic, 3),
-            significant(test.limit, 3),
-            escape(&test.sentence)
+    let (passed, failed): (Vec<_>, Vec<_>) = model.tests.iter().partition(|test| test.passed());
+    let (count, all) = (passed.len(), model.tests.len());
+    let _ = writeln!(html, "<h2>Does the model fit?</h2>\n<p>{count} of {all} tests passed.</p>");
+    if !failed.is_empty() {
+        html.push_str(
+            "<table class=\"stack\">\n<tr><th>Failed test</th><th>Figure</th><th>Limit</th><th>Meaning</th></tr>\n",
         );
+        for test in failed {
+            let _ = writeln!(html, "<tr>{}<td>{}</td></tr>", figures(test), escape(&test.sentence));
+        }
+        html.push_str("</table>\n");
     }
-    html.push_str("</table>\n");
+    if !passed.is_empty() {
+        html.push_str(
+            "<details><summary>Passed tests</summary>\n<table>\n<tr><th>Test</th><th>Figure</th><th>Limit</th></tr>\n",
+        );
+        for test in passed {
+            let _ = writeln!(html, "<tr>{}</tr>", figures(test));
+        }
+        html.push_str("</table>\n</details>\n");
+    }
+}
+
+/// Name, figure and limit. The sentence tells what a failure means.
+fn figures(test: &FitTest) -> String {
+    format!(
+        "<td>{}</td><td class=\"number\" data-label=\"figure\">{}</td><td class=\"number\" data-label=\"limit\">{}</td>",
+        escape(&test.name),
+        significant(test.statistic, 3),
+        significant(test.limit, 3)
+    )
 }

@@ -8,12 +8,13 @@ use std::collections::BTreeMap;
 use drive_doctor::Examination;
 use drive_inference::replay::{Replay, replay};
 use drive_inference::{
-    Drive, DriveOptions, Fitted, Identified, SHORTEST, Sampled, Sampling, Tires, identify,
-    smoothing,
+    Drive, DriveOptions, Fitted, HOLD_OUT, Identified, SHORTEST, Sampled, Sampling, Tires,
+    identify, smoothing,
 };
 use numerics::text::significant;
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
+use preparation::longest_step;
 use serde_json::{Map, Value, json};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
@@ -37,18 +38,20 @@ const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
 ///
 /// # Errors
 /// When one is missing, or they share no time.
-pub(super) fn recording(request: &Request) -> Result<Drive, String> {
+pub(super) fn recording(request: &Request, gap: Option<f64>) -> Result<Drive, String> {
     let mut signals = Vec::new();
     for name in SIGNALS {
         let missing = || format!("a drive under closed-loop control needs the signal `{name}`");
         signals.push(request.signal(name).ok_or_else(missing)?);
     }
     let time = signals[0].time;
-    let columns: Vec<Vec<Option<f64>>> = signals.iter().map(|signal| at(signal, time)).collect();
+    let columns: Vec<Vec<Option<f64>>> =
+        signals.iter().map(|signal| at(signal, time, gap)).collect();
     let shared = |&row: &usize| columns.iter().all(|column| column[row].is_some());
     let rows: Vec<usize> = (0..time.len()).filter(shared).collect();
     if rows.is_empty() && !time.is_empty() {
-        let apart = signals.iter().filter(|signal| at(signal, time).iter().all(Option::is_none));
+        let apart =
+            signals.iter().filter(|signal| at(signal, time, gap).iter().all(Option::is_none));
         let names: Vec<_> = apart.map(|signal| format!("`{}`", signal.name)).collect();
         let names = names.join(", ");
         return Err(format!("expected signals at the times of `v_x`, found others in {names}"));
@@ -61,13 +64,11 @@ pub(super) fn recording(request: &Request) -> Result<Drive, String> {
 }
 
 /// Values of a signal at other times: on the line between neighbours, none outside of them or within a gap.
-fn at(signal: &Signal, time: &[f64]) -> Vec<Option<f64>> {
+fn at(signal: &Signal, time: &[f64], gap: Option<f64>) -> Vec<Option<f64>> {
     if signal.time == time {
         return signal.values.iter().copied().map(Some).collect();
     }
-    let mut steps: Vec<f64> = signal.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let longest = 5.0 * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let longest = gap.unwrap_or_else(|| longest_step(signal.time));
     let value = |t: &f64| {
         let after = signal.time.partition_point(|stamp| stamp <= t);
         let before = after.checked_sub(1)?;
@@ -99,8 +100,8 @@ pub(super) fn closed_loop(
     request: &Request,
     host: &mut dyn Host,
 ) -> Result<Value, String> {
-    let mut recording =
-        Sampled::new(&recording(request)?, config.gap).map_err(|error| error.to_string())?;
+    let mut recording = Sampled::new(&recording(request, config.gap)?, config.gap)
+        .map_err(|error| error.to_string())?;
     let used = used(config, &mut recording)?;
     let kept =
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
@@ -112,6 +113,7 @@ pub(super) fn closed_loop(
     found.estimates = found.estimates.map(forget_absent_peak);
     let axles = &mut found.estimates;
     [&mut axles.front, &mut axles.rear].into_iter().for_each(|it| doctor::cap(&log, it));
+    doctor::cap_causes(&log, &mut found.causes);
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
@@ -218,6 +220,10 @@ fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examinati
     let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
     let (model, causes) = (found.model.clone(), found.causes.as_slice());
     let mut overall = Overall { curves, model, causes, ..Overall::default() };
+    let held_out = found.model.tests.iter().find(|test| test.name == HOLD_OUT);
+    if held_out.is_some_and(|test| !test.passed()) {
+        overall.widened = "They are as wide as parts of the drives scatter.";
+    }
     doctor::tell(log, &mut overall);
     overall
 }
@@ -237,8 +243,6 @@ fn report(
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
     result.insert("bounds".to_owned(), json!(options.prior.bounds));
-    overall(options, found, log).add_to(&mut result);
-    result.insert("doctor".to_owned(), json!(log));
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
@@ -247,7 +251,7 @@ fn report(
     result.insert("sampling".to_owned(), json!(sampling));
     result.insert("validate".to_owned(), json!(validations.collect::<BTreeMap<_, _>>()));
     result.insert("seconds".to_owned(), json!(found.seconds));
-    result.into()
+    overall(options, found, log).result(Some(log), result)
 }
 
 /// Leaves the page, with the deciding formulation first.

@@ -103,6 +103,5 @@ pub(super) fn curve(
         .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
         .collect();
     result.insert("bounds".to_owned(), json!(settings.prior.bounds));
-    overall.add_to(&mut result);
-    Ok(result.into())
+    Ok(overall.result(None, result))
 }

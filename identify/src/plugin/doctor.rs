@@ -1,12 +1,13 @@
 //! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
 
-use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, examine};
+use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, Place, examine};
 use drive_inference::Drive;
-use plugin::{Host, Request};
+use plugin::{Host, Request, Table, Words};
 use preparation::DriveLog;
+use serde::Serialize;
 use serde_json::{Value, json};
 use tire_inference::estimate::Estimate;
-use tire_inference::model::{Fit, ModelVerdict};
+use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use vehicle::Body;
 
 use crate::config::Doctor;
@@ -17,18 +18,14 @@ use crate::told::Overall;
 pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
     let found = examine(&log(request), &config.car());
     host.file("doctor.html", &doctor::page(&found));
+    let tables = corrections(&found);
     let verdict = match (found.is_ill(), found.too_short) {
         (true, _) => "found",
         (_, true) => "cannot_tell",
         _ => "nothing",
     };
-    json!({
-        "summary": found.summary(),
-        "sound": verdict == "nothing",
-        "verdict": verdict,
-        "tables": corrections(&found),
-        "doctor": found,
-    })
+    let words = Words { summary: found.summary(), sound: verdict == "nothing", tables };
+    json!(Outcome { words, verdict, doctor: &found })
 }
 
 /// Whether there is something to look at.
@@ -86,7 +83,12 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     overall.model = judge(found, std::mem::take(&mut overall.model));
     let refusal = found.refusal().map(|it| &it.sentence);
     let others = found.serious().filter(|it| Some(&it.sentence) != refusal);
-    overall.log.extend(others.map(|it| format!("Log: {}", it.sentence)));
+    // Lines of a column say what is to be written; advice is a sentence of its own.
+    let advice = |it: &Finding| match (it.correction.place, it.channels.as_slice()) {
+        (Some(Place::Column), [channel]) => format!("Column {channel}: {}.", it.correction.text),
+        _ => it.correction.text.clone(),
+    };
+    overall.log.extend(others.map(|it| format!("Log: {} {}", it.sentence, advice(it))));
 }
 
 /// Caps the verdicts of an estimate by an error of the log that no fit makes up for.
@@ -103,12 +105,28 @@ pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
     }
 }
 
+/// Caps the verdicts of errors that were estimated from such a log.
+pub(super) fn cap_causes(found: &Examination, causes: &mut [CauseEstimate]) {
+    let model = judge(found, ModelVerdict::default());
+    causes.iter_mut().for_each(|cause| cause.verdict = model.cap(cause.verdict));
+}
+
+/// The result of the task.
+#[derive(Serialize)]
+struct Outcome<'a> {
+    #[serde(flatten)]
+    words: Words,
+    /// For checks of a scenario.
+    verdict: &'static str,
+    doctor: &'a Examination,
+}
+
 /// A row for each finding: how sure, which channels, the line to write.
-fn corrections(found: &Examination) -> Value {
-    let row = |it: &Finding| json!([it.sure.word(), it.channels.join(", "), it.correction.text]);
-    let rows: Vec<Value> = found.findings.iter().map(row).collect();
-    match rows.is_empty() {
-        true => json!([]),
-        false => json!([{ "head": ["sure", "channel", "to correct it"], "rows": rows }]),
-    }
+fn corrections(found: &Examination) -> Vec<Table> {
+    let row = |it: &Finding| {
+        [it.sure.word().to_owned(), it.channels.join(", "), it.correction.text.clone()]
+    };
+    let rows = found.findings.iter().map(row);
+    let table = || Table::new(["sure", "channel", "to correct it"], rows);
+    if found.findings.is_empty() { Vec::new() } else { vec![table()] }
 }

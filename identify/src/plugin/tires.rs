@@ -171,13 +171,20 @@ fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
 }
 
 /// What was found as a whole; the first method that was asked for is the one to go on with.
-fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)], log: &Examination) -> Overall<'a> {
+fn told<'a>(
+    (config, curves): (&Tires, &[Curve]),
+    found: &'a [(Settings, Answer)],
+    log: &Examination,
+) -> Overall<'a> {
     let told = |(curve, (settings, answer)): (&Curve, &'a (Settings, Answer))| {
         let (estimate, prior) = (&answer.estimates[0].1, &settings.prior);
         Told { name: curve.axle, direction: curve.direction, estimate, prior }
     };
     let mut overall = overall(curves.iter().zip(found).map(told).collect());
     doctor::tell(log, &mut overall);
+    if config.car().is_ok_and(|(car, uncertainty)| !perturbed(&car, &uncertainty).is_empty()) {
+        overall.widened = "What is not known of the car is added.";
+    }
     overall
 }
 
@@ -197,8 +204,6 @@ fn report(
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }
-    told(curves, found, log).add_to(&mut result);
-    result.insert("doctor".to_owned(), json!(log));
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
     let bounds = curves
@@ -206,7 +211,7 @@ fn report(
         .zip(found)
         .map(|(curve, (settings, _))| (curve.key.to_owned(), json!(settings.prior.bounds)));
     result.insert("bounds".to_owned(), Value::Object(bounds.collect()));
-    result.into()
+    told((config, curves), found, log).result(Some(log), result)
 }
 
 fn leave_files(
@@ -229,7 +234,7 @@ fn leave_files(
             direction: curve.direction,
         })
         .collect();
-    let overall = told(curves, found, log);
+    let overall = told((config, curves), found, log);
     host.file("tires.toml", &start_values::write(&tires, &overall.verdict()));
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,

@@ -49,6 +49,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
         causes: std::slice::from_ref(&cause),
         log: vec!["`r` is late.".to_owned()],
         curves: vec![lateral("front", &front), lateral("rear", &rear)],
+        widened: "What is not known of the car is added.",
     };
     let summary = overall.summary();
     assert_eq!(summary[0], "The model does not fit: the yaw rate is late.");
@@ -56,9 +57,10 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     assert_eq!(summary[2..4], [cause.sentence.clone(), "`r` is late.".to_owned()]);
     assert_eq!(summary[4], "On a bound of the box: rear E.");
     assert!(summary[5].starts_with("Box wide: B 1 … 80, C 0.5 … 3, "), "{summary:?}");
-    assert_eq!(summary.len(), 6);
-    let mut result = Map::new();
-    overall.add_to(&mut result);
+    let origin = "Intervals, bands and densities are those of the exact posterior in the box, on a grid. \
+                  What is not known of the car is added.";
+    assert_eq!(summary[6..], [origin]);
+    let result = overall.result(None, Map::new());
     assert_eq!(result["sound"], false);
     assert_eq!(result["causes"][0]["correction"], "offset = -0.0052");
     let [curves, causes] = [0, 1].map(|table| &result["tables"][table]);

@@ -1,50 +1,26 @@
-//! Reads what the result of an analysis says to people: sentences and tables, beside its numbers.
+//! Sets what the result of an analysis says to people, for terminal and page.
 //!
-//! The keys are a contract with plugins (`docs/plugins.md`): `summary`, a list of sentences, of which the first has the verdict;
-//! `sound`, false where the result is not to be trusted; `tables`, each with a `head` and `rows` of texts.
+//! The keys are a contract with plugins (`docs/plugins.md`): [`plugin::Words`].
 
 use std::fmt::Write as _;
 
 use html_page::escape;
+use plugin::{Table, Words};
+use serde::Deserialize;
 use serde_json::Value;
-
-/// A table of texts.
-#[derive(Debug, Default)]
-struct Table {
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
 
 /// What a result says to people.
 #[derive(Debug, Default)]
-pub(super) struct Told {
-    summary: Vec<String>,
-    sound: bool,
-    tables: Vec<Table>,
-}
-
-fn texts(value: &Value) -> Vec<String> {
-    let items = value.as_array().into_iter().flatten();
-    items.filter_map(Value::as_str).map(str::to_owned).collect()
-}
+pub(super) struct Told(Words);
 
 impl Told {
     /// What is there; a result that says nothing has nothing.
     pub(super) fn of(result: &Value) -> Self {
-        let table = |table: &Value| Table {
-            head: texts(&table["head"]),
-            rows: table["rows"].as_array().into_iter().flatten().map(texts).collect(),
-        };
-        let tables = result["tables"].as_array().into_iter().flatten().map(table);
-        Self {
-            summary: texts(&result["summary"]),
-            sound: result["sound"] != Value::Bool(false),
-            tables: tables.collect(),
-        }
+        Self(Words::deserialize(result).unwrap_or_default())
     }
 
     fn is_empty(&self) -> bool {
-        self.summary.is_empty() && self.tables.is_empty()
+        self.0.summary.is_empty() && self.0.tables.is_empty()
     }
 
     /// Lines for a terminal, under the name of the analysis.
@@ -52,14 +28,14 @@ impl Told {
         if self.is_empty() {
             return String::new();
         }
-        let sign = if self.sound { "" } else { "DOUBTFUL  " };
-        let mut sentences = self.summary.iter();
+        let sign = if self.0.sound { "" } else { "DOUBTFUL  " };
+        let mut sentences = self.0.summary.iter();
         let mut text = format!("  {name}  {sign}{}\n", sentences.next().map_or("", String::as_str));
         for sentence in sentences {
             // Writing into a string cannot fail.
             let _ = writeln!(text, "    {sentence}");
         }
-        self.tables.iter().for_each(|table| text += &table.lines());
+        self.0.tables.iter().for_each(|table| text += &table_lines(table));
         text
     }
 
@@ -69,44 +45,42 @@ impl Told {
             return String::new();
         }
         let mut html = format!("<h3>{}</h3>\n", escape(name));
-        for (place, sentence) in self.summary.iter().enumerate() {
-            let class = if place == 0 && !self.sound { " class=\"warning\"" } else { "" };
+        for (place, sentence) in self.0.summary.iter().enumerate() {
+            let class = if place == 0 && !self.0.sound { " class=\"warning\"" } else { "" };
             // Writing into a string cannot fail.
             let _ = writeln!(html, "<p{class}>{}</p>", escape(sentence));
         }
-        self.tables.iter().for_each(|table| html += &table.html());
+        self.0.tables.iter().for_each(|table| html += &table_html(table));
         html
     }
 }
 
-impl Table {
-    fn all(&self) -> impl Iterator<Item = &Vec<String>> {
-        std::iter::once(&self.head).chain(&self.rows)
-    }
+fn all(table: &Table) -> impl Iterator<Item = &Vec<String>> {
+    std::iter::once(&table.head).chain(table.rows.iter().map(|row| &row.0))
+}
 
-    fn lines(&self) -> String {
-        let columns = self.all().map(Vec::len).max().unwrap_or(0);
-        let width = |place: usize| {
-            let cells = self.all().filter_map(|row| row.get(place));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-        };
-        let widths: Vec<_> = (0..columns).map(width).collect();
-        let line = |row: &Vec<String>| {
-            let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
-            format!("    {}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
-        };
-        self.all().map(line).collect()
-    }
+fn table_lines(table: &Table) -> String {
+    let columns = all(table).map(Vec::len).max().unwrap_or(0);
+    let width = |place: usize| {
+        let cells = all(table).filter_map(|row| row.get(place));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<_> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+        format!("    {}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
+    };
+    all(table).map(line).collect()
+}
 
-    fn html(&self) -> String {
-        let row = |row: &Vec<String>, tag: &str| {
-            let cells: String =
-                row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();
-            format!("<tr>{cells}</tr>\n")
-        };
-        let rows: String = self.rows.iter().map(|cells| row(cells, "td")).collect();
-        format!("<table>\n{}{rows}</table>\n", row(&self.head, "th"))
-    }
+fn table_html(table: &Table) -> String {
+    let row = |row: &Vec<String>, tag: &str| {
+        let cells: String =
+            row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();
+        format!("<tr>{cells}</tr>\n")
+    };
+    let rows: String = table.rows.iter().map(|cells| row(&cells.0, "td")).collect();
+    format!("<table>\n{}{rows}</table>\n", row(&table.head, "th"))
 }
 
 #[cfg(test)]

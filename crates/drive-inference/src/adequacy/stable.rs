@@ -8,6 +8,8 @@ use crate::explored::inverse;
 use crate::rows::{Expansion, Rows};
 use crate::tires::SIZE;
 
+/// Name of the test by blocks that were not fitted; where it fails, intervals are as wide as blocks scatter.
+pub const HOLD_OUT: &str = "hold-out";
 /// Fewest blocks that tell anything.
 const FEWEST: usize = 8;
 /// Cost of a block that was not fitted, over what is expected if the model is right.
@@ -88,7 +90,7 @@ impl Blocks {
         let excess: f64 = self.scores.iter().map(|g| g.dot(&(&self.covariance * g))).sum();
         let statistic = excess / n;
         Some(FitTest {
-            name: "hold-out".to_owned(),
+            name: HOLD_OUT.to_owned(),
             statistic,
             limit: HELD_OUT,
             sentence: format!(

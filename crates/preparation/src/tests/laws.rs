@@ -42,6 +42,30 @@ fn all_points(prepared: &Prepared) -> [&Points; 2] {
 }
 
 #[test]
+fn a_slow_logger_has_no_gaps() {
+    let pipeline = pipeline(&car());
+    let all = record(&simulate(&car(), 15.0, 1.0));
+    let present = SIGNALS.iter().map(|signal| signal.0).filter(|name| all.get(name).is_some());
+    let slow = present.fold(all.clone(), |log, name| {
+        // 10 Hz.
+        let every = match name {
+            "v_x" | "v_y" => 20,
+            "delta" => 10,
+            _ => 40,
+        };
+        changed(&log, name, |i, t, v| (i % every == 0).then_some((t, v)))
+    });
+    let prepared = run(&pipeline, &slow);
+    // Signals begin and end apart by less than a step.
+    assert!(prepared.report.lost.gap <= 2, "{:?}", prepared.report.lost);
+    assert_eq!(prepared.report.stretches.len(), run(&pipeline, &all).report.stretches.len());
+    // A second without rows is a gap at any rate.
+    let torn = changed(&slow, "r", |_, t, v| (!(8.0..9.0).contains(&t)).then_some((t, v)));
+    let torn = run(&pipeline, &torn).report;
+    assert!(torn.lost.gap > 5 && torn.stretches.len() > prepared.report.stretches.len());
+}
+
+#[test]
 fn mirrored_driving_gives_mirrored_points() {
     let vehicle = symmetric();
     let pipeline = Pipeline {

@@ -16,6 +16,7 @@ pub struct Agreement<'a> {
     pub judgements: &'a [Judgement],
     /// The band of the curves.
     pub band: Option<&'a Band>,
+    /// Draws, of which one is published where a fit does not agree.
     pub posterior: &'a PosteriorSamples,
     /// Typical values of what the data cannot tell.
     pub prior: &'a Prior,
@@ -25,6 +26,15 @@ impl Agreement<'_> {
     /// Whether all numbers of a tire are in their intervals, and its curve in the band.
     pub fn holds(&self, theta: &Theta) -> bool {
         self.violations(theta) == 0
+    }
+
+    /// A fitted tire, or the nearest draw where the posterior rejects that and the draw less.
+    pub fn published(&self, fitted: Theta) -> Theta {
+        if self.holds(&fitted) {
+            return fitted;
+        }
+        let better = |theta: &Theta| self.violations(theta) < self.violations(&fitted);
+        self.nearest().filter(better).unwrap_or(fitted)
     }
 
     fn violations(&self, theta: &Theta) -> usize {
@@ -83,5 +93,60 @@ impl Agreement<'_> {
             }
         }
         theta
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use numerics::statistics::{interval, mean};
+
+    use super::*;
+    use crate::parameters::Parameter;
+    use crate::quantity::Quantity;
+    use crate::verdict::Known;
+
+    /// Tires about one, apart in D and C.
+    fn draws() -> PosteriorSamples {
+        let draw = |k: i32| {
+            let share = f64::from(k % 20) / 20.0;
+            [12.0, 1.5 + 0.1 * share, 1.1 + 0.002 * f64::from(k), 0.1, 0.0, 0.0]
+        };
+        PosteriorSamples { samples: (0..200).map(draw).collect() }
+    }
+
+    #[test]
+    fn a_fit_that_the_posterior_rejects_gives_way_to_a_draw_that_agrees() {
+        let (posterior, prior) = (draws(), Prior::lateral());
+        let known = |quantity: Quantity| {
+            let values = posterior.values(quantity);
+            let (mean, std) = (mean(&values), std(&values));
+            let (width_ratio, interval) = (0.1, interval(values));
+            let (profile, rival, prior_shift) = (None, None, None);
+            let known =
+                Known { quantity, mean, std, interval, width_ratio, profile, rival, prior_shift };
+            known.judge(&prior, "")
+        };
+        let quantities = [Parameter::C, Parameter::D].map(Quantity::Parameter);
+        let judgements: Vec<_> = quantities.into_iter().chain([Quantity::K]).map(known).collect();
+        let band = Band::new(&posterior, [-0.2, 0.2], 21);
+        let agreement = Agreement {
+            judgements: &judgements,
+            band: Some(&band),
+            posterior: &posterior,
+            prior: &prior,
+        };
+        let inside = posterior.samples[105];
+        assert_eq!(agreement.published(inside), inside);
+        let rejected = [12.0, 1.55, 1.9, 0.1, 0.0, 0.0];
+        assert!(!agreement.holds(&rejected));
+        let published = agreement.published(rejected);
+        assert!(agreement.holds(&published) && posterior.samples.contains(&published));
+        // Draws that agree no better are no reason to leave the fit.
+        let none = PosteriorSamples { samples: vec![[40.0, 2.9, 2.9, -9.0, 0.0, 0.0]] };
+        let agreement = Agreement { posterior: &none, ..agreement };
+        assert_eq!(agreement.published(rejected), rejected);
+        let wider = band.clone().holding(&rejected);
+        let alone = Agreement { judgements: &[], band: Some(&wider), ..agreement };
+        assert!(alone.holds(&rejected));
     }
 }

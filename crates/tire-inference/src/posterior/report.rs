@@ -3,6 +3,7 @@
 use numerics::loss::Loss;
 use serde::Serialize;
 
+use crate::kernel::value;
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 use crate::posterior::predictive::Predictive;
@@ -79,6 +80,18 @@ impl Band {
         let slip: Vec<f64> = (0..count).map(|k| low + share(k) * (high - low)).collect();
         let (lower, upper) = posterior.band(&slip).into_iter().map(|[a, b]| (a, b)).unzip();
         Self { slip, lower, upper }
+    }
+
+    /// As wide as it has to be to hold a curve.
+    #[must_use]
+    pub fn holding(mut self, theta: &Theta) -> Self {
+        let ends = self.lower.iter_mut().zip(&mut self.upper);
+        for (slip, (low, high)) in self.slip.iter().zip(ends) {
+            let coefficient = value(theta, *slip);
+            *low = low.min(coefficient);
+            *high = high.max(coefficient);
+        }
+        self
     }
 }
 

@@ -201,8 +201,8 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
     ] {
         assert!(page.contains(said), "{said}");
     }
-    // That of each axle, and none for what is compared.
-    assert_eq!(page.matches("its normal distribution").count(), 2);
+    // That of each axle, its values and its end, and none for what is compared.
+    assert_eq!(page.matches("its normal distribution").count(), 4);
     assert!(log.files["tires.toml"].contains("\"plant.tire_f.B\""));
     // For each axle its curve, seven densities and the trace of the fits.
     assert_eq!(log.diagrams.values().map(Vec::len).collect::<Vec<_>>(), [9, 9]);

@@ -1,0 +1,79 @@
+//! Prints how far the tires of parts of one log scatter, over what their intervals say: `cargo run -p identify --example drift_250lm
+//! [-- --parts N] [--seconds S] [--task tires|closed_loop] [--details]`.
+//!
+//! The recording is described in docs/identification.md. The car is taken as known exactly, since its errors are the same in all parts.
+
+#[path = "../tests/support/log_250lm.rs"]
+mod log_250lm;
+
+use log_250lm::{Log, by_drive, by_points, closed_loop, tires};
+use tire_inference::axles::{Axle, Axles};
+use tire_inference::estimate::Estimate;
+
+const EXACT: &str = "exact = true";
+
+/// Root mean square of the distances from the weighted mean, over their standard deviations; degrees of freedom corrected.
+fn scatter(found: &[(f64, f64)]) -> (f64, f64) {
+    let weight = |(_, std): &(f64, f64)| std.powi(-2);
+    let all: f64 = found.iter().map(weight).sum();
+    let mean = found.iter().map(|it| weight(it) * it.0).sum::<f64>() / all;
+    let squares: f64 = found.iter().map(|(value, std)| ((value - mean) / std).powi(2)).sum();
+    (mean, (squares / (found.len() as f64 - 1.0)).sqrt())
+}
+
+fn number(args: &[String], name: &str, usual: f64) -> f64 {
+    let place = args.iter().position(|it| it == name);
+    place.and_then(|it| args.get(it + 1)?.parse().ok()).unwrap_or(usual)
+}
+
+fn main() {
+    let Some(log) = Log::read() else { return };
+    let args: Vec<String> = std::env::args().collect();
+    let (parts, seconds) = (number(&args, "--parts", 9.0), number(&args, "--seconds", 36.0));
+    let details = args.iter().any(|it| it == "--details");
+    let driven = closed_loop("", &format!("{EXACT}\nF_x_gain_std = 0.0"));
+    let logged = tires("", EXACT);
+    for task in ["tires", "closed_loop"] {
+        if args.iter().any(|it| it == "--task") && !args.iter().any(|it| it == task) {
+            continue;
+        }
+        let mut all: Vec<Axles<Estimate>> = Vec::new();
+        for part in 0..parts as usize {
+            let window = [part as f64, part as f64 + 1.0].map(|it| it * seconds);
+            let estimates = match task {
+                "tires" => by_points(&logged, &log.signals(window)),
+                _ => {
+                    let found = by_drive(&driven, &log.drive(window));
+                    if details {
+                        println!("{}", found.model.sentence);
+                    }
+                    found.estimates
+                }
+            };
+            let told = |axle: Axle, name: &str| {
+                let estimate = &estimates[axle];
+                let (value, std) = (estimate.mean[name], estimate.std[name]);
+                format!("{value:8.3} ± {std:6.3} {:15}", format!("{:?}", estimate.identified[name]))
+            };
+            println!(
+                "{task:11} {:5.0} … {:5.0} s   front K {} D {}   rear K {} D {}",
+                window[0],
+                window[1],
+                told(Axle::Front, "K"),
+                told(Axle::Front, "D"),
+                told(Axle::Rear, "K"),
+                told(Axle::Rear, "D")
+            );
+            all.push(estimates);
+        }
+        for (axle, side) in [(Axle::Front, "front"), (Axle::Rear, "rear")] {
+            for name in ["K", "D"] {
+                let of = |it: &Axles<Estimate>| (it[axle].mean[name], it[axle].std[name]);
+                let (mean, scatter) = scatter(&all.iter().map(of).collect::<Vec<_>>());
+                println!(
+                    "{task:11} {side:5} {name}: mean {mean:.3}, scatter over std {scatter:.2}"
+                );
+            }
+        }
+    }
+}

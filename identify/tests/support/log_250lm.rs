@@ -1,0 +1,127 @@
+//! Reads the recording of a 1964 Ferrari 250 LM, if it is at hand, and identifies its tires from parts of it by both tasks.
+#![allow(dead_code, reason = "each user needs a part")]
+
+use std::path::PathBuf;
+
+use drive_inference::{Drive, Identified, identify};
+use identify::config::{ClosedLoop, Config, Tires};
+use preparation::direction::Direction;
+use preparation::{DriveLog, Pipeline};
+use tire_inference::axles::Axles;
+use tire_inference::estimate::Estimate;
+use tire_inference::fit::FitOptions;
+use tire_inference::settings::{Method, Settings};
+
+/// The car as `scenarios/tires_250lm.toml` has it.
+const CAR: &str = "aero = \"none\"\n[car.body]\nm = 982.0\nI_zz = 1605.0\nl_f = 1.33\nl_r = 1.07\nh = { value = 0.45, std = 0.05 }";
+const MASS: f64 = 982.0;
+
+/// The columns of the file.
+pub struct Log {
+    columns: Vec<(String, Vec<f64>)>,
+}
+
+impl Log {
+    /// The recording; `None` where it is not at hand. `TRACKSIDE_DATA` names another folder to look in.
+    pub fn read() -> Option<Self> {
+        let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+        let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
+        let Ok(text) = std::fs::read_to_string(folder.join("revs_250lm.csv")) else {
+            eprintln!("skipped: no revs_250lm.csv in {}", folder.display());
+            return None;
+        };
+        let mut lines = text.lines();
+        let titles: Vec<&str> = lines.next()?.split(',').collect();
+        let cells = |line: &str| line.split(',').map(|it| it.parse().unwrap_or(f64::NAN)).collect();
+        let rows: Vec<Vec<f64>> = lines.map(cells).collect();
+        let column = |(place, title): (usize, &&str)| {
+            (title.to_string(), rows.iter().map(|row| row[place]).collect())
+        };
+        Some(Self { columns: titles.iter().enumerate().map(column).collect() })
+    }
+
+    /// A column between two times, from the beginning of the recording on [s].
+    fn column(&self, title: &str, [from, until]: [f64; 2]) -> Vec<f64> {
+        let of = |title: &str| {
+            let found = self.columns.iter().find(|(it, _)| it == title);
+            &found.expect("a column of the file").1
+        };
+        let time = of("t_s");
+        let inside = |t: f64| (from..until).contains(&(t - time[0]));
+        time.iter().zip(of(title)).filter(|(t, _)| inside(**t)).map(|(_, value)| *value).collect()
+    }
+
+    /// What `task = "closed_loop"` needs; the force is that of the forward acceleration.
+    pub fn drive(&self, window: [f64; 2]) -> Drive {
+        let of = |title: &str| self.column(title, window);
+        Drive {
+            t: of("t_s"),
+            v_x: of("vx_mps"),
+            v_y: of("vy_mps"),
+            r: of("yaw_rate_radps"),
+            a_y: of("ay_mps2"),
+            F_x: of("ax_mps2").iter().map(|a_x| MASS * a_x).collect(),
+            delta: of("delta_rad"),
+        }
+    }
+
+    /// What `task = "tires"` needs.
+    pub fn signals(&self, window: [f64; 2]) -> DriveLog {
+        let mut log = DriveLog::default();
+        for (name, title) in [
+            ("v_x", "vx_mps"),
+            ("v_y", "vy_mps"),
+            ("a_x", "ax_mps2"),
+            ("a_y", "ay_mps2"),
+            ("r", "yaw_rate_radps"),
+            ("delta", "delta_rad"),
+        ] {
+            log.insert(name, self.column("t_s", window), self.column(title, window));
+        }
+        log
+    }
+}
+
+/// `task = "closed_loop"` of this car; `more` are further lines of the configuration, `of_car` of its car.
+pub fn closed_loop(more: &str, of_car: &str) -> ClosedLoop {
+    let text =
+        format!("task = \"closed_loop\"\n{more}\n[car]\nbrake_front_share = 0.6\n{of_car}\n{CAR}");
+    match Config::read(&text) {
+        Ok(Config::ClosedLoop(config)) => *config,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// `task = "tires"` of this car.
+pub fn tires(more: &str, of_car: &str) -> Tires {
+    let text = format!(
+        "task = \"tires\"\n{more}\n[car]\nbrake_front_share = \"by_load\"\ndrive_front_share = 0.0\n{of_car}\n{CAR}"
+    );
+    match Config::read(&text) {
+        Ok(Config::Tires(config)) => *config,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Both axles by prediction errors.
+pub fn by_drive(config: &ClosedLoop, drive: &Drive) -> Identified {
+    let options = config.options().expect("a car");
+    identify(std::slice::from_ref(drive), &options, &mut |_, _| true).expect("tires")
+}
+
+/// Both axles by their points, without what the car adds to their uncertainty.
+pub fn by_points(config: &Tires, log: &DriveLog) -> Axles<Estimate> {
+    let (car, _) = config.car().expect("a car");
+    let pipeline = Pipeline { car, ..config.prepare.clone() };
+    let prepared = pipeline.run(log).expect("points");
+    let of = |axle: &preparation::Axle| {
+        let points = &axle.lateral;
+        let usual = config.lateral.settings(Direction::Lateral, points.shift, 0);
+        let settings = Settings { options: FitOptions::default(), ..usual };
+        let settings = config.lateral.loss.settle(settings, &points.samples).expect("a noise");
+        let found =
+            tire_inference::estimate::identify(&points.samples, &settings, &[Method::LeastSquares]);
+        found.expect("a tire").estimates.swap_remove(0).1
+    };
+    Axles { front: of(&prepared.front), rear: of(&prepared.rear) }
+}
