@@ -37,6 +37,16 @@ impl Analysis for Identify {
         Need::optional("omega_fr", "rad/s", "speed of the front right wheel"),
         Need::optional("omega_rl", "rad/s", "speed of the rear left wheel"),
         Need::optional("omega_rr", "rad/s", "speed of the rear right wheel"),
+        Need::optional(
+            "roll",
+            "rad",
+            "roll angle of the body, road included; positive when its left side is up",
+        ),
+        Need::optional(
+            "course",
+            "rad",
+            "direction of travel over ground, as of GNSS; positive to the left",
+        ),
         Need::optional("gear", "", "gear"),
         Need::optional("slip", "", "slip angle [rad] or slip ratio of one tire"),
         Need::optional("force", "", "its force over its load"),

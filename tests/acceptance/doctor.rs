@@ -9,6 +9,9 @@ tests! {
     a_right_log_has_no_errors: Compiler,
     a_speed_in_km_h_and_a_mirrored_channel_are_named: Compiler,
     a_delay_in_the_column_corrects_a_late_channel: Compiler,
+    what_is_corrected_is_sound: Compiler,
+    missing_values_are_seen: Compiler,
+    three_rows_are_not_called_right: Compiler,
     an_unknown_column_gets_a_suggestion,
 }
 
@@ -100,9 +103,59 @@ fn a_delay_in_the_column_corrects_a_late_channel() {
     run(&["run", &corrected, "--rerun", "off", "--out", &again]).expect(0);
 }
 
+fn what_is_corrected_is_sound() {
+    let lab = Lab::new();
+    let again = lab.path("again").display().to_string();
+    let titles = ["vx_mps", "delta_rad", "time"];
+    let cases: [(&str, [&str; 3], fn(&mut [f64; 6])); 5] = [
+        ("unit = \"km/h\"", titles, |cells| cells[1] *= 3.6),
+        // The file says a unit itself, which a unit cannot contradict.
+        ("gain = 0.277778", ["vx [m/s]", "delta_rad", "time"], |cells| cells[1] *= 3.6),
+        ("unit = \"deg\", sign = -1", titles, |cells| cells[5] = -cells[5].to_degrees()),
+        // An offset is in the unit of the column.
+        ("offset = -0.", ["vx_mps", "delta_deg", "time"], |cells| {
+            cells[5] = cells[5].to_degrees() + 0.5;
+        }),
+        ("time_unit = \"ms\"", titles, |cells| cells[0] *= 1e3),
+    ];
+    for (line, [v_x, delta, time], wrong) in cases {
+        let text = log(wrong).replace("vx_mps", v_x).replace("delta_rad", delta);
+        lab.write("log.csv", text.replace("t_s", time));
+        doctor(&lab, &[]).expect(1);
+        let corrected = lab.read("out/corrected.toml");
+        assert!(corrected.contains(line), "{line}: {corrected}");
+        let corrected = lab.path("out/corrected.toml").display().to_string();
+        run(&["run", &corrected, "--rerun", "off", "--out", &again]).expect(0);
+    }
+}
+
+fn missing_values_are_seen() {
+    let lab = Lab::new();
+    let mut row = 0;
+    let text: String = log(|_| ()).lines().fold(String::new(), |text, line| {
+        row += 1;
+        let kept = line.rsplit_once(',').filter(|_| row % 17 == 5 && row > 9);
+        text + &kept.map_or(line.to_owned(), |(cells, _)| format!("{cells},")) + "\n"
+    });
+    lab.write("log.csv", text);
+    let ended = doctor(&lab, &[]).expect(1);
+    assert!(ended.stdout.contains("rows without a value (5.9 %)"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("delta: gaps = \"interpolate\""), "{}", ended.stdout);
+}
+
+fn three_rows_are_not_called_right() {
+    let lab = Lab::new();
+    let text = log(|_| ());
+    let few: Vec<&str> = text.lines().take(4).collect();
+    lab.write("log.csv", few.join("\n") + "\n");
+    let ended = doctor(&lab, &[]).expect(1);
+    assert!(ended.stdout.contains("it has 3 rows with values"), "{}", ended.stdout);
+    assert!(!ended.stdout.contains("Nothing is wrong"), "{}", ended.stdout);
+}
+
 fn an_unknown_column_gets_a_suggestion() {
     let lab = Lab::new();
     lab.write("log.csv", "time,v_x,r\n0,1,0\n1,1,0\n");
     let ended = doctor(&lab, &["--a_y", "v_xx"]).expect(2);
-    ended.says(&["--a_y: unknown column of", "`v_xx`", "did you mean `v_x`?"]);
+    ended.says(&["unknown column of", "for --a_y", "`v_xx`", "did you mean `v_x`?"]);
 }

@@ -2,15 +2,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::motion::quantile;
+use crate::statistics::{MAD_TO_STD, jackknife as spread, quantile};
 
 /// Blocks of a log. Each is a few seconds of a usual log, longer than its errors are correlated.
 pub(crate) const BLOCKS: usize = 20;
 /// 97.5 % quantile of Student's distribution with 19 degrees of freedom.
 pub(crate) const T_95: f64 = 2.093;
-
-/// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
-const MAD_TO_STD: f64 = 1.482_602;
+/// Fewest rows of a fit.
+const LEAST_ROWS: usize = 5 * BLOCKS;
+/// Share of a figure by which its halves may differ for one constant, if chance does not explain it.
+pub(crate) const ONE_CONSTANT: f64 = 0.35;
 
 /// The block of each row: the rows that are used are cut into blocks of equal numbers.
 pub(crate) fn split(used: &[bool]) -> Vec<Option<usize>> {
@@ -56,6 +57,8 @@ pub(crate) fn trim(
 #[derive(Clone, Debug)]
 pub(crate) struct Blocks {
     grams: Vec<DMatrix<f64>>,
+    /// Rows in all of them.
+    pub rows: usize,
 }
 
 /// Coefficients of columns, in the order in which they were chosen.
@@ -63,8 +66,8 @@ pub(crate) struct Blocks {
 pub(crate) struct Fit {
     pub values: Vec<f64>,
     pub stds: Vec<f64>,
-    /// Values and standard deviations of the first and the second half of the log.
-    pub halves: [(Vec<f64>, Vec<f64>); 2],
+    /// Values and standard deviations of the first and the second half of the log, if both tell all coefficients.
+    pub halves: Option<[(Vec<f64>, Vec<f64>); 2]>,
     /// Sum of squares that is left.
     pub squares: f64,
 }
@@ -80,20 +83,22 @@ impl Fit {
         [self.values[index] - reach, self.values[index] + reach]
     }
 
-    /// Whether the coefficients of both halves are one, within chance or a quarter of their size.
-    pub fn agrees(&self, index: usize) -> bool {
-        let [(first, first_std), (second, second_std)] = &self.halves;
+    /// Whether the coefficients of both halves are one, within chance or [`ONE_CONSTANT`] of their size. `None` where a half
+    /// does not tell it.
+    pub fn agrees(&self, index: usize) -> Option<bool> {
+        let [(first, first_std), (second, second_std)] = self.halves.as_ref()?;
         let apart = (first[index] - second[index]).abs();
         let chance = 2.5 * first_std[index].hypot(second_std[index]);
         let same_sign = first[index] * second[index] > 0.0;
-        same_sign && (apart < chance || apart < 0.35 * self.values[index].abs())
+        let close = apart < chance || apart < ONE_CONSTANT * self.values[index].abs();
+        Some(same_sign && close)
     }
 }
 
 impl Blocks {
     /// No rows yet, of this many columns and a target.
     pub fn new(columns: usize) -> Self {
-        Self { grams: vec![DMatrix::zeros(columns + 1, columns + 1); BLOCKS] }
+        Self { grams: vec![DMatrix::zeros(columns + 1, columns + 1); BLOCKS], rows: 0 }
     }
 
     /// Rows of columns and target that are all numbers and that are in a block.
@@ -104,36 +109,52 @@ impl Blocks {
         blocks
     }
 
-    /// Adds rows; an absent column is 0 in them. Returns their number.
+    /// Adds rows; an absent column is 0 in them.
     pub fn add(
         &mut self,
         columns: &[Option<&[f64]>],
         target: &[f64],
         block: impl Fn(usize) -> Option<usize>,
-    ) -> usize {
-        let here: Vec<(usize, &[f64])> =
-            columns.iter().enumerate().filter_map(|(i, column)| Some((i, (*column)?))).collect();
-        let mut taken = 0;
-        let mut row = vec![0.0; here.len()];
-        for (k, &y) in target.iter().enumerate() {
+    ) {
+        let here =
+            columns.iter().enumerate().filter_map(|(place, column)| Some((place, (*column)?)));
+        let (mut places, mut all): (Vec<usize>, Vec<&[f64]>) = here.unzip();
+        places.push(columns.len());
+        all.push(target);
+        let mut row = vec![0.0; all.len()];
+        // Sums of the block at hand, row by row of the lower triangle.
+        let mut sums = vec![0.0; all.len() * (all.len() + 1) / 2];
+        let mut current = None;
+        for k in 0..target.len() {
             let Some(block) = block(k) else { continue };
-            for (cell, (_, column)) in row.iter_mut().zip(&here) {
-                *cell = column[k];
-            }
-            if !y.is_finite() || !row.iter().all(|cell| cell.is_finite()) {
+            row.iter_mut().zip(&all).for_each(|(cell, column)| *cell = column[k]);
+            if !row.iter().all(|cell| cell.is_finite()) {
                 continue;
             }
-            taken += 1;
-            let gram = &mut self.grams[block];
-            for (i, (at, _)) in here.iter().enumerate() {
-                for (j, (other, _)) in here[..=i].iter().enumerate() {
-                    gram[(*at, *other)] += row[i] * row[j];
-                }
-                gram[(columns.len(), *at)] += y * row[i];
+            if current != Some(block) {
+                self.take(current, &places, &mut sums);
+                current = Some(block);
             }
-            gram[(columns.len(), columns.len())] += y * y;
+            self.rows += 1;
+            let mut from = 0;
+            for (i, &x) in row.iter().enumerate() {
+                let line = &mut sums[from..=from + i];
+                line.iter_mut().zip(&row).for_each(|(sum, y)| *sum += x * y);
+                from += i + 1;
+            }
         }
-        taken
+        self.take(current, &places, &mut sums);
+    }
+
+    /// Moves sums into a block.
+    fn take(&mut self, block: Option<usize>, places: &[usize], sums: &mut [f64]) {
+        let Some(block) = block else { return };
+        let mut sums = sums.iter_mut();
+        for (i, &at) in places.iter().enumerate() {
+            for (&other, sum) in places[..=i].iter().zip(&mut sums) {
+                self.grams[block][(at, other)] += std::mem::take(sum);
+            }
+        }
     }
 
     /// The sum of several, each with a weight. All have the same columns.
@@ -143,13 +164,14 @@ impl Blocks {
             let parts = all.iter().map(|(blocks, weight)| &blocks.grams[block] * *weight);
             parts.fold(DMatrix::zeros(size, size), |sum, part| sum + part)
         };
-        Self { grams: (0..BLOCKS).map(sum).collect() }
+        let rows = all.iter().map(|(blocks, _)| blocks.rows).sum();
+        Self { grams: (0..BLOCKS).map(sum).collect(), rows }
     }
 
     /// The sum of squares that these coefficients leave.
     pub fn left(&self, chosen: &[usize], values: &[f64]) -> f64 {
         let gram = sum(self.grams.iter());
-        let target = gram.nrows() - 1;
+        let Some(target) = gram.nrows().checked_sub(1) else { return 0.0 };
         let all: Vec<(usize, f64)> = chosen
             .iter()
             .copied()
@@ -175,8 +197,11 @@ impl Blocks {
         Some(solve(&sum(self.grams.iter()), chosen)?.0)
     }
 
-    /// Least squares of the target on the chosen columns. `None` where they do not tell all coefficients apart.
+    /// Least squares of the target on the chosen columns. `None` where they do not tell all coefficients apart, or rows are few.
     pub fn fit(&self, chosen: &[usize]) -> Option<Fit> {
+        if self.rows < LEAST_ROWS {
+            return None;
+        }
         let (values, squares) = solve(&sum(self.grams.iter()), chosen)?;
         let stds = jackknife(&self.grams, chosen)?;
         let (first, second) = self.grams.split_at(BLOCKS / 2);
@@ -184,11 +209,7 @@ impl Blocks {
             let (values, _) = solve(&sum(grams.iter()), chosen)?;
             Some((values, jackknife(grams, chosen)?))
         };
-        let unknown = || {
-            let none = vec![f64::NAN; chosen.len()];
-            (none.clone(), none)
-        };
-        let halves = [first, second].map(|grams| half(grams).unwrap_or_else(unknown));
+        let halves = half(first).zip(half(second)).map(|(first, second)| [first, second]);
         Some(Fit { values, stds, halves, squares })
     }
 }
@@ -202,22 +223,26 @@ fn sum<'a>(grams: impl Iterator<Item = &'a DMatrix<f64>>) -> DMatrix<f64> {
 
 /// Standard deviations from fits without one block at a time.
 fn jackknife(grams: &[DMatrix<f64>], chosen: &[usize]) -> Option<Vec<f64>> {
+    // Only what is chosen: most columns are not.
+    let places: Vec<usize> =
+        chosen.iter().copied().chain(grams.first()?.nrows().checked_sub(1)).collect();
+    let part = |gram: &DMatrix<f64>| {
+        let entry = |i: usize, j: usize| gram[(places[i].max(places[j]), places[i].min(places[j]))];
+        DMatrix::from_fn(places.len(), places.len(), entry)
+    };
+    let grams: Vec<DMatrix<f64>> = grams.iter().map(part).collect();
+    let chosen: Vec<usize> = (0..chosen.len()).collect();
     let all = sum(grams.iter());
     let without: Option<Vec<_>> =
-        grams.iter().map(|gram| Some(solve(&(&all - gram), chosen)?.0)).collect();
+        grams.iter().map(|gram| Some(solve(&(&all - gram), &chosen)?.0)).collect();
     let without = without?;
-    let count = without.len() as f64;
-    let std = |index: usize| {
-        let mean = without.iter().map(|values| values[index]).sum::<f64>() / count;
-        let squares: f64 = without.iter().map(|values| (values[index] - mean).powi(2)).sum();
-        ((count - 1.0) / count * squares).sqrt()
-    };
+    let std = |index: usize| spread(without.iter().map(|values| values[index]));
     Some((0..chosen.len()).map(std).collect())
 }
 
 /// Coefficients, and the sum of squares that is left.
 fn solve(gram: &DMatrix<f64>, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
-    let target = gram.nrows() - 1;
+    let target = gram.nrows().checked_sub(1)?;
     // Only the lower triangle is filled.
     let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
     let scale: Vec<f64> = chosen.iter().map(|&i| entry(i, i).sqrt()).collect();
@@ -253,12 +278,12 @@ mod tests {
         let fit = blocks.fit(&[0, 1]).expect("two columns");
         assert!((blocks.left(&[0, 1], &fit.values) - fit.squares).abs() < 1e-6, "{fit:?}");
         assert!((fit.values[0] - 3.0).abs() < 3.0 * fit.stds[0], "{fit:?}");
-        assert!(fit.stds[0] > 0.02 && fit.agrees(0), "{fit:?}");
+        assert!(fit.stds[0] > 0.02 && fit.agrees(0) == Some(true), "{fit:?}");
     }
 
     #[test]
     fn columns_that_are_one_are_told() {
-        let x: Vec<f64> = (0..100).map(f64::from).collect();
+        let x: Vec<f64> = (0..LEAST_ROWS as u32).map(f64::from).collect();
         let double: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
         assert!(Blocks::of(&[&x, &double], &x, |k| Some(k / 5)).fit(&[0, 1]).is_none());
     }

@@ -2,13 +2,15 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use preparation::{DriveLog, Signal};
 
 use crate::finding::{Examination, Finding, NotTold};
 
-/// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive.
-pub const CHANNELS: [(&str, &str); 11] = [
+/// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive. `roll` is
+/// that of the body with the road under it, `course` the direction of travel over ground.
+pub const CHANNELS: [(&str, &str); 13] = [
     ("v_x", "m/s"),
     ("v_y", "m/s"),
     ("r", "rad/s"),
@@ -20,7 +22,29 @@ pub const CHANNELS: [(&str, &str); 11] = [
     ("omega_fr", "rad/s"),
     ("omega_rl", "rad/s"),
     ("omega_rr", "rad/s"),
+    ("roll", "rad"),
+    ("course", "rad"),
 ];
+
+/// Takes the leaps out of a course that begins again after a turn, and brings it to rad: only degrees go beyond 7.
+fn unwrap(course: &mut Signal) {
+    let is_in_deg = course.value.iter().any(|angle| angle.abs() > 7.0 && angle.is_finite());
+    let factor = if is_in_deg { PI / 180.0 } else { 1.0 };
+    let mut latest = f64::NAN;
+    for angle in course.value.iter_mut().filter(|angle| angle.is_finite()) {
+        let turned = *angle * factor;
+        *angle = match latest.is_nan() {
+            true => turned,
+            false => latest + (turned - latest + PI).rem_euclid(2.0 * PI) - PI,
+        };
+        latest = *angle;
+    }
+}
+
+/// The unit of a channel.
+pub(crate) fn unit(name: &str) -> &'static str {
+    CHANNELS.iter().find(|(of, _)| *of == name).map_or("1", |(_, unit)| unit)
+}
 
 /// What is known of the car; each of it makes more checks possible.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,13 +70,28 @@ pub(crate) struct Case {
     pub signals: BTreeMap<&'static str, Signal>,
     pub car: KnownCar,
     pub found: Examination,
+    /// Whether the car turns to one side only, or not at all.
+    pub is_one_sided: bool,
+    /// Sensors whose end cuts the motion off.
+    pub cut_off: Vec<&'static str>,
+    /// Whether the steering ratio was found, and so is known roughly only.
+    pub is_ratio_rough: bool,
 }
 
 impl Case {
     pub fn new(log: &DriveLog, car: KnownCar) -> Self {
         let names = CHANNELS.into_iter().map(|(name, _)| name);
-        let signals = names.filter_map(|name| Some((name, log.get(name)?.clone()))).collect();
-        Self { signals, car, found: Examination::default() }
+        let mut signals: BTreeMap<_, _> =
+            names.filter_map(|name| Some((name, log.get(name)?.clone()))).collect();
+        signals.get_mut("course").into_iter().for_each(unwrap);
+        Self {
+            signals,
+            car,
+            found: Examination::default(),
+            is_one_sided: false,
+            cut_off: Vec::new(),
+            is_ratio_rough: false,
+        }
     }
 
     pub fn has(&self, names: &[&str]) -> bool {

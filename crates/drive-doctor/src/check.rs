@@ -1,5 +1,6 @@
 //! Lists the checks. Each is a file; they run in this order, as each corrects the log for the next ones.
 
+mod bank;
 mod calibration;
 mod clocks;
 mod force;
@@ -20,5 +21,6 @@ pub(crate) const CHECKS: &[Check] = &[
     units::check,
     force::check,
     clocks::check,
+    bank::check,
     calibration::check,
 ];

@@ -2,15 +2,17 @@
 
 use serde::Serialize;
 
+use crate::correction::Correction;
+
 /// How sure a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sure {
-    /// Nothing else explains the log.
+    /// Nothing that is looked for explains the log otherwise.
     Certain,
-    /// The best explanation by far; both halves of the log agree.
+    /// The best explanation by far.
     Likely,
-    /// Something else explains the log about as well, or it hardly matters.
+    /// Something else explains the log about as well, no constant corrects it, or it hardly matters.
     Possible,
 }
 
@@ -34,20 +36,30 @@ pub struct Finding {
     pub channels: Vec<&'static str>,
     /// How sure it is.
     pub sure: Sure,
-    /// The figure, in the unit that the sentence says.
+    /// The figure, in [`Finding::unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// 95 % interval of the figure.
+    /// 95 % interval of the figure, in [`Finding::unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
+    /// Unit of the figure: `s`, `rad`, ...; `1` of a count, a share or a factor.
+    pub unit: &'static str,
     /// What is found.
     pub sentence: String,
     /// What it does to the tires if it is ignored.
     pub consequence: String,
     /// The line to write, or what to do.
-    pub correction: String,
+    #[serde(flatten)]
+    pub correction: Correction,
     /// Whether no fit can make up for it: nothing may be `identified` from such a log.
     pub refuses: bool,
+}
+
+impl Finding {
+    /// Whether it is certain or likely.
+    pub fn is_serious(&self) -> bool {
+        self.sure <= Sure::Likely
+    }
 }
 
 /// A question that the log does not answer.
@@ -68,12 +80,19 @@ pub struct Examination {
     pub findings: Vec<Finding>,
     /// Open questions.
     pub not_told: Vec<NotTold>,
+    /// Whether the log has too few rows for its motion to be looked at.
+    pub too_short: bool,
 }
 
 impl Examination {
+    /// What is certain or likely.
+    pub fn serious(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(|finding| finding.is_serious())
+    }
+
     /// Whether something certain or likely is wrong.
     pub fn is_ill(&self) -> bool {
-        self.findings.iter().any(|finding| finding.sure <= Sure::Likely)
+        self.serious().next().is_some()
     }
 
     /// The surest error that no fit can make up for.
@@ -83,9 +102,10 @@ impl Examination {
 
     /// The whole in sentences, the worst first.
     pub fn summary(&self) -> Vec<String> {
-        let serious = self.findings.iter().filter(|finding| finding.sure <= Sure::Likely);
-        let mut lines: Vec<_> = serious.map(|finding| finding.sentence.clone()).collect();
-        if lines.is_empty() {
+        let mut lines: Vec<_> = self.serious().map(|it| it.sentence.clone()).collect();
+        if self.too_short {
+            lines.push("The log has too few rows to say that nothing is wrong with it.".to_owned());
+        } else if lines.is_empty() {
             let minor = match self.findings.len() {
                 0 => String::new(),
                 1 => "; one thing is possible".to_owned(),

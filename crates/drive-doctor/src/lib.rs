@@ -12,12 +12,18 @@
 mod blocks;
 mod case;
 mod check;
+mod correction;
 mod finding;
 mod motion;
+mod statistics;
 
 pub use case::{CHANNELS, KnownCar};
+pub use correction::{Correction, Place};
 pub use finding::{Examination, Finding, NotTold, Sure};
 use preparation::DriveLog;
+
+/// Fewest rows in which the motion of a car is looked for.
+const LEAST_ROWS: usize = 100;
 
 /// Examines the log of a drive. Channels have the names and units of [`CHANNELS`] and time stamps of their own [s]; any of them
 /// can be missing, and what could not be looked at is said.
@@ -25,6 +31,13 @@ pub fn examine(log: &DriveLog, car: &KnownCar) -> Examination {
     let mut case = case::Case::new(log, *car);
     for check in check::CHECKS {
         check(&mut case);
+    }
+    let rows = case.signals.values().map(|signal| signal.time.len()).max().unwrap_or(0);
+    if rows < LEAST_ROWS {
+        let reason =
+            format!("it has {rows} rows with values, of {LEAST_ROWS} or more that are needed");
+        case.found.too_short = true;
+        case.cannot_tell("whether the log is right", reason, "Record a minute or more.");
     }
     case.close()
 }

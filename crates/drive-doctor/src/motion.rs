@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use preparation::Signal;
 
 use crate::case::Case;
+use crate::statistics::{median, median_step, rough_noise};
 
 /// Most rows: an hour at 100 Hz is looked at in steps of 0.018 s.
 const MOST_ROWS: f64 = 200_000.0;
@@ -20,24 +21,6 @@ pub(crate) struct Motion {
     len: usize,
 }
 
-/// Median distance of time stamps [s]; NaN of fewer than two.
-pub(crate) fn median_step(time: &[f64]) -> f64 {
-    median(time.windows(2).map(|pair| pair[1] - pair[0]).collect())
-}
-
-/// Median; NaN of none.
-pub(crate) fn median(values: Vec<f64>) -> f64 {
-    quantile(values, 0.5)
-}
-
-/// A quantile, no interpolation; NaN of none. What is no number does not count.
-pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
-    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
-    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
-    let place = (share * last as f64).round() as usize;
-    *values.select_nth_unstable_by(place, f64::total_cmp).1
-}
-
 impl Motion {
     /// The channels of a case. `None` without two channels that share some time.
     pub fn of(case: &Case) -> Option<Self> {
@@ -47,7 +30,7 @@ impl Motion {
         let (start, end) =
             (first.fold(f64::INFINITY, f64::min), last.fold(f64::NEG_INFINITY, f64::max));
         let steps = signals.iter().map(|(_, it)| median_step(&it.time));
-        let step = median(steps.collect()).max((end - start) / MOST_ROWS);
+        let step = median(steps).max((end - start) / MOST_ROWS);
         if !(step > 0.0 && end > start) {
             return None;
         }
@@ -75,13 +58,17 @@ impl Motion {
     pub fn smooth(&self, column: &[f64], sigma: f64, order: usize) -> Vec<f64> {
         let weights = self.weights(sigma, order);
         let half = weights.len() / 2;
-        let at = |k: usize| {
-            if k < half || k + half >= column.len() {
-                return f64::NAN;
-            }
-            column[k - half..=k + half].iter().zip(&weights).map(|(value, w)| value * w).sum()
+        let mut smooth = vec![f64::NAN; column.len()];
+        let Some(inner) = column.len().checked_sub(2 * half).filter(|inner| *inner > 0) else {
+            return smooth;
         };
-        (0..column.len()).map(at).collect()
+        let inner = &mut smooth[half..half + inner];
+        inner.fill(0.0);
+        // Weight by weight, as the sums of many rows go side by side.
+        for (from, weight) in weights.iter().enumerate() {
+            inner.iter_mut().zip(&column[from..]).for_each(|(sum, value)| *sum += weight * value);
+        }
+        smooth
     }
 
     fn weights(&self, sigma: f64, order: usize) -> Vec<f64> {
@@ -111,9 +98,7 @@ impl Motion {
     pub fn filter(&self, name: &str, least: f64) -> Option<f64> {
         const HARDLY: f64 = 0.004;
         let column = self.raw(name);
-        // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise.
-        let third = column.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs());
-        let noise = quantile(third, 0.5) / (0.6745 * 20_f64.sqrt());
+        let noise = rough_noise(&column);
         let is_wide_enough = |sigma: &f64| {
             let weights = self.weights(*sigma, 1);
             let noise = noise * noise * weights.iter().map(|w| w * w).sum::<f64>();

@@ -113,6 +113,12 @@ pub enum TableError {
     /// The MCAP recording cannot be played back.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// Several columns are wrong.
+    #[error("{}", each.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Several {
+        /// What is wrong with each.
+        each: Vec<TableError>,
+    },
 }
 
 impl TableError {
@@ -120,6 +126,21 @@ impl TableError {
         let hint = closest_question(column, present.iter().map(String::as_str));
         let (path, column) = (path.to_owned(), column.to_owned());
         TableError::MissingColumn { path, column, present, hint }
+    }
+
+    /// One error of some; `Several` of none is never made.
+    fn all(errors: impl IntoIterator<Item = Self>) -> Self {
+        let mut each: Vec<Self> = errors.into_iter().collect();
+        if each.len() == 1 { each.remove(0) } else { TableError::Several { each } }
+    }
+
+    /// The errors that it consists of.
+    #[must_use]
+    pub fn each(self) -> Vec<Self> {
+        match self {
+            TableError::Several { each } => each,
+            one => vec![one],
+        }
     }
 
     /// The word of the scenario that does not fit the file: a column, or what is the time.
@@ -141,7 +162,8 @@ impl TableError {
 struct Recorded {
     /// Time stamps [s], in rising order; columns that were recorded together share them.
     clocks: Vec<Vec<f64>>,
-    columns: Vec<Series>,
+    /// Each with what is wrong with it, so that no mistake hides another.
+    columns: Vec<Result<Series, TableError>>,
     /// The time of the file's clock when these stamps are 0 [s].
     zero: f64,
     warnings: Vec<String>,
@@ -252,10 +274,15 @@ impl Table {
             false => csv::read(path, wanted)?,
         };
         gaps::fill(path, &mut recorded, &wanted.columns)?;
-        Ok(Self::new(recorded, wanted))
+        Self::new(recorded, wanted)
     }
 
-    fn new(recorded: Recorded, wanted: &Wanted) -> Self {
+    fn new(recorded: Recorded, wanted: &Wanted) -> Result<Self, TableError> {
+        let (right, wrong): (Vec<_>, Vec<_>) =
+            recorded.columns.into_iter().partition(Result::is_ok);
+        if !wrong.is_empty() {
+            return Err(TableError::all(wrong.into_iter().filter_map(Result::err)));
+        }
         let clock = |stamps| Clock { stamps, delay: 0.0, cursor: 0 };
         let mut clocks: Vec<Clock> = recorded.clocks.into_iter().map(clock).collect();
         let column = |(wanted, series): (&WantedColumn, Series)| {
@@ -264,7 +291,7 @@ impl Table {
             let clock = late(&mut clocks, clock, wanted.delay);
             Column { name: wanted.name.clone(), clock, values, unit }
         };
-        let columns = wanted.columns.iter().zip(recorded.columns).map(column).collect();
+        let columns = wanted.columns.iter().zip(right.into_iter().flatten()).map(column).collect();
         let mut table = Self {
             clocks,
             columns,
@@ -274,7 +301,7 @@ impl Table {
             warnings: recorded.warnings,
         };
         table.set_origin(None);
-        table
+        Ok(table)
     }
 
     /// Sets the time of the file's clock [s] at the scenario's time 0; the earliest time stamp unless it is given.

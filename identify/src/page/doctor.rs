@@ -23,13 +23,16 @@ pub fn section(found: &Examination) -> String {
             "<table>\n<tr><th>Sure</th><th>Finding</th><th>If it is ignored</th><th>To correct it</th></tr>\n",
         );
         for it in &found.findings {
+            let note = it.correction.note.as_ref();
+            let note = note.map(|note| format!("<br>{}", escape(note))).unwrap_or_default();
             let _ = writeln!(
                 html,
-                "<tr><td>{}</td><td>{}</td><td>{}</td><td><code>{}</code></td></tr>",
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td><code>{}</code>{}</td></tr>",
                 it.sure.word(),
                 escape(&it.sentence),
                 escape(&it.consequence),
-                escape(&it.correction)
+                escape(&it.correction.text),
+                note
             );
         }
         html.push_str("</table>\n");

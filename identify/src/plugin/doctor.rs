@@ -1,6 +1,6 @@
 //! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
 
-use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, Sure, examine};
+use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, Place, examine};
 use drive_inference::Drive;
 use plugin::{Host, Request, Table, Words};
 use preparation::DriveLog;
@@ -19,8 +19,12 @@ pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> V
     let found = examine(&log(request), &config.car());
     host.file("doctor.html", &doctor::page(&found));
     let tables = corrections(&found);
-    let words = Words { summary: found.summary(), sound: !found.is_ill(), tables };
-    let verdict = if found.is_ill() { "found" } else { "nothing" };
+    let verdict = match (found.is_ill(), found.too_short) {
+        (true, _) => "found",
+        (_, true) => "cannot_tell",
+        _ => "nothing",
+    };
+    let words = Words { summary: found.summary(), sound: verdict == "nothing", tables };
     json!(Outcome { words, verdict, doctor: &found })
 }
 
@@ -78,12 +82,11 @@ pub(super) fn judge(found: &Examination, model: ModelVerdict) -> ModelVerdict {
 pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     overall.model = judge(found, std::mem::take(&mut overall.model));
     let refusal = found.refusal().map(|it| &it.sentence);
-    let serious = found.findings.iter().filter(|it| it.sure <= Sure::Likely);
-    let others = serious.filter(|it| Some(&it.sentence) != refusal);
+    let others = found.serious().filter(|it| Some(&it.sentence) != refusal);
     // Lines of a column say what is to be written; advice is a sentence of its own.
-    let advice = |it: &Finding| match (it.correction.contains(" = "), it.channels.as_slice()) {
-        (true, [channel]) => format!("Column {channel}: {}.", it.correction),
-        _ => it.correction.clone(),
+    let advice = |it: &Finding| match (it.correction.place, it.channels.as_slice()) {
+        (Some(Place::Column), [channel]) => format!("Column {channel}: {}.", it.correction.text),
+        _ => it.correction.text.clone(),
     };
     overall.log.extend(others.map(|it| format!("Log: {} {}", it.sentence, advice(it))));
 }
@@ -120,8 +123,9 @@ struct Outcome<'a> {
 
 /// A row for each finding: how sure, which channels, the line to write.
 fn corrections(found: &Examination) -> Vec<Table> {
-    let row =
-        |it: &Finding| [it.sure.word().to_owned(), it.channels.join(", "), it.correction.clone()];
+    let row = |it: &Finding| {
+        [it.sure.word().to_owned(), it.channels.join(", "), it.correction.text.clone()]
+    };
     let rows = found.findings.iter().map(row);
     let table = || Table::new(["sure", "channel", "to correct it"], rows);
     if found.findings.is_empty() { Vec::new() } else { vec![table()] }

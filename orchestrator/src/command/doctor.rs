@@ -1,19 +1,20 @@
 //! `trackside doctor`: looks for errors in the log of a drive, and prints the lines that correct them.
 
 mod columns;
+mod corrected;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
-use orchestrator::{ProgressEvent, Replay, RunOptions};
+use orchestrator::{Replay, RunOptions};
 use recording::table;
 use serde_json::Value;
 
 use self::columns::Chosen;
-use super::print;
-use super::progress::{BuildLine, progress_bar};
+use self::corrected::{Keys, quoted};
+use super::{print, progress};
 
 /// Arguments of `trackside doctor`. A column is its title, with a unit behind a colon where that of the file is not the one of the
 /// signal: `--v_x "Speed:km/h"`.
@@ -70,6 +71,12 @@ struct Columns {
     /// Speed of the rear right wheel [rad/s].
     #[arg(long = "omega_rr", value_name = "COLUMN")]
     omega_rr: Option<String>,
+    /// Roll angle of the body, road included; positive when its left side is up [rad].
+    #[arg(long, value_name = "COLUMN")]
+    roll: Option<String>,
+    /// Direction of travel over ground, as of GNSS; positive to the left [rad].
+    #[arg(long, value_name = "COLUMN")]
+    course: Option<String>,
 }
 
 /// What is known of the car; none of it is needed.
@@ -90,9 +97,9 @@ struct Car {
 }
 
 impl Columns {
-    fn given(&self) -> [(&'static str, &Option<String>); 12] {
+    fn given(&self) -> [(&'static str, &Option<String>); 14] {
         let Self { time, v_x, v_y, r, a_x, a_y, delta, F_x, omega_fl, .. } = self;
-        let Self { omega_fr, omega_rl, omega_rr, .. } = self;
+        let Self { omega_fr, omega_rl, omega_rr, roll, course, .. } = self;
         [
             ("time", time),
             ("v_x", v_x),
@@ -106,6 +113,8 @@ impl Columns {
             ("omega_fr", omega_fr),
             ("omega_rl", omega_rl),
             ("omega_rr", omega_rr),
+            ("roll", roll),
+            ("course", course),
         ]
     }
 }
@@ -119,51 +128,66 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let chosen = columns::choose(&arguments.log, &titles, &arguments.columns.given())?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("target/runs/doctor").into());
     let scenario = out.join("doctor.toml");
-    let write = || {
-        std::fs::create_dir_all(&out)?;
-        std::fs::write(&scenario, text(arguments, &chosen)?)
-    };
-    write().map_err(|error| Error::output(&scenario, error))?;
-    let options = RunOptions { out: Some(out), replay: Replay::Off, ..RunOptions::default() };
-    let (bar, mut building) = (progress_bar(&scenario), BuildLine::default());
-    let outcome = orchestrator::run(&scenario, &options, &mut |event| {
-        if let ProgressEvent::Building(progress) = event {
-            bar.suspend(|| building.show(&progress));
-        }
-    });
-    bar.finish_and_clear();
-    let report = outcome?.report;
+    let columns: Vec<Keys> = chosen.iter().filter(|it| it.name != "time").map(Keys::of).collect();
+    write(&scenario, &text(arguments, &chosen, &columns, None)?)?;
+    let options =
+        RunOptions { out: Some(out.clone()), replay: Replay::Off, ..RunOptions::default() };
+    let report = progress::run(&scenario, &options, |_, _| ())?.report;
     report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     let result = &report.analyses[NAME];
     print(&lines(&chosen, result));
+    let findings = result["doctor"]["findings"].as_array().map_or(&[][..], Vec::as_slice);
+    if let Some((columns, time_unit)) = corrected::corrected(&chosen, findings) {
+        let path = out.join("corrected.toml");
+        write(&path, &text(arguments, &chosen, &columns, time_unit.as_deref())?)?;
+        let lines: Vec<String> = columns.iter().map(Keys::line).collect();
+        let (path, lines) = (path.display(), lines.join("\n  "));
+        print(&format!("\nwith these corrections, to run again: {path}\n  {lines}\n"));
+    }
     print(&format!("\npage: {}\n", report.folder.join("doctor.html").display()));
     Ok(report.exit_code())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let write = || {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(path, text)
+    };
+    write().map_err(|error| Error::output(path, error))
 }
 
 /// The name of the analysis.
 const NAME: &str = "doctor";
 
 /// The scenario that examines the log.
-fn text(arguments: &Arguments, chosen: &[Chosen]) -> std::io::Result<String> {
-    let path = std::path::absolute(&arguments.log)?;
-    let quoted = |text: &str| toml::Value::from(text).to_string();
+///
+/// # Errors
+/// When the system does not say where the log is.
+fn text(
+    arguments: &Arguments,
+    chosen: &[Chosen],
+    columns: &[Keys],
+    time_unit: Option<&str>,
+) -> Result<String, Error> {
+    let path = std::path::absolute(&arguments.log)
+        .map_err(|error| Error::input(format!("{}: {error}", arguments.log.display())))?;
+    let path = quoted(&path.display().to_string());
     let mut text = format!(
-        "title = \"What is wrong with a log\"\n\n[[analysis]]\nname = \"{NAME}\"\ncrate = \"identify\"\n\n[analysis.table]\npath = {}\n",
-        quoted(&path.display().to_string())
+        "title = \"What is wrong with a log\"\n\n[[analysis]]\nname = \"{NAME}\"\ncrate = \"identify\"\n\n[analysis.table]\npath = {path}\n",
     );
-    let (time, columns): (Vec<_>, Vec<_>) = chosen.iter().partition(|it| it.name == "time");
-    for it in time {
+    for it in chosen.iter().filter(|it| it.name == "time") {
         // Writing into a string cannot fail.
         let _ = writeln!(text, "time = {}", quoted(&it.column));
-        if let Some(unit) = &it.unit {
+        if let Some(unit) = time_unit.or(it.unit.as_deref()) {
             let _ = writeln!(text, "time_unit = {}", quoted(unit));
         }
     }
-    text += "gaps = \"interpolate\"\n\n[analysis.table.columns]\n";
+    // What is missing is for the doctor to see.
+    text += "gaps = \"drop\"\n\n[analysis.table.columns]\n";
     for it in columns {
-        let unit = it.unit.as_ref().map(|unit| format!(", unit = {}", quoted(unit)));
-        let (column, unit) = (quoted(&it.column), unit.unwrap_or_default());
-        let _ = writeln!(text, "{} = {{ column = {column}{unit} }}", it.name);
+        text += &it.line();
+        text.push('\n');
     }
     text += "\n[analysis.config]\ntask = \"doctor\"\n";
     let Car { wheelbase, l_f, l_r, mass } = arguments.car;
@@ -187,7 +211,7 @@ fn lines(chosen: &[Chosen], result: &Value) -> String {
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let all = |key: &str| result["doctor"][key].as_array().cloned().unwrap_or_default();
     let findings = all("findings");
-    if findings.is_empty() {
+    if findings.is_empty() && result["verdict"] == "nothing" {
         lines += "\nNothing is wrong with the log, as far as can be told.\n";
     }
     for it in findings {
@@ -195,7 +219,15 @@ fn lines(chosen: &[Chosen], result: &Value) -> String {
         let _ = writeln!(lines, "         ignored: {}", text(&it["consequence"]));
         let channels = it["channels"].as_array().into_iter().flatten().map(text);
         let channels = channels.collect::<Vec<_>>().join(", ");
-        let _ = writeln!(lines, "         {channels}: {}", text(&it["correction"]));
+        let place = match it["correct_in"].as_str() {
+            Some("table") => "the table".to_owned(),
+            Some("closed_loop") => "the configuration of closed_loop".to_owned(),
+            _ => channels,
+        };
+        let _ = writeln!(lines, "         {place}: {}", text(&it["correction"]));
+        if let Some(note) = it["correction_note"].as_str() {
+            let _ = writeln!(lines, "         ({note})");
+        }
     }
     for it in all("not_told") {
         let [check, reason, advice] = ["check", "reason", "advice"].map(|key| text(&it[key]));

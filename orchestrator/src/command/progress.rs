@@ -4,11 +4,31 @@ use std::io::IsTerminal as _;
 use std::path::Path;
 use std::time::Duration;
 
+use diagnostics::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::package::BuildProgress;
+use orchestrator::{ProgressEvent, Run, RunOptions};
+
+/// Runs a scenario while a bar shows how far it is; `show` shows what is no build.
+///
+/// # Errors
+/// When the run fails.
+pub fn run(
+    scenario: &Path,
+    options: &RunOptions,
+    show: impl Fn(&ProgressEvent, &ProgressBar),
+) -> Result<Run, Error> {
+    let (bar, mut building) = (progress_bar(scenario), BuildLine::default());
+    let outcome = orchestrator::run(scenario, options, &mut |event| match event {
+        ProgressEvent::Building(progress) => bar.suspend(|| building.show(&progress)),
+        event => show(&event, &bar),
+    });
+    bar.finish_and_clear();
+    outcome
+}
 
 /// A bar on a terminal, nothing in a pipe.
-pub fn progress_bar(scenario: &Path) -> ProgressBar {
+fn progress_bar(scenario: &Path) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

@@ -10,8 +10,7 @@ use indicatif::ProgressBar;
 use orchestrator::{ProgressEvent, Replay, RunOptions, suite};
 use scenario::resolve::{Override, Overrides};
 
-use super::progress::{BuildLine, progress_bar};
-use super::{print, report_error};
+use super::{print, progress, report_error};
 
 /// Arguments of `trackside run`.
 #[derive(Args)]
@@ -127,12 +126,7 @@ fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
 }
 
 fn run_one(path: &Path, options: &RunOptions) -> u8 {
-    let (bar, mut building) = (progress_bar(path), BuildLine::default());
-    let outcome = orchestrator::run(path, options, &mut |event| match event {
-        ProgressEvent::Building(progress) => bar.suspend(|| building.show(&progress)),
-        event => show(&event, &bar, options),
-    });
-    bar.finish_and_clear();
+    let outcome = progress::run(path, options, |event, bar| show(event, bar, options));
     let run = match outcome {
         Ok(run) => run,
         Err(error) => return report_error(error),

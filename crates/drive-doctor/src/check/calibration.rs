@@ -15,6 +15,7 @@ use numerics::text::significant;
 
 use crate::blocks::{Blocks, Fit};
 use crate::case::Case;
+use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
 use crate::motion::Motion;
 
@@ -42,18 +43,13 @@ pub(crate) fn check(case: &mut Case) {
         case.cannot_tell("calibration", reason, "Give all four, and delta.");
         return;
     }
-    if let Some(saturated) =
-        case.found.findings.iter().find(|it| it.check.ends_with("_saturated") && it.refuses)
-    {
-        let reason = format!(
-            "what is left of `{}` is not a fair part of the drive",
-            saturated.channels.join(", ")
-        );
+    if !case.cut_off.is_empty() {
+        let names = case.cut_off.join(", ");
+        let reason = format!("what is left of `{names}` is not a fair part of the drive");
         case.cannot_tell("calibration", reason, "Widen the range of the sensor.");
         return;
     }
-    let is_one_sided = case.found.not_told.iter().any(|it| it.check.starts_with("clocks"));
-    if is_one_sided {
+    if case.is_one_sided {
         return;
     }
     let Some(motion) = Motion::of(case) else { return };
@@ -66,6 +62,11 @@ pub(crate) fn check(case: &mut Case) {
         }
     };
     let (mut measured, mut found) = (terms.measure(case, &[]), None);
+    if measured.is_empty() {
+        let reason = "too few rows have all of v_x, v_y, r and a_y while the car drives".to_owned();
+        case.cannot_tell("calibration", reason, "Record some minutes.");
+        return;
+    }
     // Which rows are off a fit, only a fit with the errors says.
     for _ in 0..3 {
         found = search(&mut measured, SUSPECTED);
@@ -121,7 +122,7 @@ impl Found {
 
 /// Searches errors of a share of the usual limits; relations of axles whose slip is still not that of a tire are left out.
 fn search(measured: &mut Vec<Measured>, limit: f64) -> Option<Found> {
-    loop {
+    while !measured.is_empty() {
         let found = among(measured, limit);
         let all: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
         let alone = || balanced(measured, &all).fit(&all);
@@ -133,6 +134,7 @@ fn search(measured: &mut Vec<Measured>, limit: f64) -> Option<Found> {
         let Some(wrong) = measured.iter().position(is_wrong) else { return found };
         measured.remove(wrong);
     }
+    None
 }
 
 fn among(measured: &[Measured], limit: f64) -> Option<Found> {
@@ -192,7 +194,7 @@ fn balanced(measured: &[Measured], columns: &[usize]) -> Blocks {
     for (weight, it) in weights.iter_mut().zip(measured) {
         let own =
             it.blocks.fit(&it.own).map_or_else(|| it.blocks.left(&[], &[]), |fit| fit.squares);
-        *weight = it.rows / own;
+        *weight = it.blocks.rows as f64 / own;
     }
     for _ in 0..3 {
         let parts: Vec<(&Blocks, f64)> =
@@ -200,7 +202,8 @@ fn balanced(measured: &[Measured], columns: &[usize]) -> Blocks {
         let all = Blocks::weighted(&parts);
         let Some(fit) = all.fit(columns) else { return all };
         for (weight, it) in weights.iter_mut().zip(measured) {
-            *weight = it.rows / it.blocks.left(columns, &fit.values).max(f64::MIN_POSITIVE);
+            *weight =
+                it.blocks.rows as f64 / it.blocks.left(columns, &fit.values).max(f64::MIN_POSITIVE);
         }
     }
     let parts: Vec<(&Blocks, f64)> = measured.iter().map(|it| &it.blocks).zip(weights).collect();
@@ -217,16 +220,13 @@ fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
 fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
     let (cause, at) = (&CAUSES[index], found.before + place);
     let (value, interval) = (found.fit.values[at], found.fit.interval(at));
-    if cause.check() == "delta_scale"
-        && case.found.findings.iter().any(|it| it.check == "delta_steering_wheel")
-    {
-        // The steering ratio is known roughly only.
+    if case.is_ratio_rough && (cause.channel, cause.kind) == ("delta", Kind::Scale) {
         return;
     }
     let rivals: Vec<String> =
         found.rivals[place].iter().map(|&rival| CAUSES[rival].check()).collect();
     let constant = found.fit.agrees(at);
-    let sure = match (constant && rivals.is_empty(), found.fit.t(at).abs()) {
+    let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t(at).abs()) {
         _ if cause.kind == Kind::Relaxation => Sure::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
         _ if (cause.channel, cause.kind) == ("v_y", Kind::Scale) => Sure::Possible,
@@ -239,14 +239,19 @@ fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
     if !rivals.is_empty() {
         sentence += &format!(" Or else {}.", rivals.join(" or "));
     }
-    if !constant {
-        let [first, second] = [0, 1].map(|half| significant(found.fit.halves[half].0[at], 2));
-        sentence +=
-            &format!(" The halves of the log disagree ({first} and {second}): it is no constant.");
+    match (constant, &found.fit.halves) {
+        (Some(false), Some(halves)) => {
+            let [first, second] = [0, 1].map(|half| significant(halves[half].0[at], 2));
+            sentence += &format!(
+                " The halves of the log disagree ({first} and {second}): it is no constant."
+            );
+        }
+        (None, _) => sentence += " One half of the log alone does not tell it.",
+        _ => (),
     }
     let correction = match constant {
-        true => cause.correction(value),
-        false => "None: no constant corrects it.".to_owned(),
+        Some(false) => Correction::advice("None: no constant corrects it."),
+        _ => cause.correction(value),
     };
     case.report(Finding {
         check: cause.check(),
@@ -254,6 +259,7 @@ fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
         sure,
         value: Some(value),
         interval: Some(interval),
+        unit: cause.unit(),
         sentence,
         consequence: cause.consequence().to_owned(),
         correction,

@@ -1,18 +1,24 @@
-//! Looks for a yaw rate that is late by more than the car's response: against wheel speeds and against steering.
+//! Looks for a yaw rate that is late by more than the car's response: against wheel speeds, the course and steering.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use numerics::text::significant;
 
-use crate::blocks::{BLOCKS, Blocks, T_95, split};
+use crate::blocks::{BLOCKS, Blocks, ONE_CONSTANT, T_95, split};
 use crate::case::Case;
+use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
-use crate::motion::{Motion, quantile};
+use crate::motion::Motion;
+use crate::statistics::{jackknife, quantile};
 
 /// Longest delay that is looked for [s].
 const LONGEST: f64 = 0.8;
+/// Least time of driving that tells a delay [s]: some turns in each block.
+const LEAST_TIME: f64 = 20.0;
 /// Delays of the yaw rate that a car has of its own behind its wheels, and behind its steering [s].
 const OF_WHEELS: f64 = 0.04;
 const OF_CAR: f64 = 0.15;
+/// Delays of an accelerometer that are looked for elsewhere, with all other small errors [s].
+const OF_SENSORS: f64 = 0.1;
 /// No car turns that long after its steering [s].
 const OF_NO_CAR: f64 = 0.25;
 
@@ -32,7 +38,8 @@ impl Delay {
 
     fn is_constant(&self) -> bool {
         let apart = (self.halves[0] - self.halves[1]).abs();
-        apart < 2.5 * self.half_stds[0].hypot(self.half_stds[1]) || apart < 0.25 * self.value.abs()
+        apart < 2.5 * self.half_stds[0].hypot(self.half_stds[1])
+            || apart < ONE_CONSTANT * self.value.abs()
     }
 
     /// Whether it is beyond `usual` for sure.
@@ -49,11 +56,18 @@ pub(crate) fn check(case: &mut Case) {
     }
     let Some(motion) = Motion::of(case) else { return };
     let sides = sides(case, &motion);
-    if sides.iter().any(|share| share.is_nan() || *share < 0.1) {
-        let reason = "the car turns to one side only: offset, delay and curve are one".to_owned();
+    let reason = match sides {
+        None => Some("the car does not turn"),
+        Some(sides) if sides.iter().any(|share| *share < 0.1) => {
+            Some("the car turns to one side only: offset, delay and curve are one")
+        }
+        _ => None,
+    };
+    if let Some(reason) = reason {
+        case.is_one_sided = true;
         case.cannot_tell(
             "clocks, offsets and places of sensors",
-            reason,
+            reason.to_owned(),
             "Drive left and right turns at several speeds.",
         );
     }
@@ -61,27 +75,73 @@ pub(crate) fn check(case: &mut Case) {
     let wheels = [("omega_rl", "omega_rr"), ("omega_fl", "omega_fr")]
         .map(|(left, right)| wheels(&motion, left, right));
     let wheels = wheels.into_iter().flatten().min_by(|a, b| a.std.total_cmp(&b.std));
-    let (delay, sure) = match (steering, wheels) {
-        (Some(steering), Some(wheels)) if wheels.beyond(OF_WHEELS) => {
-            let agree = (steering.value - wheels.value).abs()
-                < OF_CAR + 2.0 * steering.std.hypot(wheels.std);
-            (
-                wheels,
-                if agree && steering.beyond(OF_WHEELS) { Sure::Certain } else { Sure::Possible },
-            )
-        }
-        // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
-        (Some(steering), None) if steering.value < 0.0 => return,
-        (Some(steering), None) if steering.beyond(OF_NO_CAR) => (steering, Sure::Certain),
-        (Some(steering), None) if steering.beyond(OF_CAR) => (steering, Sure::Likely),
-        (None, Some(wheels)) if wheels.beyond(OF_WHEELS) => (wheels, Sure::Likely),
-        _ => return,
-    };
-    report(case, delay, [steering, wheels], sure);
+    let (course, acceleration) = (course(case, &motion), acceleration(case, &motion));
+    let clocks = Clocks { steering, wheels, course, acceleration };
+    if let Some((delay, sure)) = clocks.judged() {
+        report(case, delay, &clocks, sure);
+    }
 }
 
-/// Shares of the moving time in which the car turns left and right.
-fn sides(case: &Case, motion: &Motion) -> [f64; 2] {
+/// The delay of the yaw rate against other channels.
+struct Clocks {
+    steering: Option<Delay>,
+    wheels: Option<Delay>,
+    course: Option<Delay>,
+    acceleration: Option<Delay>,
+}
+
+impl Clocks {
+    /// The delay that counts, and how sure it is.
+    fn judged(&self) -> Option<(Delay, Sure)> {
+        // A course, as of GNSS, and an acceleration, that is filtered, are late themselves: only a yaw rate behind them says
+        // something.
+        let behind = |clock: Option<Delay>, usual: f64| clock.filter(|it| it.interval()[0] > usual);
+        let wheels = self.wheels.filter(|wheels| wheels.beyond(OF_WHEELS));
+        let others = [behind(self.course, OF_WHEELS), behind(self.acceleration, OF_SENSORS)];
+        let found: Vec<Delay> = [wheels].into_iter().chain(others).flatten().collect();
+        let Some(delay) = found.iter().copied().min_by(|a, b| a.std.total_cmp(&b.std)) else {
+            return match self.steering? {
+                _ if self.wheels.is_some() => None,
+                // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
+                steering if steering.value < 0.0 => None,
+                steering if steering.beyond(OF_NO_CAR) => Some((steering, Sure::Certain)),
+                steering if steering.beyond(OF_CAR) => Some((steering, Sure::Likely)),
+                _ => None,
+            };
+        };
+        let close = |other: &Delay, own: f64| {
+            (other.value - delay.value).abs() < own + 2.0 * other.std.hypot(delay.std)
+        };
+        let by_clocks = found.iter().filter(|it| close(it, OF_WHEELS)).count() > 1;
+        let by_steering = self.steering.map(|it| close(&it, OF_CAR) && it.beyond(OF_WHEELS));
+        let against = self.wheels.is_some() && wheels.is_none();
+        let sure = match (by_clocks, by_steering) {
+            (true, _) | (_, Some(true)) if !against => Sure::Certain,
+            (_, None) if !against => Sure::Likely,
+            _ => Sure::Possible,
+        };
+        Some((delay, sure))
+    }
+
+    /// What was measured, in words.
+    fn text(&self) -> String {
+        let text = |(delay, against): (Option<Delay>, &str)| {
+            let delay = delay?;
+            let [low, high] = delay.interval().map(|x| significant(x, 2));
+            Some(format!("{} s [{low}, {high}] against {against}", significant(delay.value, 2)))
+        };
+        let all = [
+            (self.acceleration, "the lateral acceleration"),
+            (self.wheels, "the difference of the wheel speeds"),
+            (self.course, "the course"),
+            (self.steering, "steering"),
+        ];
+        all.into_iter().filter_map(text).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Shares of the time of turns in which the car turns left and right. `None` without turns.
+fn sides(case: &Case, motion: &Motion) -> Option<[f64; 2]> {
     let r = motion.smooth(&motion.raw("r"), 0.25, 0);
     let v_x = case
         .signals
@@ -97,7 +157,7 @@ fn sides(case: &Case, motion: &Motion) -> [f64; 2] {
     let usual = 0.3 * quantile(turns.iter().map(|r| r.abs()), 0.9);
     let share = |sign: f64| turns.iter().filter(|r| sign * **r > usual).count() as f64;
     let all = share(1.0) + share(-1.0);
-    [share(1.0) / all, share(-1.0) / all]
+    (all > 0.0).then(|| [share(1.0) / all, share(-1.0) / all])
 }
 
 /// delta = L r/v_x + K v_x r: steering leads the yaw rate.
@@ -118,6 +178,31 @@ fn wheels(motion: &Motion, left: &str, right: &str) -> Option<Delay> {
     search(motion, &[curvature, turn], &scaled)
 }
 
+/// a_y = v_x r + v_y', with v_y from a clock of its own.
+fn acceleration(case: &Case, motion: &Motion) -> Option<Delay> {
+    if !case.has(&["a_y", "v_y"]) {
+        return None;
+    }
+    let sliding = motion.smooth(&motion.raw("v_y"), 0.15, 1);
+    let smooth = motion.smooth(&motion.raw("a_y"), 0.15, 0);
+    let target: Vec<f64> = smooth.iter().zip(&sliding).map(|(a_y, rate)| a_y - rate).collect();
+    let turn = motion.combine("v_x", "r", |v_x, r| v_x * r);
+    search(motion, &[turn, motion.smooth(&motion.raw("r"), 0.15, 1)], &target)
+}
+
+/// The course turns by r + (v_y/v_x)'.
+fn course(case: &Case, motion: &Motion) -> Option<Delay> {
+    if !case.has(&["course"]) {
+        return None;
+    }
+    let rate = |column: &[f64]| motion.smooth(column, 0.15, 1);
+    let slip =
+        motion.combine("v_y", "v_x", |v_y, v_x| if v_y.is_finite() { v_y / v_x } else { 0.0 });
+    let moved = motion.combine("v_x", "r", |v_x, r| v_x * r);
+    let second = if case.has(&["v_y"]) { rate(&slip) } else { moved };
+    search(motion, &[motion.raw("r"), second], &rate(&motion.raw("course")))
+}
+
 /// The delay of columns, whose values at t + delay make the target at t, with a constant.
 fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay> {
     let v_x = motion.smooth(&motion.raw("v_x"), 0.25, 0);
@@ -132,38 +217,42 @@ fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay
             .collect();
         motion.smooth(&kept, 0.15, 0)
     };
-    let (columns, target): (Vec<_>, _) =
-        (columns.iter().map(|column| clean(column)).collect(), clean(target));
-    let stride = (0.02 / motion.step).round().max(1.0) as i64;
-    let reach = (LONGEST / (motion.step * stride as f64)).ceil() as i64;
-    let one = vec![1.0; target.len()];
-    let shifted = |column: &Vec<f64>, rows: i64| -> Vec<f64> {
-        let at = |k: usize| {
-            usize::try_from(k as i64 + rows)
-                .ok()
-                .and_then(|k| column.get(k))
-                .copied()
-                .unwrap_or(f64::NAN)
-        };
-        (0..column.len()).map(at).collect()
-    };
+    // Smooth columns need no closer rows.
+    let stride = (0.02 / motion.step).round().max(1.0) as usize;
+    let step = motion.step * stride as f64;
+    let sparse =
+        |column: &[f64]| -> Vec<f64> { clean(column).into_iter().step_by(stride).collect() };
+    let columns: Vec<Vec<f64>> = columns.iter().map(|column| sparse(column)).collect();
+    let (target, split): (_, Vec<_>) =
+        (sparse(target), split.into_iter().step_by(stride).collect());
+    let reach = (LONGEST / step).ceil() as usize;
     // The same rows at all shifts.
-    let inner = |k: usize| {
-        let edge = (reach * stride) as usize;
-        let inside = k >= edge && k + edge < target.len();
-        let whole =
-            |column: &Vec<f64>| column[k - edge].is_finite() && column[k + edge].is_finite();
-        split[k].filter(|_| inside && columns.iter().all(whole))
-    };
-    let shifts: Vec<Blocks> = (-reach..=reach)
-        .map(|shift| {
-            let moved: Vec<Vec<f64>> =
-                columns.iter().map(|column| shifted(column, shift * stride)).collect();
-            let all: Vec<&[f64]> = moved.iter().map(Vec::as_slice).chain([&one[..]]).collect();
-            Blocks::of(&all, &target, inner)
+    let inner = reach..target.len().checked_sub(reach).filter(|end| *end > reach)?;
+    // Rows without a number so far.
+    let mut count = 0;
+    let wrong: Vec<usize> = (0..target.len())
+        .map(|k| {
+            count += usize::from(!columns.iter().all(|column| column[k].is_finite()));
+            count
         })
         .collect();
-    let step = motion.step * stride as f64;
+    let used: Vec<Option<usize>> = inner
+        .clone()
+        .map(|k| {
+            split[k].filter(|_| wrong[k - reach] == wrong[k + reach] && columns[0][k].is_finite())
+        })
+        .collect();
+    let seconds = used.iter().flatten().count() as f64 * step;
+    if seconds < LEAST_TIME {
+        return None;
+    }
+    let one = vec![1.0; inner.len()];
+    let shifted = |shift: usize| {
+        let moved = columns.iter().map(|column| &column[shift..shift + inner.len()]);
+        let all: Vec<&[f64]> = moved.chain([&one[..]]).collect();
+        Blocks::of(&all, &target[inner.clone()], |k| used[k])
+    };
+    let shifts: Vec<Blocks> = (0..=2 * reach).map(shifted).collect();
     let best = |kept: &dyn Fn(usize) -> bool| {
         lowest(&shifts, kept).map(|place| (place - reach as f64) * step)
     };
@@ -171,13 +260,7 @@ fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay
     let spread = |kept: &dyn Fn(usize) -> bool, blocks: &[usize]| -> Option<f64> {
         let without: Option<Vec<f64>> =
             blocks.iter().map(|out| best(&|block| kept(block) && block != *out)).collect();
-        let without = without?;
-        let (count, mean) =
-            (without.len() as f64, without.iter().sum::<f64>() / without.len() as f64);
-        Some(
-            ((count - 1.0) / count * without.iter().map(|x| (x - mean).powi(2)).sum::<f64>())
-                .sqrt(),
-        )
+        Some(jackknife(without?.into_iter()))
     };
     let all: Vec<usize> = (0..BLOCKS).collect();
     let (early, late) = all.split_at(BLOCKS / 2);
@@ -205,21 +288,9 @@ fn lowest(shifts: &[Blocks], kept: &dyn Fn(usize) -> bool) -> Option<f64> {
     Some(place as f64 + 0.5 * (before - after) / (before - 2.0 * at + after))
 }
 
-fn report(case: &mut Case, delay: Delay, [steering, wheels]: [Option<Delay>; 2], sure: Sure) {
-    let text = |delay: Delay| {
-        let [low, high] = delay.interval().map(|x| significant(x, 2));
-        format!("{} s [{low}, {high}]", significant(delay.value, 2))
-    };
-    let mut against = Vec::new();
-    against.extend(
-        wheels.map(|delay| format!("{} against the difference of the wheel speeds", text(delay))),
-    );
-    against.extend(steering.map(|delay| format!("{} against steering", text(delay))));
-    let mut sentence = format!(
-        "`r` is {}: {}.",
-        if delay.value > 0.0 { "late" } else { "early" },
-        against.join(", ")
-    );
+fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
+    let late = if delay.value > 0.0 { "late" } else { "early" };
+    let mut sentence = format!("`r` is {late}: {}.", clocks.text());
     let constant = delay.is_constant();
     if !constant {
         let [first, second] = delay.halves.map(|x| significant(x, 2));
@@ -232,13 +303,18 @@ fn report(case: &mut Case, delay: Delay, [steering, wheels]: [Option<Delay>; 2],
         sure,
         value: Some(delay.value),
         interval: Some(delay.interval()),
+        unit: "s",
         sentence,
         consequence: "Slips and forces are those of different moments: stiffness can come out many times too large, or negative.".to_owned(),
         correction: match constant {
-            true => format!("delay = {}", significant(delay.value, 2)),
-            false => "No constant corrects it: record the yaw rate with its own clock.".to_owned(),
+            true => Correction::column(&[Key::Delay(delay.value)]),
+            false => Correction::advice(
+                "No constant corrects it: record the yaw rate with its own clock.",
+            ),
         },
         refuses: delay.value.abs() > 0.1 || !constant,
     });
-    case.correct("r", 1.0, delay.value);
+    if sure <= Sure::Likely {
+        case.correct("r", 1.0, delay.value);
+    }
 }

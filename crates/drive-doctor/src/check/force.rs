@@ -5,8 +5,10 @@ use numerics::text::significant;
 
 use crate::blocks::{Blocks, split};
 use crate::case::Case;
+use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
-use crate::motion::{Motion, quantile};
+use crate::motion::Motion;
+use crate::statistics::quantile;
 
 /// Filter [s]: slower than the delays of an engine.
 const SLOW: f64 = 0.15;
@@ -45,38 +47,40 @@ pub(crate) fn check(case: &mut Case) {
         case.cannot_tell("F_x", reason, "Accelerate and brake hard a few times.");
         return;
     }
-    let [value, low, high] = [fit.values[0], fit.interval(0)[0], fit.interval(0)[1]];
+    let (value, interval) = (fit.values[0], fit.interval(0));
     let mass = significant(1.0 / value.abs(), 3);
     if value < 0.0 {
         let sentence =
             format!("`F_x` is mirrored: the car slows down with it, by 1 m/s2 for {mass} N.");
-        report(case, "F_x_sign", sentence, "sign = -1".to_owned(), (value, [low, high]));
+        let correction = Correction::column(&[Key::Mirrored]);
+        report(case, "F_x_sign", sentence, correction, (value, interval, "m/s2/N"));
         case.correct("F_x", -1.0, 0.0);
     }
     let Some(m) = case.car.m else { return };
-    let factor = 1.0 / (value.abs() * m);
+    let factor = value.abs() * m;
     if (0.5..2.0).contains(&factor) {
         return;
     }
-    let kilo = (3e-4..3e-3).contains(&factor);
+    let kilo = (300.0..3000.0).contains(&factor);
     let unit = if kilo { "in kN, not N" } else { "not the force of this car in N" };
-    let m = significant(m, 4);
+    let given = significant(m, 4);
     let sentence =
-        format!("`F_x` is {unit}: as it reads, the mass is {mass} kg, where {m} kg is given.");
-    let line = if kilo {
-        "unit = \"kN\"".to_owned()
-    } else {
-        format!("gain = {}", significant(1.0 / factor, 3))
+        format!("`F_x` is {unit}: as it reads, the mass is {mass} kg, where {given} kg is given.");
+    let correction = match kilo {
+        true => Correction::column(&[Key::Unit("kN")]),
+        false => Correction::column(&[Key::Gain(factor)]),
     };
-    report(case, "F_x_unit", sentence, line, (factor, [factor; 2]));
+    let mut interval = interval.map(|end| end * value.signum() * m);
+    interval.sort_by(f64::total_cmp);
+    report(case, "F_x_unit", sentence, correction, (factor, interval, "1"));
 }
 
 fn report(
     case: &mut Case,
     check: &str,
     sentence: String,
-    correction: String,
-    (value, interval): (f64, [f64; 2]),
+    correction: Correction,
+    (value, interval, unit): (f64, [f64; 2], &'static str),
 ) {
     case.report(Finding {
         check: check.to_owned(),
@@ -84,6 +88,7 @@ fn report(
         sure: Sure::Certain,
         value: Some(value),
         interval: Some(interval),
+        unit,
         sentence,
         consequence: "Load transfer and the front's share of the friction go the wrong way."
             .to_owned(),

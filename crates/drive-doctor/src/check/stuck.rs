@@ -5,12 +5,18 @@ use std::ops::Range;
 use numerics::text::significant;
 use preparation::Signal;
 
-use crate::case::Case;
+use crate::case::{Case, unit};
+use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
-use crate::motion::{Motion, median_step, quantile};
+use crate::motion::Motion;
+use crate::statistics::{ends, median_step, quantile};
 
 /// Channels that nothing limits but the range of a sensor. Steering and force have stops of their own.
 const SENSORS: [&str; 5] = ["v_x", "v_y", "r", "a_x", "a_y"];
+/// Channels that are 0 for long when a wheel is locked, but keep no other value.
+const WHEELS: [&str; 4] = ["omega_fl", "omega_fr", "omega_rl", "omega_rr"];
+/// A channel that keeps its value for as long [s] is frozen.
+const FROZEN: f64 = 1.0;
 
 /// Checks all channels; dead ones are left out of all that follows.
 pub(crate) fn check(case: &mut Case) {
@@ -52,6 +58,7 @@ fn dead(case: &mut Case, name: &'static str) {
         sure,
         value: Some(case.signals[name].value[0]),
         interval: None,
+        unit: unit(name),
         sentence: format!("`{name}` is {value} in all rows{why}."),
         consequence: match name {
             "F_x" => "What drives and brakes the car is taken for noise; peak and curvature of the tires make up for it.",
@@ -59,7 +66,7 @@ fn dead(case: &mut Case, name: &'static str) {
             _ => "The fit bends the tires until the car moves as this channel says.",
         }
         .to_owned(),
-        correction: format!("Record `{name}`, or leave it out."),
+        correction: Correction::advice(format!("Record `{name}`, or leave it out.")),
         refuses: true,
     });
     case.signals.remove(name);
@@ -93,49 +100,65 @@ fn runs(signal: &Signal) -> Vec<Range<usize>> {
     signal.value.chunk_by(|a, b| a == b).map(run).collect()
 }
 
+/// Reports runs of one value while the car drives, and leaves all of them out.
 fn frozen(case: &mut Case, name: &'static str) {
-    if !SENSORS.contains(&name) {
+    if !SENSORS.contains(&name) && !WHEELS.contains(&name) {
         return;
     }
     let signal = &case.signals[name];
     let runs = runs(signal);
     let step = median_step(&signal.time);
-    let usual = quantile(runs.iter().map(|run| run.len() as f64), 0.95);
-    let top =
-        case.signals.get("v_x").map_or(f64::NAN, |v_x| quantile(v_x.value.iter().copied(), 0.95));
-    let moves = |run: &&Range<usize>| {
-        let Some(v_x) = case.signals.get("v_x") else { return true };
-        let middle = signal.time[(run.start + run.end) / 2];
-        let row = v_x.time.partition_point(|t| *t < middle).min(v_x.value.len() - 1);
-        v_x.value[row].abs() > 0.2 * top.abs()
+    let usual = quantile(runs.iter().map(|run| run.len() as f64), 0.5);
+    let seconds = |run: &Range<usize>| signal.time[run.end - 1] - signal.time[run.start] + step;
+    let long = |run: &Range<usize>| {
+        let locked = WHEELS.contains(&name) && signal.value[run.start] == 0.0;
+        !locked && seconds(run) > FROZEN && run.len() as f64 > 10.0 * usual
     };
-    let long =
-        |run: &&Range<usize>| run.len() as f64 * step > 1.0 && run.len() as f64 > 10.0 * usual;
-    let longest = runs.iter().filter(long).filter(moves).max_by_key(|run| run.len());
-    let Some(run) = longest else { return };
-    let [value, from, seconds] =
-        [signal.value[run.start], signal.time[run.start], run.len() as f64 * step]
+    let frozen: Vec<Range<usize>> =
+        runs.into_iter().filter(|run| long(run) && drives(case, signal, run)).collect();
+    let Some(longest) = frozen.iter().max_by(|a, b| seconds(a).total_cmp(&seconds(b))) else {
+        return;
+    };
+    let (longest_seconds, stamps) = (seconds(longest), ends(&signal.time));
+    let [value, from, text] =
+        [signal.value[longest.start], signal.time[longest.start], longest_seconds]
             .map(|x| significant(x, 4));
-    let run = run.clone();
-    let stuck = signal.value[run.start];
+    let times = match frozen.len() {
+        1 => String::new(),
+        count => format!(", the longest of {count} times"),
+    };
+    let wrong: Vec<[f64; 2]> = frozen
+        .iter()
+        .map(|run| [signal.time[run.start], signal.time[run.end - 1] + step])
+        .collect();
     if let Some(signal) = case.signals.get_mut(name) {
-        leave_out(signal, |value| value == stuck);
+        frozen.iter().for_each(|run| signal.value[run.clone()].fill(f64::NAN));
     }
     case.report(Finding {
         check: format!("{name}_frozen"),
         channels: vec![name],
         sure: Sure::Certain,
-        value: Some(run.len() as f64 * step),
+        value: Some(longest_seconds),
         interval: None,
+        unit: "s",
         sentence: format!(
-            "`{name}` stays at {value} for {seconds} s from {from} s on, while the car drives."
+            "`{name}` stays at {value} for {text} s from {from} s on while the car drives{times}."
         ),
         consequence: "The fit bends the tires until the car moves as this channel says.".to_owned(),
-        correction: format!(
-            "windows = [[FROM, UNTIL], ...]  # without the {seconds} s from {from} s on"
-        ),
+        correction: Correction::without(&wrong, stamps),
         refuses: true,
     });
+}
+
+/// Whether the car drives in the middle of a run, as far as `v_x` says.
+fn drives(case: &Case, signal: &Signal, run: &Range<usize>) -> bool {
+    let Some(v_x) = case.signals.get("v_x").filter(|v_x| !v_x.value.is_empty()) else {
+        return true;
+    };
+    let top = quantile(v_x.value.iter().map(|v_x| v_x.abs()), 0.95);
+    let middle = signal.time[(run.start + run.end) / 2];
+    let row = v_x.time.partition_point(|t| *t < middle).min(v_x.value.len() - 1);
+    v_x.value[row].abs() > 0.2 * top
 }
 
 /// Runs at one end of the range that are longer than those elsewhere.
@@ -153,7 +176,7 @@ fn plateaus(signal: &Signal, end: f64) -> Vec<Range<usize>> {
 
 fn saturated(case: &mut Case, name: &'static str) {
     let Some(signal) = case.signals.get_mut(name) else { return };
-    let ends = [f64::min, f64::max].map(|f| signal.value.iter().copied().fold(signal.value[0], f));
+    let ends = ends(&signal.value);
     let plateaus = ends.map(|end| plateaus(signal, end));
     let count = plateaus[0].len() + plateaus[1].len();
     if count == 0 {
@@ -161,19 +184,24 @@ fn saturated(case: &mut Case, name: &'static str) {
     }
     let sensor = SENSORS.contains(&name);
     let rows: usize = plateaus.iter().flatten().map(|run| run.len()).sum();
-    let share = significant(100.0 * rows as f64 / signal.value.len() as f64, 2);
+    let all = signal.value.len();
+    let share = significant(100.0 * rows as f64 / all as f64, 2);
     let at = ends.iter().zip(&plateaus).filter(|(_, plateaus)| !plateaus.is_empty());
     let at: Vec<String> = at.map(|(end, _)| significant(*end, 4)).collect();
     if sensor {
         // The car was somewhere beyond.
         leave_out(signal, |value| ends.contains(&value));
     }
+    if sensor {
+        case.cut_off.push(name);
+    }
     case.report(Finding {
         check: format!("{name}_saturated"),
         channels: vec![name],
         sure: if sensor { Sure::Certain } else { Sure::Possible },
-        value: None,
+        value: Some(rows as f64 / all as f64),
         interval: None,
+        unit: "1",
         sentence: format!(
             "`{name}` ends at {}: it stays there {count} times, in {share} % of the rows.",
             at.join(" and ")
@@ -185,8 +213,9 @@ fn saturated(case: &mut Case, name: &'static str) {
             }
         }
         .to_owned(),
-        correction: "Widen the range of the sensor, or use windows in which it is not reached."
-            .to_owned(),
+        correction: Correction::advice(
+            "Widen the range of the sensor, or use windows in which it is not reached.",
+        ),
         refuses: sensor,
     });
 }

@@ -4,8 +4,9 @@ use numerics::text::significant;
 use preparation::Signal;
 
 use crate::case::Case;
+use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
-use crate::motion::{median_step, quantile};
+use crate::statistics::{ends, median, median_step, quantile};
 
 /// Median steps between a gap's ends.
 const GAP: f64 = 5.0;
@@ -13,23 +14,28 @@ const GAP: f64 = 5.0;
 const UNEVEN: f64 = 0.3;
 /// No log of a drive has rows further apart [s].
 const LONGEST_STEP: f64 = 1.5;
+/// Rows as far apart [s] can be those of a slow log, or stamps in ms of one at 1 kHz.
+const DOUBTFUL_STEP: f64 = 0.9;
+/// Rows further apart [s] miss the answer of a car to its steering; those as far apart miss the turns, too.
+const SLOW_STEP: f64 = 0.15;
+const BLIND_STEP: f64 = 0.5;
+/// Share of rows that are missing from which on it is likely to matter.
+const MANY: f64 = 0.01;
 
 /// Checks the time stamps of all channels; those with the same stamps together.
 pub(crate) fn check(case: &mut Case) {
     drop_rows_without_values(case);
     for names in groups(case) {
-        let Some(time) = case.signals.get(names[0]).map(|signal| signal.time.clone()) else {
-            continue;
-        };
+        order(case, &names);
+        unit(case, &names);
+        let Some(signal) = case.signals.get(names[0]) else { continue };
+        let time = signal.time.clone();
         if time.len() < 3 {
             continue;
         }
-        order(case, &names, &time);
-        unit(case, &names);
-        let Some(time) = case.signals.get(names[0]).map(|signal| signal.time.clone()) else {
-            continue;
-        };
+        slow(case, &names, &time);
         gaps(case, &names, &time);
+        missing(case, &names, &time);
         jitter(case, &names, &time);
     }
 }
@@ -47,36 +53,83 @@ fn groups(case: &Case) -> Vec<Vec<&'static str>> {
     groups
 }
 
+/// Leaves out rows without a number: what is missing shows in the time stamps of the channel.
 fn drop_rows_without_values(case: &mut Case) {
-    let names: Vec<_> = case.signals.keys().copied().collect();
-    for name in names {
-        let Some(signal) = case.signals.get_mut(name) else { continue };
-        let rows = signal.time.len();
+    for signal in case.signals.values_mut() {
         let whole = |(t, x): &(&f64, &f64)| t.is_finite() && x.is_finite();
         let kept = signal.time.iter().zip(&signal.value).filter(whole).map(|(t, x)| (*t, *x));
-        let (time, value): (Vec<f64>, Vec<f64>) = kept.unzip();
-        let lost = rows - time.len();
+        let (time, value) = kept.unzip();
         *signal = Signal { time, value };
-        if lost > 0 {
-            let share = significant(100.0 * lost as f64 / rows as f64, 2);
-            case.report(Finding {
-                check: "rows_without_values".to_owned(),
-                channels: vec![name],
-                sure: Sure::Likely,
-                value: Some(lost as f64),
-                interval: None,
-                sentence: format!("`{name}` has no number in {lost} of {rows} rows ({share} %)."),
-                consequence: "A value that is filled in is a motion that the car did not make."
-                    .to_owned(),
-                correction: "gaps = \"interpolate\"  # or \"hold\"".to_owned(),
-                refuses: false,
-            });
-        }
+    }
+    let empty: Vec<_> =
+        case.signals.iter().filter(|(_, it)| it.time.is_empty()).map(|(name, _)| *name).collect();
+    for name in empty {
+        case.signals.remove(name);
+        case.cannot_tell(
+            "a channel without values",
+            format!("`{name}` has no number in any row"),
+            "Record it, or leave it out.",
+        );
     }
 }
 
+/// Rows that are missing here and there, where neighbours are steps apart. Those in gaps are told as gaps.
+fn missing(case: &mut Case, names: &[&'static str], time: &[f64]) {
+    let step = median_step(time);
+    let steps = || time.windows(2).map(|pair| (pair[1] - pair[0]) / step);
+    let lost: f64 = steps().filter(|it| (1.5..=GAP).contains(it)).map(|it| it.round() - 1.0).sum();
+    // A stamp that came late makes a long step and a short one.
+    let short = steps().filter(|it| *it < 0.5).count() as f64;
+    let count = lost - short;
+    let share = count / (time.len() as f64 + count);
+    if count < 1.0 || share < 0.1 * MANY {
+        return;
+    }
+    let all = names.join("`, `");
+    let percent = significant(100.0 * share, 2);
+    case.report(Finding {
+        check: "missing_rows".to_owned(),
+        channels: names.to_vec(),
+        sure: if share > MANY { Sure::Likely } else { Sure::Possible },
+        value: Some(count),
+        interval: None,
+        unit: "1",
+        sentence: format!("{count} rows without a value ({percent} %) are scattered over `{all}`."),
+        consequence: "A value that is filled in is a motion that the car did not make.".to_owned(),
+        correction: Correction::column(&[Key::Gaps("interpolate")])
+            .noting("for a row or two at a time; longer gaps end a recording"),
+        refuses: false,
+    });
+}
+
+/// Says that rows are too far apart for the motion of a car.
+fn slow(case: &mut Case, names: &[&'static str], time: &[f64]) {
+    let step = median_step(time);
+    if step.is_nan() || step < SLOW_STEP {
+        return;
+    }
+    let text = significant(step, 3);
+    case.report(Finding {
+        check: "slow_sampling".to_owned(),
+        channels: names.to_vec(),
+        sure: if step < BLIND_STEP { Sure::Likely } else { Sure::Certain },
+        value: Some(step),
+        interval: None,
+        unit: "s",
+        sentence: format!(
+            "Rows are {text} s apart, in which a car answers its steering: 0.05 s or less are needed."
+        ),
+        consequence: "Rates of change are too small: what lies between the rows is taken for slip."
+            .to_owned(),
+        correction: Correction::advice("Record at 20 Hz or more."),
+        refuses: step >= BLIND_STEP,
+    });
+}
+
 /// Reports stamps that do not rise and drops their rows.
-fn order(case: &mut Case, names: &[&'static str], time: &[f64]) {
+fn order(case: &mut Case, names: &[&'static str]) {
+    let Some(signal) = case.signals.get(names[0]) else { return };
+    let time = signal.time.clone();
     let mut latest = f64::NEG_INFINITY;
     let rises: Vec<bool> = time
         .iter()
@@ -103,11 +156,12 @@ fn order(case: &mut Case, names: &[&'static str], time: &[f64]) {
         sure: Sure::Certain,
         value: Some(count as f64),
         interval: None,
+        unit: "1",
         sentence: format!(
             "The time does not rise in {count} rows; row {first} has {found} s after {before} s."
         ),
         consequence: "Rates of change have no meaning across such rows.".to_owned(),
-        correction: "Remove these rows, or sort the rows by time.".to_owned(),
+        correction: Correction::advice("Remove these rows, or sort the rows by time."),
         refuses: true,
     });
 }
@@ -117,7 +171,8 @@ fn unit(case: &mut Case, names: &[&'static str]) {
     let Some(signal) = case.signals.get(names[0]) else { return };
     let step = median_step(&signal.time);
     let (factor, word) = match step {
-        step if step < LONGEST_STEP || step.is_nan() => return,
+        step if step < DOUBTFUL_STEP || step.is_nan() => return,
+        step if step < LONGEST_STEP && !creeps(case, names) => return,
         step if step < 1e3 => (1e3, "ms"),
         step if step < 1e6 => (1e6, "us"),
         _ => (1e9, "ns"),
@@ -134,11 +189,25 @@ fn unit(case: &mut Case, names: &[&'static str]) {
         sure: Sure::Certain,
         value: Some(factor),
         interval: None,
+        unit: "1",
         sentence: format!("The time is in {word}, not s: rows are {step} apart."),
         consequence: format!("All rates of change are {factor} times too small."),
-        correction: format!("time_unit = \"{word}\""),
+        correction: Correction::time_unit(word),
         refuses: true,
     });
+}
+
+/// Whether a channel changes far less from row to row than within 300 of them: a car that is logged once a second does not.
+fn creeps(case: &Case, names: &[&'static str]) -> bool {
+    const APART: usize = 300;
+    let rate = |name: &&'static str| {
+        let value = &case.signals[*name].value;
+        let change = |rows: usize| {
+            median(value.iter().zip(value.iter().skip(rows)).map(|(a, b)| (b - a).abs()))
+        };
+        change(1) / change(APART)
+    };
+    names.iter().map(rate).any(|rate| rate < 0.05)
 }
 
 fn gaps(case: &mut Case, names: &[&'static str], time: &[f64]) {
@@ -149,6 +218,7 @@ fn gaps(case: &mut Case, names: &[&'static str], time: &[f64]) {
     let (count, seconds) = (gaps.len(), length(longest));
     let (at, seconds_text) = (significant(longest[0], 6), significant(seconds, 3));
     let lost: f64 = gaps.iter().map(|pair| length(pair) - step).sum();
+    let wrong: Vec<[f64; 2]> = gaps.iter().map(|pair| [pair[0], pair[1]]).collect();
     let serious = seconds > 0.2 || lost > 0.01 * (time[time.len() - 1] - time[0]);
     case.report(Finding {
         check: "gap".to_owned(),
@@ -156,6 +226,7 @@ fn gaps(case: &mut Case, names: &[&'static str], time: &[f64]) {
         sure: if serious { Sure::Certain } else { Sure::Possible },
         value: Some(seconds),
         interval: None,
+        unit: "s",
         sentence: format!(
             "The time has {}; the longest lasts {seconds_text} s, after {at} s.",
             if count == 1 { "a gap".to_owned() } else { format!("{count} gaps") }
@@ -163,8 +234,8 @@ fn gaps(case: &mut Case, names: &[&'static str], time: &[f64]) {
         consequence:
             "Whoever integrates over a gap takes the motion after it for that of wrong tires."
                 .to_owned(),
-        correction: "windows = [[FROM, UNTIL], ...]  # the stretches between the gaps [s]"
-            .to_owned(),
+        correction: Correction::without(&wrong, ends(time))
+            .noting("both tasks end a recording at a gap by themselves"),
         refuses: false,
     });
 }
@@ -172,21 +243,22 @@ fn gaps(case: &mut Case, names: &[&'static str], time: &[f64]) {
 fn jitter(case: &mut Case, names: &[&'static str], time: &[f64]) {
     let step = median_step(time);
     let steps = || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|it| *it <= GAP * step);
-    let ends = [quantile(steps(), 0.025), quantile(steps(), 0.975)];
-    let share = (ends[1] - ends[0]) / step;
+    let [low, high] = [quantile(steps(), 0.025), quantile(steps(), 0.975)];
+    let share = (high - low) / step;
     if share.is_nan() || share < UNEVEN {
         return;
     }
-    let [step, low, high] = [step, ends[0], ends[1]].map(|value| significant(value, 3));
+    let [step, low, high] = [step, low, high].map(|value| significant(value, 3));
     case.report(Finding {
         check: "jitter".to_owned(),
         channels: names.to_vec(),
         sure: Sure::Possible,
         value: Some(share),
         interval: None,
+        unit: "1",
         sentence: format!("Rows are {step} s apart, but 95 % of the steps go from {low} to {high} s."),
         consequence: "If the stamps are those of the arrival, not of the measurement, they add noise to fast changes.".to_owned(),
-        correction: "Use the sensor's own clock or its counter of samples.".to_owned(),
+        correction: Correction::advice("Use the sensor's own clock or its counter of samples."),
         refuses: false,
     });
 }

@@ -4,8 +4,7 @@
 mod mistakes;
 mod relations;
 
-use mistakes::{MISTAKES, Mistake};
-use numerics::text::significant;
+use mistakes::{Kind, MISTAKES, Mistake};
 use relations::Relation;
 
 use crate::case::Case;
@@ -27,27 +26,35 @@ struct Explanation {
 
 /// Checks units and signs, and corrects what is likely wrong.
 pub(crate) fn check(case: &mut Case) {
-    if !case.has(&["v_x"]) || !(case.has(&["r"]) || case.has(&["a_x"]) || case.has(&["omega_fl"])) {
-        let reason =
-            "units and signs show in v_x with the yaw rate, a_x or wheel speeds".to_owned();
+    const OTHERS: [&str; 6] = ["r", "a_x", "omega_fl", "omega_fr", "omega_rl", "omega_rr"];
+    let cannot_tell = |case: &mut Case, reason: String| {
         case.cannot_tell(
             "units",
             reason,
             "Give v_x and r at least, better a_y, v_y and delta too.",
         );
-        return;
+    };
+    if !case.has(&["v_x"]) || !OTHERS.iter().any(|name| case.has(&[name])) {
+        let reason = "units and signs show in v_x with the yaw rate, a_x or wheel speeds";
+        return cannot_tell(case, reason.to_owned());
     }
-    let Some(motion) = Motion::of(case) else { return };
+    let Some(motion) = Motion::of(case) else {
+        return cannot_tell(case, "the channels share too little time".to_owned());
+    };
     let relations = relations::all(case, &motion);
-    for name in ["v_y", "r", "a_y", "a_x", "delta"] {
-        let told =
-            relations.iter().any(|it| it.strict && it.powers.iter().any(|(of, _)| *of == name));
-        if case.has(&[name]) && !told {
-            let reason = format!(
-                "no relation to the other channels is strong enough to tell the unit and sign of `{name}`"
-            );
-            case.cannot_tell("units", reason, "Drive left and right turns at changing speed.");
-        }
+    let told = |name: &str| {
+        let tells = |it: &Relation| it.signed && it.powers.iter().any(|(of, _)| *of == name);
+        relations.iter().any(tells)
+    };
+    let open: Vec<&str> = ["v_y", "r", "a_y", "a_x", "delta"]
+        .into_iter()
+        .filter(|name| case.has(&[name]) && !told(name))
+        .collect();
+    if !open.is_empty() {
+        let names = open.join("`, `");
+        let reason = format!("no relation to other channels is strong enough for `{names}`");
+        let advice = "Drive left and right turns at changing speed.";
+        case.cannot_tell("units and signs", reason, advice);
     }
     let explanations = explanations(case, &relations);
     let Some(best) = explanations.first() else { return };
@@ -122,21 +129,24 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
     let mut correction = mistake.correction(factor);
     if margin < LIKELY {
         for other in &others {
-            sentence += &format!(" Or else `{}` is {}.", other.channel, other.what(other.middle()));
-            correction +=
-                &format!("  # or in {}: {}", other.channel, other.correction(other.middle()));
+            let (name, middle) = (other.channel, other.middle());
+            sentence += &format!(" Or else `{name}` is {}.", other.what(middle));
+            let line = other.correction(middle).text;
+            correction = correction.noting(format!("or in `{name}`: {line}"));
         }
     }
+    case.is_ratio_rough |= mistake.kind == Kind::SteeringWheel;
     case.report(Finding {
         check: mistake.check(),
         channels: vec![mistake.channel],
         sure,
-        value: Some(evidence.value),
-        interval: Some(evidence.interval),
+        value: Some(factor),
+        interval: evidence.factors(mistake, &without),
+        unit: "1",
         sentence,
         consequence: mistake.consequence().to_owned(),
         correction,
-        refuses: true,
+        refuses: mistake.channel != "roll",
     });
     if sure <= Sure::Likely {
         case.correct(mistake.channel, factor, 0.0);
@@ -144,38 +154,9 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
 }
 
 impl Mistake {
-    /// The mistake as a name: `v_x_unit`, `a_y_sign`, `delta_steering_wheel`.
-    fn check(&self) -> String {
-        format!("{}_{}", self.channel, self.kind)
-    }
-
-    /// The mistake in words, with a factor that is found only now.
-    fn what(&self, factor: f64) -> String {
-        match self.kind {
-            "steering_wheel" => format!(
-                "{}, {} times that of the road wheels",
-                self.words,
-                significant(factor.abs() / self.scale, 2)
-            ),
-            _ => self.words.to_owned(),
-        }
-    }
-
-    fn correction(&self, factor: f64) -> String {
-        match self.kind {
-            "steering_wheel" => {
-                let ratio = factor.abs() / self.scale;
-                let gain = significant(1.0 / ratio, 3);
-                let sign = if self.sign < 0.0 { "; sign = -1" } else { "" };
-                format!("gain = {gain}{sign}{}  # one over the steering ratio", self.line)
-            }
-            _ => self.line.to_owned(),
-        }
-    }
-
     fn consequence(&self) -> &'static str {
         match (self.channel, self.kind) {
-            ("delta", "steering_wheel") => {
+            ("delta", Kind::SteeringWheel) => {
                 "The slip of the front axle is too large many times over, its stiffness too small."
             }
             ("delta", _) => {
@@ -185,6 +166,7 @@ impl Mistake {
             ("v_y", _) => "Both slips are wrong; the rear stiffness can even turn its sign.",
             ("a_y", _) => "All lateral forces are wrong by the factor: D and K with them.",
             ("r", _) => "Slips and the share of the axles are wrong; the fit follows with C and E.",
+            ("roll", _) => "None: it only tells the slope of the road.",
             ("a_x", _) => "Longitudinal forces and the load transfer are wrong.",
             _ => "The slip ratios of the wheels are wrong.",
         }

@@ -3,9 +3,10 @@
 use numerics::text::significant;
 use preparation::Signal;
 
-use crate::case::Case;
+use crate::case::{Case, unit};
+use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
-use crate::motion::{median_step, quantile};
+use crate::statistics::{ends, median_step, quantile};
 
 /// Checks all channels. Spikes and repeats are left out of all that follows.
 pub(crate) fn check(case: &mut Case) {
@@ -30,11 +31,16 @@ fn spikes(case: &mut Case, name: &'static str) {
     let rows = signal.value.len();
     let apart: Vec<f64> = signal.value.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let usual = quantile(apart, 0.5);
+    let least = (0.5 * range).max(12.0 * usual);
     let off = |k: usize| {
         let near = k.saturating_sub(REACH)..(k + REACH + 1).min(rows);
+        let [low, high] = ends(&signal.value[near.clone()]);
+        if high - low <= least {
+            return false;
+        }
         let middle = quantile(signal.value[near.clone()].iter().copied(), 0.5);
         let spread = quantile(signal.value[near].iter().map(|x| (x - middle).abs()), 0.5);
-        (signal.value[k] - middle).abs() > (0.5 * range).max(10.0 * spread).max(12.0 * usual)
+        (signal.value[k] - middle).abs() > least.max(10.0 * spread)
     };
     let spikes: Vec<usize> = (0..rows).filter(|&k| off(k)).collect();
     // Many are no spikes but the signal's own nature.
@@ -55,13 +61,14 @@ fn spikes(case: &mut Case, name: &'static str) {
         sure: if gross { Sure::Likely } else { Sure::Possible },
         value: Some(count as f64),
         interval: None,
+        unit: "1",
         sentence: format!(
             "`{name}` leaps in {count} row{}, such as to {value} at {at} s, and back at once.",
             if count == 1 { "" } else { "s" }
         ),
         consequence: "Least squares follow a leap with all parameters.".to_owned(),
-        correction: "Leave these rows empty and write gaps = \"interpolate\" in the column."
-            .to_owned(),
+        correction: Correction::column(&[Key::Gaps("interpolate")])
+            .noting("once the leaps are empty cells in the file"),
         refuses: false,
     });
 }
@@ -88,18 +95,19 @@ fn coarse(case: &mut Case, name: &'static str) -> bool {
     if !(even && levels.len() > 2 && quantum > 0.01 * range) {
         return false;
     }
-    let quantum = significant(quantum, 3);
+    let text = significant(quantum, 3);
     case.report(Finding {
         check: format!("{name}_coarse"),
         channels: vec![name],
         sure: Sure::Possible,
-        value: None,
+        value: Some(quantum),
         interval: None,
-        sentence: format!("`{name}` moves in steps of {quantum}, {} levels in all.", levels.len()),
+        unit: unit(name),
+        sentence: format!("`{name}` moves in steps of {text}, {} levels in all.", levels.len()),
         consequence:
             "The rounding is an error that stays the same for many rows: intervals are too narrow."
                 .to_owned(),
-        correction: "Record it with more digits.".to_owned(),
+        correction: Correction::advice("Record it with more digits."),
         refuses: false,
     });
     true
@@ -111,7 +119,7 @@ fn held(case: &mut Case, name: &'static str) {
         .filter(|&k| k == 0 || signal.value[k] != signal.value[k - 1])
         .collect();
     let rows = signal.value.len();
-    let ends = [f64::min, f64::max].map(|f| signal.value.iter().copied().fold(signal.value[0], f));
+    let ends = ends(&signal.value);
     let stops = signal
         .value
         .windows(2)
@@ -137,15 +145,13 @@ fn held(case: &mut Case, name: &'static str) {
                 "`{name}` is a held signal: a new value every {} s ({length} rows).",
                 significant(period, 3)
             ),
-            format!(
-                "delay = {}  # half of the time for which a value is held",
-                significant(0.5 * (period - period / length), 2)
-            ),
+            Correction::column(&[Key::Delay(0.5 * (period - period / length))])
+                .noting("half of the time for which a value is held"),
         ),
         false => (
             format!("`{name}` repeats the value before it in {percent} % of the rows."),
-            "Leave repeated values empty and write gaps = \"interpolate\" in the column."
-                .to_owned(),
+            Correction::column(&[Key::Gaps("interpolate")])
+                .noting("once repeated values are empty cells in the file"),
         ),
     };
     case.report(Finding {
@@ -154,6 +160,7 @@ fn held(case: &mut Case, name: &'static str) {
         sure: if held && !actuator { Sure::Likely } else { Sure::Possible },
         value: Some(share),
         interval: None,
+        unit: "1",
         sentence,
         consequence: "A held value is late by half of the time for which it is held, and is counted several times.".to_owned(),
         correction,

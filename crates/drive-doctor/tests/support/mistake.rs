@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use drive_doctor::{Examination, KnownCar, Sure};
+use drive_doctor::{Examination, KnownCar};
 use drive_inference::{Drive, Tires};
 use preparation::DriveLog;
 use tire_inference::parameters::TireParameters;
@@ -28,7 +28,7 @@ pub struct Mistake {
 impl Mistake {
     /// Whether the first finding is the mistake, and nothing else is certain; for a clean log, whether there is none.
     pub fn is_named(&self, found: &Examination) -> bool {
-        let serious: Vec<_> = found.findings.iter().filter(|it| it.sure <= Sure::Likely).collect();
+        let serious: Vec<_> = found.serious().collect();
         let right = |check: &String| self.checks.contains(&check.as_str());
         match self.checks.is_empty() {
             true => serious.is_empty(),

@@ -29,18 +29,35 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     if wanted.time.is_none() {
         return Err(TableError::NoTime { path: path.to_owned(), present: file.names() });
     }
-    let places = file.places(&titles)?;
-    let mut rows = file.rows(&places)?;
+    let found: Vec<_> = titles.iter().map(|title| file.place(title)).collect();
+    let places: Vec<usize> =
+        found.iter().filter_map(|place| place.as_ref().ok().copied()).collect();
+    let mut rows = match file.rows(&places) {
+        Ok(rows) => rows,
+        // Columns that are not there say more about a file without rows.
+        Err(error) if found.iter().all(Result::is_ok) => return Err(error.into()),
+        Err(_) => return Err(TableError::all(found.into_iter().filter_map(Result::err))),
+    };
     let warnings = rows.warning.take().into_iter().collect();
     let cells = Cells::new(&file, &rows, &places, wanted.dialect.decimal)?;
-    let stamps = cells.stamps(places.len() - 1, wanted)?;
-    let column = |k: usize| -> Result<Series, CsvError> {
+    let mut next = 0..;
+    let column = |place: Result<usize, TableError>| -> Result<Series, TableError> {
+        let (place, k) = (place?, next.next().unwrap_or_default());
         let numbers = cells.numbers(k)?;
         let gap = cells.first_gap(&numbers);
-        Ok(Series { clock: 0, values: numbers.values, unit: file.unit(places[k])?, gap })
+        Ok(Series { clock: 0, values: numbers.values, unit: file.unit(place)?, gap })
     };
-    let columns = (0..places.len() - 1).map(column).collect::<Result<_, _>>()?;
-    Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings })
+    let mut found = found.into_iter();
+    let time = found.next_back();
+    let columns: Vec<_> = found.map(column).collect();
+    let stamps =
+        time.map_or(Ok(0), |time| time).and_then(|_| Ok(cells.stamps(places.len() - 1, wanted)?));
+    match stamps {
+        Ok(stamps) => Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings }),
+        Err(error) => {
+            Err(TableError::all(columns.into_iter().filter_map(Result::err).chain([error])))
+        }
+    }
 }
 
 /// The titles of a file.

@@ -1,4 +1,4 @@
-//! Fills rows without a value by the rule of their column, and cuts off ends where no rule has one.
+//! Fills rows without a value by the rule of their column, leaves them out, or cuts off ends where no rule has one.
 
 use std::path::Path;
 
@@ -14,21 +14,47 @@ pub(super) fn fill(
     recorded: &mut Recorded,
     wanted: &[WantedColumn],
 ) -> Result<(), TableError> {
-    for (series, wanted) in recorded.columns.iter_mut().zip(wanted) {
-        let Some(place) = series.gap.take() else { continue };
-        let count = series.values.iter().filter(|value| value.is_nan()).count();
-        let (path, column) = (path.to_owned(), wanted.column.clone());
-        if count == series.values.len() {
-            return Err(TableError::NoValue { path, column });
-        }
-        let stamps = &recorded.clocks[series.clock];
-        match wanted.gaps {
-            Gaps::Refuse => return Err(TableError::Gaps { path, column, count, place }),
-            Gaps::Hold => hold(&mut series.values),
-            Gaps::Interpolate => interpolate(&mut series.values, stamps),
+    let Recorded { clocks, columns, .. } = recorded;
+    for (column, wanted) in columns.iter_mut().zip(wanted) {
+        let Ok(series) = column else { continue };
+        if let Err(error) = fill_one(path, clocks, series, wanted) {
+            *column = Err(error);
         }
     }
     (0..recorded.clocks.len()).try_for_each(|clock| cut(path, recorded, clock, wanted))
+}
+
+fn fill_one(
+    path: &Path,
+    clocks: &mut Vec<Vec<f64>>,
+    series: &mut Series,
+    wanted: &WantedColumn,
+) -> Result<(), TableError> {
+    let Some(place) = series.gap.take() else { return Ok(()) };
+    let count = series.values.iter().filter(|value| value.is_nan()).count();
+    let (path, column) = (path.to_owned(), wanted.column.clone());
+    if count == series.values.len() {
+        return Err(TableError::NoValue { path, column });
+    }
+    match wanted.gaps {
+        Gaps::Refuse => return Err(TableError::Gaps { path, column, count, place }),
+        Gaps::Hold => hold(&mut series.values),
+        Gaps::Interpolate => interpolate(&mut series.values, &clocks[series.clock]),
+        Gaps::Drop => drop_rows(clocks, series),
+    }
+    Ok(())
+}
+
+/// Leaves rows out of one column, which gets a clock of its own; columns that have values in the same rows share it.
+fn drop_rows(clocks: &mut Vec<Vec<f64>>, series: &mut Series) {
+    let rows = clocks[series.clock].iter().zip(&series.values);
+    let (stamps, values): (Vec<f64>, Vec<f64>) =
+        rows.filter(|(_, value)| !value.is_nan()).map(|(stamp, value)| (*stamp, *value)).unzip();
+    series.values = values;
+    series.clock = clocks.iter().position(|clock| *clock == stamps).unwrap_or_else(|| {
+        clocks.push(stamps);
+        clocks.len() - 1
+    });
 }
 
 fn hold(values: &mut [f64]) {
@@ -62,7 +88,7 @@ fn cut(
     let known = |value: &f64| !value.is_nan();
     let begin = |series: &Series| series.values.iter().position(known).unwrap_or(rows);
     let end = |series: &Series| series.values.iter().rposition(known).map_or(0, |row| row + 1);
-    let columns = || recorded.columns.iter().filter(on_clock);
+    let columns = || recorded.columns.iter().flatten().filter(on_clock);
     let first = columns().map(begin).max().unwrap_or(0);
     let last = columns().map(end).min().unwrap_or(rows);
     if first == 0 && last == rows {
@@ -70,6 +96,7 @@ fn cut(
     }
     let late = |series: &Series| begin(series) > 0 || end(series) < rows;
     let named = recorded.columns.iter().zip(wanted);
+    let named = named.filter_map(|(series, wanted)| Some((series.as_ref().ok()?, wanted)));
     let blamed = named.filter(|(series, _)| series.clock == clock && late(series));
     let blamed: Vec<_> = blamed.map(|(_, wanted)| format!("`{}`", wanted.column)).collect();
     let blamed = shortened(&blamed);
@@ -85,7 +112,7 @@ fn cut(
         rows - last
     ));
     *stamps = stamps[first..last].to_vec();
-    for series in recorded.columns.iter_mut().filter(|series| series.clock == clock) {
+    for series in recorded.columns.iter_mut().flatten().filter(|series| series.clock == clock) {
         series.values = series.values[first..last].to_vec();
     }
     Ok(())

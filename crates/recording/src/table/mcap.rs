@@ -80,8 +80,10 @@ pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError>
     let channels = file.channels()?;
     let (mut tracks, mut columns) = (Vec::new(), Vec::new());
     for column in wanted.titles() {
-        let (channel, path) = catalogue::find(&file, &channels, column)?;
-        columns.push(want(&file, column, channel, &path, &mut tracks)?);
+        let found = catalogue::find(&file, &channels, column);
+        columns.push(
+            found.and_then(|(channel, path)| want(&file, column, channel, &path, &mut tracks)),
+        );
     }
     file.messages(&mut |header, data| {
         let track = tracks.iter_mut().find(|track| track.channel.id == header.channel_id);
@@ -215,7 +217,11 @@ fn seconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 / 1e9
 }
 
-fn recorded(file: &Mcap, tracks: &mut [Track], columns: Vec<Place>) -> Recorded {
+fn recorded(
+    file: &Mcap,
+    tracks: &mut [Track],
+    columns: Vec<Result<Place, TableError>>,
+) -> Recorded {
     let ends = |track: &Track| Some((track.messages.first()?.0, track.messages.last()?.0));
     let ends: Vec<_> = tracks.iter().filter_map(ends).collect();
     let first = ends.iter().map(|(first, _)| *first).min().unwrap_or(0);
@@ -223,10 +229,11 @@ fn recorded(file: &Mcap, tracks: &mut [Track], columns: Vec<Place>) -> Recorded 
     let clock =
         |track: &Track| track.messages.iter().map(|(stamp, _)| seconds(stamp - first)).collect();
     let clocks = tracks.iter().map(clock).collect();
-    let columns = columns.into_iter().map(|(track, field, unit)| {
+    let columns = columns.into_iter().map(|place| {
+        let (track, field, unit) = place?;
         let values = std::mem::take(&mut tracks[track].columns[field]);
         let gap = tracks[track].gaps[field].take();
-        Series { clock: track, values, unit, gap }
+        Ok(Series { clock: track, values, unit, gap })
     });
     let warning = (!file.finished).then(|| {
         format!(

@@ -15,6 +15,8 @@ pub enum Gaps {
     Hold,
     /// They get the value on the straight line between their neighbours in time.
     Interpolate,
+    /// They are left out of the column, which then has time stamps of its own.
+    Drop,
 }
 
 /// Value = `sign` * `gain` * recorded value + `offset`.

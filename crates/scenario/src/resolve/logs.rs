@@ -27,7 +27,7 @@ pub(super) fn read(
         let word = column.get_ref().unit.as_ref();
         word.map(|word| super::unit::unit(scenario, word)).transpose()
     }));
-    let table = wanted(scenario, words).and_then(|wanted| whole(scenario, words, &path, wanted));
+    let table = wanted(scenario, words).and_then(|wanted| whole(scenario, words, &path, &wanted));
     let (units, mut table) = Mistakes::both(units, table)?;
     table.set_origin(words.origin);
     warnings.extend_from_slice(table.warnings());
@@ -38,24 +38,19 @@ pub(super) fn read(
     Ok(Log { units: Mistakes::all(units)?, table })
 }
 
-/// The table with all columns. If it cannot be had, each column is read on its own, so that no mistake hides another.
+/// The table with all columns, or what is wrong with each of them.
 fn whole(
     scenario: &Scenario,
     words: RecordedFile,
     path: &Path,
-    mut wanted: Wanted,
+    wanted: &Wanted,
 ) -> Result<Table, Error> {
-    let read = |wanted: &Wanted| {
-        Table::read(path, wanted)
-            .map_err(|error| scenario.error(wrong_word(words, &error), error.to_string()))
-    };
-    read(&wanted).map_err(|error| {
-        let columns = std::mem::take(&mut wanted.columns).into_iter();
-        let alone = Mistakes::all(columns.map(|column| {
-            wanted.columns = vec![column];
-            read(&wanted)
-        }));
-        alone.err().unwrap_or(error)
+    Table::read(path, wanted).map_err(|error| {
+        let each = error.each().into_iter();
+        let each =
+            each.map(|error| scenario.error(wrong_word(words, &error), error.to_string())).map(Err);
+        // Errors alone make an error.
+        Mistakes::all::<Table>(each).err().unwrap_or_else(Error::follow_up)
     })
 }
 

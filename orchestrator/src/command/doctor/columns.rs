@@ -16,45 +16,61 @@ pub struct Chosen {
     pub column: String,
     /// Its unit, where the file does not say it.
     pub unit: Option<String>,
+    /// The unit that the file says.
+    pub stated: Option<String>,
     /// Whether nobody named it.
     pub guessed: bool,
 }
 
 /// Signals with their units and usual titles, in small letters without signs between them.
-const USUAL: [(&str, &str, &[&str]); 12] = [
-    ("time", "s", &["t", "time", "timestamp", "elapsedtime"]),
-    ("v_x", "m/s", &["vx", "velocityx", "vlong", "speed", "vehiclespeed", "v"]),
-    ("v_y", "m/s", &["vy", "velocityy", "vlat"]),
-    ("r", "rad/s", &["r", "yawrate", "omegaz", "gyroz", "psidot", "omega"]),
-    ("a_x", "m/s2", &["ax", "along", "accx", "accelx"]),
-    ("a_y", "m/s2", &["ay", "alat", "accy", "accely"]),
-    ("delta", "rad", &["delta", "steer", "steering", "steeringangle", "roadwheelangle"]),
+const USUAL: [(&str, &str, &[&str]); 14] = [
+    ("time", "s", &["t", "time", "timestamp", "elapsedtime", "logtime"]),
+    (
+        "v_x",
+        "m/s",
+        &[
+            "vx",
+            "velocityx",
+            "longitudinalvelocity",
+            "vlong",
+            "vlon",
+            "speed",
+            "vehiclespeed",
+            "gpsspeed",
+            "v",
+        ],
+    ),
+    ("v_y", "m/s", &["vy", "velocityy", "lateralvelocity", "vlat"]),
+    ("r", "rad/s", &["r", "yawrate", "omegaz", "wz", "gyroz", "psidot", "omega"]),
+    ("a_x", "m/s2", &["ax", "longitudinalacceleration", "along", "longacc", "accx", "accelx"]),
+    ("a_y", "m/s2", &["ay", "lateralacceleration", "alat", "latacc", "accy", "accely"]),
+    (
+        "delta",
+        "rad",
+        &[
+            "delta",
+            "steer",
+            "steering",
+            "steeringangle",
+            "steerangle",
+            "roadwheelangle",
+            "steeringwheelangle",
+            "swa",
+        ],
+    ),
     ("F_x", "N", &["fx"]),
     ("omega_fl", "rad/s", &["omegafl", "wheelfl", "wheelspeedfl"]),
     ("omega_fr", "rad/s", &["omegafr", "wheelfr", "wheelspeedfr"]),
     ("omega_rl", "rad/s", &["omegarl", "wheelrl", "wheelspeedrl"]),
     ("omega_rr", "rad/s", &["omegarr", "wheelrr", "wheelspeedrr"]),
+    ("roll", "rad", &["roll", "rollangle"]),
+    ("course", "rad", &["course", "cog", "courseoverground", "gpscourse", "trackangle"]),
 ];
 
-/// Units at the end of a title.
-const ENDS: [(&str, &str); 16] = [
-    ("mps2", "m/s2"),
-    ("radps", "rad/s"),
-    ("rads", "rad/s"),
-    ("degps", "deg/s"),
-    ("degs", "deg/s"),
-    ("mps", "m/s"),
-    ("kmh", "km/h"),
-    ("kph", "km/h"),
-    ("mph", "mph"),
-    ("rad", "rad"),
-    ("deg", "deg"),
-    ("rpm", "rpm"),
-    ("ms2", "m/s2"),
-    ("ms", "ms"),
-    ("s", "s"),
-    ("n", "N"),
-];
+/// The unit of a signal.
+pub fn unit_of_signal(name: &str) -> &'static str {
+    USUAL.iter().find(|(of, ..)| *of == name).map_or("", |(_, unit, _)| unit)
+}
 
 /// Chooses columns; `given` are signals with what the user wrote for them.
 ///
@@ -103,37 +119,45 @@ fn named(
     };
     if !is_title(column) {
         let names = titles.iter().map(|title| title.name.as_str());
-        let unknown = unknown(&format!("column of {}", log.display()), column, names);
-        let error = Error::input(format!("--{name}: {}", unknown.message));
-        return Err(unknown.help.into_iter().fold(error, Error::help));
+        let kind = format!("column of {} for --{name}", log.display());
+        return Err(unknown(&kind, column, names).input());
     }
     if let Some(Err(error)) = unit.map(Unit::parse) {
         return Err(Error::input(format!("--{name} {written}: {error}")));
     }
     let recorded = titles.iter().find(|it| it.name == column || it.text == column);
-    let says = recorded.is_some_and(|title| title.unit.is_some());
+    let stated = recorded.and_then(|title| title.unit.clone());
     let unit = match unit {
         Some(unit) => Some(unit.to_owned()),
-        None if says => None,
+        // Of an MCAP recording, only reading it tells.
+        None if stated.is_some() || titles.is_empty() => None,
         None => Some(unit_of(column, name)),
     };
-    Ok(Chosen { name, column: column.to_owned(), unit, guessed: false })
+    Ok(Chosen { name, column: column.to_owned(), unit, stated, guessed: false })
 }
 
 /// The column with the most usual title, unless the file says that it is something else: a wheel in km/h is no angular speed.
 fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
     let (_, wanted, usual) = USUAL.iter().find(|(of, ..)| *of == name)?;
     let title = usual.iter().find_map(|usual| {
-        let fits =
-            |title: &&ColumnTitle| bare(&title.name).0 == *usual || plain(&title.name) == *usual;
+        let fits = |title: &&ColumnTitle| {
+            bare(&title.name, wanted).0 == *usual || plain(&title.name) == *usual
+        };
         titles.iter().find(fits)
     })?;
     let other = |unit: &String| !same_dimension(unit, wanted);
-    if title.unit.as_ref().is_some_and(other) {
+    // Accelerations in g, which is a gram elsewhere.
+    let gravities = |unit: &String| unit == "g" && *wanted == "m/s2";
+    if title.unit.as_ref().is_some_and(|unit| other(unit) && !gravities(unit)) {
         return None;
     }
-    let unit = title.unit.is_none().then(|| unit_of(&title.name, name));
-    Some(Chosen { name, column: title.name.clone(), unit, guessed: true })
+    let unit = match &title.unit {
+        Some(unit) if gravities(unit) => Some("g0".to_owned()),
+        Some(_) => None,
+        None => Some(unit_of(&title.name, name)),
+    };
+    let (column, stated) = (title.name.clone(), title.unit.clone());
+    Some(Chosen { name, column, unit, stated, guessed: true })
 }
 
 fn same_dimension(a: &str, b: &str) -> bool {
@@ -146,9 +170,8 @@ fn same_dimension(a: &str, b: &str) -> bool {
 
 /// The unit that the end of a title says, or else that of the signal.
 fn unit_of(title: &str, name: &str) -> String {
-    let usual = USUAL.iter().find(|(of, ..)| *of == name).map_or("", |(_, unit, _)| unit);
-    let same = |unit: &&str| same_dimension(unit, usual);
-    bare(title).1.filter(same).unwrap_or(usual).to_owned()
+    let usual = unit_of_signal(name);
+    bare(title, usual).1.unwrap_or_else(|| usual.to_owned())
 }
 
 /// Small letters and digits alone.
@@ -156,15 +179,14 @@ fn plain(title: &str) -> String {
     title.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
 }
 
-/// The plain title without a unit at its end, behind a sign, and that unit.
-fn bare(title: &str) -> (String, Option<&'static str>) {
-    let end = title.rsplit_once(['_', ' ', '.']).map(|(_, end)| plain(end));
-    let unit = end.and_then(|end| ENDS.iter().find(|(word, _)| *word == end));
-    match unit {
-        Some((word, unit)) => {
-            let whole = plain(title);
-            (whole[..whole.len() - word.len()].to_owned(), Some(unit))
-        }
+/// The plain title without a unit of the wanted dimension at its end, behind a sign, and that unit.
+fn bare(title: &str, wanted: &str) -> (String, Option<String>) {
+    let Some((rest, end)) = title.rsplit_once(['_', ' ', '.']) else { return (plain(title), None) };
+    let parsed = Unit::parse(end).is_ok().then_some(end);
+    let gravities = (end.eq_ignore_ascii_case("g")).then_some("g0");
+    let units = [gravities, units::meant(end), parsed].into_iter().flatten();
+    match units.into_iter().find(|unit| same_dimension(unit, wanted)) {
+        Some(unit) => (plain(rest), Some(unit.to_owned())),
         None => (plain(title), None),
     }
 }

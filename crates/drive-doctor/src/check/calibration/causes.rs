@@ -4,6 +4,7 @@
 use numerics::text::significant;
 
 use super::terms::{Relation, Terms};
+use crate::correction::{Correction, Key};
 
 /// What is wrong with a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -213,28 +214,41 @@ impl Cause {
         }
     }
 
-    /// The line that corrects it.
-    pub fn correction(&self, value: f64) -> String {
-        let number = |x: f64| significant(x, 3);
+    /// Unit of the figure.
+    pub fn unit(&self) -> &'static str {
+        match (self.kind, self.channel) {
+            (Kind::Delay, _) => "s",
+            (Kind::Scale, _) => "1",
+            (Kind::Offset, "a_y") => "m/s2",
+            (Kind::Offset, "r") => "rad/s",
+            (Kind::Offset | Kind::Angle, _) => "rad",
+            (Kind::Arm | Kind::Relaxation, _) => "m",
+        }
+    }
+
+    /// What corrects it.
+    pub fn correction(&self, value: f64) -> Correction {
+        let number = significant(value.abs(), 3);
+        // Less what is too much.
+        let sign = if value > 0.0 { "less" } else { "plus" };
         match self.kind {
-            Kind::Delay => format!("delay = {}", number(value)),
-            Kind::Scale => format!("gain = {}", number(1.0 / (1.0 + value))),
-            Kind::Offset => {
-                let unit = match self.channel {
-                    "a_y" => "m/s2",
-                    "r" => "rad/s",
-                    _ => "rad",
-                };
-                format!("offset = {}  # [{unit}]", number(-value))
+            Kind::Delay => Correction::column(&[Key::Delay(value)]),
+            Kind::Scale => Correction::column(&[Key::Gain(1.0 / (1.0 + value))]),
+            Kind::Offset => Correction::column(&[Key::Offset(-value)]).noting(format!(
+                "in {}: convert it where the column has another unit",
+                self.unit()
+            )),
+            Kind::Arm => {
+                let with = if self.channel == "v_y" { "r" } else { "the derivative of r" };
+                Correction::advice(format!(
+                    "Give `{}` {sign} {number} m times {with}.",
+                    self.channel
+                ))
             }
-            Kind::Arm => format!(
-                "Give `{}` less {} times {}.",
-                self.channel,
-                number(value),
-                if self.channel == "v_y" { "r" } else { "the derivative of r" }
-            ),
-            Kind::Angle => format!("Give v_y less {} times v_x.", number(value)),
-            Kind::Relaxation => "It is no error of the log: let the fit estimate it.".to_owned(),
+            Kind::Angle => Correction::advice(format!("Give `v_y` {sign} {number} times v_x.")),
+            Kind::Relaxation => {
+                Correction::advice("It is no error of the log: let the fit estimate it.")
+            }
         }
     }
 }

@@ -4,7 +4,8 @@
 use super::causes::{CAUSES, CONSTANT};
 use crate::blocks::{Blocks, split, trim};
 use crate::case::Case;
-use crate::motion::{Motion, quantile};
+use crate::motion::Motion;
+use crate::statistics::quantile;
 
 /// Narrowest filter [s].
 const FILTER: f64 = 0.06;
@@ -64,7 +65,6 @@ pub(super) struct Measured {
     pub blocks: Blocks,
     /// Columns of its own that are fitted with the causes.
     pub own: Vec<usize>,
-    pub rows: f64,
 }
 
 impl Terms {
@@ -149,20 +149,20 @@ impl Terms {
                 CAUSES.iter().map(|cause| cause.column(relation, self, compliance, arm)).collect();
             columns.extend(causes.iter().map(Option::as_deref));
             let mut blocks = Blocks::new(columns.len());
-            let rows = blocks.add(&columns, &target, |k| used[k]);
-            (blocks, rows)
+            blocks.add(&columns, &target, |k| used[k]);
+            blocks
         };
-        let (mut blocks, mut rows) = sums(0.0);
-        if rows < LEAST_ROWS {
+        let mut blocks = sums(0.0);
+        if blocks.rows < LEAST_ROWS {
             return None;
         }
         if first.is_some() {
             let alone = blocks.fit(&[&own[..], &[NUISANCES + CONSTANT]].concat())?;
             if relation.is_of_a_tire(alone.t(0)) {
-                (blocks, rows) = sums(alone.values[0].abs());
+                blocks = sums(alone.values[0].abs());
             }
         }
-        Some(Measured { relation, blocks, own, rows: rows as f64 })
+        Some(Measured { relation, blocks, own })
     }
 
     /// What is 0 for true signals, but for the slip that the force of an axle makes.

@@ -2,29 +2,97 @@
 
 use std::f64::consts::PI;
 
+use numerics::text::significant;
+
+use crate::correction::{Correction, Key};
+
+/// What a mistake is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Unit,
+    Sign,
+    UnitAndSign,
+    /// The angle of the steering wheel in place of that of the road wheels.
+    SteeringWheel,
+    /// The speed of a wheel's rim in place of its angular velocity.
+    RimSpeed,
+}
+
 /// A mistake in one channel: the log reads `factor` times what it should.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mistake {
     pub channel: &'static str,
-    /// `unit`, `sign`, `unit_and_sign` or `steering_wheel`.
-    pub kind: &'static str,
-    pub words: &'static str,
+    pub kind: Kind,
+    /// As "in km/h, not m/s".
+    words: &'static str,
+    /// The unit in which the channel is.
+    unit: Option<&'static str>,
     /// Lowest and highest size of the factor.
     pub range: [f64; 2],
     /// What of the factor is the unit's.
-    pub scale: f64,
+    scale: f64,
     /// Sign of the factor.
     pub sign: f64,
     /// How rare it is: the negative logarithm of its probability in an unknown log.
     pub nats: f64,
-    /// The line that corrects it.
-    pub line: &'static str,
 }
 
 impl Mistake {
     /// The factor, where nothing says more.
     pub fn middle(&self) -> f64 {
         self.sign * (self.range[0] * self.range[1]).sqrt()
+    }
+
+    /// The mistake as a name: `v_x_unit`, `a_y_sign`, `delta_steering_wheel`.
+    pub fn check(&self) -> String {
+        let kind = match self.kind {
+            Kind::Unit | Kind::RimSpeed => "unit",
+            Kind::Sign => "sign",
+            Kind::UnitAndSign => "unit_and_sign",
+            Kind::SteeringWheel => "steering_wheel",
+        };
+        format!("{}_{kind}", self.channel)
+    }
+
+    /// The mistake in words, with a factor that is found only now.
+    pub fn what(&self, factor: f64) -> String {
+        let mirrored = if self.sign < 0.0 { "mirrored" } else { "" };
+        let ratio = match self.kind {
+            Kind::SteeringWheel => {
+                format!(", {} times that of the road wheels", self.ratio(factor, 2))
+            }
+            _ => String::new(),
+        };
+        let parts = [format!("{}{ratio}", self.words), mirrored.to_owned()];
+        parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", and ")
+    }
+
+    fn ratio(&self, factor: f64, digits: usize) -> String {
+        significant(factor.abs() / self.scale, digits)
+    }
+
+    /// What corrects it, with a factor that is found only now.
+    pub fn correction(&self, factor: f64) -> Correction {
+        let gain = match self.kind {
+            Kind::SteeringWheel | Kind::RimSpeed => Some(Key::Gain(self.scale / factor.abs())),
+            _ => None,
+        };
+        let mirrored = (self.sign < 0.0).then_some(Key::Mirrored);
+        let keys = [self.unit.map(Key::Unit), gain, mirrored];
+        let correction = Correction::column(&keys.into_iter().flatten().collect::<Vec<_>>());
+        match self.kind {
+            Kind::SteeringWheel => {
+                correction.noting("the gain is one over the steering ratio: write yours")
+            }
+            Kind::RimSpeed => {
+                correction.noting("the gain is one over the radius of the tire [1/m]")
+            }
+            Kind::Unit | Kind::UnitAndSign => correction.noting(format!(
+                "or gain = {} where the file says another unit itself",
+                significant(1.0 / self.scale, 4)
+            )),
+            Kind::Sign => correction,
+        }
     }
 }
 
@@ -35,113 +103,113 @@ const RARE: f64 = 6.5;
 const TWO: f64 = 8.0;
 /// Steering ratios of cars.
 const RATIOS: [f64; 2] = [8.0, 25.0];
+/// Radii of tires of cars [m].
+const RADII: [f64; 2] = [0.2, 0.45];
 
 const fn unit(
     channel: &'static str,
     words: &'static str,
+    unit: &'static str,
     factor: f64,
     nats: f64,
-    line: &'static str,
 ) -> Mistake {
     Mistake {
         channel,
-        kind: "unit",
+        kind: Kind::Unit,
         words,
+        unit: Some(unit),
         range: [factor, factor],
         scale: factor,
         sign: 1.0,
         nats,
-        line,
     }
 }
 
 const fn mirrored(channel: &'static str) -> Mistake {
     Mistake {
         channel,
-        kind: "sign",
-        words: "mirrored",
+        kind: Kind::Sign,
+        words: "",
+        unit: None,
         range: [1.0, 1.0],
         scale: 1.0,
         sign: -1.0,
         nats: COMMON,
-        line: "sign = -1",
     }
 }
 
-const fn both(of: Mistake, words: &'static str, line: &'static str) -> Mistake {
-    Mistake { kind: "unit_and_sign", words, sign: -1.0, nats: TWO, line, ..of }
+const fn both(of: Mistake) -> Mistake {
+    Mistake { kind: Kind::UnitAndSign, sign: -1.0, nats: TWO, ..of }
 }
 
-const fn wheel(
-    words: &'static str,
-    scale: f64,
-    sign: f64,
-    nats: f64,
-    line: &'static str,
-) -> Mistake {
-    let range = [RATIOS[0] * scale, RATIOS[1] * scale];
-    Mistake { channel: "delta", kind: "steering_wheel", words, range, scale, sign, nats, line }
+const fn wheel(of: Mistake, words: &'static str, sign: f64, nats: f64) -> Mistake {
+    let range = [RATIOS[0] * of.scale, RATIOS[1] * of.scale];
+    Mistake { kind: Kind::SteeringWheel, words, range, sign, nats, ..of }
 }
 
-const KMH: &str = "unit = \"km/h\"";
-const KMH_MIRRORED: &str = "unit = \"km/h\"; sign = -1";
-const IN_KMH: &str = "in km/h, not m/s";
-const IN_KMH_MIRRORED: &str = "in km/h, not m/s, and mirrored";
-const IN_DEG_S: &str = "in deg/s, not rad/s";
-const IN_G: &str = "in g, not m/s2";
-const G: f64 = 9.80665;
-const G_LINE: &str = "unit = \"g0\"";
+const fn kmh(channel: &'static str) -> Mistake {
+    unit(channel, "in km/h, not m/s", "km/h", 3.6, COMMON)
+}
 
-const V_X: Mistake = unit("v_x", IN_KMH, 3.6, COMMON, KMH);
-const V_Y: Mistake = unit("v_y", IN_KMH, 3.6, COMMON, KMH);
-const R: Mistake = unit("r", IN_DEG_S, DEG, COMMON, "unit = \"deg/s\"");
-const A_Y: Mistake = unit("a_y", IN_G, 1.0 / G, COMMON, G_LINE);
-const A_X: Mistake = unit("a_x", IN_G, 1.0 / G, COMMON, G_LINE);
-const DELTA: Mistake = unit("delta", "in deg, not rad", DEG, COMMON, "unit = \"deg\"");
+const fn mph(channel: &'static str) -> Mistake {
+    unit(channel, "in mph, not m/s", "mph", 2.236_936, RARE)
+}
+
+const fn gravities(channel: &'static str) -> Mistake {
+    unit(channel, "in g, not m/s2", "g0", 1.0 / 9.80665, COMMON)
+}
 
 const fn rpm(channel: &'static str) -> Mistake {
-    unit(channel, "in revolutions per minute, not rad/s", 30.0 / PI, COMMON, "unit = \"rpm\"")
+    unit(channel, "in revolutions per minute, not rad/s", "rpm", 30.0 / PI, COMMON)
 }
 
 const fn rim_speed(channel: &'static str) -> Mistake {
     Mistake {
-        range: [0.2, 0.45],
-        ..unit(
-            channel,
-            "a speed in m/s, not rad/s",
-            0.3,
-            COMMON,
-            "gain = 3.3  # one over the radius of the tire [1/m]",
-        )
+        channel,
+        kind: Kind::RimSpeed,
+        words: "a speed in m/s, not rad/s",
+        unit: None,
+        range: RADII,
+        scale: 1.0,
+        sign: 1.0,
+        nats: COMMON,
     }
 }
 
+const R: Mistake = unit("r", "in deg/s, not rad/s", "deg/s", DEG, COMMON);
+const DELTA: Mistake = unit("delta", "in deg, not rad", "deg", DEG, COMMON);
+const WHEEL: &str = "that of the steering wheel";
+const WHEEL_DEG: &str = "that of the steering wheel in deg";
+/// The angle in rad, whose unit needs no word.
+const IN_RAD: Mistake = Mistake { unit: None, ..unit("delta", "", "rad", 1.0, COMMON) };
+
 /// All mistakes that are looked for.
-pub(super) const MISTAKES: [Mistake; 36] = [
-    V_X,
+pub(super) const MISTAKES: [Mistake; 37] = [
+    kmh("v_x"),
     mirrored("v_x"),
-    both(V_X, IN_KMH_MIRRORED, KMH_MIRRORED),
-    unit("v_x", "in mph, not m/s", 2.236_936, RARE, "unit = \"mph\""),
-    V_Y,
+    both(kmh("v_x")),
+    mph("v_x"),
+    kmh("v_y"),
     mirrored("v_y"),
-    both(V_Y, IN_KMH_MIRRORED, KMH_MIRRORED),
-    unit("v_y", "in mph, not m/s", 2.236_936, RARE, "unit = \"mph\""),
+    both(kmh("v_y")),
+    mph("v_y"),
     R,
     mirrored("r"),
-    both(R, "in deg/s, not rad/s, and mirrored", "unit = \"deg/s\"; sign = -1"),
-    A_Y,
+    both(R),
+    gravities("a_y"),
     mirrored("a_y"),
-    both(A_Y, "in g, not m/s2, and mirrored", "unit = \"g0\"; sign = -1"),
-    A_X,
+    both(gravities("a_y")),
+    gravities("a_x"),
     mirrored("a_x"),
-    both(A_X, "in g, not m/s2, and mirrored", "unit = \"g0\"; sign = -1"),
+    both(gravities("a_x")),
     DELTA,
     mirrored("delta"),
-    both(DELTA, "in deg, not rad, and mirrored", "unit = \"deg\"; sign = -1"),
-    wheel("that of the steering wheel", 1.0, 1.0, COMMON, ""),
-    wheel("that of the steering wheel, mirrored", 1.0, -1.0, TWO, ""),
-    wheel("that of the steering wheel in deg", DEG, 1.0, RARE, "; unit = \"deg\""),
-    wheel("that of the steering wheel in deg, mirrored", DEG, -1.0, TWO + 1.0, "; unit = \"deg\""),
+    both(DELTA),
+    wheel(IN_RAD, WHEEL, 1.0, COMMON),
+    wheel(IN_RAD, WHEEL, -1.0, TWO),
+    wheel(DELTA, WHEEL_DEG, 1.0, RARE),
+    wheel(DELTA, WHEEL_DEG, -1.0, TWO + 1.0),
+    unit("roll", "in deg, not rad", "deg", DEG, COMMON),
     rpm("omega_fl"),
     rpm("omega_fr"),
     rpm("omega_rl"),

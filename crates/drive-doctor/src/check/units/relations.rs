@@ -6,7 +6,8 @@ use numerics::text::significant;
 use super::mistakes::Mistake;
 use crate::blocks::{Blocks, Fit, split, trim};
 use crate::case::Case;
-use crate::motion::{Motion, quantile};
+use crate::motion::Motion;
+use crate::statistics::quantile;
 
 /// Filters [s]: slow motion, in which no usual delay matters, and motion whose derivatives are needed.
 const SLOW: f64 = 0.25;
@@ -70,6 +71,17 @@ impl Relation {
 
     /// The factor of a mistake as this relation says, the others being made.
     pub fn factor(&self, mistake: &Mistake, others: &[&Mistake]) -> f64 {
+        self.factor_of(self.value, mistake, others)
+    }
+
+    /// Its 95 % interval, as far as that of the relation says; `None` where it says nothing.
+    pub fn factors(&self, mistake: &Mistake, others: &[&Mistake]) -> Option<[f64; 2]> {
+        let mut ends = self.interval.map(|end| self.factor_of(end, mistake, others));
+        ends.sort_by(f64::total_cmp);
+        (ends[0] < ends[1]).then_some(ends)
+    }
+
+    fn factor_of(&self, value: f64, mistake: &Mistake, others: &[&Mistake]) -> f64 {
         let power = self
             .powers
             .iter()
@@ -78,7 +90,7 @@ impl Relation {
         let [low, high, _] = self.reading(others);
         let usual = self.expected.first().map_or(1.0, |([from, until], _)| (from * until).sqrt());
         let factor =
-            (self.value.abs() / (usual * (0.5 * (low + high)).exp())).powf(1.0 / f64::from(power));
+            (value.abs() / (usual * (0.5 * (low + high)).exp())).powf(1.0 / f64::from(power));
         mistake.sign * factor.clamp(mistake.range[0], mistake.range[1])
     }
 
@@ -111,6 +123,7 @@ pub(super) fn all(case: &Case, motion: &Motion) -> Vec<Relation> {
         longitudinal(&view),
         rear_slip(&view),
         sizes(&view),
+        course(&view),
     ];
     measured.into_iter().flatten().chain(wheels(&view)).collect()
 }
@@ -271,14 +284,34 @@ fn rear_slip(view: &View) -> Vec<Relation> {
     [of(arm), of(slope)].into_iter().flatten().collect()
 }
 
+/// The course turns with r + (v_y/v_x)'. It counts either way round, so it says nothing about signs.
+fn course(view: &View) -> Vec<Relation> {
+    let motion = view.motion;
+    let rate = view.smooth(&motion.raw("course"), SLOW, 1);
+    let slip = view.smooth(&motion.combine("v_y", "v_x", |v_y, v_x| v_y / v_x), SLOW, 1);
+    let r = view.smooth(&motion.raw("r"), SLOW, 0);
+    let Some(fit) = view.fit(&[&rate, &slip], &r).or_else(|| view.fit(&[&rate], &r)) else {
+        return Vec::new();
+    };
+    let told = relation(
+        "`r` is {} of the turning of `course`",
+        &[("r", 1)],
+        (&fit, 0),
+        &[([0.75, 1.3], 0.0)],
+        0.1,
+    );
+    told.map(|told| Relation { signed: false, ..told }).into_iter().collect()
+}
+
 /// Sizes that no car exceeds, and the direction of travel.
 fn sizes(view: &View) -> Vec<Relation> {
-    const USUAL: [(&str, &str, [f64; 2]); 5] = [
+    const USUAL: [(&str, &str, [f64; 2]); 6] = [
         ("v_x", "`v_x` reaches {} m/s", [0.8, 110.0]),
         ("v_y", "`v_y` reaches {} m/s", [1e-4, 40.0]),
         ("r", "`r` reaches {} rad/s", [0.01, 9.0]),
         ("a_y", "`a_y` reaches {} m/s2", [0.3, 45.0]),
         ("delta", "`delta` reaches {} rad", [2e-3, 0.9]),
+        ("roll", "`roll` reaches {} rad", [1e-4, 0.6]),
     ];
     let of = |(name, text, range): (&'static str, &'static str, [f64; 2])| {
         let value = quantile(view.motion.raw(name).iter().map(|value| value.abs()), 0.995);

@@ -153,27 +153,29 @@ impl<'a> CsvFile<'a> {
         }
     }
 
-    /// Where the columns are: by the whole title, or by the title without its unit.
+    /// Where the columns are.
     pub fn places(&self, wanted: &[&str]) -> Result<Vec<usize>, TableError> {
+        wanted.iter().map(|name| self.place(name)).collect()
+    }
+
+    /// Where a column is: by the whole title, or by the title without its unit.
+    pub fn place(&self, name: &str) -> Result<usize, TableError> {
         let titles = &self.header.titles;
-        let find = |name: &&str| {
-            let with = |is: fn(&Title) -> &str| -> Vec<usize> {
-                (0..titles.len()).filter(|place| is(&titles[*place]) == *name).collect()
-            };
-            let whole = with(|title| &title.text);
-            let found = if whole.is_empty() { with(|title| &title.plain) } else { whole };
-            match found[..] {
-                [place] => Ok(place),
-                [] => Err(TableError::missing(self.path, name, self.names())),
-                _ => {
-                    let place = |at: &usize| format!("{} `{}`", at + 1, titles[*at].text);
-                    let places = found.iter().map(place).collect::<Vec<_>>().join(", ");
-                    let (path, column) = (self.path.to_owned(), (*name).to_owned());
-                    Err(CsvError::Ambiguous { path, column, places }.into())
-                }
-            }
+        let with = |is: fn(&Title) -> &str| -> Vec<usize> {
+            (0..titles.len()).filter(|place| is(&titles[*place]) == name).collect()
         };
-        wanted.iter().map(find).collect()
+        let whole = with(|title| &title.text);
+        let found = if whole.is_empty() { with(|title| &title.plain) } else { whole };
+        match found[..] {
+            [place] => Ok(place),
+            [] => Err(TableError::missing(self.path, name, self.names())),
+            _ => {
+                let place = |at: &usize| format!("{} `{}`", at + 1, titles[*at].text);
+                let places = found.iter().map(place).collect::<Vec<_>>().join(", ");
+                let (path, column) = (self.path.to_owned(), name.to_owned());
+                Err(CsvError::Ambiguous { path, column, places }.into())
+            }
+        }
     }
 
     /// The titles of the columns, with their units.

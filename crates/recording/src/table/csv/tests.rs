@@ -11,7 +11,7 @@ use crate::table::{Table, TableError, gaps};
 fn read(bytes: impl AsRef<[u8]>, wanted: &Wanted) -> Result<Table, TableError> {
     let mut recorded = parse(Path::new("log.csv"), bytes.as_ref(), wanted)?;
     gaps::fill(Path::new("log.csv"), &mut recorded, &wanted.columns)?;
-    Ok(Table::new(recorded, wanted))
+    Table::new(recorded, wanted)
 }
 
 /// The time stamps, the values and the unit of the column `v`.
@@ -224,4 +224,23 @@ proptest! {
         let table = read(format!("t;v\n{text}"), &wanted).expect("numbers");
         prop_assert_eq!(table.column(0), &values);
     }
+}
+
+#[test]
+fn all_wrong_columns_are_told_at_once() {
+    let wanted = Wanted::plain("t", &["v", "w", "x", "u"]);
+    let error = error("t,u,v,x\n0,1,2,\n1,1,two,3\n", &wanted);
+    let lines: Vec<&str> = error.lines().collect();
+    assert_eq!(lines.len(), 3, "{error}");
+    assert!(lines[0].contains("found \"two\"") && lines[1].contains("no column `w`"), "{error}");
+    assert!(lines[2].contains("`x` has no value in 1 row"), "{error}");
+}
+
+#[test]
+fn a_column_whose_rows_are_dropped_has_its_own_times() {
+    let mut wanted = Wanted::plain("t", &["v", "w"]);
+    wanted.columns[1].gaps = Gaps::Drop;
+    let table = read("t,v,w\n0,1,\n1,2,5\n2,3,\n3,4,6\n", &wanted).expect("a table");
+    assert_eq!((table.column(0), table.column(1)), (&[1.0, 2.0, 3.0, 4.0][..], &[5.0, 6.0][..]));
+    assert_eq!(table.times()[table.clock(1)], [1.0, 3.0]);
 }

@@ -1,0 +1,112 @@
+//! Looks for roads that are not level: the accelerometer feels a slope to the side, the motion over ground does not.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use numerics::text::significant;
+
+use crate::blocks::{Blocks, Fit, split};
+use crate::case::Case;
+use crate::correction::Correction;
+use crate::finding::{Finding, Sure};
+use crate::motion::Motion;
+use crate::statistics::quantile;
+
+/// Filter [s]: no delay of a sensor matters.
+const SLOW: f64 = 0.25;
+/// Gravity [m/s²].
+const G: f64 = 9.80665;
+/// Standard deviations from 0 at which a slope is told.
+const TOLD: f64 = 6.0;
+/// The least that matters [m/s²]: a slope of 1.5 %.
+const LEAST: f64 = 0.15;
+
+/// What is 0 on level ground, a_y − v_x r − v_y', with what else is in it: scales, delays, arms and offsets of sensors.
+struct Level {
+    residual: Vec<f64>,
+    others: [Vec<f64>; 7],
+    blocks: Vec<Option<usize>>,
+}
+
+impl Level {
+    fn new(motion: &Motion) -> Self {
+        let smooth = |column: &[f64], order| motion.smooth(column, SLOW, order);
+        let v_x = smooth(&motion.raw("v_x"), 0);
+        let turn = motion.combine("v_x", "r", |v_x, r| v_x * r);
+        let [turn, turn_rate] = [0, 1].map(|order| smooth(&turn, order));
+        let [sliding, sliding_rate] = [1, 2].map(|order| smooth(&motion.raw("v_y"), order));
+        let a_y = smooth(&motion.raw("a_y"), 0);
+        let residual = a_y.iter().zip(&turn).zip(&sliding).map(|((a, t), s)| a - t - s).collect();
+        let least = 0.3 * quantile(v_x.iter().copied(), 0.95);
+        let moves: Vec<bool> = v_x.iter().map(|v_x| *v_x > least).collect();
+        let one = vec![1.0; v_x.len()];
+        let yaw = smooth(&motion.raw("r"), 1);
+        let others = [turn, turn_rate, sliding, sliding_rate, yaw, v_x, one];
+        Self { residual, others, blocks: split(&moves) }
+    }
+
+    /// Coefficients of these columns, which come first.
+    fn fit(&self, columns: &[&[f64]]) -> Option<Fit> {
+        let others = self.others.iter().map(Vec::as_slice);
+        let all: Vec<&[f64]> = columns.iter().copied().chain(others).collect();
+        let blocks = Blocks::of(&all, &self.residual, |k| self.blocks[k]);
+        blocks.fit(&(0..all.len()).collect::<Vec<_>>())
+    }
+}
+
+/// Compares what is left of a_y with the roll angle.
+pub(crate) fn check(case: &mut Case) {
+    if !case.has(&["v_x", "v_y", "r", "a_y"]) || !case.cut_off.is_empty() {
+        return;
+    }
+    let Some(motion) = Motion::of(case) else { return };
+    let level = Level::new(&motion);
+    if case.has(&["roll"]) {
+        with_roll(case, &motion, &level);
+        return;
+    }
+    case.cannot_tell(
+        "bank of the road",
+        "without a roll angle a road that always falls to one side looks like an offset of `a_y`, and one that is banked in its turns like a scale".to_owned(),
+        "Record the roll angle.",
+    );
+}
+
+/// a_y reads g sin(roll) more than the motion over ground says.
+fn with_roll(case: &mut Case, motion: &Motion, level: &Level) {
+    let roll: Vec<f64> = motion.raw("roll").iter().map(|roll| G * roll.sin()).collect();
+    let gravity = motion.smooth(&roll, SLOW, 0);
+    let Some(fit) = level.fit(&[&gravity]) else { return };
+    let most = quantile(gravity.iter().map(|gravity| gravity.abs()), 0.98);
+    let (share, interval) = (fit.values[0], fit.interval(0));
+    if fit.t(0).abs() < TOLD || share * most < LEAST {
+        return;
+    }
+    let is_all = interval[0] < 1.15 && interval[1] > 0.85 && fit.agrees(0) == Some(true);
+    let [share_text, low, high] = [share, interval[0], interval[1]].map(|x| significant(x, 2));
+    let sentence = format!(
+        "`a_y` contains {share_text} [{low}, {high}] of gravity by `roll`, up to {} m/s2: the road or the body leans.",
+        significant(share * most, 2)
+    );
+    let sure = if is_all { Sure::Likely } else { Sure::Possible };
+    report(case, "bank", sentence, sure, (share, interval, "1"));
+}
+
+fn report(
+    case: &mut Case,
+    check: &str,
+    sentence: String,
+    sure: Sure,
+    (value, interval, unit): (f64, [f64; 2], &'static str),
+) {
+    case.report(Finding {
+        check: check.to_owned(),
+        channels: vec!["a_y"],
+        sure,
+        value: Some(value),
+        interval: Some(interval),
+        unit,
+        sentence,
+        consequence: "Against a slope the tires push as `a_y` says, but v_y does not change by it: a fit of both takes the difference for slip.".to_owned(),
+        correction: Correction::advice("Use stretches on level ground."),
+        refuses: false,
+    });
+}

@@ -1,0 +1,112 @@
+//! Holds the lines that correct a log, and says into which table of a scenario they go.
+
+use numerics::text::significant;
+use serde::Serialize;
+
+/// Where a line goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    /// Into the tables of the finding's columns: `r = { column = "yaw_rate", sign = -1 }`.
+    Column,
+    /// Into `[analysis.table]` or `[[table]]`.
+    Table,
+    /// Into `[analysis.config]` of `task = "closed_loop"`.
+    ClosedLoop,
+}
+
+/// What corrects an error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Correction {
+    /// The line; what to do, where no line does it.
+    #[serde(rename = "correction")]
+    pub text: String,
+    /// Where the line goes. `None` when it is no line.
+    #[serde(rename = "correct_in", skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+    /// What to know before one writes it.
+    #[serde(rename = "correction_note", skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+/// A key of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Key {
+    Unit(&'static str),
+    Mirrored,
+    Gain(f64),
+    /// In the unit of the signal.
+    Offset(f64),
+    /// [s]
+    Delay(f64),
+    /// What becomes of rows without a value.
+    Gaps(&'static str),
+}
+
+impl Key {
+    fn line(self) -> String {
+        let number = |value: f64| significant(value, 4);
+        match self {
+            Key::Unit(unit) => format!("unit = \"{unit}\""),
+            Key::Mirrored => "sign = -1".to_owned(),
+            Key::Gain(gain) => format!("gain = {}", number(gain)),
+            Key::Offset(offset) => format!("offset = {}", number(offset)),
+            Key::Delay(delay) => format!("delay = {}", number(delay)),
+            Key::Gaps(rule) => format!("gaps = \"{rule}\""),
+        }
+    }
+}
+
+impl Correction {
+    /// Keys of the columns.
+    pub(crate) fn column(keys: &[Key]) -> Self {
+        let lines: Vec<String> = keys.iter().map(|key| key.line()).collect();
+        Self { text: lines.join(", "), place: Some(Place::Column), note: None }
+    }
+
+    /// The key `time_unit` of the table.
+    pub(crate) fn time_unit(unit: &str) -> Self {
+        Self { text: format!("time_unit = \"{unit}\""), place: Some(Place::Table), note: None }
+    }
+
+    /// The stretches [s] of a log without these.
+    pub(crate) fn without(wrong: &[[f64; 2]], [first, last]: [f64; 2]) -> Self {
+        let begins = std::iter::once(first).chain(wrong.iter().map(|[_, until]| *until));
+        let ends = wrong.iter().map(|[from, _]| *from).chain([last]);
+        let whole = begins.zip(ends).filter(|(from, until)| from < until);
+        // More digits than a window needs: stamps can be times of day.
+        let text = |(from, until)| format!("[{from:.3}, {until:.3}]");
+        let windows: Vec<String> = whole.map(text).collect();
+        let note =
+            "task `tires` has no windows: take the rows out of the log, and a recording ends there";
+        Self {
+            text: format!("windows = [{}]", windows.join(", ")),
+            place: Some(Place::ClosedLoop),
+            note: Some(note.to_owned()),
+        }
+    }
+
+    /// What to do, where no line does it.
+    pub(crate) fn advice(text: impl Into<String>) -> Self {
+        Self { text: text.into(), place: None, note: None }
+    }
+
+    pub(crate) fn noting(self, note: impl Into<String>) -> Self {
+        let note = match self.note {
+            Some(before) => format!("{before}; {}", note.into()),
+            None => note.into(),
+        };
+        Self { note: Some(note), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_leave_out_what_is_wrong() {
+        let line = Correction::without(&[[3.0, 4.0], [7.0, 9.0]], [0.0, 9.0]).text;
+        assert_eq!(line, "windows = [[0.000, 3.000], [4.000, 7.000]]");
+    }
+}
