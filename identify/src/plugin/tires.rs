@@ -90,7 +90,6 @@ pub(super) fn tires(
         let settling = begin.elapsed().as_secs_f64();
         let mut tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
         for (_, estimate) in &mut tire.estimates {
-            *estimate = forget_absent_peak(estimate.clone());
             estimate.seconds += settling;
         }
         found.push((settings, tire));
@@ -104,10 +103,14 @@ pub(super) fn tires(
         widening.widen(answer, &settings.prior, config.seed);
     }
     let estimates = found.iter_mut().flat_map(|(_, answer)| &mut answer.estimates);
-    estimates.for_each(|(_, estimate)| doctor::cap(&log, estimate));
+    for (_, estimate) in estimates {
+        forget_absent_peak(estimate);
+        doctor::cap(&log, estimate);
+    }
     let car = page::car::logged(&car, &uncertainty);
-    leave_files(config, &curves, &found, (&prepared, &car, &log), host);
-    Ok(report(config, &curves, &found, (&prepared, &log)))
+    let overall = told(&curves, &found, &log);
+    leave_files(config, (&curves, &found, &overall), (&prepared, &car, &log), host);
+    Ok(report(config, (&curves, &found, &overall), (&prepared, &log)))
 }
 
 /// How far each curve moves with the uncertain data of the car.
@@ -184,8 +187,7 @@ fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)], log: &Examination
 /// Results by method, then by curve.
 fn report(
     config: &Tires,
-    curves: &[Curve],
-    found: &[(Settings, Answer)],
+    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
     (prepared, log): (&Prepared, &Examination),
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
@@ -197,7 +199,7 @@ fn report(
             .collect();
         result.insert(method.name().to_owned(), by_curve.into());
     }
-    told(curves, found, log).add_to(&mut result);
+    overall.add_to(&mut result);
     result.insert("doctor".to_owned(), json!(log));
     let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
     result.insert("design".to_owned(), designs.collect());
@@ -211,8 +213,7 @@ fn report(
 
 fn leave_files(
     config: &Tires,
-    curves: &[Curve],
-    found: &[(Settings, Answer)],
+    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
     (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
     host: &mut dyn Host,
 ) {
@@ -229,7 +230,6 @@ fn leave_files(
             direction: curve.direction,
         })
         .collect();
-    let overall = told(curves, found, log);
     host.file("tires.toml", &start_values::write(&tires, &overall.verdict()));
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,
@@ -241,7 +241,7 @@ fn leave_files(
     let facts = facts(prepared);
     let page = Page {
         title: "Tires",
-        overall: Some(&overall),
+        overall: Some(overall),
         car,
         facts: &facts,
         log: Some(log),
