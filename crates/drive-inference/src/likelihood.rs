@@ -6,6 +6,7 @@
 
 use numerics::simd_batch::{SimdBatch, WIDTH};
 use numerics::tangent::DIRECTIONS;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use vehicle::Vehicle;
 
@@ -102,12 +103,12 @@ impl Likelihood {
             pulp::Arch::V4(simd) => self.evaluate_in::<_, 1>(simd, at, directions),
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V3(simd) => self.evaluate_in::<_, 2>(simd, at, directions),
-            _ => self.evaluate_in::<_, 8>(pulp::Scalar::new(), at, directions),
+            _ => self.rows(at, directions).evaluation(),
         }
     }
 
     /// In `N` vectors, where nothing is wrong but tires and noises: derivatives along up to eight directions.
-    pub(crate) fn evaluate_in<S: pulp::Simd, const N: usize>(
+    fn evaluate_in<S: Simd, const N: usize>(
         &self,
         simd: S,
         at: &Unknowns,
@@ -125,7 +126,7 @@ impl Likelihood {
             pulp::Arch::V4(simd) => self.group::<_, 1>(simd, at, directions),
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V3(simd) => self.group::<_, 2>(simd, at, directions),
-            _ => self.group::<_, 8>(pulp::Scalar::new(), at, directions),
+            _ => self.one_by_one(at, directions),
         };
         if self.cancel.is_cancelled() {
             return Rows::cancelled(directions.len());
@@ -134,7 +135,13 @@ impl Likelihood {
         Rows::new(groups, directions.len())
     }
 
-    fn group<S: pulp::Simd, const N: usize>(
+    /// Without vectors each direction has a pass of its own: all in one would be eight times the code.
+    pub(crate) fn one_by_one(&self, at: &Unknowns, directions: &[Direction]) -> Group {
+        let alone = |direction| self.group::<_, 1>(pulp::Scalar::new(), at, &[direction]);
+        Group::side_by_side(directions.iter().copied().map(alone))
+    }
+
+    fn group<S: Simd, const N: usize>(
         &self,
         simd: S,
         at: &Unknowns,
@@ -203,16 +210,16 @@ impl Likelihood {
         let width = Width::of(&causes, &noise, &[]);
         let (noise, colours) = (noise.variances(), noise.colours());
         let unknowns = Numbers { tires, causes, noise, colours };
-        let arch = pulp::Arch::new();
+        let plain = pulp::Scalar::new();
         match width {
             Width::Relaxed(shortest) => {
-                arch.dispatch(Relaxed { course: &self.course, unknowns, visit, shortest });
+                Relaxed { course: &self.course, unknowns, visit, shortest }.with_simd(plain);
             }
             Width::Coloured => {
-                arch.dispatch(Coloured { course: &self.course, unknowns, visit });
+                Coloured { course: &self.course, unknowns, visit }.with_simd(plain);
             }
             Width::Erring | Width::Narrow => {
-                arch.dispatch(Pass::<_, _, true> { course: &self.course, unknowns, visit });
+                Pass::<_, _, true> { course: &self.course, unknowns, visit }.with_simd(plain);
             }
         }
     }

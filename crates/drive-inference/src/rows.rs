@@ -34,6 +34,22 @@ impl Group {
     pub fn new(rows: usize) -> Self {
         Self(Vec::with_capacity(CHANNELS * rows))
     }
+
+    /// Groups of one direction each as one.
+    pub fn side_by_side(alone: impl Iterator<Item = Self>) -> Self {
+        let mut all = Self(Vec::new());
+        for (direction, one) in alone.enumerate() {
+            if direction == 0 {
+                all = one;
+                continue;
+            }
+            for (residual, one) in all.0.iter_mut().zip(one.0) {
+                residual.mean[direction] = one.mean[0];
+                residual.variance[direction] = one.variance[0];
+            }
+        }
+        all
+    }
 }
 
 impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Group {
@@ -54,8 +70,9 @@ impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Group {
                 mean: [0.0; DIRECTIONS],
                 variance: [0.0; DIRECTIONS],
             };
-            residual.mean.copy_from_slice(cast_slice::<_, f64>(e_by.along()));
-            residual.variance.copy_from_slice(cast_slice::<_, f64>(s_by.along()));
+            let lanes = N * S::F64_LANES;
+            residual.mean[..lanes].copy_from_slice(cast_slice::<_, f64>(e_by.along()));
+            residual.variance[..lanes].copy_from_slice(cast_slice::<_, f64>(s_by.along()));
             self.0.push(residual);
         }
     }

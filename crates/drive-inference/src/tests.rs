@@ -12,6 +12,7 @@ use crate::car::{Car, Held, Recorded, linearise};
 use crate::cause::{COUNT, Cause, Causes};
 use crate::filter::{Belief, Filter};
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
+use crate::rows::Rows;
 use crate::sensors::Sensors;
 use crate::tires::from_array;
 
@@ -336,8 +337,8 @@ fn all_vectors_give_the_same_bits() {
     let likelihood = Likelihood::new(&winged(), &[recording(&winged(), 1.0)]);
     let at = Unknowns::new(&TIRES, &NOISE);
     let directions: [Direction; 8] = std::array::from_fn(Direction::Tire);
-    let wide = likelihood.of_tires(&at);
-    let scalar = likelihood.evaluate_in::<_, 8>(pulp::Scalar::new(), &at, &directions);
+    let wide = likelihood.rows(&at, &directions).evaluation();
+    let scalar = Rows::new(vec![likelihood.one_by_one(&at, &directions)], 8).evaluation();
     assert_eq!(wide.cost, scalar.cost);
     assert_eq!(wide.gradient, scalar.gradient);
     assert_eq!(wide.information, scalar.information);

@@ -15,14 +15,19 @@ pub const WIDTH: usize = 4;
 pub struct SimdBatch(pub [f64; WIDTH]);
 
 /// The same for each of them. Not a function of a closure: those are not always inlined into the code for wide vectors, and without it
-/// a fused multiplication and addition is a call.
+/// a fused multiplication and addition is a call. Not a loop: to unroll thousands of them takes the compiler minutes.
 macro_rules! each {
-    ($like:expr, $index:ident => $number:expr) => {{
-        let mut all = $like;
-        for $index in 0..WIDTH {
-            all.0[$index] = $number;
-        }
-        all
+    ($index:ident => $number:expr) => {
+        SimdBatch([
+            each!($index = 0, $number),
+            each!($index = 1, $number),
+            each!($index = 2, $number),
+            each!($index = 3, $number),
+        ])
+    };
+    ($index:ident = $place:literal, $number:expr) => {{
+        let $index = $place;
+        $number
     }};
 }
 
@@ -31,7 +36,7 @@ impl Neg for SimdBatch {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        each!(self, i => -self.0[i])
+        each!(i => -self.0[i])
     }
 }
 
@@ -40,7 +45,7 @@ impl Add for SimdBatch {
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        each!(self, i => self.0[i] + other.0[i])
+        each!(i => self.0[i] + other.0[i])
     }
 }
 
@@ -49,7 +54,7 @@ impl Sub for SimdBatch {
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        each!(self, i => self.0[i] - other.0[i])
+        each!(i => self.0[i] - other.0[i])
     }
 }
 
@@ -58,7 +63,7 @@ impl Mul for SimdBatch {
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        each!(self, i => self.0[i] * other.0[i])
+        each!(i => self.0[i] * other.0[i])
     }
 }
 
@@ -67,7 +72,7 @@ impl Add<f64> for SimdBatch {
 
     #[inline(always)]
     fn add(self, other: f64) -> Self {
-        each!(self, i => self.0[i] + other)
+        each!(i => self.0[i] + other)
     }
 }
 
@@ -76,7 +81,7 @@ impl Mul<f64> for SimdBatch {
 
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        each!(self, i => self.0[i] * other)
+        each!(i => self.0[i] * other)
     }
 }
 
@@ -88,22 +93,22 @@ impl Scalar for SimdBatch {
 
     #[inline(always)]
     fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
-        each!(self, i => if self.0[i] > limit { above.0[i] } else { other.0[i] })
+        each!(i => if self.0[i] > limit { above.0[i] } else { other.0[i] })
     }
 
     #[inline(always)]
     fn plus(self, a: Self, b: Self) -> Self {
-        each!(self, i => a.0[i].mul_add(b.0[i], self.0[i]))
+        each!(i => a.0[i].mul_add(b.0[i], self.0[i]))
     }
 
     #[inline(always)]
     fn minus(self, a: Self, b: Self) -> Self {
-        each!(self, i => (-a.0[i]).mul_add(b.0[i], self.0[i]))
+        each!(i => (-a.0[i]).mul_add(b.0[i], self.0[i]))
     }
 
     #[inline(always)]
     fn plus_scaled(self, a: Self, b: f64) -> Self {
-        each!(self, i => a.0[i].mul_add(b, self.0[i]))
+        each!(i => a.0[i].mul_add(b, self.0[i]))
     }
 
     #[inline(always)]
@@ -124,11 +129,11 @@ impl Scalar for SimdBatch {
 
     #[inline(always)]
     fn recip(self) -> Self {
-        each!(self, i => 1.0 / self.0[i])
+        each!(i => 1.0 / self.0[i])
     }
 
     #[inline(always)]
     fn atan(self) -> Self {
-        each!(self, i => elementary::atan(self.0[i]))
+        each!(i => elementary::atan(self.0[i]))
     }
 }

@@ -12,7 +12,7 @@ use crate::scalar::{Function, Graded, Scalar};
 /// Derivatives that a number carries.
 pub const DIRECTIONS: usize = 8;
 
-/// A number, in all places of a vector, with its derivatives in `N` vectors, which together hold [`DIRECTIONS`] of them.
+/// A number, in all places of a vector, with its derivatives in one or two vectors, which hold at most [`DIRECTIONS`] of them.
 /// Aligned, since a vector that crosses a cache line is loaded twice.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
@@ -60,9 +60,12 @@ impl<S: Simd, const N: usize> Tangent<S, N> {
 
     #[inline(always)]
     fn zip(self, all: S::f64s, vector: impl Fn(S, usize) -> S::f64s) -> Self {
+        const { assert!(N == 1 || N == 2) };
         let mut along = self.along;
-        for (n, along) in along.iter_mut().enumerate() {
-            *along = vector(self.simd, n);
+        // Not a loop: to unroll thousands of them takes the compiler minutes.
+        along[0] = vector(self.simd, 0);
+        if N == 2 {
+            along[1] = vector(self.simd, 1);
         }
         Self { all, along, simd: self.simd }
     }
