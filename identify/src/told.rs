@@ -90,7 +90,7 @@ impl Overall<'_> {
         (!self.curves.is_empty()).then(|| sources.join(" "))
     }
 
-    /// How much is known, and what is not.
+    /// The number of quantities that are identified, and the names of the others.
     fn count(&self) -> String {
         let verdicts = || self.curves.iter().flat_map(|told| told.estimate.identified.values());
         let identified = verdicts().filter(|it| **it == Verdict::Identified).count();
@@ -199,15 +199,14 @@ fn cells(estimate: &Estimate, name: &str) -> [String; 2] {
     [format!("{value:.places$}{interval}"), verdict.to_owned()]
 }
 
-/// Takes the slip at the peak away from a curve that has none, or of which the posterior has none.
-#[must_use]
-pub fn forget_absent_peak(mut estimate: Estimate) -> Estimate {
+/// Removes the slip at the peak from an estimate whose curve, or whose posterior, has no peak.
+pub fn forget_absent_peak(estimate: &mut Estimate) {
     let value = |parameter: Parameter| estimate.mean.get(parameter.name()).copied().unwrap_or(0.0);
     let peak = curve(&Parameter::ALL.map(value)).peak_slip();
     let name = Quantity::PeakSlip.name();
     let drawn = estimate.interval.get(name).is_none_or(|[low, _]| *low < HIGHEST_PEAK_SLIP);
     if drawn && peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
-        return estimate;
+        return;
     }
     for numbers in [&mut estimate.mean, &mut estimate.std] {
         numbers.remove(name);
@@ -215,7 +214,6 @@ pub fn forget_absent_peak(mut estimate: Estimate) -> Estimate {
     estimate.interval.remove(name);
     estimate.identified.remove(name);
     estimate.reason.remove(name);
-    estimate
 }
 
 #[cfg(test)]

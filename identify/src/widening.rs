@@ -5,18 +5,17 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use drive_inference::CarUncertainty;
+use numerics::statistics::NORMAL_95;
 use numerics::text::significant;
 use preparation::Car;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use tire_inference::estimate::{Answer, Estimate};
 use tire_inference::parameters::{Parameter, Theta};
+use tire_inference::posterior::PosteriorSamples;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::{NARROWED, Verdict};
-
-/// Normal numbers are within ± so many standard deviations 95 % of the time.
-const MIDDLE: f64 = 1.959_963_984_540_054;
 
 /// The uncertain data of a car, each with the car at minus and plus one standard deviation of it.
 pub fn perturbed(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, [Car; 2])> {
@@ -83,15 +82,30 @@ impl Widening {
                 .for_each(|&(quantity, width)| self.widen_one(estimate, (quantity, width), prior));
             self.widen_covariance(estimate);
         }
+        self.widen_draws(&mut answer.posterior, prior, seed);
+        for draws in
+            answer.variational.iter_mut().flat_map(|it| [&mut it.gaussian, &mut it.corrected])
+        {
+            self.widen_draws(draws, prior, seed);
+        }
+        let reports = answer.estimates.iter_mut().filter_map(|(_, it)| it.posterior.as_mut());
+        for band in reports.chain([&mut answer.report]).filter_map(|report| report.band.as_mut()) {
+            (band.lower, band.upper) =
+                answer.posterior.band(&band.slip).into_iter().map(|[a, b]| (a, b)).unzip();
+        }
+    }
+
+    fn widen_draws(&self, draws: &mut PosteriorSamples, prior: &Prior, seed: u64) {
         let mut random = Pcg64::new(u128::from(seed), 1);
-        for theta in &mut answer.posterior.samples {
+        for theta in &mut draws.samples {
             for (_, [low, high]) in &self.moves {
                 let step: f64 = StandardNormal.sample(&mut random);
                 for (i, value) in theta.iter_mut().enumerate() {
                     *value += 0.5 * step * (high[i] - low[i]);
                 }
             }
-            for parameter in Parameter::ALL {
+            // What is held may lie outside of the box.
+            for parameter in prior.free() {
                 let value = &mut theta[parameter as usize];
                 *value = prior.bounds.clamp(parameter, *value);
             }
@@ -112,7 +126,7 @@ impl Widening {
         let std = before.hypot(by);
         estimate.std.insert(name.to_owned(), std);
         if let Some([low, high]) = estimate.interval.get_mut(name) {
-            let wider = |distance: f64| distance.max(0.0).hypot(MIDDLE * by);
+            let wider = |distance: f64| distance.max(0.0).hypot(NORMAL_95 * by);
             let [least, most] = quantity.range(prior);
             *low = (mean - wider(mean - *low)).clamp(least.min(mean), mean);
             *high = (mean + wider(*high - mean)).clamp(mean, most.max(mean));

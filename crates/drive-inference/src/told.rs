@@ -1,6 +1,7 @@
 //! Puts the errors of sensors and car that were found into words, with the line that corrects each.
 
 use numerics::sqp::{Minimum, Objective};
+use numerics::statistics::NORMAL_95;
 use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use tire_inference::verdict::{NARROWED, Verdict};
 use vehicle::Vehicle;
@@ -13,9 +14,6 @@ use crate::joint::{Joint, OfNoise};
 use crate::likelihood::Unknowns;
 use crate::selection::Addition;
 use crate::tires::SIZE;
-
-/// Standard deviations to the ends of the middle 95 % of a normal distribution.
-const REACH: f64 = 1.959_964;
 
 /// What was estimated beside the tires: what the data asked for by its gain, then the errors of the car.
 pub fn causes(
@@ -92,7 +90,7 @@ fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>) -> Vec<CauseEstimate
             unit: "-".to_owned(),
             value,
             std,
-            interval: [value - REACH * std, value + REACH * std],
+            interval: [value - NORMAL_95 * std, value + NORMAL_95 * std],
             verdict: Verdict::Identified,
             gain,
             sentence: format!(
@@ -125,7 +123,7 @@ fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> CauseEstimate 
         unit: about.unit.to_owned(),
         value,
         std,
-        interval: [value - REACH * std, value + REACH * std],
+        interval: [value - NORMAL_95 * std, value + NORMAL_95 * std],
         verdict: if std < NARROWED * about.std {
             Verdict::Identified
         } else {

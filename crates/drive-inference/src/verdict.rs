@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
-use numerics::statistics::{interval, std};
+use numerics::statistics::{NORMAL_95, interval, std};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
 use tire_inference::estimate::point::Agreement;
@@ -22,8 +22,6 @@ use crate::posterior_samples::Drawn;
 use crate::profile::profiles;
 use crate::tires::{block, from_vector, indices};
 
-/// Standard deviations to the ends of the middle 95 % of a normal distribution.
-const REACH: f64 = 1.959_964;
 /// Draws of the prior.
 const BEFORE: usize = 4096;
 /// Rise of the likelihood along a profile that tells of another optimum.
@@ -137,7 +135,10 @@ impl Judge<'_> {
                         profile: None,
                         rival: None,
                         prior_shift: None,
-                        interval: [(mean - REACH * std).max(low), (mean + REACH * std).min(high)],
+                        interval: [
+                            (mean - NORMAL_95 * std).max(low),
+                            (mean + NORMAL_95 * std).min(high),
+                        ],
                     }
                 }
             }

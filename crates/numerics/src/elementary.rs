@@ -1,4 +1,4 @@
-//! Computes arc tangent, sine and cosine without branches, so that the compiler calculates several at once.
+//! Computes arc tangent, sine, cosine and logarithm without branches, so that the compiler calculates several at once.
 //!
 //! The polynomials interpolate in Chebyshev nodes (computed with 60 digits, remainder below 2e-17) on the reduced range. There
 //! is no fused multiply-add in them on purpose: all instruction sets give the same bits.
@@ -50,6 +50,24 @@ const COS: [f64; 6] = [
     2.087_614_626_840_32e-9,
     -1.138_263_242_552_171_7e-11,
 ];
+
+/// (atanh f − f)/f³ in f², |f| ≤ (√2 − 1)/(√2 + 1): Taylor's series.
+const ATANH: [f64; 11] = [
+    1.0 / 3.0,
+    1.0 / 5.0,
+    1.0 / 7.0,
+    1.0 / 9.0,
+    1.0 / 11.0,
+    1.0 / 13.0,
+    1.0 / 15.0,
+    1.0 / 17.0,
+    1.0 / 19.0,
+    1.0 / 21.0,
+    1.0 / 23.0,
+];
+/// ln 2 to 32 bits, and the rest: the product of the first with an exponent is exact.
+const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
+const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// Even and odd powers apart: half as many additions wait for each other.
 #[inline(always)]
@@ -123,6 +141,28 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     (f64::from_bits(s.to_bits() ^ sign(quadrant)), f64::from_bits(c.to_bits() ^ sign(quadrant + 1)))
 }
 
+/// ln(1 + x) of finite x ≥ 0, to 2 units in the last place.
+#[inline(always)]
+pub fn ln_1p(x: f64) -> f64 {
+    /// Bits of the root of ½: 1 + x is 2^k times a number from there to the root of 2.
+    const ROOT: u64 = 0x3fe6_a09e_667f_3bcd;
+    const ONE: u64 = 0x3ff0_0000_0000_0000;
+    /// 2^52, whose lowest bits count ones.
+    const COUNTER: u64 = 0x4330_0000_0000_0000;
+    let u = 1.0 + x;
+    let lost = x - (u - 1.0);
+    let shifted = u.to_bits() + (ONE - ROOT);
+    let k = f64::from_bits(COUNTER | (shifted >> 52)) - f64::from_bits(COUNTER) - 1023.0;
+    let reduced = f64::from_bits((shifted & 0x000f_ffff_ffff_ffff) + ROOT);
+    let excess = reduced - 1.0;
+    let f = excess / (2.0 + excess);
+    let square = f * f;
+    // ln((1 + f)/(1 − f)) = 2f + f (s − …) in the form that keeps the last bits (Tang 1990): excess − f (excess − rest).
+    let rest = 2.0 * square * polynomial(&ATANH, square);
+    let low = k * LN_2_LOW + lost / u;
+    k * LN_2_HIGH + (excess - (f * (excess - rest) - low))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,6 +184,18 @@ mod tests {
         assert_eq!(atan(0.0), 0.0);
         assert_eq!(atan(f64::INFINITY), FRAC_PI_2);
         assert!(atan(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn logarithm_agrees_with_the_standard_library() {
+        let mut worst = 0.0_f64;
+        for i in 0..400_000 {
+            let x = 1.000_2_f64.powi(i - 300_000);
+            worst = worst.max(ulps(ln_1p(x), x.ln_1p(), 0.0));
+        }
+        assert!(worst <= 3.0, "{worst} ulp");
+        assert_eq!(ln_1p(0.0), 0.0);
+        assert!(ln_1p(f64::NAN).is_nan());
     }
 
     #[test]

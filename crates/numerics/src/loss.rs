@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::elementary;
+
 /// What a residual r [-] costs. Near r = 0 all of them are r²/2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -36,7 +38,7 @@ impl Loss {
             // A constant factor makes the curvature 1 at r = 0, as for the others.
             Self::StudentT { freedom, scale } => {
                 let square = (r / scale).powi(2) / freedom;
-                0.5 * freedom * scale * scale * square.ln_1p()
+                0.5 * freedom * scale * scale * elementary::ln_1p(square)
             }
         }
     }

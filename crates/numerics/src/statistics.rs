@@ -1,5 +1,8 @@
 //! Summarises numbers: mean, standard deviation, quantiles.
 
+/// Normal numbers are within ± this many standard deviations 95 % of the time.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
+
 /// Mean of numbers; NaN of none.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64

@@ -26,6 +26,24 @@ impl Samples {
         self.weight.push(weight);
     }
 
+    /// The points of some rows, in their order.
+    pub fn pick(&self, rows: &[usize]) -> Self {
+        let of = |column: &[f64]| rows.iter().map(|&row| column[row]).collect();
+        Self { slip: of(&self.slip), force: of(&self.force), weight: of(&self.weight) }
+    }
+
+    /// At most so many rows, at even steps in the order of the slip, the smallest one included.
+    pub fn rows_by_slip(&self, most: usize) -> Vec<usize> {
+        let count = self.len();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&i, &j| {
+            let by_force = || self.force[i].total_cmp(&self.force[j]);
+            self.slip[i].total_cmp(&self.slip[j]).then_with(by_force)
+        });
+        let wanted = count.min(most);
+        (0..wanted).map(|k| order[k * count / wanted]).collect()
+    }
+
     /// How many points there are.
     pub fn len(&self) -> usize {
         self.slip.len()
@@ -41,5 +59,20 @@ impl Samples {
         let low = self.slip.iter().copied().min_by(f64::total_cmp)?;
         let high = self.slip.iter().copied().max_by(f64::total_cmp)?;
         Some([low, high])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn some_rows_cover_the_slips_evenly() {
+        let slip: Vec<f64> = (0..1000).rev().map(f64::from).collect();
+        let samples = Samples::new(slip.clone(), slip);
+        let some = samples.pick(&samples.rows_by_slip(4));
+        assert_eq!((some.slip, some.weight), (vec![0.0, 250.0, 500.0, 750.0], vec![1.0; 4]));
+        assert_eq!(samples.rows_by_slip(5000).len(), 1000);
+        assert!(Samples::default().rows_by_slip(5).is_empty());
     }
 }

@@ -59,7 +59,7 @@ impl Bounds {
         value.clamp(low, high)
     }
 
-    /// What is also in another box; an edge that is not keeps its place.
+    /// The part that is in another box too; of a parameter whose ranges do not overlap, its own range.
     pub fn and(mut self, other: &Self) -> Self {
         for parameter in Parameter::ALL {
             let ([a, b], [c, d]) = (self.of(parameter), other.of(parameter));

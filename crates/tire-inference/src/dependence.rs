@@ -1,5 +1,6 @@
 //! Tells how much less samples say than their number: residuals of consecutive rows that hang together, rows that were written twice.
 
+use numerics::statistics::mean;
 use preparation::samples::Samples;
 
 use crate::kernel::value;
@@ -7,8 +8,8 @@ use crate::parameters::Theta;
 
 /// Standard deviations of the correlation of independent neighbours, 1/√n, that are not taken for chance.
 const CHANCE: f64 = 3.0;
-/// Rows apart at most.
-const LAGS: usize = 2000;
+/// Residuals whose correlations are added up one by one; of more, means of blocks are taken first.
+const BLOCKS: usize = 20_000;
 /// Crossings of the middle slip up to which rows are sweeps in order of the slip: there a wrong shape of the curve and noise that hangs
 /// together look alike.
 const SWEEPS: usize = 8;
@@ -40,7 +41,7 @@ impl Dependence {
             .map(|((slip, force), weight)| weight.sqrt() * (force - value(theta, *slip)))
             .collect();
         let sweeps = crossings(&samples.slip) < SWEEPS;
-        Self { time: time(&residuals), copies: copies(samples), sweeps }
+        Self { time: correlation_time(&residuals), copies: copies(samples), sweeps }
     }
 
     /// The share of the samples that independent ones would need to tell as much.
@@ -49,15 +50,18 @@ impl Dependence {
     }
 }
 
-/// By Geyer's initial positive sequence (1992): pairs of correlations are added up to the first one that is not positive.
-fn time(residuals: &[f64]) -> f64 {
+/// Rows that one independent sample is spread over, 1 or more, of residuals in the order of their measurement.
+///
+/// Geyer's initial positive sequence (1992): pairs of correlations are added up to the first one that is not positive. Of many residuals
+/// that hang together it is that of the means of blocks, whose variance falls more slowly than that of independent ones.
+pub fn correlation_time(residuals: &[f64]) -> f64 {
     let count = residuals.len() as f64;
-    let mean = residuals.iter().sum::<f64>() / count;
+    let centre = mean(residuals);
     // One gross outlier must not hide what the others have in common.
-    let mut sizes: Vec<f64> = residuals.iter().map(|r| (r - mean).abs()).collect();
+    let mut sizes: Vec<f64> = residuals.iter().map(|r| (r - centre).abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let limit = 4.5 * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-    let centred: Vec<f64> = residuals.iter().map(|r| (r - mean).clamp(-limit, limit)).collect();
+    let centred: Vec<f64> = residuals.iter().map(|r| (r - centre).clamp(-limit, limit)).collect();
     let square: f64 = centred.iter().map(|r| r * r).sum();
     if square <= 0.0 {
         return 1.0;
@@ -69,8 +73,15 @@ fn time(residuals: &[f64]) -> f64 {
     if correlation(1) < CHANCE / count.sqrt() {
         return 1.0;
     }
+    let block = residuals.len().div_ceil(BLOCKS);
+    if block > 1 {
+        let means: Vec<f64> = centred.chunks_exact(block).map(mean).collect();
+        let spread = means.iter().map(|mean| mean * mean).sum::<f64>() / means.len() as f64;
+        let ratio = block as f64 * spread / (square / count);
+        return (ratio * correlation_time(&means)).clamp(1.0, count);
+    }
     let mut sum = 0.0;
-    for lag in (0..LAGS.min(residuals.len() / 2)).step_by(2) {
+    for lag in (0..residuals.len() / 2).step_by(2) {
         let pair = correlation(lag) + correlation(lag + 1);
         if pair <= 0.0 {
             break;
@@ -80,13 +91,15 @@ fn time(residuals: &[f64]) -> f64 {
     (2.0 * sum - 1.0).clamp(1.0, count)
 }
 
-/// How often each point is there, if all are there more than once.
+/// How often nine of ten points are there at least.
 fn copies(samples: &Samples) -> f64 {
     let mut points: Vec<[u64; 2]> =
         samples.slip.iter().zip(&samples.force).map(|(x, y)| [x.to_bits(), y.to_bits()]).collect();
     points.sort_unstable();
-    let least = points.chunk_by(|a, b| a == b).map(<[_]>::len).min();
-    least.unwrap_or(1) as f64
+    let same = points.chunk_by(|a, b| a == b).map(<[_]>::len);
+    let mut times: Vec<usize> = same.flat_map(|times| std::iter::repeat_n(times, times)).collect();
+    times.sort_unstable();
+    times.get(times.len() / 10).copied().unwrap_or(1) as f64
 }
 
 /// How often the slip goes through the middle of its range.
@@ -105,22 +118,26 @@ mod tests {
 
     use super::*;
 
-    fn noise(correlation: f64) -> Vec<f64> {
+    fn noise(correlation: f64, count: usize) -> Vec<f64> {
         let mut random = Pcg64::seed_from_u64(1);
         let mut last = 0.0;
         let mut next = || {
             last = correlation * last + random.random::<f64>() - 0.5;
             last
         };
-        (0..20_000).map(|_| next()).collect()
+        (0..count).map(|_| next()).collect()
     }
 
     #[test]
     fn the_time_is_that_of_an_autoregression() {
-        assert_eq!(time(&noise(0.0)), 1.0);
-        // (1 + φ) / (1 − φ)
-        let found = time(&noise(0.8));
-        assert!((found / 9.0 - 1.0).abs() < 0.15, "{found}");
+        assert_eq!(correlation_time(&noise(0.0, 20_000)), 1.0);
+        // (1 + φ) / (1 − φ); of 200,000 residuals by blocks.
+        for (correlation, count, expected) in
+            [(0.8, 20_000, 9.0), (0.8, 200_000, 9.0), (0.98, 200_000, 99.0)]
+        {
+            let found = correlation_time(&noise(correlation, count));
+            assert!((found / expected - 1.0).abs() < 0.15, "{found} for {expected}");
+        }
     }
 
     #[test]
@@ -133,6 +150,9 @@ mod tests {
             [&once.force[..], &once.force[..]].concat(),
         );
         assert_eq!(copies(&twice), 2.0);
+        let mut more = twice.clone();
+        more.push(0.6, 0.7, 1.0);
+        assert_eq!(copies(&more), 2.0, "one row of its own hides no copies");
         assert_eq!((crossings(&once.slip), crossings(&twice.slip)), (1, 3));
     }
 }

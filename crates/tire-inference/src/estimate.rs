@@ -20,7 +20,6 @@ use crate::compressed::Compressed;
 use crate::fit::{FitError, Solution};
 use crate::model::ModelVerdict;
 use crate::parameters::{Parameter, Theta};
-use crate::plausibility;
 use crate::posterior::predictive::Predictive;
 use crate::posterior::report::{PosteriorReport, UncertaintySource};
 use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
@@ -103,7 +102,7 @@ pub fn identify(
     methods: &[Method],
 ) -> Result<Answer, FitError> {
     let whole = Instant::now();
-    plausibility::check(samples, settings.direction)?;
+    settings.check(samples)?;
     let best = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
     let fitting = whole.elapsed();
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
@@ -183,11 +182,7 @@ fn agreed<'a>(
 
 /// A judgement that is no better than the model.
 fn capped(mut judgement: Judgement, model: &ModelVerdict) -> Judgement {
-    let verdict = model.cap(judgement.verdict);
-    if verdict != judgement.verdict {
-        judgement.reason = format!("{} {}", judgement.reason, model.sentence);
-        judgement.verdict = verdict;
-    }
+    model.cap_with(&mut judgement.verdict, &mut judgement.reason);
     judgement
 }
 

@@ -53,7 +53,7 @@ pub struct Problem<'a> {
     pub constraints: Constraints,
     /// How residuals count.
     pub loss: Loss,
-    /// ResidualNoise in the slip, which makes plain least squares too soft a tire.
+    /// Noise in the slip, which makes plain least squares too soft a tire.
     pub slip_noise: Option<SlipNoise>,
 }
 
@@ -71,6 +71,14 @@ impl<'a> Problem<'a> {
             loss: Loss::Square,
             slip_noise: None,
         }
+    }
+
+    /// Looks for mistakes that do not depend on the optimiser.
+    ///
+    /// # Errors
+    /// With the first of them.
+    pub fn check(&self) -> Result<(), FitError> {
+        error::check(self)
     }
 
     /// The free parameters.
@@ -118,7 +126,7 @@ pub fn least_squares(problem: &Problem, options: &FitOptions) -> Result<Solution
         return slip_noise::fit(problem, noise, options);
     }
     let cost = CurveCost::new(problem);
-    let rough = CurveCost::compressed(problem, options.starts);
+    let rough = CurveCost::rough(problem, options.starts);
     let rough = rough.as_ref().map(|cost| cost as &dyn sqp::Objective);
     let starts: Vec<DVector<f64>> = multistart::starts(&problem.bounds, &problem.held, options)
         .iter()

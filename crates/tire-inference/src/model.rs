@@ -64,6 +64,16 @@ impl ModelVerdict {
             (_, verdict) => verdict,
         }
     }
+
+    /// Caps a verdict, and adds the reason to its own where that lowers it.
+    pub fn cap_with(&self, verdict: &mut Verdict, reason: &mut String) {
+        let capped = self.cap(*verdict);
+        if capped != *verdict {
+            *verdict = capped;
+            let gap = if reason.is_empty() { "" } else { " " };
+            *reason = format!("{reason}{gap}{}", self.sentence);
+        }
+    }
 }
 
 /// An error of a sensor or of the car that was estimated with the tires.
@@ -94,6 +104,18 @@ pub struct CauseEstimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_capped_verdict_says_why_and_another_one_stays() {
+        let sentence = "The yaw rate is late.".to_owned();
+        let wrong = ModelVerdict { verdict: Fit::DoesNotFit, sentence, ..ModelVerdict::default() };
+        let (mut verdict, mut reason) = (Verdict::Identified, "The data narrow it.".to_owned());
+        for _ in 0..2 {
+            wrong.cap_with(&mut verdict, &mut reason);
+            let expected = (Verdict::Weak, "The data narrow it. The yaw rate is late.");
+            assert_eq!((verdict, reason.as_str()), expected);
+        }
+    }
 
     #[test]
     fn nothing_is_identified_by_a_model_that_does_not_fit() {

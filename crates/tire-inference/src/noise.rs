@@ -71,7 +71,8 @@ impl NoiseModel {
         if let Some(loss) = fixed {
             return Ok(Settings { loss, ..settings });
         }
-        let some = thinned(samples);
+        settings.check(samples)?;
+        let some = (samples.len() > ENOUGH).then(|| samples.pick(&samples.rows_by_slip(ENOUGH)));
         let samples = some.as_ref().unwrap_or(samples);
         let mut fit = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
         let mut loss = Loss::Square;
@@ -115,22 +116,6 @@ impl NoiseModel {
         }
         Loss::StudentT { freedom, scale }
     }
-}
-
-/// Some of very many samples, evenly in the order of the slip.
-fn thinned(samples: &Samples) -> Option<Samples> {
-    let count = samples.len();
-    if count <= ENOUGH {
-        return None;
-    }
-    let mut order: Vec<usize> = (0..count).collect();
-    order.sort_by(|&i, &j| samples.slip[i].total_cmp(&samples.slip[j]));
-    let mut some = Samples::default();
-    for k in 0..ENOUGH {
-        let i = order[k * count / ENOUGH];
-        some.push(samples.slip[i], samples.force[i], samples.weight[i]);
-    }
-    Some(some)
 }
 
 /// Of each sample, with its weight.

@@ -47,8 +47,8 @@ impl Prior {
         Parameter::ALL.into_iter().filter(|&parameter| self.free[parameter as usize])
     }
 
-    /// Bounds that tires of the literature are within, as far as they are within those of this prior: what data narrow a quantity
-    /// from. A wider box teaches nothing.
+    /// The same in the part of its box that holds the tires of the literature, [`Bounds::GOBLIRSCH`]. Verdicts compare widths with
+    /// this one, so that no wider box makes a quantity look better known.
     pub fn literature(&self) -> Self {
         Self { bounds: self.bounds.and(&Bounds::GOBLIRSCH), ..*self }
     }

@@ -10,6 +10,7 @@ use crate::fit::{
     Constraints, FitError, FitOptions, Problem, SlipNoise, Solution, least_squares, nelder_mead,
 };
 use crate::parameters::Normal;
+use crate::plausibility;
 use crate::prior::Prior;
 use crate::regularisation::Regularisation;
 use crate::variational::Optimiser;
@@ -117,6 +118,15 @@ impl Settings {
             loss: self.loss,
             slip_noise: self.slip_noise,
         }
+    }
+
+    /// Looks for mistakes that need no fit: in the samples and the settings, and then whether a tire can have made the samples.
+    ///
+    /// # Errors
+    /// With the first mistake, see [`FitError`].
+    pub fn check(&self, samples: &Samples) -> Result<(), FitError> {
+        self.problem(samples, &self.prior, None).check()?;
+        plausibility::check(samples, self.direction)
     }
 
     /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip. What is about the posterior

@@ -1,6 +1,6 @@
-//! Judges what the data can tell about a tire: each quantity by three criteria, in words.
+//! Judges what the data can tell about a tire: each quantity by four criteria, in words.
 //!
-//! The data identify a quantity if (a) they narrow it to less than 0.3 of what the box allows, (b) its profile likelihood rules out
+//! The data identify a quantity if (a) they narrow it to less than 0.3 of what bounds and literature allow, (b) its profile likelihood rules out
 //! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it, nor
 //! (d) a wider box, and the likeliest tire does not have it on its bound. If (a)
 //! fails the value is what the prior says; if only another one fails, the data say something and the prior the rest. A criterion that

@@ -18,7 +18,7 @@ use super::rules;
 #[schemars(untagged)]
 pub enum BoundsChoice {
     /// A box by its name: `wide`, which holds real tires, or `goblirsch2025`.
-    Named(String),
+    Named(#[schemars(with = "String")] Bounds),
     /// Ranges; those of `wide` for parameters that are absent.
     Ranges(BTreeMap<Parameter, [f64; 2]>),
 }
@@ -32,16 +32,11 @@ impl Default for BoundsChoice {
 impl BoundsChoice {
     /// The box.
     pub fn bounds(&self) -> Bounds {
-        let mut bounds = Bounds::default();
-        match self {
-            Self::Named(wanted) => {
-                let named = Bounds::NAMED.into_iter().find(|(name, _)| name == wanted);
-                bounds = named.map_or(bounds, |(_, named)| named);
-            }
-            Self::Ranges(ranges) => {
-                ranges.iter().for_each(|(&parameter, &range)| bounds.set(parameter, range));
-            }
-        }
+        let mut bounds = match self {
+            Self::Named(bounds) => *bounds,
+            Self::Ranges(_) => Bounds::default(),
+        };
+        self.given().for_each(|(parameter, range)| bounds.set(parameter, range));
         bounds
     }
 
@@ -86,10 +81,9 @@ impl<'de> Visitor<'de> for Choice {
     }
 
     fn visit_str<E: Error>(self, name: &str) -> Result<BoundsChoice, E> {
-        if Bounds::NAMED.iter().any(|(known, _)| *known == name) {
-            return Ok(BoundsChoice::Named(name.to_owned()));
-        }
-        Err(E::invalid_value(serde::de::Unexpected::Str(name), &self))
+        let named = Bounds::NAMED.into_iter().find(|(known, _)| *known == name);
+        let unknown = || E::invalid_value(serde::de::Unexpected::Str(name), &self);
+        named.map(|(_, bounds)| BoundsChoice::Named(bounds)).ok_or_else(unknown)
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BoundsChoice, A::Error> {

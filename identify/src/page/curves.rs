@@ -239,11 +239,8 @@ fn kernel_density(ascending: &[f64], [low, high]: [f64; 2], grid: &[f64]) -> Vec
 
 /// At most `DRAWN` points, evenly taken from those ordered by slip.
 fn thin(samples: &Samples) -> Vec<(f64, f64)> {
-    let mut points: Vec<_> =
-        samples.slip.iter().copied().zip(samples.force.iter().copied()).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let count = points.len().min(DRAWN);
-    (0..count).map(|i| points[i * points.len() / count]).collect()
+    let point = |row: usize| (samples.slip[row], samples.force[row]);
+    samples.rows_by_slip(DRAWN).into_iter().map(point).collect()
 }
 
 /// The parameters of an estimate; what it does not name is at the prior.

@@ -2,9 +2,10 @@
 
 use drive_inference::Series;
 use html_page::{Axis, Plot};
-use numerics::statistics::{mean, std};
+use numerics::statistics::{NORMAL_95, mean, std};
 use preparation::samples::Samples;
 use tire_inference::axles::Axle;
+use tire_inference::dependence::correlation_time;
 use tire_inference::parameters::{Theta, curve};
 
 use crate::page::Section;
@@ -29,15 +30,7 @@ pub struct Misfit {
 impl Misfit {
     fn new(points: Vec<(f64, f64)>) -> Self {
         let values: Vec<f64> = points.iter().map(|point| point.1).collect();
-        let (centre, width) = (mean(&values), std(&values));
-        let products = values.windows(2).map(|pair| (pair[0] - centre) * (pair[1] - centre));
-        let count = values.len().saturating_sub(1).max(1) as f64;
-        let correlation = products.sum::<f64>() / (count * width * width);
-        // Of residuals that correlate like an autoregressive process of first order.
-        let share = match correlation {
-            r if r > 0.0 => (1.0 - r.min(0.99)) / (1.0 + r.min(0.99)),
-            _ => 1.0,
-        };
+        let share = correlation_time(&values).recip();
         Self { points, share }
     }
 
@@ -67,7 +60,7 @@ impl Misfit {
             let [slips, values]: [Vec<f64>; 2] =
                 [group.iter().map(|p| p.0).collect(), group.iter().map(|p| p.1).collect()];
             let worth = (self.share * group.len() as f64).max(1.0);
-            (mean(&slips), mean(&values), 1.96 * std(&values) / worth.sqrt())
+            (mean(&slips), mean(&values), NORMAL_95 * std(&values) / worth.sqrt())
         };
         points.chunks(size).filter(|chunk| chunk.len() >= FEWEST).map(group).collect()
     }

@@ -110,9 +110,11 @@ pub(super) fn closed_loop(
     let log = doctor::of_drives(&used, &options.car.body);
     let mut progress = |share, what: &str| host.progress(share, what);
     let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
-    found.estimates = found.estimates.map(forget_absent_peak);
     let axles = &mut found.estimates;
-    [&mut axles.front, &mut axles.rear].into_iter().for_each(|it| doctor::cap(&log, it));
+    for estimate in [&mut axles.front, &mut axles.rear] {
+        forget_absent_peak(estimate);
+        doctor::cap(&log, estimate);
+    }
     doctor::cap_causes(&log, &mut found.causes);
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);

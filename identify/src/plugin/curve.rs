@@ -40,6 +40,16 @@ pub(super) fn columns(request: &Request, direction: Direction) -> Result<Samples
     Ok(Samples::new(slip, force))
 }
 
+/// The rows that have a slip and a force, and a sentence about the others.
+fn complete(samples: &Samples) -> (Samples, Option<String>) {
+    let whole = |&row: &usize| samples.slip[row].is_finite() && samples.force[row].is_finite();
+    let rows: Vec<usize> = (0..samples.len()).filter(whole).collect();
+    let (all, lost) = (samples.len(), samples.len() - rows.len());
+    let told =
+        (lost > 0).then(|| format!("{lost} of {all} rows have no slip or no force; left out."));
+    (samples.pick(&rows), told)
+}
+
 /// What values in a unit are multiplied with to be in the first accepted unit of its dimension.
 fn factor(name: &str, unit: &str, accepted: &[&str]) -> Result<f64, String> {
     if unit.is_empty() {
@@ -65,7 +75,7 @@ pub(super) fn curve(
     request: &Request,
     host: &mut dyn Host,
 ) -> Result<Value, String> {
-    let samples = columns(request, config.direction)?;
+    let (samples, lost) = complete(&columns(request, config.direction)?);
     let begin = Instant::now();
     go_on(host, 0.0, "fitting the curve")?;
     let usual = config.fit.settings(config.direction, config.shift(), config.seed);
@@ -76,7 +86,7 @@ pub(super) fn curve(
     let settling = begin.elapsed().as_secs_f64();
     let mut found = identify(&samples, &settings, &config.methods).map_err(wrong)?;
     for (_, estimate) in &mut found.estimates {
-        *estimate = forget_absent_peak(estimate.clone());
+        forget_absent_peak(estimate);
         estimate.seconds += settling;
     }
     let first = found.estimates.first().map(|(_, estimate)| estimate);
@@ -86,7 +96,8 @@ pub(super) fn curve(
         estimate,
         prior: &settings.prior,
     };
-    let overall = overall(first.into_iter().map(told).collect());
+    let mut overall = overall(first.into_iter().map(told).collect());
+    overall.log.extend(lost);
     let section = Section {
         name: "Curve",
         direction: config.direction,
@@ -104,4 +115,18 @@ pub(super) fn curve(
         .collect();
     result.insert("bounds".to_owned(), json!(settings.prior.bounds));
     Ok(overall.result(None, result))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_without_a_number_are_left_out_and_counted() {
+        let samples = Samples::new(vec![0.0, f64::NAN, 0.2], vec![0.1, 0.2, 0.3]);
+        let (rest, told) = complete(&samples);
+        assert_eq!((rest.slip, rest.force), (vec![0.0, 0.2], vec![0.1, 0.3]));
+        assert_eq!(told.as_deref(), Some("1 of 3 rows have no slip or no force; left out."));
+        assert_eq!(complete(&Samples::new(vec![0.0], vec![0.1])).1, None);
+    }
 }

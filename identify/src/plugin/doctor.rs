@@ -93,15 +93,9 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
 
 /// Caps the verdicts of an estimate by an error of the log that no fit makes up for.
 pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
-    let Some(refusal) = found.refusal() else { return };
     let model = judge(found, ModelVerdict::default());
     for (name, verdict) in &mut estimate.identified {
-        let capped = model.cap(*verdict);
-        if capped != *verdict {
-            *verdict = capped;
-            let reason = estimate.reason.entry(name.clone()).or_default();
-            *reason = format!("The log is wrong: {}", refusal.sentence);
-        }
+        model.cap_with(verdict, estimate.reason.entry(name.clone()).or_default());
     }
 }
 

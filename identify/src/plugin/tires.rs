@@ -90,7 +90,6 @@ pub(super) fn tires(
         let settling = begin.elapsed().as_secs_f64();
         let mut tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
         for (_, estimate) in &mut tire.estimates {
-            *estimate = forget_absent_peak(estimate.clone());
             estimate.seconds += settling;
         }
         found.push((settings, tire));
@@ -104,10 +103,14 @@ pub(super) fn tires(
         widening.widen(answer, &settings.prior, config.seed);
     }
     let estimates = found.iter_mut().flat_map(|(_, answer)| &mut answer.estimates);
-    estimates.for_each(|(_, estimate)| doctor::cap(&log, estimate));
+    for (_, estimate) in estimates {
+        forget_absent_peak(estimate);
+        doctor::cap(&log, estimate);
+    }
     let car = page::car::logged(&car, &uncertainty);
-    leave_files(config, &curves, &found, (&prepared, &car, &log), host);
-    Ok(report(config, &curves, &found, (&prepared, &log)))
+    let overall = told((config, &curves), &found, &log);
+    leave_files(config, (&curves, &found, &overall), (&prepared, &car, &log), host);
+    Ok(report(config, (&curves, &found, &overall), (&prepared, &log)))
 }
 
 /// How far each curve moves with the uncertain data of the car.
@@ -191,8 +194,7 @@ fn told<'a>(
 /// Results by method, then by curve.
 fn report(
     config: &Tires,
-    curves: &[Curve],
-    found: &[(Settings, Answer)],
+    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
     (prepared, log): (&Prepared, &Examination),
 ) -> Value {
     let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
@@ -211,13 +213,12 @@ fn report(
         .zip(found)
         .map(|(curve, (settings, _))| (curve.key.to_owned(), json!(settings.prior.bounds)));
     result.insert("bounds".to_owned(), Value::Object(bounds.collect()));
-    told((config, curves), found, log).result(Some(log), result)
+    overall.result(Some(log), result)
 }
 
 fn leave_files(
     config: &Tires,
-    curves: &[Curve],
-    found: &[(Settings, Answer)],
+    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
     (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
     host: &mut dyn Host,
 ) {
@@ -234,7 +235,6 @@ fn leave_files(
             direction: curve.direction,
         })
         .collect();
-    let overall = told((config, curves), found, log);
     host.file("tires.toml", &start_values::write(&tires, &overall.verdict()));
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,
@@ -246,7 +246,7 @@ fn leave_files(
     let facts = facts(prepared);
     let page = Page {
         title: "Tires",
-        overall: Some(&overall),
+        overall: Some(overall),
         car,
         facts: &facts,
         log: Some(log),

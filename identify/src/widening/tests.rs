@@ -34,7 +34,7 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
     assert_eq!(new.std["B"], old.std["B"], "B does not move");
     assert!(new.reason["D"].contains("most of it by h"), "{}", new.reason["D"]);
     let width = |estimate: &Estimate| estimate.interval["D"][1] - estimate.interval["D"][0];
-    assert_relative_eq!(width(new), width(old).hypot(2.0 * MIDDLE * by), max_relative = 0.05);
+    assert_relative_eq!(width(new), width(old).hypot(2.0 * NORMAL_95 * by), max_relative = 0.05);
     let [place] = ["D"].map(|name| new.parameters.iter().position(|it| it == name).expect("D"));
     let grown = new.covariance[place][place] - old.covariance[place][place];
     assert_relative_eq!(grown, by * by, max_relative = 1e-9);
@@ -42,6 +42,12 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
         numerics::statistics::std(&answer.posterior.values(Quantity::Parameter(Parameter::D)))
     };
     assert_relative_eq!(spread(&after), spread(&before).hypot(by), max_relative = 0.1);
+
+    let band = |estimate: &Estimate| {
+        let band = estimate.posterior.as_ref().and_then(|report| report.band.as_ref());
+        band.map_or(f64::NAN, |band| band.upper[20] - band.lower[20])
+    };
+    assert!(band(new) > 3.0 * band(old), "the band of {} is {}", band(old), band(new));
 
     assert_eq!(old.identified["K"], Verdict::Identified);
     let mut wide = Widening::default();

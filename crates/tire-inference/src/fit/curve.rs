@@ -17,6 +17,8 @@ use crate::regularisation::Regularisation;
 
 /// Fewer samples times starts are quicker as they are: compressing takes as long as some passes over them.
 const MANY: usize = 4000;
+/// So many samples lead as near to an optimum of a loss that is no square as all of them.
+const SOME: usize = 4096;
 /// Residuals that are this small beside the forces are rounding, not noise.
 const ROUNDING: f64 = 1e-4;
 
@@ -135,6 +137,17 @@ enum Data<'a> {
     Samples(&'a Samples),
     /// For squares alone.
     Compressed(Box<Compressed>),
+    /// Some of the samples, each for as many as it stands for.
+    Some(Box<Samples>),
+}
+
+/// Samples at even steps in the order of the slip, of the weight of all.
+fn some(samples: &Samples) -> Samples {
+    let mut some = samples.pick(&samples.rows_by_slip(SOME));
+    let whole = |samples: &Samples| samples.weight.iter().sum::<f64>();
+    let each = whole(samples) / whole(&some).max(f64::MIN_POSITIVE);
+    some.weight.iter_mut().for_each(|weight| *weight *= each);
+    some
 }
 
 /// Sum of the losses of one curve, with what is expected of it.
@@ -154,11 +167,21 @@ impl<'a> CurveCost<'a> {
         Self::of(problem, Data::Samples(problem.samples))
     }
 
-    /// Nearly the same cost for next to nothing, where there is one and that many starts make it worth while.
-    pub fn compressed(problem: &'a Problem<'a>, starts: usize) -> Option<Self> {
-        let pays = problem.loss == Loss::Square && problem.samples.len() * starts >= MANY;
+    /// Nearly the same cost for next to nothing, where that many starts or samples make it worth while.
+    pub fn rough(problem: &'a Problem<'a>, starts: usize) -> Option<Self> {
+        let samples = problem.samples;
+        let pays = match problem.loss {
+            Loss::Square => samples.len() * starts >= MANY,
+            _ => samples.len() >= 4 * SOME,
+        };
         pays.then(|| {
-            Self::of(problem, Data::Compressed(Box::new(Compressed::new(problem.samples))))
+            Self::of(
+                problem,
+                match problem.loss {
+                    Loss::Square => Data::Compressed(Box::new(Compressed::new(samples))),
+                    _ => Data::Some(Box::new(some(samples))),
+                },
+            )
         })
     }
 
@@ -190,6 +213,7 @@ impl<'a> CurveCost<'a> {
     pub fn cost(&self, theta: &Theta) -> f64 {
         let own = match &self.data {
             Data::Samples(samples) => kernel::cost(samples, theta, self.loss),
+            Data::Some(some) => kernel::cost(some, theta, self.loss),
             Data::Compressed(data) => 0.5 * data.squares(theta),
         };
         own + self.regularisation.iter().map(|expected| expected.at(theta).0).sum::<f64>()
@@ -198,6 +222,7 @@ impl<'a> CurveCost<'a> {
     fn pass(&self, theta: &Theta) -> Pass {
         match &self.data {
             Data::Samples(samples) => kernel::pass(samples, theta, &self.free, self.loss),
+            Data::Some(some) => kernel::pass(some, theta, &self.free, self.loss),
             Data::Compressed(data) => {
                 let near = data.quadratic(theta);
                 Pass {

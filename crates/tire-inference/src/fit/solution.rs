@@ -122,7 +122,7 @@ fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
     result
 }
 
-/// ResidualNoise of the samples around a curve.
+/// Noise of the samples around a curve.
 pub struct ResidualNoise {
     /// Standard deviation.
     pub std: f64,

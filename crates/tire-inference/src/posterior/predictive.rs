@@ -4,7 +4,7 @@
 //! χ² distributed. Of Student's noise, whose scale is known, residuals first become the normal deviates that are as far out.
 
 use numerics::loss::Loss;
-use numerics::statistics::mean;
+use numerics::statistics::{NORMAL_95, mean};
 use numerics::student::student_deviate;
 use numerics::text::significant;
 use preparation::samples::Samples;
@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::dependence::Dependence;
 use crate::kernel::value;
 use crate::model::{Fit, FitTest, ModelVerdict};
+use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 
 /// Draws that are looked at: a share among them is known to four hundredths or better.
@@ -29,8 +30,10 @@ const MOST: usize = 20_000;
 const INDEPENDENT: f64 = 20.0;
 /// The p-value of the shape below which it is not that of the data.
 const UNLIKELY: f64 = 0.01;
-/// Normal residuals are between these 95 % of the time.
-const MIDDLE: f64 = 1.959_963_984_540_054;
+/// Residuals grow by this factor from small forces to large ones at most, where the noise is that of sensors.
+const GROWTH: f64 = 2.0;
+/// Fewer residuals have no mean size worth comparing.
+const FEW: f64 = 10.0;
 /// Beyond, there is one normal residual in 15,787.
 const GROSS: f64 = 4.0;
 
@@ -46,6 +49,8 @@ pub struct Predictive {
     pub gross: f64,
     /// How many more of these are on one side of the curve than on the other, as a share of the samples: they move the curve.
     pub lopsided: f64,
+    /// Size of the residuals where the force is large over that where it is small: what it is at least.
+    pub growth: f64,
     /// Of residuals of consecutive samples. Above 0 the samples tell less than their number.
     pub autocorrelation: f64,
     /// How many independent samples would tell as much. Standard deviations, intervals and verdicts are those of so many.
@@ -122,6 +127,7 @@ pub fn predictive(
         p_value: larger / draws,
         gross,
         lopsided: lopsided.abs(),
+        growth: growth(samples, &used, &first, (&posterior.samples[0], time)),
         autocorrelation: autocorrelation(&first),
         independent: dependence.share() * all.len() as f64,
         fits: true,
@@ -139,7 +145,7 @@ fn shares([first, second]: [&[f64]; 2], draws: f64, noise: f64) -> [f64; 3] {
         let mean = first / draws;
         let spread = second / draws - mean * mean;
         let off = mean.abs() / (noise + spread.max(0.0)).sqrt();
-        inside += f64::from(off <= MIDDLE);
+        inside += f64::from(off <= NORMAL_95);
         gross += f64::from(off > GROSS);
         lopsided += if off > GROSS { mean.signum() } else { 0.0 };
     }
@@ -183,6 +189,30 @@ impl Predictive {
     }
 }
 
+/// Mean size of residuals where the force of a tire is above half of its largest one, over that where it is below: what it is at
+/// least, by three standard errors of samples of which one in `time` is independent.
+fn growth(
+    samples: &Samples,
+    used: &[usize],
+    residuals: &[f64],
+    (theta, time): (&Theta, f64),
+) -> f64 {
+    let heights: Vec<f64> = used.iter().map(|&i| value(theta, samples.slip[i]).abs()).collect();
+    let half = 0.5 * heights.iter().copied().fold(0.0, f64::max);
+    let (mut sizes, mut counts) = ([0.0; 2], [0.0; 2]);
+    for (height, residual) in heights.iter().zip(residuals) {
+        let side = usize::from(*height > half);
+        sizes[side] += residual.abs();
+        counts[side] += 1.0;
+    }
+    if counts[0] < FEW || counts[1] < FEW {
+        return 1.0;
+    }
+    // A mean of n sizes of normal numbers is known to 0.76/√n of itself.
+    let error = 0.76 * (time * (1.0 / counts[0] + 1.0 / counts[1])).sqrt();
+    (sizes[1] / counts[1]) / (sizes[0] / counts[0]) / (1.0 + 3.0 * error)
+}
+
 /// Correlation of neighbours.
 fn autocorrelation(values: &[f64]) -> f64 {
     let mean = mean(values);
@@ -224,6 +254,16 @@ impl Predictive {
                 (self.inside - 0.95).abs(),
                 0.02_f64.max(3.0 * (0.95 * 0.05 / independent).sqrt()),
                 format!("{} % of the samples are in the 95 % band of predictions.", percent(self.inside)),
+            ),
+            test(
+                "noise over force",
+                self.growth,
+                GROWTH,
+                format!(
+                    "Residuals are at least {} times as large where the force is large as where it is small: one curve is not that of all samples, as \
+                     of tires whose friction falls with the load; identify each load by itself.",
+                    significant(self.growth, 2)
+                ),
             ),
             test(
                 "independent samples",

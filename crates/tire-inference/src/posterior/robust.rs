@@ -43,8 +43,10 @@ pub struct Near {
     pub proposal: Compressed,
     /// The sum of squares with a weight for each sample, of all samples.
     squares: Compressed,
-    /// Some samples, as they are and with these weights.
-    some: [Samples; 2],
+    /// Some samples as they are.
+    some: Samples,
+    /// The same with these weights.
+    some_squares: Compressed,
     /// How many samples one of them stands for.
     each: f64,
 }
@@ -70,27 +72,16 @@ impl<'a> Robust<'a> {
         let variance = wider.max(1.0) * self.variance;
         let squares = Compressed::new(&weighted);
         let proposal = squares.clone().of_variance(variance, theta).telling(self.share);
-        let (some, each) = self.some(&weighted);
-        Near { proposal: proposal.with(known, variance / self.share), squares, some, each }
+        let (some, some_squares, each) = self.some(&weighted);
+        let proposal = proposal.with(known, variance / self.share);
+        Near { proposal, squares, some, some_squares, each }
     }
 
     /// Samples at even steps in the order of the slip.
-    fn some(&self, weighted: &Samples) -> ([Samples; 2], f64) {
-        let count = self.samples.len();
-        let mut order: Vec<usize> = (0..count).collect();
-        if count > COMPARED {
-            order.sort_by(|&i, &j| self.samples.slip[i].total_cmp(&self.samples.slip[j]));
-        }
-        let wanted = count.min(COMPARED);
-        let chosen: Vec<usize> = (0..wanted).map(|k| order[k * count / wanted]).collect();
-        let of = |samples: &Samples| {
-            let mut some = Samples::default();
-            chosen
-                .iter()
-                .for_each(|&i| some.push(samples.slip[i], samples.force[i], samples.weight[i]));
-            some
-        };
-        ([of(self.samples), of(weighted)], count as f64 / wanted.max(1) as f64)
+    fn some(&self, weighted: &Samples) -> (Samples, Compressed, f64) {
+        let rows = self.samples.rows_by_slip(COMPARED);
+        let each = self.samples.len() as f64 / rows.len().max(1) as f64;
+        (self.samples.pick(&rows), Compressed::new(&weighted.pick(&rows)), each)
     }
 
     /// Draws from the posterior; `near` is that of [`Self::near`].
@@ -102,13 +93,12 @@ impl<'a> Robust<'a> {
         options: &SamplingOptions,
     ) -> Found {
         let more = SamplingOptions { draws: SPARE * options.draws, ..*options };
-        let Near { proposal, squares, some: [plain, weighted], each } = near;
+        let Near { proposal, squares, some, some_squares, each } = near;
         let Found { posterior, report } = draw(proposal, prior, optima, &more);
         let half = 0.5 * (proposal.count() as f64 - 1.0);
         let log_weight = |theta: &Theta| {
             let known = proposal.prior().map_or(0.0, |(normal, _)| normal.distance(theta).0);
-            let of_some =
-                kernel::cost(plain, theta, self.loss) - kernel::cost(weighted, theta, Loss::Square);
+            let of_some = kernel::cost(some, theta, self.loss) - 0.5 * some_squares.squares(theta);
             let cost = self.share * (0.5 * squares.squares(theta) + each * of_some) / self.variance;
             half * proposal.squares(theta).ln() - cost - 0.5 * known
         };

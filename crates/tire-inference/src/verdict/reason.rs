@@ -17,8 +17,9 @@ pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> 
         "all".into()
     };
     let does = if known.width_ratio < NARROWED { "narrow it to" } else { "leave" };
-    let width =
-        format!("The data {does} {share} of the width that the bounds allow ({name} = {value})");
+    let width = format!(
+        "The data {does} {share} of the width that bounds and literature allow ({name} = {value})"
+    );
     if verdict == Verdict::Identified {
         let ends = |p: &Profile| [p.lower.at, p.upper.at].map(|end| significant(end, 4));
         let ruled_out = known.profile.as_ref().map(ends).map_or(String::new(), |[low, high]| {

@@ -1,0 +1,48 @@
+//! How often the published intervals hold the truth, for tires in and outside of the literature's box.
+
+use preparation::direction::Direction;
+use tire_inference::bounds::Bounds;
+use tire_inference::estimate::identify;
+use tire_inference::parameters::Theta;
+use tire_inference::settings::{Method, Settings};
+use tire_inference::synthetic::{Excitation, samples};
+
+const SEEDS: u64 = 5;
+const TIRES: [Theta; 2] = [[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], [9.0, 1.6, 1.1, -1.2, 0.0, 0.0]];
+
+#[test]
+fn intervals_hold_the_truth_and_the_published_point() {
+    assert!(Bounds::GOBLIRSCH.lower[3] > TIRES[1][3], "the second is outside");
+    let mut held = [0; 7];
+    let mut names = [""; 7];
+    for (tire, level) in TIRES.iter().flat_map(|tire| [0.1, 0.75].map(|level| (tire, level))) {
+        for seed in 0..SEEDS {
+            let force_std = 0.033 * tire[2];
+            let excitation = Excitation {
+                truth: *tire,
+                seed,
+                samples: 400,
+                force_std,
+                slip_std: 0.0,
+                ..Excitation::default()
+            };
+            let measured = samples(&excitation, level);
+            let settings = Settings::new(Direction::Lateral);
+            let answer = identify(&measured, &settings, &[Method::LeastSquares]).expect("a fit");
+            for (k, it) in answer.judgements.iter().enumerate() {
+                let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
+                held[k] += u32::from(within(it.quantity.value(tire)));
+                names[k] = it.quantity.name();
+                let published = answer.estimates[0].1.mean[names[k]];
+                assert!(
+                    within(published),
+                    "{}: {published} outside of {:?}",
+                    names[k],
+                    it.interval
+                );
+            }
+        }
+    }
+    // Of a chance of 95 %, 15 or fewer of 20 have one of 0.3 %.
+    assert!(held.iter().all(|held| *held > 15), "{names:?} {held:?}");
+}
