@@ -137,7 +137,9 @@ mod tests {
         let independent = Misfit::new(bumpy().into_iter().map(|(slip, _)| (slip, 0.0)).collect());
         assert_eq!(independent.share, 1.0);
         let slow: Vec<_> = (0..2000).map(|i| (0.0, (f64::from(i) / 50.0).sin())).collect();
-        assert!(Misfit::new(slow).share < 0.01);
+        // Cosines add up to 50 rows on either side before they turn negative.
+        let share = Misfit::new(slow).share;
+        assert!((share - 1.0 / 101.0).abs() < 0.002, "{share}");
         assert!(Misfit::new(Vec::new()).groups().is_empty());
         assert!(Misfit::new(vec![(0.0, 1.0); 5]).plot(HALF, ["", ""]).is_none());
     }
