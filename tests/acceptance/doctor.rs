@@ -103,11 +103,14 @@ fn a_delay_in_the_column_corrects_a_late_channel() {
     run(&["run", &corrected, "--rerun", "off", "--out", &again]).expect(0);
 }
 
+/// What is wrong with a row of a log.
+type Wrong = fn(&mut [f64; 6]);
+
 fn what_is_corrected_is_sound() {
     let lab = Lab::new();
     let again = lab.path("again").display().to_string();
     let titles = ["vx_mps", "delta_rad", "time"];
-    let cases: [(&str, [&str; 3], fn(&mut [f64; 6])); 5] = [
+    let cases: [(&str, [&str; 3], Wrong); 5] = [
         ("unit = \"km/h\"", titles, |cells| cells[1] *= 3.6),
         // The file says a unit itself, which a unit cannot contradict.
         ("gain = 0.277778", ["vx [m/s]", "delta_rad", "time"], |cells| cells[1] *= 3.6),
