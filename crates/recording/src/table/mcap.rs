@@ -85,6 +85,10 @@ pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError>
             found.and_then(|(channel, path)| want(&file, column, channel, &path, &mut tracks)),
         );
     }
+    let (columns, wrong): (Vec<_>, Vec<_>) = columns.into_iter().partition(Result::is_ok);
+    if !wrong.is_empty() {
+        return Err(TableError::all(wrong.into_iter().filter_map(Result::err)));
+    }
     file.messages(&mut |header, data| {
         let track = tracks.iter_mut().find(|track| track.channel.id == header.channel_id);
         track.map_or(Ok(()), |track| track.take(&file, stamp.get(header), data)).map(|()| true)
@@ -92,7 +96,7 @@ pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError>
     for track in &mut tracks {
         track.sort(&file, stamp)?;
     }
-    Ok(recorded(&file, &mut tracks, columns))
+    Ok(recorded(&file, &mut tracks, columns.into_iter().flatten()))
 }
 
 /// Adds a field to the track of its channel.
@@ -217,11 +221,7 @@ fn seconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 / 1e9
 }
 
-fn recorded(
-    file: &Mcap,
-    tracks: &mut [Track],
-    columns: Vec<Result<Place, TableError>>,
-) -> Recorded {
+fn recorded(file: &Mcap, tracks: &mut [Track], columns: impl Iterator<Item = Place>) -> Recorded {
     let ends = |track: &Track| Some((track.messages.first()?.0, track.messages.last()?.0));
     let ends: Vec<_> = tracks.iter().filter_map(ends).collect();
     let first = ends.iter().map(|(first, _)| *first).min().unwrap_or(0);
@@ -229,8 +229,7 @@ fn recorded(
     let clock =
         |track: &Track| track.messages.iter().map(|(stamp, _)| seconds(stamp - first)).collect();
     let clocks = tracks.iter().map(clock).collect();
-    let columns = columns.into_iter().map(|place| {
-        let (track, field, unit) = place?;
+    let columns = columns.map(|(track, field, unit)| {
         let values = std::mem::take(&mut tracks[track].columns[field]);
         let gap = tracks[track].gaps[field].take();
         Ok(Series { clock: track, values, unit, gap })

@@ -240,7 +240,10 @@ mod tests {
         let found = all(&["time", "Speed"], &given).expect("both are there");
         assert_eq!((found[1].column.as_str(), found[1].unit.as_deref()), ("Speed", Some("km/h")));
         let wrong = all(&["time", "Sped"], &given).expect_err("there is no such column");
-        assert!(wrong.to_string().contains("unknown column of drive.csv `Speed`"), "{wrong}");
+        assert!(
+            wrong.to_string().contains("unknown column of drive.csv for --v_x `Speed`"),
+            "{wrong}"
+        );
         let no_time = all(&["Speed"], &given).expect_err("there is no time");
         assert!(
             no_time.to_string().contains("no column has a usual title for `time`"),
