@@ -41,6 +41,9 @@ fn unwrap(course: &mut Signal) {
     }
 }
 
+/// Gravity [m/s²].
+pub(crate) const G: f64 = 9.80665;
+
 /// The unit of a channel.
 pub(crate) fn unit(name: &str) -> &'static str {
     CHANNELS.iter().find(|(of, _)| *of == name).map_or("1", |(_, unit)| unit)

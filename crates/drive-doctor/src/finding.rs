@@ -17,6 +17,11 @@ pub enum Sure {
 }
 
 impl Sure {
+    /// Whether it is certain or likely.
+    pub fn is_serious(self) -> bool {
+        self <= Sure::Likely
+    }
+
     /// As a word.
     pub fn word(self) -> &'static str {
         match self {
@@ -58,7 +63,7 @@ pub struct Finding {
 impl Finding {
     /// Whether it is certain or likely.
     pub fn is_serious(&self) -> bool {
-        self.sure <= Sure::Likely
+        self.sure.is_serious()
     }
 }
 

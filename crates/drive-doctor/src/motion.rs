@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use preparation::Signal;
 
 use crate::case::Case;
-use crate::statistics::{median, median_step, rough_noise};
+use crate::statistics::{median, median_step, quantile, rough_noise};
 
 /// Most rows: an hour at 100 Hz is looked at in steps of 0.018 s.
 const MOST_ROWS: f64 = 200_000.0;
@@ -110,6 +110,12 @@ impl Motion {
         let widths = [1.0, 1.5, 2.2, 3.3, 5.0, 7.0].map(|times| times * least);
         widths.into_iter().find(is_wide_enough)
     }
+}
+
+/// The rows in which a car with these speeds [m/s] moves, in relation to its usual top speed.
+pub(crate) fn moves(speed: &[f64]) -> Vec<bool> {
+    let least = 0.3 * quantile(speed.iter().copied(), 0.95);
+    speed.iter().map(|speed| *speed > least).collect()
 }
 
 /// Lines between samples that are at most `reach` [s] apart.

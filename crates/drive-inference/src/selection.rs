@@ -5,7 +5,6 @@
 //! promising errors are then fitted, since a large error bends the likelihood further than a score can see.
 
 use nalgebra::{DMatrix, DVector};
-use numerics::sqp::Objective;
 
 use crate::adequacy::COLOURED;
 use crate::cause::Cause;
@@ -37,17 +36,17 @@ pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
     }
     let mut fit = problem.refit(first.active.clone(), problem.unknowns(&first));
     while gains.len() < MOST && !problem.cancel.is_cancelled() {
-        let before = cost(problem, &fit);
+        let before = cost(&fit);
         let full = |(addition, tried): (Addition, Fit)| {
             let fit = problem.refit(tried.active.clone(), problem.unknowns(&tried));
-            let gain = before - cost(problem, &fit);
+            let gain = before - cost(&fit);
             // A gain that is no number is none.
             (gain >= ENOUGH).then_some((addition, gain, fit))
         };
         let try_out =
             |addition: Addition| (addition, trial(problem, &fit, addition, &outlook.lasting));
         let tried = outlook.promising.iter().copied().map(try_out);
-        let best = tried.min_by(|a, b| cost(problem, &a.1).total_cmp(&cost(problem, &b.1)));
+        let best = tried.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)));
         let best = best.and_then(full).or_else(|| {
             outlook.coloured(problem, &fit).then(|| full(try_out(Addition::Colour))).flatten()
         });
@@ -63,8 +62,8 @@ pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
     (fit, gains)
 }
 
-fn cost(problem: &Problem, fit: &Fit) -> f64 {
-    problem.joint(&fit.likelihood, fit.noise, &fit.active).cost(&fit.minimum.x)
+fn cost(fit: &Fit) -> f64 {
+    fit.minimum.model.cost
 }
 
 /// A fit with one more addition; `lasting` are the correlations of its innovations from row to row.

@@ -95,16 +95,18 @@ pub fn stretches(
     limits: &Limits,
 ) -> (Vec<Span>, usize, Lost) {
     let v_x = &signals["v_x"];
-    let needed = || signals.iter().filter(|(name, _)| **name != "gear").map(|(_, s)| &s.time);
+    let needed = signals.iter().filter(|(name, _)| **name != "gear").map(|(_, s)| &s.time);
     let gap = |time: &[f64]| limits.gap.unwrap_or_else(|| longest_step(time));
-    let there = needed()
-        .map(|time| covered(time, gap(time)))
+    let needed: Vec<_> = needed.map(|time| (time, gap(time))).collect();
+    let there = needed
+        .iter()
+        .map(|(time, gap)| covered(time, *gap))
         .reduce(|a, b| intersect(&a, &b))
         .unwrap_or_default();
     let slow = runs(&v_x.time, |i| v_x.value[i] < limits.min_speed);
     let shifts = signals.get("gear").map(|g| gear_shifts(g, limits.gear_shift)).unwrap_or_default();
     let mut spans = subtract(&subtract(&there, &slow), &shifts);
-    let shortest = needed().map(|time| ROWS * gap(time)).fold(limits.shortest, f64::max);
+    let shortest = needed.iter().map(|(_, gap)| ROWS * gap).fold(limits.shortest, f64::max);
     let long = |s: &Span| s.seconds() >= shortest;
     spans.retain(long);
 

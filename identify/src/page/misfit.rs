@@ -139,7 +139,7 @@ mod tests {
         let slow: Vec<_> = (0..2000).map(|i| (0.0, (f64::from(i) / 50.0).sin())).collect();
         // Cosines add up to 50 rows on either side before they turn negative.
         let share = Misfit::new(slow).share;
-        assert!((share - 1.0 / 101.0).abs() < 0.002, "{share}");
+        assert!((share - 1.0 / 101.0).abs() < 2e-4, "{share}");
         assert!(Misfit::new(Vec::new()).groups().is_empty());
         assert!(Misfit::new(vec![(0.0, 1.0); 5]).plot(HALF, ["", ""]).is_none());
     }

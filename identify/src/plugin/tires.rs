@@ -107,8 +107,11 @@ pub(super) fn tires(
         forget_absent_peak(estimate);
         doctor::cap(&log, estimate);
     }
+    let mut overall = told(&curves, &found, &log);
+    if !perturbed(&car, &uncertainty).is_empty() {
+        overall.widened = "What is not known of the car is added.";
+    }
     let car = page::car::logged(&car, &uncertainty);
-    let overall = told((config, &curves), &found, &log);
     leave_files(config, (&curves, &found, &overall), (&prepared, &car, &log), host);
     Ok(report(config, (&curves, &found, &overall), (&prepared, &log)))
 }
@@ -174,20 +177,13 @@ fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
 }
 
 /// What was found as a whole; the first method that was asked for is the one to go on with.
-fn told<'a>(
-    (config, curves): (&Tires, &[Curve]),
-    found: &'a [(Settings, Answer)],
-    log: &Examination,
-) -> Overall<'a> {
+fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)], log: &Examination) -> Overall<'a> {
     let told = |(curve, (settings, answer)): (&Curve, &'a (Settings, Answer))| {
         let (estimate, prior) = (&answer.estimates[0].1, &settings.prior);
         Told { name: curve.axle, direction: curve.direction, estimate, prior }
     };
     let mut overall = overall(curves.iter().zip(found).map(told).collect());
     doctor::tell(log, &mut overall);
-    if config.car().is_ok_and(|(car, uncertainty)| !perturbed(&car, &uncertainty).is_empty()) {
-        overall.widened = "What is not known of the car is added.";
-    }
     overall
 }
 

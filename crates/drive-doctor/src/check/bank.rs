@@ -4,16 +4,14 @@
 use numerics::text::significant;
 
 use crate::blocks::{Blocks, Fit, split};
-use crate::case::Case;
+use crate::case::{Case, G};
 use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
-use crate::motion::Motion;
+use crate::motion::{Motion, moves};
 use crate::statistics::quantile;
 
 /// Filter [s]: no delay of a sensor matters.
 const SLOW: f64 = 0.25;
-/// Gravity [m/s²].
-const G: f64 = 9.80665;
 /// Standard deviations from 0 at which a slope is told.
 const TOLD: f64 = 6.0;
 /// The least that matters [m/s²]: a slope of 1.5 %.
@@ -35,12 +33,10 @@ impl Level {
         let [sliding, sliding_rate] = [1, 2].map(|order| smooth(&motion.raw("v_y"), order));
         let a_y = smooth(&motion.raw("a_y"), 0);
         let residual = a_y.iter().zip(&turn).zip(&sliding).map(|((a, t), s)| a - t - s).collect();
-        let least = 0.3 * quantile(v_x.iter().copied(), 0.95);
-        let moves: Vec<bool> = v_x.iter().map(|v_x| *v_x > least).collect();
-        let one = vec![1.0; v_x.len()];
+        let (blocks, one) = (split(&moves(&v_x)), vec![1.0; v_x.len()]);
         let yaw = smooth(&motion.raw("r"), 1);
         let others = [turn, turn_rate, sliding, sliding_rate, yaw, v_x, one];
-        Self { residual, others, blocks: split(&moves) }
+        Self { residual, others, blocks }
     }
 
     /// Coefficients of these columns, which come first.
@@ -87,23 +83,13 @@ fn with_roll(case: &mut Case, motion: &Motion, level: &Level) {
         significant(share * most, 2)
     );
     let sure = if is_all { Sure::Likely } else { Sure::Possible };
-    report(case, "bank", sentence, sure, (share, interval, "1"));
-}
-
-fn report(
-    case: &mut Case,
-    check: &str,
-    sentence: String,
-    sure: Sure,
-    (value, interval, unit): (f64, [f64; 2], &'static str),
-) {
     case.report(Finding {
-        check: check.to_owned(),
+        check: "bank".to_owned(),
         channels: vec!["a_y"],
         sure,
-        value: Some(value),
+        value: Some(share),
         interval: Some(interval),
-        unit,
+        unit: "1",
         sentence,
         consequence: "Against a slope the tires push as `a_y` says, but v_y does not change by it: a fit of both takes the difference for slip.".to_owned(),
         correction: Correction::advice("Use stretches on level ground."),

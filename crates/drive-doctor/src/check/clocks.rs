@@ -7,7 +7,7 @@ use crate::blocks::{BLOCKS, Blocks, ONE_CONSTANT, T_95, split};
 use crate::case::Case;
 use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
-use crate::motion::Motion;
+use crate::motion::{Motion, moves};
 use crate::statistics::{jackknife, quantile};
 
 /// Longest delay that is looked for [s].
@@ -206,8 +206,7 @@ fn course(case: &Case, motion: &Motion) -> Option<Delay> {
 /// The delay of columns, whose values at t + delay make the target at t, with a constant.
 fn search(motion: &Motion, columns: &[Vec<f64>], target: &[f64]) -> Option<Delay> {
     let v_x = motion.smooth(&motion.raw("v_x"), 0.25, 0);
-    let least = 0.3 * quantile(v_x.iter().copied(), 0.95);
-    let moves: Vec<bool> = v_x.iter().map(|v_x| *v_x > least).collect();
+    let moves = moves(&v_x);
     let split = split(&moves);
     let clean = |column: &[f64]| -> Vec<f64> {
         let kept: Vec<f64> = column
@@ -314,7 +313,7 @@ fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
         },
         refuses: delay.value.abs() > 0.1 || !constant,
     });
-    if sure <= Sure::Likely {
+    if sure.is_serious() {
         case.correct("r", 1.0, delay.value);
     }
 }

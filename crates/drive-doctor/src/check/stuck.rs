@@ -191,8 +191,6 @@ fn saturated(case: &mut Case, name: &'static str) {
     if sensor {
         // The car was somewhere beyond.
         leave_out(signal, |value| ends.contains(&value));
-    }
-    if sensor {
         case.cut_off.push(name);
     }
     case.report(Finding {

@@ -148,7 +148,7 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
         correction,
         refuses: mistake.channel != "roll",
     });
-    if sure <= Sure::Likely {
+    if sure.is_serious() {
         case.correct(mistake.channel, factor, 0.0);
     }
 }

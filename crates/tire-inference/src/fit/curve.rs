@@ -1,6 +1,7 @@
 //! Makes a cost of one curve for the optimiser: from logarithms of B, C and D to the Magic Formula and back.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{DMatrix, DVector};
@@ -134,11 +135,10 @@ pub fn regularise(
 
 /// What a curve is compared with.
 enum Data<'a> {
-    Samples(&'a Samples),
+    /// All samples, or some, each for as many as it stands for.
+    Samples(Cow<'a, Samples>),
     /// For squares alone.
     Compressed(Box<Compressed>),
-    /// Some of the samples, each for as many as it stands for.
-    Some(Box<Samples>),
 }
 
 /// Samples at even steps in the order of the slip, of the weight of all.
@@ -164,25 +164,22 @@ pub struct CurveCost<'a> {
 
 impl<'a> CurveCost<'a> {
     pub fn new(problem: &'a Problem<'a>) -> Self {
-        Self::of(problem, Data::Samples(problem.samples))
+        Self::of(problem, Data::Samples(Cow::Borrowed(problem.samples)))
     }
 
     /// Nearly the same cost for next to nothing, where that many starts or samples make it worth while.
     pub fn rough(problem: &'a Problem<'a>, starts: usize) -> Option<Self> {
         let samples = problem.samples;
-        let pays = match problem.loss {
-            Loss::Square => samples.len() * starts >= MANY,
-            _ => samples.len() >= 4 * SOME,
+        let data = match problem.loss {
+            Loss::Square if samples.len() * starts >= MANY => {
+                Data::Compressed(Box::new(Compressed::new(samples)))
+            }
+            Loss::Huber { .. } | Loss::StudentT { .. } if samples.len() >= 4 * SOME => {
+                Data::Samples(Cow::Owned(some(samples)))
+            }
+            _ => return None,
         };
-        pays.then(|| {
-            Self::of(
-                problem,
-                match problem.loss {
-                    Loss::Square => Data::Compressed(Box::new(Compressed::new(samples))),
-                    _ => Data::Some(Box::new(some(samples))),
-                },
-            )
-        })
+        Some(Self::of(problem, data))
     }
 
     fn of(problem: &'a Problem<'a>, data: Data<'a>) -> Self {
@@ -213,7 +210,6 @@ impl<'a> CurveCost<'a> {
     pub fn cost(&self, theta: &Theta) -> f64 {
         let own = match &self.data {
             Data::Samples(samples) => kernel::cost(samples, theta, self.loss),
-            Data::Some(some) => kernel::cost(some, theta, self.loss),
             Data::Compressed(data) => 0.5 * data.squares(theta),
         };
         own + self.regularisation.iter().map(|expected| expected.at(theta).0).sum::<f64>()
@@ -222,7 +218,6 @@ impl<'a> CurveCost<'a> {
     fn pass(&self, theta: &Theta) -> Pass {
         match &self.data {
             Data::Samples(samples) => kernel::pass(samples, theta, &self.free, self.loss),
-            Data::Some(some) => kernel::pass(some, theta, &self.free, self.loss),
             Data::Compressed(data) => {
                 let near = data.quadratic(theta);
                 Pass {

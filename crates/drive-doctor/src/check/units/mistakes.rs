@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use numerics::text::significant;
 
+use crate::case::G;
 use crate::correction::{Correction, Key};
 
 /// What a mistake is about.
@@ -156,7 +157,7 @@ const fn mph(channel: &'static str) -> Mistake {
 }
 
 const fn gravities(channel: &'static str) -> Mistake {
-    unit(channel, "in g, not m/s2", "g0", 1.0 / 9.80665, COMMON)
+    unit(channel, "in g, not m/s2", "g0", 1.0 / G, COMMON)
 }
 
 const fn rpm(channel: &'static str) -> Mistake {

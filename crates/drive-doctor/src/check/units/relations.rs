@@ -6,7 +6,7 @@ use numerics::text::significant;
 use super::mistakes::Mistake;
 use crate::blocks::{Blocks, Fit, split, trim};
 use crate::case::Case;
-use crate::motion::Motion;
+use crate::motion::{Motion, moves};
 use crate::statistics::quantile;
 
 /// Filters [s]: slow motion, in which no usual delay matters, and motion whose derivatives are needed.
@@ -138,8 +138,7 @@ struct View<'a> {
 impl<'a> View<'a> {
     fn new(motion: &'a Motion) -> Self {
         let v_x = motion.smooth(&motion.raw("v_x"), SLOW, 0);
-        let least = 0.3 * quantile(v_x.iter().map(|v_x| v_x.abs()), 0.95);
-        let moves: Vec<bool> = v_x.iter().map(|v_x| v_x.abs() > least).collect();
+        let moves = moves(&v_x.iter().map(|v_x| v_x.abs()).collect::<Vec<_>>());
         Self { motion, blocks: split(&moves), moves }
     }
 
