@@ -209,7 +209,7 @@ impl Cause {
             }
             (_, Kind::Relaxation) => "In fast manoeuvres the stiffness comes out too small.",
             _ => {
-                "Slip and force are those of different moments: C and E take what hysteresis that makes."
+                "Slip and force are those of different moments: C and E follow the hysteresis that this makes."
             }
         }
     }
