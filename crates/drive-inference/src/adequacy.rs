@@ -10,6 +10,7 @@ use crate::recording::Drive;
 use crate::series::Series;
 
 mod over;
+pub mod plausible;
 mod stable;
 
 pub use stable::{Blocks, HOLD_OUT, Scatter};
@@ -58,9 +59,10 @@ impl Leftover<'_> {
     }
 }
 
-/// All tests together with those of parameters over blocks of the drive.
-pub fn judge(left: &Leftover, blocks: &Blocks) -> ModelVerdict {
+/// All tests together with those of parameters over blocks of the drive, and of what was estimated beside the tires.
+pub fn judge(left: &Leftover, blocks: &Blocks, plausible: Vec<FitTest>) -> ModelVerdict {
     let mut tests = vec![pushed(left)];
+    tests.extend(plausible);
     for channel in 0..CHANNELS.len() {
         tests.push(white(left, channel));
         tests.push(driven(left, channel, "steering angle", |drive| &drive.delta));
@@ -88,6 +90,11 @@ fn worst<'a>(failed: &[&'a FitTest]) -> Option<&'a FitTest> {
 fn cause(left: &Leftover, failed: &[&FitTest], worst: &FitTest) -> String {
     if let Some(dead) = failed.iter().find(|test| test.name == "longitudinal force") {
         return lower(&dead.sentence);
+    }
+    let odd: Vec<&FitTest> =
+        failed.iter().copied().filter(|it| it.name.starts_with(&plausible::name(""))).collect();
+    if let Some(oddest) = self::worst(&odd) {
+        return lower(&oddest.sentence);
     }
     let any = |part: &str| failed.iter().any(|test| test.name.starts_with(part));
     let colours: Vec<String> = (0..CHANNELS.len())

@@ -216,7 +216,7 @@ impl<'de> Deserialize<'de> for Cause {
 }
 
 /// Relaxation length where a fit starts [m].
-const LENGTH: f64 = 0.2;
+pub const LENGTH: f64 = 0.2;
 
 /// A value for each cause, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]

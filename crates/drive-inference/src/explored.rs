@@ -21,7 +21,19 @@ pub struct Explored<'a> {
     pub corners: [DVector<f64>; 2],
 }
 
-impl Explored<'_> {
+impl<'a> Explored<'a> {
+    /// The same maximum with tires that scatter by this covariance.
+    pub fn scattering(&self, covariance: &DMatrix<f64>) -> Explored<'a> {
+        let (x, corners) = (self.x.clone(), self.corners.clone());
+        Explored {
+            objective: self.objective,
+            x,
+            cost: self.cost,
+            information: inverse(covariance),
+            corners,
+        }
+    }
+
     /// Covariance with the variance of a uniform distribution over the box as prior: finite where the data tell nothing.
     pub fn in_box(&self) -> DMatrix<f64> {
         let mut information = self.information.clone();

@@ -3,13 +3,13 @@
 
 use std::time::Instant;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use numerics::convergence::Convergence;
-use numerics::sqp::{self, Minimum, Model, Objective};
+use numerics::sqp::{self, Minimum, Objective};
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::Estimate;
-use tire_inference::model::ModelVerdict;
+use tire_inference::model::{CauseEstimate, ModelVerdict};
 use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
 use tire_inference::verdict::Pressed;
@@ -18,7 +18,7 @@ use crate::adequacy::{self, Blocks, Leftover};
 use crate::cause::Cause;
 use crate::error::Error;
 use crate::explored::{Explored, inverse};
-use crate::global::FINE;
+use crate::global::{COARSE, FINE};
 use crate::identified::{Fitted, Identified, Innovations};
 use crate::joint::{Joint, Marginal};
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
@@ -35,6 +35,7 @@ use crate::selection::Addition;
 use crate::series::Series;
 use crate::smoothing::{self, Explained};
 use crate::tires::{SIZE, Tires, corners, from_array, from_vector};
+use crate::told::Estimated;
 use crate::{pem, search, series, told, verdict};
 
 /// What prediction errors start from.
@@ -232,34 +233,32 @@ impl Run<'_> {
         let series = series::series(&options.car, self.recordings, likelihood, &unknowns);
         let joint = Joint { likelihood, noise, expected, active, held, std };
         let corners = corners(&options.prior.bounds);
-        let best = minimum.x.rows(0, SIZE).into_owned();
         let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
-        let explored = Explored {
-            objective: &objective,
-            x: best.clone(),
-            cost: minimum.model.cost,
-            information: objective.of_tires(&best, &minimum.model.hessian),
-            corners,
-        };
+        let explored = objective.explored(&minimum, corners);
         // Fits to points do not maximise the likelihood, so that its residuals say nothing of them.
         let likely = options.method == Formulation::PredictionError;
-        let blocks = likely.then(|| blocks(&joint, &minimum, &explored.corners));
+        let blocks =
+            likely.then(|| Blocks::about(&joint, &minimum, &explored.corners, self.step()));
         let scatter = blocks.as_ref().and_then(Blocks::scatter);
         let scatter = scatter.as_ref();
         let covariance = scatter.map_or_else(|| covariance(&minimum), |it| it.blocks.clone());
-        let causes = told::causes(&minimum, &joint, &gains, &unknowns, &options.car);
-        let fits = self.fits(&unknowns, &series, blocks.as_ref());
-        let (model, causes) = told::judged(fits, causes);
+        let causes = told::causes(&minimum, &joint, &gains, &unknowns, (&options.car, self.step()));
+        let (model, causes) = self.judged(causes, &unknowns, &series, blocks.as_ref());
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
         let DriveOptions { prior, svi, seed, .. } = *options;
         let request = Request { prior, slip_range, svi, noise_std, scatter, seed };
-        let drawn = self.draw(&explored, &joint, &optima, &request)?;
+        // A filter with more states takes ten times as long, and scatter decides on intervals of what does not fit.
+        let is_rough = scatter.is_some() && unknowns.is_wide();
+        let drawn = self.draw(&explored, &joint, &optima, (&request, is_rough))?;
         self.progress.report(0.7, "judging")?;
+        // Draws of the posterior are as wide already; profiles go along the likelihood.
+        let wide =
+            scatter.filter(|_| drawn.exact().is_none()).map(|it| explored.scattering(&it.blocks));
         let judge = verdict::Judge {
-            explored: &explored,
+            explored: wide.as_ref().unwrap_or(&explored),
             model: &model,
-            pressed: &pressed(&joint, &minimum, &prior, likely),
+            pressed: &pressed(&joint, &minimum, &prior, likely.then_some(is_rough)),
             drawn: &drawn,
             covariance: &covariance,
             profile: options.profile && likely,
@@ -291,12 +290,25 @@ impl Run<'_> {
         })
     }
 
-    /// Whether tires, errors and noises describe the drives.
-    fn fits(&self, at: &Unknowns, series: &[Series], blocks: Option<&Blocks>) -> ModelVerdict {
-        let Some(blocks) = blocks else { return ModelVerdict::default() };
+    /// The usual step of the rows [s].
+    fn step(&self) -> f64 {
+        self.recordings.iter().map(Drive::usual_step).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether tires, errors and noises describe the drives, and the errors as that has them.
+    fn judged(
+        &self,
+        causes: Vec<Estimated>,
+        at: &Unknowns,
+        series: &[Series],
+        blocks: Option<&Blocks>,
+    ) -> (ModelVerdict, Vec<CauseEstimate>) {
+        let Some(blocks) = blocks else { return told::judged(ModelVerdict::default(), causes) };
         let inputs = self.recordings.iter().map(|drive| at.causes.inputs(drive));
         let recordings = &inputs.collect::<Vec<_>>();
-        adequacy::judge(&Leftover { recordings, series }, blocks)
+        let plausible = causes.iter().map(|it| it.test.clone()).collect();
+        let model = adequacy::judge(&Leftover { recordings, series }, blocks, plausible);
+        told::judged(model, causes)
     }
 
     /// Draws from the posterior where there is a likelihood, else what the curvature of the cost has it.
@@ -305,10 +317,10 @@ impl Run<'_> {
         explored: &Explored,
         joint: &Joint,
         optima: &[Optimum],
-        request: &Request,
+        (request, is_rough): (&Request, bool),
     ) -> Result<Drawn, Error> {
         let DriveOptions { method, posterior, .. } = *self.options;
-        if posterior && method == Formulation::PredictionError {
+        if posterior && !is_rough && method == Formulation::PredictionError {
             let go_on = || !self.progress.cancel.is_cancelled();
             let drawn = posterior_samples::posterior(explored, joint, optima, request, go_on);
             if self.progress.cancel.is_cancelled() {
@@ -322,19 +334,23 @@ impl Run<'_> {
     }
 }
 
-/// What the bounds do to both tires: where one stands on a bound, both are looked for in a wider box, if they are those of the
-/// likelihood.
-fn pressed(joint: &Joint, minimum: &Minimum, prior: &Prior, likely: bool) -> Axles<Pressed> {
+/// What the bounds do to both tires: where one stands on a bound, both are looked for in a wider box, roughly or with
+/// all digits, if they are those of the likelihood.
+fn pressed(
+    joint: &Joint,
+    minimum: &Minimum,
+    prior: &Prior,
+    likely: Option<bool>,
+) -> Axles<Pressed> {
     let n = SIZE + joint.active.len();
     let start = minimum.x.rows(0, n).into_owned();
     let best = from_vector(&start);
     Axles::new(|axle| {
         Pressed::about(prior, &best[axle].theta(), |wider| {
-            if !likely {
-                return (best[axle].theta(), 0.0);
-            }
+            let Some(is_rough) = likely else { return (best[axle].theta(), 0.0) };
             let [lower, upper] = joint.corners(&wider.bounds);
-            let found = sqp::minimise(joint, &lower, &upper, &start, FINE);
+            let found =
+                sqp::minimise(joint, &lower, &upper, &start, if is_rough { COARSE } else { FINE });
             let gain = 2.0 * (joint.cost(&start) - found.model.cost);
             (from_vector(&found.x)[axle].theta(), gain)
         })
@@ -349,25 +365,6 @@ fn published(estimates: &Axles<Estimate>, fitted: Tires) -> Tires {
         let value = |i: usize| estimates[axle].mean.get(place(i)).copied().unwrap_or(fitted[i]);
         TireParameters::from(std::array::from_fn(value))
     })
-}
-
-/// Scores of the drives about a minimum.
-fn blocks(joint: &Joint, minimum: &Minimum, corners: &[DVector<f64>; 2]) -> Blocks {
-    let directions = joint.directions();
-    let n = directions.len();
-    let mut prior =
-        Model { cost: 0.0, gradient: DVector::zeros(n), hessian: DMatrix::zeros(n, n), scale: 1.0 };
-    let x = minimum.x.rows(0, n).into_owned();
-    joint.add_prior(&x, &mut prior);
-    let rows = joint.likelihood.rows(&joint.unknowns(&x), &directions);
-    let mut hessian = minimum.model.hessian.view((0, 0), (n, n)).into_owned();
-    for i in 0..SIZE {
-        // Of a uniform distribution in the box: finite where the data tell nothing.
-        let within = 12.0 / (corners[1][i] - corners[0][i]).powi(2);
-        prior.hessian[(i, i)] += within;
-        hessian[(i, i)] += within;
-    }
-    Blocks::new(&rows, &hessian, prior.hessian)
 }
 
 /// Covariance of B, C, D, E of both axles, whatever else was fitted.

@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::simd_batch::WIDTH;
-use numerics::sqp::{Model, Objective};
+use numerics::sqp::{Minimum, Model, Objective};
 use rayon::prelude::*;
 use tire_inference::bounds::Bounds;
 
 use crate::cause::{Cause, Causes};
 use crate::coordinates::Coordinates;
-use crate::explored::inverse;
+use crate::explored::{Explored, inverse};
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
 use crate::regularisation::Expected;
 use crate::tires::{SIZE, Tires, corners, from_vector, to_vector};
@@ -156,6 +156,13 @@ impl<'a> Marginal<'a> {
         let given = inverse(&hessian.view((SIZE, SIZE), (n, n)).into_owned());
         let follow = given * hessian.view((SIZE, 0), (n, SIZE)) * by_z;
         Self { joint, best: best.clone(), coordinates, follow }
+    }
+
+    /// The minimum with its surroundings.
+    pub fn explored(&self, minimum: &Minimum, corners: [DVector<f64>; 2]) -> Explored<'_> {
+        let x = minimum.x.rows(0, SIZE).into_owned();
+        let information = self.of_tires(&x, &minimum.model.hessian);
+        Explored { objective: self, x, cost: minimum.model.cost, information, corners }
     }
 
     /// The point with the causes that follow some tires.

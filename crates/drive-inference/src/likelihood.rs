@@ -56,6 +56,11 @@ impl Likelihood {
         }
     }
 
+    /// Whether it may be evaluated at some causes of these recordings.
+    pub fn serves(&self, causes: &Causes, recordings: &[Drive]) -> bool {
+        self.course.delays.serve(causes, recordings)
+    }
+
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
     pub fn thinned(&self) -> Self {
         let mut parts = Vec::new();

@@ -36,12 +36,8 @@ impl<T: Scalar, V: Visit<T>> pulp::WithSimd for Sweep<'_, T, V> {
             Width::Narrow => simd.vectorize(Pass::<_, _, false> { course, unknowns, visit }),
             Width::Erring => simd.vectorize(Pass::<_, _, true> { course, unknowns, visit }),
             Width::Coloured => simd.vectorize(Coloured { course, unknowns, visit }),
-            Width::Relaxed(shortest) => {
-                simd.vectorize(Relaxed::<_, _, 6> { course, unknowns, visit, shortest })
-            }
-            Width::Full(shortest) => {
-                simd.vectorize(Relaxed::<_, _, 10> { course, unknowns, visit, shortest })
-            }
+            Width::Relaxed => simd.vectorize(Relaxed::<_, _, 6> { course, unknowns, visit }),
+            Width::Full => simd.vectorize(Relaxed::<_, _, 10> { course, unknowns, visit }),
         }
     }
 }
@@ -109,8 +105,6 @@ pub struct Relaxed<'a, T, V, const ALL: usize> {
     pub unknowns: Numbers<T>,
     /// What takes the innovations.
     pub visit: V,
-    /// Shortest relaxation length [m].
-    pub shortest: f64,
 }
 
 impl<T: Scalar, V: Visit<T>, const ALL: usize> pulp::WithSimd for Relaxed<'_, T, V, ALL> {
@@ -120,7 +114,7 @@ impl<T: Scalar, V: Visit<T>, const ALL: usize> pulp::WithSimd for Relaxed<'_, T,
     fn with_simd<S: pulp::Simd>(self, _: S) -> V {
         let Numbers { tires, causes, .. } = &self.unknowns;
         let lengths = Cause::TIRES.map(|cause| causes[cause]);
-        let motion = Lagging { tires: *tires, lengths, shortest: self.shortest };
+        let motion = Lagging { tires: *tires, lengths, shortest: self.course.delays.shortest };
         wide::<T, V, _, 5, 6, ALL>(self.course, self.unknowns, self.visit, motion)
     }
 }

@@ -143,7 +143,9 @@ impl Problem<'_> {
                 let (noise, more) = self.noise.refine(&likelihood, &at);
                 evaluations += more;
                 let better = Unknowns { noise, ..at };
-                if likelihood.cost(&at) - likelihood.cost(&better) < SETTLED {
+                let settled = likelihood.cost(&at) - likelihood.cost(&better) < SETTLED;
+                let serves = |fit: &Fit| fit.likelihood.serves(&at.causes, self.recordings);
+                if settled && best.as_ref().is_some_and(serves) {
                     break;
                 }
                 at = better;

@@ -4,18 +4,21 @@
 use vehicle::{Input, Vehicle};
 
 use crate::car::Recorded;
-use crate::cause::{Cause, Causes};
+use crate::cause::{Cause, Causes, LENGTH};
 use crate::recording::Drive;
+use crate::unknowns::SHORTEST;
 
 /// Stiffness per load [1/rad] that no tire exceeds by much: with it, steps are short enough.
 const STIFFEST: f64 = 90.0;
 /// Longest step in units of the fastest pole.
 const POLE_REACH: f64 = 1.7;
+/// Shortest relaxation length that steps are made for [m]: one below is over before the next row.
+const BRIEFEST: f64 = 0.1;
 /// What is left out at both ends of a recording with delays [s], so that costs with different delays are of the same rows.
 const MARGIN: f64 = 0.25;
 
-/// Delays for which samples are prepared: whole numbers of the usual step, so that no value is a mean of two.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Errors for which samples are prepared. Delays are whole numbers of the usual step, so that no value is a mean of two.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delays {
     /// Of the steering angle and the longitudinal force [s].
     pub inputs: [f64; 2],
@@ -25,10 +28,21 @@ pub struct Delays {
     rows: [isize; 6],
     /// Rows that are left out at both ends.
     margin: usize,
+    /// Relaxation length that steps are short enough for [m]. One that follows the lengths would make the cost leap from row to row
+    /// while a fit changes them.
+    pub shortest: f64,
+}
+
+/// No delay, and any length.
+impl Default for Delays {
+    fn default() -> Self {
+        let (inputs, sensors, rows) = ([0.0; 2], [0.0; 4], [0; 6]);
+        Self { inputs, sensors, rows, margin: 0, shortest: SHORTEST }
+    }
 }
 
 impl Delays {
-    /// Those next to the delays among some causes.
+    /// Those next to the delays among some causes, with steps for their relaxation lengths, or those that a fit starts from.
     pub fn near(causes: &Causes, recordings: &[Drive]) -> Self {
         let step = recordings.iter().map(Drive::usual_step).fold(f64::INFINITY, f64::min);
         let rows = |cause: Cause| (causes[cause] / step).round() as isize;
@@ -42,7 +56,16 @@ impl Delays {
         ];
         let seconds = rows.map(|rows| if rows == 0 { 0.0 } else { rows as f64 * step });
         let [steering, force, sensors @ ..] = seconds;
-        Self { inputs: [steering, force], sensors, rows, margin: (MARGIN / step).ceil() as usize }
+        let lengths =
+            Cause::TIRES.iter().map(|cause| causes[*cause]).filter(|length| *length > 0.0);
+        let shortest = lengths.reduce(f64::min).unwrap_or(LENGTH).max(BRIEFEST);
+        let margin = (MARGIN / step).ceil() as usize;
+        Self { inputs: [steering, force], sensors, rows, margin, shortest }
+    }
+
+    /// Whether steps are short enough for the relaxation lengths among some causes, or nearly.
+    pub fn serve(&self, causes: &Causes, recordings: &[Drive]) -> bool {
+        self.shortest < 1.5 * Self::near(causes, recordings).shortest
     }
 }
 

@@ -2,11 +2,11 @@
 
 use numerics::sqp::{Minimum, Objective};
 use numerics::statistics::NORMAL_95;
-use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
+use tire_inference::model::{CauseEstimate, Fit, FitTest, ModelVerdict};
 use tire_inference::verdict::{NARROWED, Verdict};
 use vehicle::Vehicle;
 
-use crate::adequacy::CHANNELS;
+use crate::adequacy::{CHANNELS, plausible};
 use crate::cause::Cause;
 use crate::correction;
 use crate::explored::inverse;
@@ -15,14 +15,23 @@ use crate::likelihood::Unknowns;
 use crate::selection::Addition;
 use crate::tires::SIZE;
 
-/// What was estimated beside the tires: what the data asked for by its gain, then the errors of the car.
+/// Something that was estimated beside the tires, with the test whether it can be that.
+pub struct Estimated {
+    /// What was found.
+    pub estimate: CauseEstimate,
+    /// Whether it is plausible.
+    pub test: FitTest,
+}
+
+/// What was estimated beside the tires: what the data asked for by its gain, then the errors of the car. `step` is that of the
+/// rows [s].
 pub fn causes(
     minimum: &Minimum,
     joint: &Joint,
     gains: &[(Addition, f64)],
     at: &Unknowns,
-    car: &Vehicle,
-) -> Vec<CauseEstimate> {
+    (car, step): (&Vehicle, f64),
+) -> Vec<Estimated> {
     let covariance = inverse(&minimum.model.hessian);
     let gain =
         |addition: Addition| gains.iter().find(|(it, _)| *it == addition).map(|(_, gain)| *gain);
@@ -32,29 +41,42 @@ pub fn causes(
             Cause::RelaxationFront | Cause::RelaxationRear => Addition::Relaxation,
             error => Addition::Error(*error),
         };
-        let it = told(*cause, at.causes[*cause], std, gain(addition));
+        let (it, figure) = told(*cause, at.causes[*cause], std, gain(addition));
         // What the data do not tell needs no correction.
         let told = it.gain.is_some() || it.verdict == Verdict::Identified;
         let lines = || correction::lines(*cause, &at.causes, std, car);
-        CauseEstimate { correction: if told { lines() } else { String::new() }, ..it }
+        let size = at.causes[*cause] / joint.std[*cause];
+        let test = plausible::error(&it.name, &it.title, &figure, size);
+        let correction = if told { lines() } else { String::new() };
+        Estimated { estimate: CauseEstimate { correction, ..it }, test }
     };
     let mut all: Vec<_> = joint.active.iter().enumerate().map(estimate).collect();
-    all.extend(colours(joint, at, gain(Addition::Colour)));
-    all.sort_by(|a, b| b.gain.unwrap_or(0.0).total_cmp(&a.gain.unwrap_or(0.0)));
+    all.extend(colours(joint, at, gain(Addition::Colour), step));
+    let gain = |it: &Estimated| it.estimate.gain.unwrap_or(0.0);
+    all.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     all
 }
 
-/// The verdict on the model, which names the errors that it needs to fit; and these errors, no better than the model.
-pub fn judged(
-    model: ModelVerdict,
-    mut causes: Vec<CauseEstimate>,
-) -> (ModelVerdict, Vec<CauseEstimate>) {
-    let model = with_causes(model, &causes);
-    causes.iter_mut().for_each(|cause| cause.verdict = model.cap(cause.verdict));
+/// The verdict on the model, which names the errors that it needs to fit; and these errors, no better than the model. What is not
+/// plausible has no line that corrects it.
+pub fn judged(model: ModelVerdict, causes: Vec<Estimated>) -> (ModelVerdict, Vec<CauseEstimate>) {
+    let plausible = causes.iter().filter(|it| it.test.passed()).map(|it| &it.estimate);
+    let model = with_causes(model, &plausible.collect::<Vec<_>>());
+    let judged = |Estimated { estimate, test }: Estimated| {
+        let verdict = model.cap(estimate.verdict);
+        match test.passed() {
+            true => CauseEstimate { verdict, ..estimate },
+            false => {
+                let (sentence, correction) = (test.sentence, String::new());
+                CauseEstimate { verdict, sentence, correction, ..estimate }
+            }
+        }
+    };
+    let causes = causes.into_iter().map(judged).collect();
     (model, causes)
 }
 
-fn with_causes(model: ModelVerdict, causes: &[CauseEstimate]) -> ModelVerdict {
+fn with_causes(model: ModelVerdict, causes: &[&CauseEstimate]) -> ModelVerdict {
     let named: Vec<&str> = causes
         .iter()
         .filter(|cause| cause.gain.is_some())
@@ -73,7 +95,7 @@ fn with_causes(model: ModelVerdict, causes: &[CauseEstimate]) -> ModelVerdict {
 }
 
 /// Noises that last.
-fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>) -> Vec<CauseEstimate> {
+fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>, step: f64) -> Vec<Estimated> {
     let objective = OfNoise { likelihood: joint.likelihood, given: *at };
     let channels: Vec<usize> = objective.lasting().collect();
     if channels.is_empty() {
@@ -84,7 +106,7 @@ fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>) -> Vec<CauseEstimate
         let index = SIZE + 2 * place;
         let ([value, share], name) = (at.noise.colour[*channel], CHANNELS[*channel]);
         let std = covariance[(index, index)].max(0.0).sqrt();
-        CauseEstimate {
+        let estimate = CauseEstimate {
             name: format!("colour_{name}"),
             title: format!("correlation of the noise of {name} from row to row"),
             unit: "-".to_owned(),
@@ -98,12 +120,15 @@ fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>) -> Vec<CauseEstimate
                 100.0 * share
             ),
             correction: String::new(),
-        }
+        };
+        let noise = (at.noise.sensor[*channel], at.noise.colour[*channel]);
+        Estimated { test: plausible::noise(&estimate.name, *channel, noise, step), estimate }
     };
     channels.iter().enumerate().map(estimate).collect()
 }
 
-fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> CauseEstimate {
+/// The estimate, and its figure for people.
+fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> (CauseEstimate, String) {
     let about = cause.about();
     let (factor, unit) = about.shown;
     let [shown, spread] = [value, std].map(|x| factor * x);
@@ -117,7 +142,7 @@ fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> CauseEstimate 
         Some(_) => format!("The {} is {figure}; the fit corrects it.", about.title),
         None => format!("The {} is {figure}.", about.title),
     };
-    CauseEstimate {
+    let estimate = CauseEstimate {
         name: about.name.to_owned(),
         title: about.title.to_owned(),
         unit: about.unit.to_owned(),
@@ -132,5 +157,6 @@ fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> CauseEstimate 
         gain,
         sentence,
         correction: String::new(),
-    }
+    };
+    (estimate, figure)
 }

@@ -67,6 +67,11 @@ impl Unknowns {
         Width::of(&self.causes, &self.noise, &[]) == Width::Narrow
     }
 
+    /// Whether the filter needs more states than those of the car.
+    pub fn is_wide(&self) -> bool {
+        !matches!(Width::of(&self.causes, &self.noise, &[]), Width::Narrow | Width::Erring)
+    }
+
     /// As numbers with derivatives along up to eight directions.
     pub fn seeded<S: pulp::Simd, const N: usize>(
         &self,
@@ -134,7 +139,7 @@ pub struct Numbers<T> {
 }
 
 /// Which filter a point needs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
     /// That of four states.
     Narrow,
@@ -142,10 +147,10 @@ pub enum Width {
     Erring,
     /// One with noises that last.
     Coloured,
-    /// One with slips that relax over this length or more [m].
-    Relaxed(f64),
+    /// One with slips that relax.
+    Relaxed,
     /// One with both.
-    Full(f64),
+    Full,
 }
 
 impl Width {
@@ -156,10 +161,8 @@ impl Width {
         let of_sensor = |cause: &Cause| !Cause::CAR.contains(cause);
         let errs = Cause::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
         let sought = |direction: &Direction| matches!(direction, Direction::Cause(cause) if of_sensor(cause));
-        let [front, rear] = Cause::TIRES.map(|cause| causes[cause]);
-        if front > 0.0 || rear > 0.0 {
-            let shortest = front.min(rear).max(SHORTEST);
-            if along || lasts { Self::Full(shortest) } else { Self::Relaxed(shortest) }
+        if Cause::TIRES.iter().any(|cause| causes[*cause] > 0.0) {
+            if along || lasts { Self::Full } else { Self::Relaxed }
         } else if along || lasts {
             Self::Coloured
         } else if errs || directions.iter().any(sought) {
@@ -171,15 +174,12 @@ impl Width {
 
     /// The one that serves two points.
     pub fn widest(self, other: Self) -> Self {
-        let coloured = |it| matches!(it, Self::Coloured | Self::Full(_));
-        let length = |it| match it {
-            Self::Relaxed(shortest) | Self::Full(shortest) => shortest,
-            _ => f64::INFINITY,
-        };
-        let shortest = length(self).min(length(other));
-        match (shortest.is_finite(), coloured(self) || coloured(other)) {
-            (true, true) => Self::Full(shortest),
-            (true, false) => Self::Relaxed(shortest),
+        let coloured = |it| matches!(it, Self::Coloured | Self::Full);
+        let relaxed = |it| matches!(it, Self::Relaxed | Self::Full);
+        let any = |is: fn(Self) -> bool| is(self) || is(other);
+        match (any(relaxed), any(coloured)) {
+            (true, true) => Self::Full,
+            (true, false) => Self::Relaxed,
             (false, true) => Self::Coloured,
             (false, false) if self == Self::Narrow => other,
             (false, false) => self,

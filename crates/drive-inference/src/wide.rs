@@ -39,7 +39,7 @@ pub struct Lagging<T> {
     pub tires: Tires<T>,
     /// Their relaxation lengths [m].
     pub lengths: [T; 2],
-    /// The shortest of them as a plain number [m].
+    /// Length that steps are short enough for [m].
     pub shortest: f64,
 }
 

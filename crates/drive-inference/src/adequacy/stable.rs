@@ -1,10 +1,13 @@
 //! Looks at unknowns over blocks of a drive: parts that were not fitted are predicted, halves agree, and intervals are as wide as
 //! blocks scatter.
+#![allow(non_snake_case, reason = "symbols as in the literature")]
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector};
+use numerics::sqp::{Minimum, Model};
 use tire_inference::model::FitTest;
 
 use crate::explored::inverse;
+use crate::joint::Joint;
 use crate::rows::{Expansion, Rows};
 use crate::tires::SIZE;
 
@@ -22,41 +25,95 @@ const SURE: f64 = 4.0;
 pub struct Scatter {
     /// By the curvature.
     pub curvature: DMatrix<f64>,
-    /// By the blocks; no parameter is known better than by the curvature.
+    /// By the blocks; no combination of parameters is known better than by the curvature.
     pub blocks: DMatrix<f64>,
+}
+
+/// Length of the parts over which unknowns scatter [s]: longer than what a road, a driver or the heat of a tire does to them stays
+/// the same; and fewest of them.
+const PART: f64 = 8.0;
+const FEWEST_PARTS: usize = 8;
+
+/// The smallest covariance that is at least both in every direction: in coordinates in which the first is one, no eigenvalue of the
+/// second is less. `None` where the first is none.
+fn largest(first: &DMatrix<f64>, second: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let L = Cholesky::new(first.clone())?.l();
+    let white = L.clone().try_inverse()?;
+    let eigen = (&white * second * white.transpose()).symmetric_eigen();
+    let axes = L * eigen.eigenvectors;
+    let variances = DMatrix::from_diagonal(&eigen.eigenvalues.map(|it| it.max(1.0)));
+    Some(&axes * variances * axes.transpose())
 }
 
 /// Scores and information of blocks about a minimum.
 pub struct Blocks {
     scores: Vec<DVector<f64>>,
     halves: [Expansion; 2],
+    /// Longer than blocks.
+    parts: Vec<Expansion>,
     /// What was known before any data.
     prior: DMatrix<f64>,
+    hessian: DMatrix<f64>,
     covariance: DMatrix<f64>,
 }
 
 impl Blocks {
+    /// Those of the drives about a minimum in a box; `step` is that of the rows [s].
+    pub fn about(joint: &Joint, minimum: &Minimum, corners: &[DVector<f64>; 2], step: f64) -> Self {
+        let directions = joint.directions();
+        let n = directions.len();
+        let (gradient, hessian) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        let mut prior = Model { cost: 0.0, gradient, hessian, scale: 1.0 };
+        let x = minimum.x.rows(0, n).into_owned();
+        joint.add_prior(&x, &mut prior);
+        let rows = joint.likelihood.rows(&joint.unknowns(&x), &directions);
+        let mut hessian = minimum.model.hessian.view((0, 0), (n, n)).into_owned();
+        for i in 0..SIZE {
+            // Of a uniform distribution in the box: finite where the data tell nothing.
+            let within = 12.0 / (corners[1][i] - corners[0][i]).powi(2);
+            prior.hessian[(i, i)] += within;
+            hessian[(i, i)] += within;
+        }
+        Self::new(&rows, hessian, prior.hessian, step)
+    }
+
     /// Of all residuals, with the second derivatives of the minimum and the part of them that is not of the data.
-    pub fn new(rows: &Rows, hessian: &DMatrix<f64>, prior: DMatrix<f64>) -> Self {
+    /// `step` is that of the rows [s].
+    fn new(rows: &Rows, hessian: DMatrix<f64>, prior: DMatrix<f64>, step: f64) -> Self {
         let (len, middle) = (rows.len(), rows.len() / 2);
+        let count = ((len as f64 * step / PART) as usize).max(FEWEST_PARTS);
+        let part = |k: usize| rows.part(k * len / count..(k + 1) * len / count);
         Self {
             scores: rows.scores(),
             halves: [rows.part(0..middle), rows.part(middle..len)],
+            parts: (0..count).map(part).collect(),
             prior,
-            covariance: inverse(hessian),
+            covariance: inverse(&hessian),
+            hessian,
         }
     }
 
-    /// Covariance of the unknowns from the scatter of blocks: `H⁻¹ Σ g gᵀ H⁻¹` (Huber 1967), and what was known before.
+    /// Covariance of the unknowns from the scatter of parts, and what was known before: the jackknife that leaves out one part after
+    /// the other (Tukey 1958), each by a step of Newton's method. A sum of squared scores would be too small by the share that each
+    /// part has in the fit, which is large where a dozen unknowns come from a dozen parts.
     fn scattered(&self) -> DMatrix<f64> {
+        let count = self.parts.len() as f64;
+        let without = |part: &Expansion| {
+            let moved = inverse(&(&self.hessian - &part.information)) * &part.gradient;
+            // Where the other parts tell nothing.
+            let is_told = moved.iter().all(|it| it.is_finite());
+            if is_told { moved } else { &self.covariance * &part.gradient }
+        };
+        let moved: Vec<DVector<f64>> = self.parts.iter().map(without).collect();
         let n = self.covariance.nrows();
-        let mean =
-            self.scores.iter().fold(DVector::zeros(n), |sum, g| sum + g) / self.scores.len() as f64;
-        let scatter = self.scores.iter().fold(self.prior.clone(), |sum, g| {
-            let off = g - &mean;
-            sum + &off * off.transpose()
-        });
-        &self.covariance * scatter * &self.covariance
+        let mean = moved.iter().fold(DVector::zeros(n), |sum, it| sum + it) / count;
+        let known = &self.covariance * &self.prior * &self.covariance;
+        // The variance of few is uncertain itself: that of Student's distribution.
+        let factor = (count - 1.0) / count * (count - 1.0) / (count - 3.0);
+        moved.iter().fold(known, |sum, it| {
+            let off = it - &mean;
+            sum + &off * off.transpose() * factor
+        })
     }
 
     /// What intervals have to be widened to; nothing unless blocks that were not fitted are predicted badly.
@@ -65,14 +122,8 @@ impl Blocks {
             return None;
         }
         let of_tires = |all: &DMatrix<f64>| all.view((0, 0), (SIZE, SIZE)).into_owned();
-        let (curvature, mut blocks) = (of_tires(&self.covariance), of_tires(&self.scattered()));
-        let grow =
-            DVector::from_fn(SIZE, |i, _| (curvature[(i, i)] / blocks[(i, i)]).sqrt().max(1.0));
-        for i in 0..SIZE {
-            for j in 0..SIZE {
-                blocks[(i, j)] *= grow[i] * grow[j];
-            }
-        }
+        let (curvature, blocks) = (of_tires(&self.covariance), of_tires(&self.scattered()));
+        let blocks = largest(&curvature, &blocks)?;
         Some(Scatter { curvature, blocks })
     }
 
@@ -120,5 +171,25 @@ impl Blocks {
                 "The two halves of the drives do not agree on tires and sensors (χ² {distance:.0} of {n} unknowns)."
             ),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    #[test]
+    fn the_larger_of_two_covariances_keeps_what_is_known_along_a_ridge() {
+        // The sum is known to 0.01, the difference to 1.
+        let ridge = |wide: f64| {
+            DMatrix::from_row_slice(2, 2, &[wide + 1e-4, 1e-4 - wide, 1e-4 - wide, wide + 1e-4])
+        };
+        let both = largest(&ridge(1.0), &ridge(9.0)).expect("covariances");
+        assert_relative_eq!(both, ridge(9.0), max_relative = 1e-9);
+        let both = largest(&ridge(9.0), &ridge(1.0)).expect("covariances");
+        assert_relative_eq!(both, ridge(9.0), max_relative = 1e-9);
+        assert!(largest(&DMatrix::zeros(2, 2), &ridge(1.0)).is_none());
     }
 }
