@@ -101,6 +101,13 @@ impl Case {
         names.iter().all(|name| self.signals.contains_key(name))
     }
 
+    /// Gives each of two channels the values of the other.
+    pub fn swap(&mut self, a: &'static str, b: &'static str) {
+        let [of_a, of_b] = [a, b].map(|name| self.signals.remove(name));
+        self.signals.extend(of_b.map(|signal| (a, signal)));
+        self.signals.extend(of_a.map(|signal| (b, signal)));
+    }
+
     pub fn report(&mut self, finding: Finding) {
         self.found.findings.push(finding);
     }

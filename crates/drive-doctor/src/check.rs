@@ -5,6 +5,7 @@ mod calibration;
 mod clocks;
 mod force;
 mod stuck;
+mod swapped;
 mod time;
 mod units;
 mod values;
@@ -16,9 +17,11 @@ type Check = fn(&mut Case);
 
 pub(crate) const CHECKS: &[Check] = &[
     time::check,
+    swapped::channels,
     stuck::check,
     values::check,
     units::check,
+    swapped::wheels,
     force::check,
     clocks::check,
     bank::check,

@@ -13,6 +13,8 @@ pub enum Place {
     Table,
     /// Into `[analysis.config]` of `task = "closed_loop"`.
     ClosedLoop,
+    /// Into the tables of the finding's two columns: each the title of the other.
+    Both,
 }
 
 /// What corrects an error.
@@ -62,6 +64,13 @@ impl Correction {
     pub(crate) fn column(keys: &[Key]) -> Self {
         let lines: Vec<String> = keys.iter().map(|key| key.line()).collect();
         Self { text: lines.join(", "), place: Some(Place::Column), note: None }
+    }
+
+    /// Two channels that stand for each other.
+    pub(crate) fn swapped([a, b]: [&str; 2]) -> Self {
+        let text =
+            format!("{a} = {{ column = the one of {b} }}, {b} = {{ column = the one of {a} }}");
+        Self { text, place: Some(Place::Both), note: None }
     }
 
     /// The key `time_unit` of the table.

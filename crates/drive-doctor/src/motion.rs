@@ -24,13 +24,18 @@ pub(crate) struct Motion {
 impl Motion {
     /// The channels of a case. `None` without two channels that share some time.
     pub fn of(case: &Case) -> Option<Self> {
+        Self::coarse(case, 0.0)
+    }
+
+    /// The same in rows that are at least `least` [s] apart.
+    pub fn coarse(case: &Case, least: f64) -> Option<Self> {
         let signals: Vec<_> = case.signals.iter().filter(|(_, it)| it.time.len() > 4).collect();
         let first = signals.iter().map(|(_, it)| it.time[0]);
         let last = signals.iter().map(|(_, it)| it.time[it.time.len() - 1]);
         let (start, end) =
             (first.fold(f64::INFINITY, f64::min), last.fold(f64::NEG_INFINITY, f64::max));
         let steps = signals.iter().map(|(_, it)| median_step(&it.time));
-        let step = median(steps).max((end - start) / MOST_ROWS);
+        let step = median(steps).max((end - start) / MOST_ROWS).max(least);
         if !(step > 0.0 && end > start) {
             return None;
         }

@@ -76,6 +76,17 @@ fn no_unit_of_the_250_lm_is_doubted() {
 }
 
 #[test]
+fn the_bank_of_the_track_comes_again_lap_by_lap() {
+    let Some(found) = of("revs_250lm.csv", "t_s", &LM, [1.33, 1.07]) else { return };
+    let bank = found.findings.iter().find(|it| it.check == "bank").expect("a bank");
+    assert_eq!(bank.sure, Sure::Likely, "{bank:#?}");
+    // In the mean over three laps it is up to 0.34 m/s2.
+    let most = bank.value.unwrap_or_default();
+    assert!((0.25..0.45).contains(&most), "{bank:#?}");
+    assert!(bank.sentence.contains("each lap of 31"), "{bank:#?}");
+}
+
+#[test]
 fn the_late_yaw_rate_of_the_av_21_is_named_by_two_clocks() {
     let Some(found) = of("av21_putnam_park.csv", "time(s)", &AV21, [1.248, 1.7328]) else { return };
     let first = &found.findings[0];

@@ -1,6 +1,8 @@
 //! Looks for roads that are not level: the accelerometer feels a slope to the side, the motion over ground does not.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+mod laps;
+
 use numerics::text::significant;
 
 use crate::blocks::{Blocks, Fit, split};
@@ -16,6 +18,10 @@ const SLOW: f64 = 0.25;
 const TOLD: f64 = 6.0;
 /// The least that matters [m/s²]: a slope of 1.5 %.
 const LEAST: f64 = 0.15;
+/// Filter of what is slow [s].
+const LASTING: f64 = 1.0;
+/// Correlation from lap to lap from which on something is of the road.
+const AGAIN: f64 = 0.6;
 
 /// What is 0 on level ground, a_y − v_x r − v_y', with what else is in it: scales, delays, arms and offsets of sensors.
 struct Level {
@@ -39,6 +45,21 @@ impl Level {
         Self { residual, others, blocks }
     }
 
+    /// What no scale, delay, arm or offset of a sensor explains, under a slow filter.
+    fn slow(&self, motion: &Motion) -> Option<Vec<f64>> {
+        let fit = self.fit(&[])?;
+        let left = |(k, residual): (usize, &f64)| {
+            let parts =
+                self.others.iter().zip(&fit.values).map(|(column, value)| column[k] * value);
+            match self.blocks[k] {
+                Some(_) => residual - parts.sum::<f64>(),
+                None => f64::NAN,
+            }
+        };
+        let left: Vec<f64> = self.residual.iter().enumerate().map(left).collect();
+        Some(motion.smooth(&left, LASTING, 0))
+    }
+
     /// Coefficients of these columns, which come first.
     fn fit(&self, columns: &[&[f64]]) -> Option<Fit> {
         let others = self.others.iter().map(Vec::as_slice);
@@ -59,12 +80,67 @@ pub(crate) fn check(case: &mut Case) {
         with_roll(case, &motion, &level);
         return;
     }
+    if let Some(slow) = level.slow(&motion) {
+        without_roll(case, &motion, &slow);
+    }
     case.cannot_tell(
         "bank of the road",
         "without a roll angle a road that always falls to one side looks like an offset of `a_y`, and one that is banked in its turns like a scale".to_owned(),
         "Record the roll angle.",
     );
 }
+
+/// What is slow in a_y: of the road, where it comes again lap by lap.
+fn without_roll(case: &mut Case, motion: &Motion, slow: &[f64]) {
+    let told = slow.iter().filter(|it| it.is_finite());
+    let rms = (told.clone().map(|it| it * it).sum::<f64>() / told.count() as f64).sqrt();
+    let again = laps::again(&motion.raw("v_x"), &motion.raw("r"), motion.step, slow);
+    let again = again.filter(|it| it.correlation > AGAIN && it.most > LEAST);
+    let (value, sure, sentence, advice) = match again {
+        Some(it) => {
+            let [most, share] = [it.most, 100.0 * it.most / G].map(|x| significant(x, 2));
+            let sentence = format!(
+                "The road is banked: what `a_y` has beyond the motion over ground, up to {most} m/s2, comes again at the same places of each lap of {} m (correlation {}), as slopes to the side of up to {share} % would.",
+                significant(it.lap, 3),
+                significant(it.correlation, 2)
+            );
+            (
+                it.most,
+                Sure::Likely,
+                sentence,
+                "Use stretches on level ground, or record the roll angle.",
+            )
+        }
+        None if rms > LEAST => {
+            let sentence = format!(
+                "`a_y` differs from the motion over ground by something slow, {} m/s2 on average, which no scale, delay, place or offset of a sensor explains: the bank of the road, the roll of the body, or a drifting sensor.",
+                significant(rms, 2)
+            );
+            (
+                rms,
+                Sure::Possible,
+                sentence,
+                "Record the roll angle, or drive some laps: what is of the road comes again.",
+            )
+        }
+        None => return,
+    };
+    case.report(Finding {
+        check: "bank".to_owned(),
+        channels: vec!["a_y"],
+        sure,
+        value: Some(value),
+        interval: None,
+        unit: "m/s2",
+        sentence,
+        consequence: CONSEQUENCE.to_owned(),
+        correction: Correction::advice(advice),
+        refuses: false,
+    });
+}
+
+/// What a slope does to the tires.
+const CONSEQUENCE: &str = "Against a slope the tires push as `a_y` says, but v_y does not change by it: a fit of both takes the difference for slip.";
 
 /// a_y reads g sin(roll) more than the motion over ground says.
 fn with_roll(case: &mut Case, motion: &Motion, level: &Level) {
@@ -91,7 +167,7 @@ fn with_roll(case: &mut Case, motion: &Motion, level: &Level) {
         interval: Some(interval),
         unit: "1",
         sentence,
-        consequence: "Against a slope the tires push as `a_y` says, but v_y does not change by it: a fit of both takes the difference for slip.".to_owned(),
+        consequence: CONSEQUENCE.to_owned(),
         correction: Correction::advice("Use stretches on level ground."),
         refuses: false,
     });

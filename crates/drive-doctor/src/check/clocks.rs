@@ -130,13 +130,19 @@ impl Clocks {
             let [low, high] = delay.interval().map(|x| significant(x, 2));
             Some(format!("{} s [{low}, {high}] against {against}", significant(delay.value, 2)))
         };
+        // What is as late was made of the yaw rate, or has its clock.
+        let apart = |it: &Delay| it.value.abs() > OF_WHEELS;
         let all = [
-            (self.acceleration, "the lateral acceleration"),
+            (self.acceleration.filter(apart), "the lateral acceleration"),
             (self.wheels, "the difference of the wheel speeds"),
             (self.course, "the course"),
             (self.steering, "steering"),
         ];
-        all.into_iter().filter_map(text).collect::<Vec<_>>().join(", ")
+        let mut told: Vec<String> = all.into_iter().filter_map(text).collect();
+        if self.acceleration.is_some_and(|it| !apart(&it)) {
+            told.push("while the lateral acceleration is as late".to_owned());
+        }
+        told.join(", ")
     }
 }
 

@@ -4,10 +4,13 @@
 mod mistakes;
 mod relations;
 
+use numerics::text::significant;
+
 use mistakes::{Kind, MISTAKES, Mistake};
 use relations::Relation;
 
-use crate::case::Case;
+use crate::case::{CHANNELS, Case};
+use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
 use crate::motion::Motion;
 
@@ -16,6 +19,8 @@ const MOST: usize = 3;
 /// Nats by which a mistake must explain the log better than all explanations without it.
 const LIKELY: f64 = 3.0;
 const CERTAIN: f64 = 5.0;
+/// Nats by which a relation that shows in a log speaks for it.
+const HOLDS: f64 = 3.0;
 
 /// Mistakes that are made together, and how badly the log fits them: the negative logarithm of their probability, in nats.
 #[derive(Clone, Debug)]
@@ -56,19 +61,30 @@ pub(crate) fn check(case: &mut Case) {
         let advice = "Drive left and right turns at changing speed.";
         case.cannot_tell("units and signs", reason, advice);
     }
-    let explanations = explanations(case, &relations);
+    let explanations = explanations(&relations);
     let Some(best) = explanations.first() else { return };
     for &index in &best.mistakes {
         report(case, &relations, &explanations, index);
     }
+    wheels_in_kmh(case, &relations);
+}
+
+/// How badly relations hold [nat], each that holds counting for the log; with mistakes of units and signs, or without any.
+pub(super) fn misfit(case: &Case, motion: &Motion, with_mistakes: bool) -> f64 {
+    let relations = relations::all(case, motion);
+    let told = relations.iter().filter(|it| it.strict && it.signed).count() as f64;
+    let nats = match with_mistakes {
+        true => explanations(&relations).first().map_or(f64::INFINITY, |best| best.nats),
+        false => nats(&[], &relations),
+    };
+    nats - HOLDS * told
 }
 
 /// All explanations with few mistakes, the best first.
-fn explanations(case: &Case, relations: &[Relation]) -> Vec<Explanation> {
+fn explanations(relations: &[Relation]) -> Vec<Explanation> {
     let possible = |index: &usize| {
-        let channel = MISTAKES[*index].channel;
-        case.has(&[channel])
-            && relations.iter().any(|it| it.powers.iter().any(|(name, _)| *name == channel))
+        let mistake = &MISTAKES[*index];
+        relations.iter().any(|it| it.powers.iter().any(|(name, _)| mistake.is_of(name)))
     };
     let possible: Vec<usize> = (0..MISTAKES.len()).filter(possible).collect();
     let mut all = vec![Explanation { mistakes: Vec::new(), nats: nats(&[], relations) }];
@@ -79,7 +95,7 @@ fn explanations(case: &Case, relations: &[Relation]) -> Vec<Explanation> {
             let before = all[shorter].mistakes.clone();
             for &next in &possible {
                 let after = before.last().is_none_or(|last| next > *last);
-                let other = |&index: &usize| MISTAKES[index].channel != MISTAKES[next].channel;
+                let other = |&index: &usize| !MISTAKES[index].excludes(&MISTAKES[next]);
                 if after && before.iter().all(other) {
                     let mistakes: Vec<usize> = before.iter().copied().chain([next]).collect();
                     let nats = nats(&mistakes, relations);
@@ -91,6 +107,37 @@ fn explanations(case: &Case, relations: &[Relation]) -> Vec<Explanation> {
     }
     all.sort_by(|a, b| a.nats.total_cmp(&b.nats));
     all
+}
+
+/// A speed in km/h looks like that of a wheel with a radius of 1/3.6 m, which a car may have: only the same figure of all wheels
+/// makes it possible.
+fn wheels_in_kmh(case: &mut Case, relations: &[Relation]) {
+    let of = |name: &'static str| {
+        let is_of = |it: &&Relation| {
+            it.powers.len() == 2 && it.powers.iter().any(|(channel, _)| *channel == name)
+        };
+        relations.iter().find(is_of).map(|it| (name, it.value))
+    };
+    let wheels = ["omega_fl", "omega_fr", "omega_rl", "omega_rr"];
+    let radii: Vec<(&'static str, f64)> = wheels.into_iter().filter_map(of).collect();
+    let is_kmh = |(_, radius): &(&str, f64)| (radius * 3.6 - 1.0).abs() < 0.02;
+    if radii.is_empty() || !radii.iter().all(is_kmh) {
+        return;
+    }
+    let (name, radius) = radii[0];
+    case.report(Finding {
+        check: format!("{name}_unit"),
+        channels: radii.iter().map(|(name, _)| *name).collect(),
+        sure: Sure::Possible,
+        value: Some(radius),
+        interval: None,
+        unit: "m",
+        sentence: format!("The wheels may be in km/h, not rad/s: `v_x` over each is {} m, which is 1/3.6 and would be the radius of the tires.", significant(radius, 3)),
+        consequence: "The slip ratios of the wheels are wrong if the tires have another radius.".to_owned(),
+        correction: Correction::column(&[Key::Gain(1.0 / (3.6 * 0.3))])
+            .noting("for tires of 0.3 m: the gain is one over 3.6 times their radius [1/m]; nothing where it is 0.278 m"),
+        refuses: false,
+    });
 }
 
 fn nats(mistakes: &[usize], relations: &[Relation]) -> f64 {
@@ -113,8 +160,7 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
         _ => Sure::Possible,
     };
     let made: Vec<&Mistake> = best.mistakes.iter().map(|&index| &MISTAKES[index]).collect();
-    let without: Vec<&Mistake> =
-        made.iter().copied().filter(|it| it.channel != mistake.channel).collect();
+    let without: Vec<&Mistake> = made.iter().copied().filter(|it| !it.excludes(mistake)).collect();
     let gain = |relation: &&Relation| relation.nats(&without) - relation.nats(&made);
     // A size only says that something is wrong; a relation says by how much.
     let telling = |it: &&Relation| (it.signed && gain(it) > 1.0, gain(it));
@@ -124,8 +170,12 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
     };
     let Some(evidence) = relations.iter().max_by(better) else { return };
     let factor = evidence.factor(mistake, &without);
+    let has = |name: &&'static str| mistake.is_of(name) && case.has(&[name]);
+    let channels: Vec<&'static str> = CHANNELS.iter().map(|(name, _)| *name).filter(has).collect();
+    let names = channels.join("`, `");
+    let verb = if channels.len() > 1 { "are" } else { "is" };
     let mut sentence =
-        format!("`{}` is {}: {}", mistake.channel, mistake.what(factor), evidence.sentence());
+        format!("`{names}` {verb} {}: {}", mistake.what(factor), evidence.sentence());
     let mut correction = mistake.correction(factor);
     if margin < LIKELY {
         for other in &others {
@@ -138,7 +188,7 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
     case.is_ratio_rough |= mistake.kind == Kind::SteeringWheel;
     case.report(Finding {
         check: mistake.check(),
-        channels: vec![mistake.channel],
+        channels: channels.clone(),
         sure,
         value: Some(factor),
         interval: evidence.factors(mistake, &without),
@@ -149,7 +199,7 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
         refuses: mistake.channel != "roll",
     });
     if sure.is_serious() {
-        case.correct(mistake.channel, factor, 0.0);
+        channels.iter().for_each(|name| case.correct(name, factor, 0.0));
     }
 }
 

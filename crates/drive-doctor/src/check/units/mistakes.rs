@@ -38,7 +38,20 @@ pub(super) struct Mistake {
     pub nats: f64,
 }
 
+/// All wheels at once: what is wrong with one is mostly wrong with all.
+const WHEELS: &str = "omega";
+
 impl Mistake {
+    /// Whether a channel has it.
+    pub fn is_of(&self, channel: &str) -> bool {
+        self.channel == channel || self.channel == WHEELS && channel.starts_with("omega_")
+    }
+
+    /// Whether some channel would have both.
+    pub fn excludes(&self, other: &Self) -> bool {
+        self.is_of(other.channel) || other.is_of(self.channel)
+    }
+
     /// The factor, where nothing says more.
     pub fn middle(&self) -> f64 {
         self.sign * (self.range[0] * self.range[1]).sqrt()
@@ -185,7 +198,7 @@ const WHEEL_DEG: &str = "that of the steering wheel in deg";
 const IN_RAD: Mistake = Mistake { unit: None, ..unit("delta", "", "rad", 1.0, COMMON) };
 
 /// All mistakes that are looked for.
-pub(super) const MISTAKES: [Mistake; 37] = [
+pub(super) const MISTAKES: [Mistake; 40] = [
     kmh("v_x"),
     mirrored("v_x"),
     both(kmh("v_x")),
@@ -211,6 +224,9 @@ pub(super) const MISTAKES: [Mistake; 37] = [
     wheel(DELTA, WHEEL_DEG, 1.0, RARE),
     wheel(DELTA, WHEEL_DEG, -1.0, TWO + 1.0),
     unit("roll", "in deg, not rad", "deg", DEG, COMMON),
+    rpm(WHEELS),
+    rim_speed(WHEELS),
+    mirrored(WHEELS),
     rpm("omega_fl"),
     rpm("omega_fr"),
     rpm("omega_rl"),

@@ -57,8 +57,7 @@ impl Relation {
     fn reading(&self, made: &[&Mistake]) -> [f64; 3] {
         let mut all = [0.0, 0.0, 1.0];
         for mistake in made {
-            let Some((_, power)) = self.powers.iter().find(|(name, _)| *name == mistake.channel)
-            else {
+            let Some((_, power)) = self.powers.iter().find(|(name, _)| mistake.is_of(name)) else {
                 continue;
             };
             let ends = mistake.range.map(|end| f64::from(*power) * end.ln());
@@ -82,11 +81,8 @@ impl Relation {
     }
 
     fn factor_of(&self, value: f64, mistake: &Mistake, others: &[&Mistake]) -> f64 {
-        let power = self
-            .powers
-            .iter()
-            .find(|(name, _)| *name == mistake.channel)
-            .map_or(1, |(_, power)| *power);
+        let power =
+            self.powers.iter().find(|(name, _)| mistake.is_of(name)).map_or(1, |(_, power)| *power);
         let [low, high, _] = self.reading(others);
         let usual = self.expected.first().map_or(1.0, |([from, until], _)| (from * until).sqrt());
         let factor =
@@ -125,7 +121,7 @@ pub(super) fn all(case: &Case, motion: &Motion) -> Vec<Relation> {
         sizes(&view),
         course(&view),
     ];
-    measured.into_iter().flatten().chain(wheels(&view)).collect()
+    measured.into_iter().flatten().chain(wheels(case, &view)).collect()
 }
 
 /// Rows in which the car moves.
@@ -346,19 +342,22 @@ fn sizes(view: &View) -> Vec<Relation> {
 }
 
 /// v_x = R omega of a wheel that rolls.
-fn wheels(view: &View) -> Vec<Relation> {
+fn wheels(case: &Case, view: &View) -> Vec<Relation> {
     const WHEELS: [(&str, &str); 4] = [
         ("omega_fl", "`v_x` over `omega_fl` is {} m, which should be the radius"),
         ("omega_fr", "`v_x` over `omega_fr` is {} m, which should be the radius"),
         ("omega_rl", "`v_x` over `omega_rl` is {} m, which should be the radius"),
         ("omega_rr", "`v_x` over `omega_rr` is {} m, which should be the radius"),
     ];
+    // Models have small wheels.
+    let of_any = [([0.2, 0.45], 0.0), ([0.02, 0.6], 2.0)];
+    let is_small = case.car.wheelbase().is_none_or(|wheelbase| wheelbase < 1.0);
     let v_x = view.smooth(&view.motion.raw("v_x"), SLOW, 0);
     let of = |(name, text): (&'static str, &'static str)| {
         let omega = view.smooth(&view.motion.raw(name), SLOW, 0);
         let fit = Blocks::of(&[&omega], &v_x, |k| view.blocks[k]).fit(&[0])?;
-        let expected = [([0.2, 0.45], 0.0), ([0.02, 0.6], 2.0)];
-        relation(text, &[("v_x", 1), (name, -1)], (&fit, 0), &expected, 0.1)
+        let expected = if is_small { &of_any[..] } else { &of_any[..1] };
+        relation(text, &[("v_x", 1), (name, -1)], (&fit, 0), expected, 0.1)
     };
     WHEELS.into_iter().filter_map(of).collect()
 }

@@ -1,0 +1,103 @@
+//! Asserts that columns that stand for each other are told, that wheels are looked at, and that banked laps are recognised.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+#[path = "../../drive-inference/tests/support/drive.rs"]
+mod drive;
+#[path = "support/mistake.rs"]
+mod mistake;
+
+use drive_doctor::{Examination, Place, Sure, examine};
+use preparation::DriveLog;
+
+/// The log with two channels in each other's column.
+fn swapped(log: &DriveLog, [a, b]: [&str; 2]) -> DriveLog {
+    let mut swapped = log.clone();
+    for (name, other) in [(a, b), (b, a)] {
+        let signal = log.get(other).expect("a channel");
+        swapped.insert(name, signal.time.clone(), signal.value.clone());
+    }
+    swapped
+}
+
+fn names(found: &Examination) -> Vec<&str> {
+    found.serious().map(|it| it.check.as_str()).collect()
+}
+
+#[test]
+fn swapped_columns_are_named_with_those_to_write() {
+    for car in [0, 3] {
+        let (log, known) = mistake::clean(car, 31);
+        let log = mistake::log(&log);
+        for pair in [["v_y", "r"], ["v_x", "a_y"], ["v_x", "v_y"], ["r", "delta"], ["r", "a_y"]] {
+            let found = examine(&swapped(&log, pair), &known);
+            let first = &found.findings[0];
+            let mut channels = first.channels.clone();
+            channels.sort_unstable();
+            let mut expected = pair.to_vec();
+            expected.sort_unstable();
+            assert_eq!(
+                (first.check.as_str(), channels),
+                ("swapped", expected),
+                "car {car}, {pair:?}: {found:#?}"
+            );
+            assert_eq!(
+                (first.sure, first.refuses, first.correction.place),
+                (Sure::Certain, true, Some(Place::Both))
+            );
+            assert_eq!(names(&found), ["swapped"], "car {car}, {pair:?}: {found:#?}");
+        }
+    }
+}
+
+/// The log with four wheels of a radius, on a track of 1.5 m.
+fn with_wheels(recording: &drive_inference::Drive, per_speed: f64) -> DriveLog {
+    let mut log = mistake::log(recording);
+    for (name, side) in
+        [("omega_fl", -0.75), ("omega_fr", 0.75), ("omega_rl", -0.75), ("omega_rr", 0.75)]
+    {
+        let speed = recording.v_x.iter().zip(&recording.r);
+        let omega = speed.map(|(v_x, r)| per_speed * (v_x + side * r)).collect();
+        log.insert(name, recording.t.clone(), omega);
+    }
+    log
+}
+
+#[test]
+fn wheels_of_the_wrong_side_and_unit_are_named() {
+    let (recording, known) = mistake::clean(0, 32);
+    let right = with_wheels(&recording, 1.0 / 0.31);
+    let found = examine(&right, &known);
+    assert!(!found.is_ill(), "{found:#?}");
+    let found = examine(&swapped(&right, ["omega_rl", "omega_rr"]), &known);
+    assert_eq!(names(&found), ["swapped"], "{found:#?}");
+    assert_eq!(found.findings[0].channels, ["omega_rl", "omega_rr"]);
+    let rpm = with_wheels(&recording, 30.0 / std::f64::consts::PI / 0.31);
+    let found = examine(&rpm, &known);
+    assert_eq!(names(&found), ["omega_unit"], "{found:#?}");
+    assert_eq!(found.findings[0].channels, ["omega_fl", "omega_fr", "omega_rl", "omega_rr"]);
+    assert_eq!(found.findings[0].sure, Sure::Certain);
+    let mut one = right.clone();
+    let wheel = right.get("omega_rl").expect("a wheel");
+    one.insert("omega_rl", wheel.time.clone(), wheel.value.iter().map(|it| -it).collect());
+    let found = examine(&one, &known);
+    assert_eq!(names(&found), ["omega_rl_sign"], "{found:#?}");
+    // In km/h they read as on tires of 0.278 m, which a car may have.
+    let found = examine(&with_wheels(&recording, 3.6), &known);
+    assert!(!found.is_ill(), "{found:#?}");
+    let possible = found.findings.iter().find(|it| it.check == "omega_fl_unit").expect("a finding");
+    assert!(possible.sentence.contains("may be in km/h"), "{possible:#?}");
+}
+
+#[test]
+fn a_bank_that_comes_again_each_lap_is_told_without_a_roll_angle() {
+    let (recording, known) = mistake::clean(0, 33);
+    let found = examine(&mistake::log(&recording), &known);
+    assert!(found.findings.iter().all(|it| it.check != "bank"), "{found:#?}");
+    // Something that wanders, without laps.
+    let mut wanders = recording.clone();
+    wanders.a_y.iter_mut().enumerate().for_each(|(k, a_y)| *a_y += 0.5 * (0.004 * k as f64).sin());
+    let found = examine(&mistake::log(&wanders), &known);
+    let bank = found.findings.iter().find(|it| it.check == "bank").expect("a finding");
+    assert_eq!(bank.sure, Sure::Possible, "{bank:#?}");
+    assert!(bank.sentence.contains("something slow"), "{bank:#?}");
+}
