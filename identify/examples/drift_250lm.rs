@@ -21,6 +21,14 @@ fn scatter(found: &[(f64, f64)]) -> (f64, f64) {
     (mean, (squares / (found.len() as f64 - 1.0)).sqrt())
 }
 
+/// Processor time of this process [s], with a resolution of 0.01 s; not a number where the system does not tell.
+fn processor() -> f64 {
+    let Ok(text) = std::fs::read_to_string("/proc/self/stat") else { return f64::NAN };
+    let after_name = text.rsplit(')').next().unwrap_or_default();
+    let ticks = after_name.split_whitespace().skip(11).take(2);
+    ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
+}
+
 fn number(args: &[String], name: &str, usual: f64) -> f64 {
     let place = args.iter().position(|it| it == name);
     place.and_then(|it| args.get(it + 1)?.parse().ok()).unwrap_or(usual)
@@ -40,12 +48,14 @@ fn main() {
         let mut all: Vec<Axles<Estimate>> = Vec::new();
         for part in 0..parts as usize {
             let window = [part as f64, part as f64 + 1.0].map(|it| it * seconds);
+            let begin = processor();
             let estimates = match task {
                 "tires" => by_points(&logged, &log.signals(window)),
                 _ => {
                     let found = by_drive(&driven, &log.drive(window));
                     if details {
                         println!("{}", found.model.sentence);
+                        found.causes.iter().for_each(|it| println!("    {}", it.sentence));
                     }
                     found.estimates
                 }
@@ -56,13 +66,14 @@ fn main() {
                 format!("{value:8.3} ± {std:6.3} {:15}", format!("{:?}", estimate.identified[name]))
             };
             println!(
-                "{task:11} {:5.0} … {:5.0} s   front K {} D {}   rear K {} D {}",
+                "{task:11} {:5.0} … {:5.0} s   front K {} D {}   rear K {} D {}   {:.0} s of processor",
                 window[0],
                 window[1],
                 told(Axle::Front, "K"),
                 told(Axle::Front, "D"),
                 told(Axle::Rear, "K"),
-                told(Axle::Rear, "D")
+                told(Axle::Rear, "D"),
+                processor() - begin
             );
             all.push(estimates);
         }

@@ -6,7 +6,9 @@ mod columns;
 use std::collections::BTreeMap;
 
 use drive_doctor::Examination;
+use drive_inference::cause::Cause;
 use drive_inference::replay::{Replay, replay};
+use drive_inference::selection::Mode;
 use drive_inference::{
     Drive, DriveOptions, Fitted, HOLD_OUT, Identified, SHORTEST, Sampled, Sampling, Tires,
     identify, smoothing,
@@ -107,7 +109,8 @@ pub(super) fn closed_loop(
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
     let options = config.options().map_err(|error| error.to_string())?;
-    let log = doctor::of_drives(&used, &options.car.body);
+    let log = doctor::of_drives(&used, request, &options.car.body);
+    let options = if log.refusal().is_some() { refused(options) } else { options };
     let mut progress = |share, what: &str| host.progress(share, what);
     let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
     let axles = &mut found.estimates;
@@ -130,6 +133,15 @@ pub(super) fn closed_loop(
     host.file("tires.toml", &start_values::write(&tires, &verdict));
     draw(&options, (&used, &recording.sampling, &log), &found, &validations, host);
     Ok(report(&options, (&used, &recording.sampling, &log), &found, &validations))
+}
+
+/// The options for a log that nothing may be identified from: no search for causes that a fit cannot make up for, and no
+/// posterior of numbers that are wrong.
+fn refused(mut options: DriveOptions) -> DriveOptions {
+    for cause in Cause::ALL.into_iter().filter(|cause| !Cause::CAR.contains(cause)) {
+        options.causes.wanted.0[cause as usize] = Mode::Off;
+    }
+    DriveOptions { posterior: false, svi: false, profile: false, ..options }
 }
 
 /// The stretches that tires are identified from.
@@ -377,5 +389,7 @@ fn estimate(fitted: &Fitted, axle: Axle, decisive: &Estimate) -> Estimate {
     }
 }
 
+#[cfg(test)]
+mod late_yaw_rate;
 #[cfg(test)]
 mod tests;

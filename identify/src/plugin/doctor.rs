@@ -59,9 +59,18 @@ pub(super) fn of_car(log: &DriveLog, body: &Body) -> Examination {
     found
 }
 
-/// What is wrong with the stretches that are used.
-pub(super) fn of_drives(drives: &[Drive], body: &Body) -> Examination {
+/// What is wrong with the stretches that are used. Signals that only the doctor knows what to do with, such as the speeds of
+/// wheels, count too.
+pub(super) fn of_drives(drives: &[Drive], request: &Request, body: &Body) -> Examination {
     let mut log = DriveLog::default();
+    let ends = |drive: &Drive| Some([*drive.t.first()?, *drive.t.last()?]);
+    let stretches: Vec<[f64; 2]> = drives.iter().filter_map(ends).collect();
+    let is_used = |t: f64| stretches.iter().any(|[from, until]| (*from..=*until).contains(&t));
+    for signal in &request.signals {
+        let rows = signal.time.iter().zip(signal.values).filter(|(t, _)| is_used(**t));
+        let (time, values) = rows.unzip();
+        log.insert(signal.name, time, values);
+    }
     let time: Vec<f64> = drives.iter().flat_map(|drive| drive.t.iter().copied()).collect();
     let names = Drive::default().columns().map(|(name, _)| name);
     for (place, name) in names.into_iter().enumerate().skip(1) {

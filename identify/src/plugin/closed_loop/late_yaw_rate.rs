@@ -1,0 +1,99 @@
+//! Asserts that the task refuses the recording of a real car whose yaw rate is late, if it is at hand; `TRACKSIDE_DATA` names
+//! another folder to look in.
+
+use std::path::PathBuf;
+
+use plugin::{Analysis, Request, Signal, Silent};
+use serde_json::Value;
+
+use crate::plugin::Identify;
+
+/// A Dallara AV-21 (docs/identification.md). Mass and places of the axles are the team's, the rest is unknown.
+const CAR: &str = "aero = \"none\"
+brake_front_share = 0.55
+[car.body]
+m = 790.0
+I_zz = { value = 1000.0, std = 200.0 }
+l_f = 1.248
+l_r = 1.7328
+h = { value = 0.3, std = 0.1 }";
+const MASS: f64 = 790.0;
+/// Rows to both sides that a rate is taken over: 0.2 s.
+const REACH: usize = 5;
+/// m/s of a wheel with a radius of 0.3 m, in rad/s, of 1 km/h.
+const WHEEL: f64 = 1.0 / 3.6 / 0.3;
+
+/// Time from the first row on [s], and columns with the names of signals.
+type Columns = (Vec<f64>, Vec<(&'static str, Vec<f64>)>);
+
+/// The recording. Nobody recorded the lateral acceleration, so it is that of the motion over ground; the force is that of the
+/// forward acceleration.
+fn read() -> Option<Columns> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
+    let Ok(text) = std::fs::read_to_string(folder.join("av21_putnam_park.csv")) else {
+        eprintln!("skipped: no av21_putnam_park.csv in {}", folder.display());
+        return None;
+    };
+    let mut lines = text.lines();
+    let titles: Vec<&str> = lines.next()?.trim_start_matches("# ").split(',').collect();
+    let cells = |line: &str| line.split(',').map(|it| it.parse().unwrap_or(f64::NAN)).collect();
+    let rows: Vec<Vec<f64>> = lines.map(cells).collect();
+    let column = |title: &str, factor: f64| -> Vec<f64> {
+        let place = titles.iter().position(|it| *it == title).expect("a column of the file");
+        rows.iter().map(|row| factor * row[place]).collect()
+    };
+    let stamps = column("time(s)", 1.0);
+    let time: Vec<f64> = stamps.iter().map(|stamp| stamp - stamps[0]).collect();
+    let [v_x, v_y, r] = ["vx(m/s)", "vy(m/s)", "omega(rad/s)"].map(|title| column(title, 1.0));
+    let a_y = |k: usize| {
+        let (from, until) = (k.saturating_sub(REACH), (k + REACH).min(time.len() - 1));
+        (v_y[until] - v_y[from]) / (time[until] - time[from]) + v_x[k] * r[k]
+    };
+    let columns = vec![
+        ("a_y", (0..time.len()).map(a_y).collect()),
+        ("F_x", column("ax(m/s^2)", MASS)),
+        ("delta", column("delta(rad)", 1.0)),
+        ("omega_fl", column("wheel_fl(kmph)", WHEEL)),
+        ("omega_fr", column("wheel_fr(kmph)", WHEEL)),
+        ("omega_rl", column("wheel_rl(kmph)", WHEEL)),
+        ("omega_rr", column("wheel_rr(kmph)", WHEEL)),
+        ("v_x", v_x),
+        ("v_y", v_y),
+        ("r", r),
+    ];
+    Some((time, columns))
+}
+
+/// The result of the task from a window [s], with the speeds of the wheels or without.
+fn found((time, columns): &Columns, window: [f64; 2], wheels: bool) -> Value {
+    let config = format!("task = \"closed_loop\"\nwindows = [{window:?}]\n[car]\n{CAR}");
+    let used = columns.iter().filter(|(name, _)| wheels || !name.starts_with("omega"));
+    let signals = used.map(|(name, values)| Signal { name, unit: "", time, values }).collect();
+    let request = Request { config: &config, signals };
+    Identify::check(&request).unwrap_or_else(|error| panic!("{error}"));
+    let text = Identify::run(&request, &mut Silent).unwrap_or_else(|error| panic!("{error}"));
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn is_refused(found: &Value) {
+    let first = found["summary"][0].as_str().unwrap_or_default();
+    assert!(first.contains("`r` is late"), "{first}");
+    assert_eq!(found["model"]["verdict"], "does_not_fit", "{first}");
+    assert_eq!(found["sound"], false, "{first}");
+    for axle in ["front", "rear"] {
+        let verdicts = found["pem"][axle]["identified"].as_object().expect("verdicts");
+        assert!(verdicts.values().all(|it| it != "identified"), "{axle}: {verdicts:?}");
+    }
+    let causes = found["causes"].as_array().expect("causes");
+    assert!(causes.iter().all(|cause| cause["verdict"] != "identified"), "{causes:#?}");
+}
+
+#[test]
+fn a_late_yaw_rate_is_named_first_and_nothing_is_identified() {
+    let Some(columns) = read() else { return };
+    for window in [[60.0, 160.0], [160.0, 260.0], [260.0, 360.0], [360.0, 460.0]] {
+        is_refused(&found(&columns, window, true));
+    }
+    is_refused(&found(&columns, [60.0, 460.0], false));
+}
