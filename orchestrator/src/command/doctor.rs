@@ -221,7 +221,6 @@ fn lines(chosen: &[Chosen], result: &Value) -> String {
         let channels = channels.collect::<Vec<_>>().join(", ");
         let place = match it["correct_in"].as_str() {
             Some("table") => "the table".to_owned(),
-            Some("both") => "both columns".to_owned(),
             Some("closed_loop") => "the configuration of closed_loop".to_owned(),
             _ => channels,
         };

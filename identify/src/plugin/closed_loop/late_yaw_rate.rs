@@ -95,5 +95,5 @@ fn a_late_yaw_rate_is_named_first_and_nothing_is_identified() {
     for window in [[60.0, 160.0], [160.0, 260.0], [260.0, 360.0], [360.0, 460.0]] {
         is_refused(&found(&columns, window, true));
     }
-    is_refused(&found(&columns, [60.0, 460.0], false));
+    is_refused(&found(&columns, [160.0, 360.0], false));
 }

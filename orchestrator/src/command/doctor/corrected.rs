@@ -10,8 +10,6 @@ use super::columns::{Chosen, unit_of_signal};
 /// The keys of a column in a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keys<'a> {
-    /// The signal.
-    name: &'static str,
     chosen: &'a Chosen,
     /// Its unit, where the file does not say it.
     unit: Option<String>,
@@ -29,8 +27,7 @@ impl<'a> Keys<'a> {
     /// The column as it is chosen.
     pub fn of(chosen: &'a Chosen) -> Self {
         let unit = chosen.unit.clone();
-        let name = chosen.name;
-        Keys { name, chosen, unit, gain: 1.0, offset: 0.0, sign: 1.0, delay: 0.0, gaps: None }
+        Keys { chosen, unit, gain: 1.0, offset: 0.0, sign: 1.0, delay: 0.0, gaps: None }
     }
 
     /// The column with the corrections of a finding on top of those that it has. Nothing where the line is none of a column.
@@ -55,17 +52,9 @@ impl<'a> Keys<'a> {
         Some(())
     }
 
-    /// Takes the column for that of another signal; a unit that was that of the signal follows it.
-    fn rename(&mut self, name: &'static str) {
-        if self.unit.as_deref() == Some(unit_of_signal(self.name)) {
-            self.unit = Some(unit_of_signal(name).to_owned());
-        }
-        self.name = name;
-    }
-
     /// Takes the values for those of another unit: by a factor where the file or the user says the unit already.
     fn change_unit(&mut self, unit: &str) {
-        let signal = unit_of_signal(self.name);
+        let signal = unit_of_signal(self.chosen.name);
         if self.unit.as_deref() == Some(signal) {
             self.unit = Some(unit.to_owned());
         } else if let Some(factor) = factor(unit, signal) {
@@ -77,13 +66,13 @@ impl<'a> Keys<'a> {
     /// What one unit of the column is in that of the signal.
     fn to_signal(&self) -> f64 {
         let own = self.unit.as_ref().or(self.chosen.stated.as_ref());
-        own.and_then(|unit| factor(unit, unit_of_signal(self.name))).unwrap_or(1.0)
+        own.and_then(|unit| factor(unit, unit_of_signal(self.chosen.name))).unwrap_or(1.0)
     }
 
     /// The line of the column.
     pub fn line(&self) -> String {
-        let Self { name, chosen, unit, gain, offset, sign, delay, gaps } = self;
-        let mut line = format!("{name} = {{ column = {}", quoted(&chosen.column));
+        let Self { chosen, unit, gain, offset, sign, delay, gaps } = self;
+        let mut line = format!("{} = {{ column = {}", chosen.name, quoted(&chosen.column));
         let texts = [("unit", unit), ("gaps", gaps)];
         for (key, text) in texts.iter().filter_map(|(key, text)| Some((key, text.as_ref()?))) {
             // Writing into a string cannot fail.
@@ -131,20 +120,8 @@ pub fn corrected<'a>(
             Some("column") => {
                 let names: Vec<&str> =
                     finding["channels"].as_array()?.iter().filter_map(Value::as_str).collect();
-                let wrong = columns.iter_mut().filter(|it| names.contains(&it.name));
+                let wrong = columns.iter_mut().filter(|it| names.contains(&it.chosen.name));
                 any |= wrong.filter_map(|keys| keys.correct(line)).count() > 0;
-            }
-            // Each the title and the unit of the other.
-            Some("both") => {
-                let place = |at: usize| {
-                    let name = finding["channels"][at].as_str()?;
-                    columns.iter().position(|it| it.name == name)
-                };
-                let (Some(a), Some(b)) = (place(0), place(1)) else { continue };
-                let [of_a, of_b] = [a, b].map(|place| columns[place].name);
-                columns[a].rename(of_b);
-                columns[b].rename(of_a);
-                any = true;
             }
             Some("table") => {
                 let keys: Option<toml::Table> = toml::from_str(line).ok();
@@ -188,22 +165,6 @@ mod tests {
             line(&stated, &correction),
             "v_x = { column = \"it\", sign = -1, gain = 0.277778 }"
         );
-    }
-
-    #[test]
-    fn swapped_columns_get_the_names_of_each_other() {
-        let both = [
-            Chosen { name: "v_y", ..chosen("v_y", Some("m/s"), None) },
-            Chosen { name: "r", column: "yaw".to_owned(), ..chosen("r", Some("deg/s"), None) },
-        ];
-        let finding = serde_json::json!({ "sure": "certain", "correct_in": "both", "channels": ["r", "v_y"], "correction": "" });
-        let (columns, _) = corrected(&both, &[finding]).expect("a correction");
-        let lines: Vec<String> = columns.iter().map(Keys::line).collect();
-        let expected = [
-            "r = { column = \"it\", unit = \"rad/s\" }",
-            "v_y = { column = \"yaw\", unit = \"deg/s\" }",
-        ];
-        assert_eq!(lines, expected);
     }
 
     #[test]
