@@ -60,6 +60,9 @@ mod extending;
 // Failures of FMUs, and the recordings they leave.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// An FMU that does what foreign ones do.
+#[path = "acceptance/foreign.rs"]
+mod foreign;
 // Features of dependencies, which decide what cargo compiles.
 #[path = "acceptance/features.rs"]
 mod features;

@@ -12,6 +12,7 @@ pub fn lines(fmu: &Fmu) -> String {
     let mut text = String::new();
     let yes = |flag: bool| if flag { "yes" } else { "no" };
     let or_none = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".to_owned());
+    let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time} s"));
     let rows = [
         ("model", about.name.clone()),
         ("description", or_none(&about.summary)),
@@ -19,7 +20,10 @@ pub fn lines(fmu: &Fmu) -> String {
         ("guid", about.guid.clone()),
         ("sha256", fmu.sha256.clone()),
         ("platforms", fmu.platforms().join(", ")),
-        ("default step", about.default_step.map_or("-".to_owned(), |step| format!("{step} s"))),
+        ("default start", format!("{} s", about.default_start)),
+        ("default stop", seconds(about.default_stop)),
+        ("default step", seconds(about.default_step)),
+        ("default tolerance", about.default_tolerance.map_or("-".to_owned(), |it| it.to_string())),
         ("variable step", yes(about.variable_step).to_owned()),
         ("get and set state", yes(about.state).to_owned()),
         ("serialise state", yes(about.serialised_state).to_owned()),
@@ -55,7 +59,10 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
         "guid": about.guid,
         "sha256": fmu.sha256,
         "platforms": fmu.platforms(),
+        "default_start": about.default_start,
+        "default_stop": about.default_stop,
         "default_step": about.default_step,
+        "default_tolerance": about.default_tolerance,
         "variable_step": about.variable_step,
         "get_and_set_state": about.state,
         "serialise_state": about.serialised_state,

@@ -100,7 +100,7 @@ impl Job<'_> {
         if bless {
             baseline::bless(&system, &mut report)?;
         }
-        report.warnings.extend(recorder.warnings().chain(progress.ended));
+        report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
         report.took(begin.elapsed().as_secs_f64());
         report.write(&self.scenario.source)?;
         match failure {

@@ -45,7 +45,7 @@ fn rules<'a>(findings: &'a [[String; 3]], wanted: &str) -> Vec<&'a str> {
 fn our_fmus_pass_every_rule() {
     // Only the plant and the example say that they have directional derivatives.
     for (name, passed) in
-        [("plant", 26), ("controller", 25), ("estimator", 25), ("spring_damper", 26)]
+        [("plant", 27), ("controller", 26), ("estimator", 26), ("spring_damper", 27)]
     {
         let lab = Lab::new();
         lab.add(&if name == "spring_damper" {
@@ -54,7 +54,10 @@ fn our_fmus_pass_every_rule() {
             ours().join(format!("{name}.fmu"))
         });
         let ended = lab.trackside(&["conform", &format!("{name}.fmu")]).expect(0);
-        let counted = format!("{passed} passed, 0 failed, {} not applicable\n", 26 - passed);
+        let counted = format!(
+            "{passed} passed, 0 failed, {} not applicable\nThe FMU keeps FMI 2.0 for callers that do.\n",
+            27 - passed
+        );
         assert!(ended.stdout.ends_with(&counted), "{}", ended.stdout);
         assert!(!ended.stdout.contains("warning"), "{}", ended.stdout);
         assert!(ended.stdout.lines().any(|line| line.starts_with("pass  call-order ")));
@@ -68,11 +71,11 @@ const DEVIATIONS: &[(&str, &[&str], &[&str])] = &[
     ("history is dropped when it may be", &[], &[]),
     ("another version", &["version"], &["fmi2GetVersion", "expected \"2.0\", found \"1.0\""]),
     ("any GUID is accepted", &["guid"], &["{deviate}"]),
-    ("illegal calls are accepted", &["call-order", "variable-access"], &["expected fmi2Error, found success: fmi2ExitInitializationMode in Instantiated", "fmi2DoStep in Terminated"]),
+    ("illegal calls are accepted", &["call-order", "illegal-access"], &["expected fmi2Error, found success: fmi2ExitInitializationMode in Instantiated", "fmi2DoStep in Terminated"]),
     ("another start value", &["start-values"], &["`gain`: expected 2, found 2.5"]),
     ("no number", &["finite"], &["`y` is NaN at t = 4.1 s"]),
-    ("an output can be set", &["variable-access"], &["found success: `y` (Continuous Output) in Instantiated"]),
-    ("a fixed parameter moves", &["variable-access"], &["found success: `gain` (Fixed Parameter) in StepComplete"]),
+    ("an output can be set", &["illegal-access"], &["found success: `y` (Continuous Output) in Instantiated"]),
+    ("a fixed parameter moves", &["illegal-access"], &["found success: `gain` (Fixed Parameter) in StepComplete"]),
     ("an input is refused", &["variable-access"], &["expected success", "`u` (Continuous Input) in InitializationMode", "not this input"]),
     ("an unknown reference is read", &["unknown-references"], &["ended by signal 11 during fmi2GetReal of the reference 3"]),
     ("an unknown reference is written", &["unknown-references"], &["after fmi2SetReal of 3"]),
@@ -90,7 +93,10 @@ const DEVIATIONS: &[(&str, &[&str], &[&str])] = &[
     ("bytes forget", &["state-serialise"], &["`y`"]),
     ("one step size only", &["step-size"], &["fmi2DoStep of 0.05 s from t = 1 s returned fmi2Error", "I step by 0.1 s"]),
     ("a name as a format", &["logger"], &[]),
-    ("a category that is not declared", &["logger"], &["expected a category of logAll, logStatusError, found \"chatter\""]),
+    ("a category that is not declared", &[], &[]),
+    ("an unknown reference is accepted", &["unknown-references"], &["expected fmi2Error, found success: fmi2GetReal of"]),
+    ("the component is the environment of messages", &["logger"], &["`componentEnvironment`"]),
+    ("the run ends early", &[], &[]),
     ("logging that nobody wants", &["logger"], &["loggingOn is false, and it logs", "here I am"]),
     ("a category is refused", &["log-categories"], &["\"logAll\" returned fmi2Error"]),
     ("a kilobyte is lost", &["memory"], &["bytes per instance over 10000 instances"]),
@@ -101,6 +107,10 @@ fn each_deviation_fails_exactly_the_rules_it_breaks() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
+/// The rules that only wrong callers notice.
+const ROBUST: [&str; 5] =
+    ["guid", "call-order", "illegal-access", "unknown-references", "stop-time"];
+
 /// The difference from the expected findings, if any.
 fn look_at((deviation, broken, says): (&str, &[&str], &[&str])) -> Option<String> {
     let lab = Lab::new();
@@ -109,7 +119,7 @@ fn look_at((deviation, broken, says): (&str, &[&str], &[&str])) -> Option<String
     let failed = findings.iter().filter(|[_, outcome, _]| outcome == "fail").collect::<Vec<_>>();
     let detail = failed.first().map(|[.., detail]| detail.as_str()).unwrap_or_default();
     let right = rules(&findings, "fail") == broken
-        && code == Some(i32::from(!broken.is_empty()))
+        && code == Some(i32::from(broken.iter().any(|rule| !ROBUST.contains(rule))))
         && says.iter().all(|word| detail.contains(word));
     (!right).then(|| format!("{deviation}: expected {broken:?} with {says:?}, found {failed:#?}"))
 }
@@ -164,7 +174,7 @@ fn an_unloadable_library_makes_the_other_rules_not_applicable() {
     let (findings, code) = conform(&lab, "deviate.fmu", "60");
     assert_eq!((code, rules(&findings, "fail")), (Some(1), vec!["symbols"]));
     assert_eq!(findings[2][2], "the library lacks fmi2Reset, fmi2GetStatus");
-    assert_eq!(rules(&findings, "not_applicable").len(), 23);
+    assert_eq!(rules(&findings, "not_applicable").len(), 24);
 
     let fmu = lab.write("deviate.fmu", deviate(&[]));
     let elsewhere = |name: &str, bytes| Some((name.replace("linux64", "win64"), bytes));
@@ -219,6 +229,7 @@ fn a_single_instance_fmu_is_judged_and_run_with_one_instance() {
     let several = [
         "call-order",
         "variable-access",
+        "illegal-access",
         "unknown-references",
         "deterministic",
         "instances",

@@ -57,6 +57,12 @@ pub fn relay() -> &'static [u8] {
     BUILT.get_or_init(|| build("relay", &[]))
 }
 
+/// The FMU of `fmu/stubborn.c`, compiled once: it does what foreign FMUs do.
+pub fn stubborn() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| build("stubborn", &[]))
+}
+
 /// Another version of the relay: each step adds this to the number that it shows.
 pub fn drifting_relay(drift: f64) -> Vec<u8> {
     build("relay", &[&format!("-DDRIFT={drift:?}")])

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cosim::node::{FmuNode, Node};
-use fmu_import::Fmu;
-use scenario::plan::{Clock, Ports, StartValue};
+use fmu_import::{Causality, Fmu};
+use scenario::plan::{Clock, Ports, Start, StartValue};
 
 use super::fmus::ours;
 
@@ -40,10 +40,18 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     let outputs = real(&["v_x", "v_y", "r", "X", "Y", "psi"]);
     let ports = (real(&["delta"]), outputs.clone());
     let mut node = FmuNode::new(&fmu, "plant", false, ports).expect("an instance");
-    for (name, value) in [("start.v_x", 20.0), ("F_x", 0.0)] {
-        node.start(reference(name), &StartValue::Real(value)).expect("a start value");
-    }
-    node.enter(0.0, CLOCK.stop()).and_then(|()| node.ready()).expect("it starts");
+    let start = |name: &str, causality, value| Start {
+        name: name.to_owned(),
+        reference: reference(name),
+        causality,
+        value: StartValue::Real(value),
+        place: None,
+    };
+    let starts =
+        vec![start("start.v_x", Causality::Parameter, 20.0), start("F_x", Causality::Input, 0.0)];
+    node.prepare(&CLOCK, None, starts).expect("start values");
+    assert!(node.enter().expect("it starts").is_empty());
+    node.ready().expect("it starts");
     assert!(node.can_save());
     five_steps(&mut node, 0, outputs.len());
     let state = node.save().expect("a state");

@@ -10,6 +10,9 @@ use scenario::words::At;
 
 use crate::node::Node;
 
+/// Share of a step that times may differ by and still be the same.
+pub(crate) const SAME: f64 = 1e-6;
+
 /// How often a node was stepped, and how long that took.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Effort {
@@ -47,6 +50,10 @@ pub struct Exchange<'a> {
     row: Row<Full>,
     tick: u64,
     efforts: Vec<Effort>,
+    /// What nodes did not keep of what they were told.
+    notices: Vec<String>,
+    /// The node that ended the run at the end of this step, and how.
+    last: Option<(usize, CallError)>,
 }
 
 impl<'a> Exchange<'a> {
@@ -57,7 +64,20 @@ impl<'a> Exchange<'a> {
         let row = columns.row();
         let efforts = vec![Effort::default(); nodes.len()];
         let (start, clock) = (row.clone(), *clock);
-        Exchange { plans, nodes, columns, order, clock, start, row, tick: 0, efforts }
+        let (notices, last) = (Vec::new(), None);
+        Exchange {
+            plans,
+            nodes,
+            columns,
+            order,
+            clock,
+            start,
+            row,
+            tick: 0,
+            efforts,
+            notices,
+            last,
+        }
     }
 
     /// The nodes in the order in which they step.
@@ -82,6 +102,12 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn efforts(&self) -> &[Effort] {
         &self.efforts
+    }
+
+    /// What nodes did not keep of what they were told.
+    #[must_use]
+    pub fn notices(&self) -> &[String] {
+        &self.notices
     }
 
     /// Begins the step from communication point `tick` on: the row is that of its start.
@@ -118,17 +144,44 @@ impl<'a> Exchange<'a> {
         Ok(())
     }
 
-    /// Hands a node its inputs and lets it go to the end of the step.
+    /// Hands a node its inputs and lets it go to the end of the step. A node that ends the run there does so for all: the others
+    /// come to the same time.
     ///
     /// # Errors
-    /// When the node fails or ends the run.
+    /// When the node fails, or ends the run before the end of the step.
     pub fn step(&mut self, node: usize) -> Result<(), Interruption> {
         let (clock, tick) = (self.clock, self.tick);
         self.efforts[node].calls += 1;
-        self.call(node, |plan, node, row| {
+        let stepped = self.call(node, |plan, node, row| {
             set(plan, node, row)?;
             node.step(&clock, tick)
-        })
+        });
+        let end = clock.at(tick + 1);
+        match stepped {
+            Err(Interruption::Call {
+                error: error @ CallError { terminated: Some(at), .. },
+                ..
+            }) if at >= end - SAME * clock.step => {
+                self.last.get_or_insert((node, error));
+                Ok(())
+            }
+            other => other,
+        }
+    }
+
+    /// The node that ended the run at the end of this step, and how.
+    #[must_use]
+    pub fn last(&self) -> Option<&(usize, CallError)> {
+        self.last.as_ref()
+    }
+
+    /// The row of a node that ended the run between the communication points: its outputs, with all else as at the start of the
+    /// step; nothing when they cannot be read.
+    pub fn cut_short(&mut self, node: usize) -> Option<&Row<Full>> {
+        self.row.copy_from(&self.start);
+        let read = get(&self.plans[node], self.nodes[node].as_mut(), &mut self.row);
+        let outputs = &self.row[self.plans[node].outputs];
+        (read.is_ok() && !outputs.iter().any(|value| value.is_nan())).then_some(&self.row)
     }
 
     /// Reads the outputs of a node into the row.
@@ -155,12 +208,9 @@ impl<'a> Exchange<'a> {
     /// Lets the values of the first communication point settle: all nodes show their start values, then each
     /// pass hands them on in the order of the system.
     pub(crate) fn initialise(&mut self, passes: usize) -> Result<(), Error> {
-        let stop = self.clock.stop();
         for node in 0..self.nodes.len() {
-            self.initial_call(node, |plan, node, row| {
-                node.enter(0.0, stop)?;
-                get(plan, node, row)
-            })?;
+            self.notices.extend(self.nodes[node].enter()?);
+            self.initial_call(node, get)?;
         }
         for pass in 1..=passes {
             for &node in self.order {

@@ -1,12 +1,12 @@
 //! Steps the nodes from communication point to communication point and hands every row to the sinks.
 
-use diagnostics::Error;
+use diagnostics::{Error, rounded};
 use fmu_import::{CallError, MessageLevel};
 use recording::{Event, Full, Level, Sink};
 use scenario::plan::System;
 
 use crate::coupling::Coupling;
-use crate::exchange::{Effort, Exchange, Interruption, failure};
+use crate::exchange::{Effort, Exchange, Interruption, SAME, failure};
 use crate::node::Node;
 
 /// How far a run came, and what it cost.
@@ -16,6 +16,8 @@ pub struct Progress {
     pub steps: u64,
     /// Who ended the run before its last communication point, as planned, and when.
     pub ended: Option<String>,
+    /// What nodes did not keep of what they were told.
+    pub notices: Vec<String>,
     /// The effort of each node, in the order of the file.
     pub efforts: Vec<Effort>,
 }
@@ -36,6 +38,7 @@ pub fn run(
     let mut exchange = Exchange::new(system, nodes);
     let result = drive(&mut exchange, coupling, sink, progress, tick);
     progress.efforts = exchange.efforts().to_vec();
+    progress.notices = exchange.notices().to_vec();
     result
 }
 
@@ -62,6 +65,11 @@ fn drive(
         sink.row(k + 1, time, exchange.row())?;
         progress.steps = k + 1;
         tick(k + 1);
+        if let Some((node, error)) = exchange.last().cloned() {
+            let interruption = Interruption::Call { node, error };
+            progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
+            return end(exchange, time);
+        }
     }
     end(exchange, clock.stop())
 }
@@ -81,9 +89,18 @@ fn interrupted(
         Interruption::Value(error) => Err(error),
         Interruption::Call { node, error: CallError { terminated: Some(reached), what, .. } } => {
             let source = exchange.plans[node].name.clone();
-            let message = format!("ended the simulation at {reached} s: {what}");
+            let message = format!("ended the simulation at {} s: {what}", rounded(reached));
             let ended = format!("`{source}` {message}");
-            sink.event(&Event { time: clock.at(k), level: Level::Warning, source, message })?;
+            let between = |from: f64, to: f64| reached > from && reached < to;
+            let edge = SAME * clock.step;
+            let row = between(clock.at(k) + edge, clock.at(k + 1) - edge)
+                .then(|| exchange.cut_short(node))
+                .flatten();
+            if let Some(row) = row {
+                sink.row(k + 1, reached, row)?;
+            }
+            let time = reached.clamp(clock.at(k), clock.at(k + 1));
+            sink.event(&Event { time, level: Level::Warning, source, message })?;
             Ok(ended)
         }
         Interruption::Call { node, error } => {

@@ -18,9 +18,9 @@ pub use source::{Source, SourceNode};
 /// [`get`](Node::get) in the order of the data flow, then [`ready`](Node::ready), then `set`,
 /// [`step`](Node::step), `get` for each communication step, and [`end`](Node::end).
 pub trait Node {
-    /// Begins the initialisation of a run over `start..stop` [s].
-    fn enter(&mut self, _start: f64, _stop: f64) -> Result<(), CallError> {
-        Ok(())
+    /// Begins the initialisation; what the node did not keep of what it was told.
+    fn enter(&mut self) -> Result<Vec<String>, Error> {
+        Ok(Vec::new())
     }
 
     /// Ends the initialisation.
@@ -103,23 +103,19 @@ fn state_error(what: &str) -> CallError {
 /// Makes the nodes that the master steps.
 ///
 /// # Errors
-/// With the node's name, when an FMU does not load; at the word that gives it, when an FMU refuses a start value.
+/// With the node's name, when an FMU does not load or refuses the experiment; at the word that gives it, when an FMU refuses a start
+/// value.
 pub fn instantiate(system: &mut System) -> Result<Vec<Box<dyn Node>>, Error> {
-    Mistakes::all(system.nodes.iter_mut().map(node))
+    let (clock, tolerance) = (system.clock, system.tolerance);
+    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, clock, tolerance)))
 }
 
-fn node(plan: &mut NodePlan) -> Result<Box<dyn Node>, Error> {
+fn node(plan: &mut NodePlan, clock: Clock, tolerance: Option<f64>) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
         Body::Fmu { fmu, starts, inputs, outputs, log } => {
             let ports = (inputs.clone(), outputs.clone());
-            let mut node = FmuNode::new(fmu, &plan.name, *log, ports)
-                .map_err(|error| Error::component(&plan.name, error.call, None, error.what))?;
-            for start in starts {
-                let refused = |error: CallError| {
-                    start.refused(&plan.name, &format!("{} {}", error.call, error.what))
-                };
-                node.start(start.reference, &start.value).map_err(refused)?;
-            }
+            let mut node = FmuNode::new(fmu, &plan.name, *log, ports)?;
+            node.prepare(&clock, tolerance, std::mem::take(starts))?;
             Box::new(node)
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),

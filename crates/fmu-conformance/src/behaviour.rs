@@ -3,28 +3,38 @@
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Initial};
 
+use super::Rank::{BreaksRuns, BreaksStandard};
 use super::test_driver::{Row, STEPS, TestDriver, Value, read};
 use super::{Check, Objection, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "start-values",
+        rank: BreaksStandard,
         sentence: "exact start values are those of the description",
         check: Check::RunsOne(start_values),
     },
-    Rule { name: "finite", sentence: "outputs are finite", check: Check::RunsOne(finite) },
+    Rule {
+        name: "finite",
+        rank: BreaksRuns,
+        sentence: "outputs are finite",
+        check: Check::RunsOne(finite),
+    },
     Rule {
         name: "deterministic",
+        rank: BreaksStandard,
         sentence: "two runs give the same bits",
         check: Check::Runs(deterministic),
     },
     Rule {
         name: "reset",
+        rank: BreaksStandard,
         sentence: "a reset instance runs like a fresh one",
         check: Check::RunsOne(reset),
     },
     Rule {
         name: "instances",
+        rank: BreaksRuns,
         sentence: "instances do not disturb each other",
         check: Check::Runs(instances),
     },
@@ -38,7 +48,8 @@ fn start_values(driver: &TestDriver) -> Verdict {
     let (mut count, mut wrong) = (0, Vec::new());
     for variable in &driver.about().variables {
         let Some(start) = &variable.start else { continue };
-        if variable.initial != Some(Initial::Exact) {
+        // The value of an input is its source's from the initialization on.
+        if variable.initial != Some(Initial::Exact) || variable.causality == Causality::Input {
             continue;
         }
         driver.note(&format!("reading `{}` in initialization mode", variable.name));

@@ -3,17 +3,20 @@
 use fmu_import::description::Variable;
 use fmu_import::{CallError, Causality, Instance};
 
+use super::Rank::BreaksStandard;
 use super::test_driver::{STEPS, TestDriver};
 use super::{Check, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "directional-derivative",
+        rank: BreaksStandard,
         sentence: "derivatives of outputs are those of their values",
         check: Check::RunsOne(directional),
     },
     Rule {
         name: "time-derivative",
+        rank: BreaksStandard,
         sentence: "derivatives with respect to time are taken and given",
         check: Check::RunsOne(in_time),
     },

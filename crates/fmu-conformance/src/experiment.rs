@@ -1,16 +1,19 @@
 //! Checks that an FMU accepts the experiment, and its stop time.
 
+use super::Rank::{BreaksStandard, NotRobust};
 use super::test_driver::{STEPS, TestDriver};
 use super::{Check, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "experiment",
+        rank: BreaksStandard,
         sentence: "initialization needs an experiment",
         check: Check::RunsOne(experiment),
     },
     Rule {
         name: "stop-time",
+        rank: NotRobust,
         sentence: "a step past the stop time is refused",
         check: Check::RunsOne(stop_time),
     },
@@ -33,7 +36,7 @@ fn stop_time(driver: &TestDriver) -> Verdict {
     // Half a step apart, so that no rounding matters.
     let stop = driver.time(f64::from(STEPS) + 0.5);
     driver.note("fmi2SetupExperiment");
-    instance.setup_experiment(driver.time(0.0), stop)?;
+    instance.setup_experiment(driver.time(0.0), stop, None)?;
     instance.enter_initialization()?;
     instance.exit_initialization()?;
     driver.run(&mut instance, 0..STEPS, 0)?;

@@ -68,11 +68,25 @@ pub enum Outcome {
     NotJudged,
 }
 
+/// What it means that an FMU breaks a rule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rank {
+    /// A plain run does not come to its end, or its results mean nothing.
+    BreaksRuns,
+    /// The standard says otherwise, and some caller that keeps to it will notice.
+    BreaksStandard,
+    /// Only a caller that breaks the standard itself will notice.
+    NotRobust,
+}
+
 /// What was found about one rule.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     /// The rule's name.
     pub rule: String,
+    /// What it means to break it.
+    pub rank: Rank,
     /// How the FMU stands to it.
     pub outcome: Outcome,
     /// What was measured, what is wrong, or why the rule is not applicable or not judged.
@@ -110,6 +124,8 @@ fn not_applicable<T>(why: impl Into<String>) -> Result<T, Objection> {
 pub struct Rule {
     /// Its name, which stays the same from version to version.
     pub name: &'static str,
+    /// What it means to break it.
+    pub rank: Rank,
     /// What it asks for.
     pub sentence: &'static str,
     check: Check,
@@ -204,7 +220,7 @@ impl Rule {
             Err(Objection::Broken(detail)) => (Outcome::Fail, detail),
             Err(Objection::NotApplicable(detail)) => (Outcome::NotApplicable, detail),
         };
-        Finding { rule: self.name.to_owned(), outcome, detail }
+        Finding { rule: self.name.to_owned(), rank: self.rank, outcome, detail }
     }
 
     /// An FMU whose unpacked files are gone is not to blame for anything.
@@ -218,17 +234,41 @@ impl Rule {
     }
 
     fn not_judged(&self, why: String) -> Finding {
-        Finding { rule: self.name.to_owned(), outcome: Outcome::NotJudged, detail: why }
+        let outcome = Outcome::NotJudged;
+        Finding { rule: self.name.to_owned(), rank: self.rank, outcome, detail: why }
     }
 }
 
-/// The exit code that tells the findings: 0, 1 when the FMU breaks a rule, 3 when a rule could not be judged.
+/// The exit code that tells the findings: 0, 1 when the FMU breaks runs or the standard, 3 when a rule could not be judged.
 #[must_use]
 pub fn exit_code(findings: &[Finding]) -> u8 {
-    let any = |outcome| findings.iter().any(|finding| finding.outcome == outcome);
-    match (any(Outcome::NotJudged), any(Outcome::Fail)) {
-        (true, _) => 3,
-        (false, failed) => u8::from(failed),
+    let unknown = findings.iter().any(|finding| finding.outcome == Outcome::NotJudged);
+    let broken = |rank| !failed(findings, rank).is_empty();
+    match unknown {
+        true => 3,
+        false => u8::from(broken(Rank::BreaksRuns) || broken(Rank::BreaksStandard)),
+    }
+}
+
+/// The names of the failed rules of a rank.
+fn failed(findings: &[Finding], rank: Rank) -> Vec<&str> {
+    let failed = findings.iter().filter(|it| it.outcome == Outcome::Fail && it.rank == rank);
+    failed.map(|finding| finding.rule.as_str()).collect()
+}
+
+/// What the findings come to, in one sentence.
+fn conclusion(findings: &[Finding]) -> String {
+    let [runs, standard, robust] = [Rank::BreaksRuns, Rank::BreaksStandard, Rank::NotRobust]
+        .map(|rank| failed(findings, rank).join(", "));
+    let weak = match robust.as_str() {
+        "" => String::new(),
+        rules => format!("; it does not defend itself against wrong callers ({rules})"),
+    };
+    match (runs.as_str(), standard.as_str()) {
+        ("", "") => format!("The FMU keeps FMI 2.0 for callers that do{weak}."),
+        ("", rules) => format!("The FMU runs, but breaks FMI 2.0 ({rules}){weak}."),
+        (rules, "") => format!("The FMU breaks runs ({rules}){weak}."),
+        (runs, rules) => format!("The FMU breaks runs ({runs}) and FMI 2.0 ({rules}){weak}."),
     }
 }
 
@@ -242,6 +282,9 @@ pub fn lines(findings: &[Finding]) -> String {
         let (word, what) = match (finding.outcome, finding.detail.as_str()) {
             (Outcome::Pass, "") => ("pass", sentence.to_owned()),
             (Outcome::Pass, detail) => ("pass", format!("{sentence}: {detail}")),
+            (Outcome::Fail, detail) if finding.rank == Rank::NotRobust => {
+                ("weak", detail.to_owned())
+            }
             (Outcome::Fail, detail) => ("FAIL", detail.to_owned()),
             (Outcome::NotApplicable, detail) => ("n/a", detail.to_owned()),
             (Outcome::NotJudged, why) => ("ERR", format!("could not be judged: {why}")),
@@ -256,7 +299,7 @@ pub fn lines(findings: &[Finding]) -> String {
         count(Outcome::NotApplicable),
     );
     match count(Outcome::NotJudged) {
-        0 => text + "\n",
+        0 => text + "\n" + &conclusion(findings) + "\n",
         unknown => {
             text + &format!(", {unknown} could not be judged, which says nothing about the FMU\n")
         }

@@ -2,11 +2,13 @@
 
 use std::time::Instant;
 
+use super::Rank::BreaksStandard;
 use super::test_driver::TestDriver;
 use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[Rule {
     name: "memory",
+    rank: BreaksStandard,
     sentence: "instances leave no memory behind",
     check: Check::Runs(no_leak),
 }];
@@ -22,34 +24,38 @@ const BOUND: f64 = 26.0;
 const PAGE: f64 = 4096.0;
 
 fn no_leak(driver: &TestDriver) -> Verdict {
-    let begin = Instant::now();
-    cycles(driver, WARM_UP)?;
-    // A slow FMU gets fewer cycles rather than no verdict.
-    let left = (driver.limit.as_secs_f64() * 0.8 - begin.elapsed().as_secs_f64()).max(0.0);
-    let each = begin.elapsed().as_secs_f64() / f64::from(WARM_UP);
-    let count = (left / each).min(CYCLES.into()) as u32;
-    if count < WARM_UP {
-        return not_applicable(format!("an instance takes {each:.3} s, too long for this"));
-    }
+    let end = Instant::now() + driver.limit.mul_f64(0.8);
+    let warm = cycles(driver, WARM_UP, end)?;
     let before = resident()?;
-    cycles(driver, count)?;
+    // A slow FMU gets fewer cycles rather than no verdict.
+    let count = cycles(driver, CYCLES, end)?;
+    if count < WARM_UP {
+        return not_applicable(format!(
+            "{} instances within the time limit are too few to tell",
+            warm + count
+        ));
+    }
     let growth = (resident()? - before) / f64::from(count);
     let measured = format!("{growth:.1} bytes per instance over {count} instances");
     if growth > BOUND { broken(measured) } else { Ok(measured) }
 }
 
-/// Each instance lives through a whole, short simulation.
-fn cycles(driver: &TestDriver, count: u32) -> Result<(), Objection> {
+/// Makes and frees so many instances, or fewer when the time is up, and says how many; each lives through a whole, short
+/// simulation.
+fn cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, Objection> {
     driver.note(&format!("{count} short simulations"));
-    for _ in 0..count {
+    for done in 0..count {
+        if Instant::now() >= end {
+            return Ok(done);
+        }
         let mut instance = driver.quiet_instance()?;
-        instance.setup_experiment(driver.time(0.0), driver.time(1000.0))?;
+        instance.setup_experiment(driver.time(0.0), driver.time(1000.0), None)?;
         instance.enter_initialization()?;
         instance.exit_initialization()?;
         instance.do_step(driver.time(0.0), driver.step())?.into_result()?;
         instance.terminate()?;
     }
-    Ok(())
+    Ok(count)
 }
 
 /// The memory of this process that is in use [bytes].

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use fmu_import::{CallError, Causality, Instance};
 
+use super::Rank::NotRobust;
 use super::test_driver::{Row, STEPS, TestDriver, read, set_start};
 use super::{Check, Objection, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[Rule {
     name: "call-order",
+    rank: NotRobust,
     sentence: "illegal calls are refused, and a reset makes good again",
     check: Check::Runs(call_order),
 }];
@@ -46,7 +48,7 @@ const ILLEGAL: &[(&str, Call, &[State])] = &[
 ];
 
 fn setup(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
-    instance.setup_experiment(driver.time(0.0), driver.time(1000.0))
+    instance.setup_experiment(driver.time(0.0), driver.time(1000.0), None)
 }
 
 /// A step that would be right if the state were.

@@ -1,5 +1,6 @@
 //! Checks that an FMU state, as it is or turned into bytes and back, continues where it was taken.
 
+use super::Rank::BreaksStandard;
 use super::order::{InitializationMode, Instantiated, StepComplete, Terminated, bring};
 use super::test_driver::{STEPS, TestDriver};
 use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
@@ -7,21 +8,25 @@ use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "state-restore",
+        rank: BreaksStandard,
         sentence: "a restored state continues with the same bits",
         check: Check::RunsOne(restore),
     },
     Rule {
         name: "state-serialise",
+        rank: BreaksStandard,
         sentence: "a state continues with the same bits after it was bytes",
         check: Check::RunsOne(serialise),
     },
     Rule {
         name: "state-anywhere",
+        rank: BreaksStandard,
         sentence: "a state can be taken and restored in every state of an instance",
         check: Check::Runs(anywhere),
     },
     Rule {
         name: "state-after-error",
+        rank: BreaksStandard,
         sentence: "a state from before an error makes good again",
         check: Check::RunsOne(after_error),
     },

@@ -4,32 +4,38 @@ use std::sync::Arc;
 
 use fmu_import::{Fmu, Instance};
 
+use super::Rank::{BreaksRuns, BreaksStandard, NotRobust};
 use super::test_driver::TestDriver;
 use super::{Check, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "description",
+        rank: BreaksStandard,
         sentence: "modelDescription.xml keeps the rules",
         check: Check::Files(description),
     },
     Rule {
         name: "platform",
+        rank: BreaksRuns,
         sentence: "there is a library for this platform",
         check: Check::Files(platform),
     },
     Rule {
         name: "symbols",
+        rank: BreaksRuns,
         sentence: "the library has all 34 functions of co-simulation",
         check: Check::Loads(symbols),
     },
     Rule {
         name: "version",
+        rank: BreaksStandard,
         sentence: "the library is of FMI 2.0, with the default types",
         check: Check::RunsOne(version),
     },
     Rule {
         name: "guid",
+        rank: NotRobust,
         sentence: "a GUID that is not the library's is refused",
         check: Check::RunsOne(guid),
     },

@@ -3,18 +3,21 @@
 use fmu_import::description::Type;
 use fmu_import::{Causality, Variability};
 
+use super::Rank::{BreaksStandard, NotRobust};
 use super::behaviour::all_finite;
-use super::test_driver::{Row, STEPS, TestDriver, Value};
+use super::test_driver::{Row, STEPS, TestDriver, Value, until_end};
 use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "step-size",
+        rank: BreaksStandard,
         sentence: "the communication step may change from step to step",
         check: Check::Runs(step_size),
     },
     Rule {
         name: "step-start",
+        rank: NotRobust,
         sentence: "a step that leaves a gap in time is refused",
         check: Check::RunsOne(step_start),
     },
@@ -75,7 +78,9 @@ fn ignores_step(driver: &TestDriver) -> Result<Option<String>, Objection> {
     let mut moving = None;
     for (index, output) in driver.with(Causality::Output).enumerate() {
         let continuous = output.kind == Type::Real && output.variability == Variability::Continuous;
-        if !continuous || whole.iter().all(|row| row.values[index] == whole[0].values[index]) {
+        let still =
+            |rows: &[Row]| rows.iter().all(|row| row.values[index] == rows[0].values[index]);
+        if !continuous || still(&whole) {
             continue;
         }
         if whole.iter().zip(&half).any(|(a, b)| a.values[index] != b.values[index]) {
@@ -90,27 +95,25 @@ fn ignores_step(driver: &TestDriver) -> Result<Option<String>, Objection> {
 fn held(driver: &TestDriver, share: f64) -> Result<Vec<Row>, Objection> {
     let mut instance = driver.ready()?;
     driver.set_inputs(&mut instance, 3, 0)?;
-    let mut rows = Vec::new();
-    for tick in 0..STEPS {
+    let rows = (0..STEPS).map(|tick| {
         let tick = f64::from(tick);
         driver.do_step(&mut instance, driver.time(share * tick), share * driver.step())?;
-        rows.push(driver.row(&mut instance, driver.time(share * (tick + 1.0)))?);
-    }
-    Ok(rows)
+        driver.row(&mut instance, driver.time(share * (tick + 1.0)))
+    });
+    Ok(until_end(rows)?)
 }
 
 /// The rows at multiples of `2h` of a run in steps of these lengths [h], which add up to 2.
 fn in_steps(driver: &TestDriver, steps: [f64; 2]) -> Result<Vec<Row>, Objection> {
     let mut instance = driver.ready()?;
-    let mut rows = Vec::new();
-    for tick in (0..STEPS).step_by(2) {
+    let rows = (0..STEPS).step_by(2).map(|tick| {
         driver.set_inputs(&mut instance, tick, 0)?;
         let start = f64::from(tick);
         driver.do_step(&mut instance, driver.time(start), steps[0] * driver.step())?;
         driver.do_step(&mut instance, driver.time(start + steps[0]), steps[1] * driver.step())?;
-        rows.push(driver.row(&mut instance, driver.time(start + 2.0))?);
-    }
-    Ok(rows)
+        driver.row(&mut instance, driver.time(start + 2.0))
+    });
+    Ok(until_end(rows)?)
 }
 
 /// FMI 2.0 asks masters to leave no gap and FMUs for nothing, so that an FMU that does not look is warned

@@ -33,11 +33,11 @@ pub(super) enum Value {
     String(String),
 }
 
-/// Equal to the bit, since also what a run gives for NaN must be the same.
+/// Equal numbers or equal bits: NaN equals itself, and 0 equals -0.
 impl PartialEq for Value {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
-            (Value::Real(a), Value::Real(b)) => a.to_bits() == b.to_bits(),
+            (Value::Real(a), Value::Real(b)) => a == b || a.to_bits() == b.to_bits(),
             (Value::Integer(a), Value::Integer(b)) => a == b,
             (Value::Boolean(a), Value::Boolean(b)) => a == b,
             (Value::String(a), Value::String(b)) => a == b,
@@ -103,7 +103,8 @@ impl<'a> TestDriver<'a> {
     pub(super) fn enter(&self, instance: &mut Instance) -> Result<(), CallError> {
         self.note("fmi2SetupExperiment");
         // Far enough away for every run here.
-        instance.setup_experiment(self.time(0.0), self.time(1000.0))?;
+        let tolerance = self.about().default_tolerance;
+        instance.setup_experiment(self.time(0.0), self.time(1000.0), tolerance)?;
         self.note("fmi2EnterInitializationMode");
         instance.enter_initialization()
     }
@@ -149,14 +150,14 @@ impl<'a> TestDriver<'a> {
         })
     }
 
-    /// The rows of the communication points after `ticks`.
+    /// The rows of the communication points after `ticks`, or of those that come before the FMU ends the simulation.
     pub(super) fn run(
         &self,
         instance: &mut Instance,
         ticks: std::ops::Range<u32>,
         variant: u32,
     ) -> Result<Vec<Row>, CallError> {
-        ticks.map(|tick| self.advance(instance, tick, variant)).collect()
+        until_end(ticks.map(|tick| self.advance(instance, tick, variant)))
     }
 
     /// The outputs now.
@@ -203,6 +204,10 @@ impl<'a> TestDriver<'a> {
 
     /// Insists that two runs are equal to the bit.
     pub(super) fn same(&self, expected: &[Row], found: &[Row]) -> Result<(), Objection> {
+        let [before, after] = [expected, found].map(|rows| rows.len());
+        if before != after {
+            return broken(format!("one run ends after {before} steps, the other after {after}"));
+        }
         for (expected, found) in expected.iter().zip(found) {
             let values = expected.values.iter().zip(&found.values);
             for (output, (expected, value)) in self.with(Causality::Output).zip(values) {
@@ -216,6 +221,15 @@ impl<'a> TestDriver<'a> {
         }
         Ok(())
     }
+}
+
+/// The rows before the one at which the FMU ended the simulation, as it may.
+pub(super) fn until_end(
+    rows: impl Iterator<Item = Result<Row, CallError>>,
+) -> Result<Vec<Row>, CallError> {
+    let goes_on =
+        |row: &Result<Row, CallError>| !matches!(row, Err(CallError { terminated: Some(_), .. }));
+    rows.take_while(goes_on).collect()
 }
 
 /// What an input does over time: a slow wave around its start value, inside of its limits. Texts and

@@ -19,6 +19,7 @@ use crate::CallError;
 pub use activity::watch;
 pub use instance::Instance;
 pub use library::Library;
+pub use mailbox::STRANGER;
 pub use state::FmuState;
 
 type Component = *mut c_void;

@@ -35,6 +35,10 @@ pub struct Description {
     pub default_step: Option<f64>,
     /// Where a simulation starts unless somebody says otherwise [s].
     pub default_start: f64,
+    /// Where a simulation stops unless somebody says otherwise [s].
+    pub default_stop: Option<f64>,
+    /// Relative tolerance of the FMU's own integration unless somebody says otherwise [-].
+    pub default_tolerance: Option<f64>,
     /// The categories that messages may have.
     pub log_categories: Vec<String>,
     /// The variables, in the order of the file.

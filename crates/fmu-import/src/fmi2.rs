@@ -1,5 +1,6 @@
 //! Reads the description of an FMU of FMI 2.0.
 
+use fmi_rs::model_description::DefaultExperiment;
 use fmi_rs::model_description::fmi2::{self, ModelDescription, SimpleType, VariableType};
 use units::Unit;
 
@@ -25,8 +26,10 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
     if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
         return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
     }
-    let default_step =
-        found.defaultExperiment.as_ref().and_then(|default| default.stepSize.as_ref());
+    let experiment = found.defaultExperiment.as_ref();
+    let default = |of: fn(&DefaultExperiment) -> Option<&String>| -> Option<f64> {
+        experiment.and_then(of)?.parse().ok()
+    };
     Ok(Description {
         name: found.modelName.clone(),
         guid: found.guid.clone(),
@@ -40,12 +43,10 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         interpolated_inputs: cs.canInterpolateInputs,
         output_derivatives: cs.maxOutputDerivativeOrder,
         only_once: cs.canBeInstantiatedOnlyOncePerProcess,
-        default_step: default_step.and_then(|step| step.parse().ok()),
-        default_start: found
-            .defaultExperiment
-            .as_ref()
-            .and_then(|default| default.startTime.as_ref()?.parse().ok())
-            .unwrap_or(0.0),
+        default_step: default(|it| it.stepSize.as_ref()),
+        default_start: default(|it| it.startTime.as_ref()).unwrap_or(0.0),
+        default_stop: default(|it| it.stopTime.as_ref()),
+        default_tolerance: default(|it| it.tolerance.as_ref()),
         log_categories: found.logCategories.iter().map(|category| category.name.clone()).collect(),
         variables: (0..found.modelVariables.len()).map(|index| variable(&found, index)).collect(),
         problems,

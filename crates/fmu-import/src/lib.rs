@@ -23,7 +23,7 @@
 //!     let step = about.default_step.unwrap_or(0.01);
 //!
 //!     let mut instance = Instance::new(fmu.load()?, "decay", false)?;
-//!     instance.setup_experiment(0.0, stop)?;
+//!     instance.setup_experiment(0.0, stop, about.default_tolerance)?;
 //!     instance.enter_initialization()?;
 //!     instance.exit_initialization()?;
 //!     let mut value = [0.0];
@@ -73,7 +73,7 @@ use sha2::{Digest as _, Sha256};
 use tempfile::TempDir;
 
 pub use attributes::{Causality, Initial, Variability};
-pub use binding::{FmuState, Instance, Library, watch};
+pub use binding::{FmuState, Instance, Library, STRANGER, watch};
 pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Type, Variable};
 pub use error::OpenError;

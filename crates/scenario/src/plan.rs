@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::Fmu;
+use fmu_import::{Causality, Fmu};
 use recording::table::Table;
 use recording::{
     Columns, Full, NumberIndex, NumberRange, RunHeader, Selection, TextIndex, TextRange,
@@ -57,6 +57,13 @@ impl Clock {
     pub fn stop(&self) -> f64 {
         self.at(self.steps)
     }
+
+    /// The stop time that FMUs are told [s]: where the last step ends in their own sum of its start and its length. That can be a
+    /// unit in the last place after [`stop`](Self::stop), and an FMU may refuse any step that ends later than it was told.
+    #[must_use]
+    pub fn announced_stop(&self) -> f64 {
+        self.at(self.steps.saturating_sub(1)) + self.step
+    }
 }
 
 /// Value references by type, in the order in which values travel.
@@ -93,6 +100,8 @@ pub struct Start {
     pub name: String,
     /// Its value reference.
     pub reference: u32,
+    /// Who determines it during the run.
+    pub causality: Causality,
     /// The value, of the variable's type.
     pub value: StartValue,
     /// Its place in a scenario; none when the command line gives it.
@@ -127,6 +136,17 @@ pub enum StartValue {
     Boolean(bool),
     /// `String`.
     String(String),
+}
+
+impl std::fmt::Display for StartValue {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            StartValue::Real(value) => write!(out, "{value:?}"),
+            StartValue::Integer(value) => write!(out, "{value}"),
+            StartValue::Boolean(value) => write!(out, "{value}"),
+            StartValue::String(value) => write!(out, "{value:?}"),
+        }
+    }
 }
 
 /// The kind of a node with its contents.
@@ -204,6 +224,8 @@ pub struct System {
     pub coupling: Algorithm,
     /// The communication points.
     pub clock: Clock,
+    /// Relative tolerance that all FMUs are told [-].
+    pub tolerance: Option<f64>,
     /// The nodes, in the order of the file.
     pub nodes: Vec<NodePlan>,
     /// The order in which they step.
@@ -222,4 +244,22 @@ pub struct System {
     pub header: RunHeader,
     /// Warnings.
     pub warnings: Vec<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Clock;
+
+    #[test]
+    fn no_step_passes_the_announced_stop_time_and_the_last_one_ends_there() {
+        for step in [0.1, 0.01, 0.001, 1.0 / 3.0] {
+            for steps in 1..=10_000 {
+                let clock = Clock { step, steps };
+                let stop = clock.announced_stop();
+                assert_eq!(clock.at(steps - 1) + step, stop);
+                assert!(steps < 2 || clock.at(steps - 2) + step < stop);
+                assert!((stop - clock.stop()).abs() <= stop * f64::EPSILON);
+            }
+        }
+    }
 }

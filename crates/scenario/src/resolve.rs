@@ -58,6 +58,8 @@ pub struct Overrides {
     pub starts: Vec<Override>,
     /// The seed.
     pub seed: Option<u64>,
+    /// Relative tolerance of the integration inside the FMUs [-].
+    pub tolerance: Option<f64>,
 }
 
 impl Overrides {
@@ -85,6 +87,7 @@ impl System {
         let document = &scenario.document;
         let seed = overrides.seed.unwrap_or(document.seed);
         let clock = mistakes.take(clock(scenario));
+        let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
@@ -124,6 +127,7 @@ impl System {
         Ok(System {
             coupling: document.coupling.algorithm,
             clock,
+            tolerance,
             nodes,
             order,
             columns,
@@ -149,6 +153,21 @@ fn status_tracks(
         nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
     let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
     checks.chain(faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()))).collect()
+}
+
+fn tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, Error> {
+    let wrong = |value: f64| {
+        let positive = value > 0.0 && value < 1.0;
+        (!positive).then(|| format!("expected a relative tolerance between 0 and 1, found {value}"))
+    };
+    if let Some(value) = overrides.tolerance {
+        let wrong = wrong(value).map(|message| Error::input(format!("--tolerance: {message}")));
+        return wrong.map_or(Ok(Some(value)), Err);
+    }
+    let written = scenario.document.time.as_ref().and_then(|time| time.tolerance.as_ref());
+    let Some(word) = written else { return Ok(None) };
+    let wrong = wrong(*word.get_ref()).map(|message| scenario.error(word, message));
+    wrong.map_or(Ok(Some(*word.get_ref())), Err)
 }
 
 fn clock(scenario: &Scenario) -> Result<Clock, Error> {

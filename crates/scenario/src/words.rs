@@ -136,6 +136,9 @@ pub struct Time {
     /// Last communication point [s], a multiple of the step.
     #[schemars(example = 4.0)]
     pub stop: Spanned<f64>,
+    /// Relative tolerance of the integration inside the FMUs [-]. Each FMU gets that of its own description without it.
+    #[schemars(example = 1e-6)]
+    pub tolerance: Option<Spanned<f64>>,
 }
 
 /// Exchange of values between the nodes.

@@ -33,6 +33,9 @@ pub struct Arguments {
     /// `estimator.a_y.fault.value=0`. `@FILE` is a TOML file of values. May be repeated.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
+    /// Relative tolerance of the integration inside the FMUs, instead of the scenario's and the FMUs' own.
+    #[arg(long, value_name = "RELATIVE")]
+    tolerance: Option<f64>,
     /// The seed of every random stream, instead of the scenario's.
     #[arg(long)]
     seed: Option<u64>,
@@ -95,7 +98,12 @@ impl Arguments {
             out: None,
             csv: self.csv,
             bless: self.bless,
-            overrides: Overrides { starts, seed: self.seed, ..Overrides::default() },
+            overrides: Overrides {
+                starts,
+                seed: self.seed,
+                tolerance: self.tolerance,
+                ..Overrides::default()
+            },
             replay: match self.rerun {
                 ReplayArg::Save => Replay::Save,
                 ReplayArg::Connect => Replay::Connect(self.viewer.clone()),

@@ -108,6 +108,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
     System {
         coupling: Algorithm::GaussSeidel,
         clock: Clock { step: STEP, steps },
+        tolerance: None,
         nodes: plans,
         order: (0..nodes).collect(),
         columns: columns(next, ValueKind::Real),

@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
-use fmu_import::{CallError, Fmu, Instance, Message};
-use scenario::plan::{Clock, Ports, StartValue};
+use diagnostics::Error;
+use fmu_import::{CallError, Causality, Fmu, Instance, Message};
+use scenario::plan::{Clock, Ports, Start, StartValue};
 
 use super::{Node, NodeState};
 
 /// An FMU as a node. Its numbers travel in the order real, integer, boolean.
 pub struct FmuNode {
+    name: String,
     instance: Instance,
     inputs: Ports,
     outputs: Ports,
+    starts: Vec<Start>,
     integers: Vec<i32>,
 }
 
@@ -25,33 +28,108 @@ impl FmuNode {
         name: &str,
         logging: bool,
         (inputs, outputs): (Ports, Ports),
-    ) -> Result<Self, CallError> {
-        let library = fmu.load().map_err(|error| CallError::new("loading", error.to_string()))?;
-        let instance = Instance::new(library, name, logging)?;
+    ) -> Result<Self, Error> {
+        let failure = |error: CallError| Error::component(name, error.call, None, error.what);
+        let library =
+            fmu.load().map_err(|error| failure(CallError::new("loading", error.to_string())))?;
+        let instance = Instance::new(library, name, logging).map_err(failure)?;
         let integers = Vec::with_capacity(inputs.len().max(outputs.len()));
-        Ok(FmuNode { instance, inputs, outputs, integers })
+        let (name, starts) = (name.to_owned(), Vec::new());
+        Ok(FmuNode { name, instance, inputs, outputs, starts, integers })
     }
 
-    /// Gives the instance a start value.
+    /// Tells the instance the experiment, and then its start values: some FMUs forget what they were told before it. Inputs get
+    /// theirs in [`enter`](Node::enter), since before that only what is exact or approximate may be set (FMI 2.0.4, section
+    /// 4.2.4). The tolerance is that of the description unless there is another.
     ///
     /// # Errors
-    /// When the FMU refuses it.
-    pub fn start(&mut self, reference: u32, value: &StartValue) -> Result<(), CallError> {
-        match value {
-            StartValue::Real(value) => self.instance.set_real(&[reference], &[*value]),
-            StartValue::Integer(value) => self.instance.set_integer(&[reference], &[*value]),
-            StartValue::Boolean(value) => {
-                self.instance.set_boolean(&[reference], &[i32::from(*value)])
-            }
-            StartValue::String(value) => self.instance.set_string(reference, value),
-        }
+    /// When the FMU refuses the experiment, and, at the word that gives it, when it refuses a start value.
+    pub fn prepare(
+        &mut self,
+        clock: &Clock,
+        tolerance: Option<f64>,
+        starts: Vec<Start>,
+    ) -> Result<(), Error> {
+        self.starts = starts;
+        let tolerance = tolerance.or(self.instance.description().default_tolerance);
+        let setup = self.instance.setup_experiment(clock.at(0), clock.announced_stop(), tolerance);
+        setup.map_err(|error| self.failure(error))?;
+        let FmuNode { name, instance, starts, .. } = self;
+        let mut early = starts.iter().filter(|start| start.causality != Causality::Input);
+        early.try_for_each(|start| give(instance, name, start))
+    }
+
+    fn failure(&self, error: CallError) -> Error {
+        Error::component(&self.name, error.call, Some(0.0), error.what)
     }
 }
 
+/// Gives the instance called `name` a start value.
+fn give(instance: &mut Instance, name: &str, start: &Start) -> Result<(), Error> {
+    let reference = start.reference;
+    let given = match &start.value {
+        StartValue::Real(value) => instance.set_real(&[reference], &[*value]),
+        StartValue::Integer(value) => instance.set_integer(&[reference], &[*value]),
+        StartValue::Boolean(value) => instance.set_boolean(&[reference], &[i32::from(*value)]),
+        StartValue::String(value) => instance.set_string(reference, value),
+    };
+    given.map_err(|error| start.refused(name, &format!("{} {}", error.call, error.what)))
+}
+
+/// The value that the instance has where it was given this one.
+fn kept(instance: &mut Instance, start: &Start) -> Result<StartValue, CallError> {
+    let reference = [start.reference];
+    Ok(match start.value {
+        StartValue::Real(_) => {
+            let mut value = [0.0];
+            instance.get_real(&reference, &mut value)?;
+            StartValue::Real(value[0])
+        }
+        StartValue::Integer(_) => {
+            let mut value = [0];
+            instance.get_integer(&reference, &mut value)?;
+            StartValue::Integer(value[0])
+        }
+        StartValue::Boolean(_) => {
+            let mut value = [0];
+            instance.get_boolean(&reference, &mut value)?;
+            StartValue::Boolean(value[0] != 0)
+        }
+        StartValue::String(_) => StartValue::String(instance.get_string(start.reference)?),
+    })
+}
+
 impl Node for FmuNode {
-    fn enter(&mut self, start: f64, stop: f64) -> Result<(), CallError> {
-        self.instance.setup_experiment(start, stop)?;
-        self.instance.enter_initialization()
+    fn enter(&mut self) -> Result<Vec<String>, Error> {
+        let entered = self.instance.enter_initialization();
+        entered.map_err(|error| self.failure(error))?;
+        let FmuNode { name, instance, starts, .. } = self;
+        let mut notices = Vec::new();
+        for start in std::mem::take(starts) {
+            if start.causality == Causality::Input {
+                give(instance, name, &start)?;
+                continue;
+            }
+            if start.causality != Causality::Parameter {
+                continue;
+            }
+            let Start { name: variable, value, .. } = &start;
+            let mut now = kept(instance, &start);
+            if now.as_ref().is_ok_and(|now| now != value) {
+                give(instance, name, &start)?;
+                now = kept(instance, &start);
+            }
+            match now {
+                Ok(now) if now == *value => {}
+                Ok(now) => notices.push(format!(
+                    "`{name}` does not keep the start value {value} of `{variable}`: it has {now}"
+                )),
+                Err(CallError { call, what, .. }) => notices.push(format!(
+                    "whether `{name}` keeps the start value {value} of `{variable}` is not known: {call} {what}"
+                )),
+            }
+        }
+        Ok(notices)
     }
 
     fn ready(&mut self) -> Result<(), CallError> {

@@ -11,7 +11,7 @@ use super::{
     Call, CallbackFunctions, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status,
     WARNING, c_text, calloc, free, trackside_logger,
 };
-use crate::{CallError, Message, StepStatus};
+use crate::{CallError, Description, Message, StepStatus};
 
 const CO_SIMULATION: c_int = 1;
 
@@ -110,7 +110,7 @@ impl Instance {
                 logging.into(),
             )
         };
-        let component = activity.during(c"fmi2Instantiate", instantiate);
+        let component = activity.during(c"fmi2Instantiate", || mailbox.during(instantiate));
         if component.is_null() {
             let what = format!("returned no instance{}", mailbox.said());
             return Err((CallError::new("fmi2Instantiate", what), mailbox.take()));
@@ -124,6 +124,12 @@ impl Instance {
             _callbacks: callbacks,
             library,
         })
+    }
+
+    /// What the FMU says about itself.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        self.library.description()
     }
 
     /// Takes the messages that were logged since the last time.
@@ -158,7 +164,7 @@ impl Instance {
         if self.is_lost() {
             return Err(lost(call));
         }
-        let status = self.activity.during(call, || body(self.component));
+        let status = self.activity.during(call, || self.mailbox.during(|| body(self.component)));
         if status == FATAL {
             self.library.lose();
         }
@@ -169,15 +175,23 @@ impl Instance {
         CallError::new(name(call), format!("returned {}{}", meaning(status), self.mailbox.said()))
     }
 
-    /// `fmi2SetupExperiment` without tolerance.
+    /// `fmi2SetupExperiment` over `start..stop` [s]; the FMU keeps its own tolerance [-] unless there is one.
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn setup_experiment(&mut self, start: f64, stop: f64) -> Result<(), CallError> {
+    pub fn setup_experiment(
+        &mut self,
+        start: f64,
+        stop: f64,
+        tolerance: Option<f64>,
+    ) -> Result<(), CallError> {
         let function = self.library.setup_experiment;
+        let (defined, tolerance) = (tolerance.is_some().into(), tolerance.unwrap_or(0.0));
         self.activity.at(start);
         // SAFETY: the component is alive, and nobody else calls it.
-        self.run(c"fmi2SetupExperiment", |c| unsafe { function(c, 0, 0.0, start, 1, stop) })
+        self.run(c"fmi2SetupExperiment", |c| unsafe {
+            function(c, defined, tolerance, start, 1, stop)
+        })
     }
 
     /// `fmi2EnterInitializationMode`.
@@ -272,7 +286,7 @@ impl Drop for Instance {
         if !self.is_lost() {
             // SAFETY: the component is alive and not used again.
             let free = || unsafe { (self.library.free_instance)(self.component) };
-            self.activity.during(c"fmi2FreeInstance", free);
+            self.activity.during(c"fmi2FreeInstance", || self.mailbox.during(free));
         }
     }
 }

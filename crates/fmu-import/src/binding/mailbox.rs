@@ -1,35 +1,57 @@
 //! Keeps the messages of each instance until they are taken.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::ptr;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use super::WARNING;
 use crate::{Message, MessageLevel};
 
-/// Where messages wait; an FMU may log from a thread of its own.
-type Messages = Mutex<Vec<Message>>;
-
 /// The mailboxes of the living instances, and the number of the next one. An FMU may log with an environment that it
 /// made up, or with that of an instance that is gone.
-static LIVING: RwLock<(usize, BTreeMap<usize, Arc<Messages>>)> = RwLock::new((1, BTreeMap::new()));
+static LIVING: RwLock<(usize, BTreeMap<usize, Arc<Waiting>>)> = RwLock::new((1, BTreeMap::new()));
+
+thread_local! {
+    /// The number of the mailbox whose instance this thread calls, 0 between calls.
+    static CALLED: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The message about an FMU that logs with another environment than it was given.
+pub const STRANGER: &str = "it logs with an environment that is not its own: FMI 2.0.4, section 2.1.5, hands the logger the `componentEnvironment` of the callbacks, not the component";
+
+/// What waits for an instance; an FMU may log from a thread of its own.
+#[derive(Debug, Default)]
+struct Waiting {
+    messages: Mutex<Vec<Message>>,
+    /// Whether a message came with another environment.
+    strange: AtomicBool,
+}
+
+impl Waiting {
+    fn put(&self, message: Message) {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    }
+}
 
 /// The mailbox of an instance.
 #[derive(Debug)]
 pub(super) struct Mailbox {
     number: usize,
-    messages: Arc<Messages>,
+    held: Arc<Waiting>,
 }
 
 impl Mailbox {
     pub(super) fn new() -> Self {
-        let messages = Arc::<Messages>::default();
+        let held = Arc::<Waiting>::default();
         let mut living = LIVING.write().unwrap_or_else(PoisonError::into_inner);
         let number = living.0;
         living.0 += 1;
-        living.1.insert(number, Arc::clone(&messages));
-        Mailbox { number, messages }
+        living.1.insert(number, Arc::clone(&held));
+        Mailbox { number, held }
     }
 
     /// The address that stands for the mailbox: there is nothing at it.
@@ -37,14 +59,22 @@ impl Mailbox {
         ptr::without_provenance_mut(self.number)
     }
 
+    /// Runs a call of the instance: a message that comes meanwhile on this thread is its own, whatever environment it names.
+    pub(super) fn during<T>(&self, body: impl FnOnce() -> T) -> T {
+        let outer = CALLED.replace(self.number);
+        let result = body();
+        CALLED.set(outer);
+        result
+    }
+
     /// Takes the messages that came since the last time.
     pub(super) fn take(&self) -> Vec<Message> {
-        std::mem::take(&mut self.messages.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut self.held.messages.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// What the last message says, to be appended to an error.
     pub(super) fn said(&self) -> String {
-        let messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let messages = self.held.messages.lock().unwrap_or_else(PoisonError::into_inner);
         messages.last().map(|last| format!("; it says: {}", last.text)).unwrap_or_default()
     }
 }
@@ -55,10 +85,17 @@ impl Drop for Mailbox {
     }
 }
 
+/// Puts a message where its environment says, or else into the mailbox of the instance that this thread calls, with a warning
+/// the first time.
 fn put(environment: *mut c_void, message: Message) {
     let living = LIVING.read().unwrap_or_else(PoisonError::into_inner);
-    if let Some(messages) = living.1.get(&environment.addr()) {
-        messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    if let Some(own) = living.1.get(&environment.addr()) {
+        own.put(message);
+    } else if let Some(called) = living.1.get(&CALLED.get()) {
+        if !called.strange.swap(true, Relaxed) {
+            called.put(Message::new(MessageLevel::Warning, "", STRANGER));
+        }
+        called.put(message);
     }
 }
 
@@ -101,6 +138,22 @@ mod tests {
             put(stranger, message());
         }
         assert_eq!((one.take(), three.take()), (Vec::new(), Vec::new()));
+    }
+
+    #[test]
+    fn a_message_with_a_strange_environment_goes_to_the_instance_that_is_called_and_is_told_once() {
+        let message = || Message::new(MessageLevel::Info, "logAll", "hello");
+        let (one, two) = (Mailbox::new(), Mailbox::new());
+        let component = ptr::without_provenance_mut(usize::MAX - 7);
+        one.during(|| {
+            put(component, message());
+            two.during(|| put(component, message()));
+            put(component, message());
+        });
+        put(component, message());
+        let warning = Message::new(MessageLevel::Warning, "", STRANGER);
+        assert_eq!(one.take(), [warning.clone(), message(), message()]);
+        assert_eq!(two.take(), [warning, message()]);
     }
 
     #[test]

@@ -107,7 +107,7 @@ fn load(archive: &Path) -> Arc<Library> {
 }
 
 fn initialise(instance: &mut Instance) {
-    instance.setup_experiment(0.0, 10.0).expect("it is new");
+    instance.setup_experiment(0.0, 10.0, None).expect("it is new");
     instance.enter_initialization().expect("it is new");
     instance.exit_initialization().expect("it is initialised");
 }

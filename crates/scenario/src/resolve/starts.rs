@@ -68,9 +68,10 @@ impl Starts<'_> {
         };
         let variable = &self.variables[index];
         self.written.insert(index, None);
-        let (name, value) = (name.to_owned(), start(variable, value)?);
-        self.written
-            .insert(index, Some(Start { name, reference: variable.reference, value, place }));
+        let value = start(variable, value)?;
+        let (name, reference) = (name.to_owned(), variable.reference);
+        let start = Start { name, reference, causality: variable.causality, value, place };
+        self.written.insert(index, Some(start));
         Ok(())
     }
 }
