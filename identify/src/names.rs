@@ -56,7 +56,8 @@ pub fn unit(name: &str, direction: Direction) -> &'static str {
 /// What the data of a car that are not known do to bands.
 pub const CAR_ADDED: &str = "All are widened by what is not known of the car.";
 /// What parts of the drives that were not fitted do to bands.
-pub const SCATTER_ADDED: &str = "All are widened to the scatter of parts of the drives that were not fitted.";
+pub const SCATTER_ADDED: &str =
+    "All are widened to the scatter of parts of the drives that were not fitted.";
 
 /// Where bands, densities and intervals come from: the statement of terminal, page, report and manual. `widened` is what makes them
 /// wider than that, in a sentence; empty if nothing does.
@@ -72,7 +73,9 @@ pub fn origin(source: UncertaintySource, widened: &str) -> String {
         }
     };
     let gap = if widened.is_empty() { "" } else { " " };
-    format!("Bands and densities show {shown}; intervals are its middle 95 %, {WIDER}.{gap}{widened}")
+    format!(
+        "Bands and densities show {shown}; intervals are its middle 95 %, {WIDER}.{gap}{widened}"
+    )
 }
 
 /// What intervals have besides.
