@@ -131,6 +131,7 @@ fn main() -> ExitCode {
     editors::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
+    foreign::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);
     identification::register(&mut tests);

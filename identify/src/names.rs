@@ -53,23 +53,33 @@ pub fn unit(name: &str, direction: Direction) -> &'static str {
     }
 }
 
-/// Where standard deviations, intervals, bands and densities come from, in a sentence.
-pub fn uncertainty(source: UncertaintySource) -> &'static str {
-    match source {
-        UncertaintySource::Grid => {
-            "Intervals, bands and densities are those of the exact posterior in the box, on a grid."
-        }
-        UncertaintySource::Tempered => {
-            "Intervals, bands and densities are those of draws from the posterior in the box."
-        }
+/// What the data of a car that are not known do to bands.
+pub const CAR_ADDED: &str = "All are widened by what is not known of the car.";
+/// What parts of the drives that were not fitted do to bands.
+pub const SCATTER_ADDED: &str =
+    "All are widened to the scatter of parts of the drives that were not fitted.";
+
+/// Where bands, densities and intervals come from: the statement of terminal, page, report and manual. `widened` is what makes them
+/// wider than that, in a sentence; empty if nothing does.
+pub fn origin(source: UncertaintySource, widened: &str) -> String {
+    let shown = match source {
+        UncertaintySource::Grid => "the exact posterior in the box, from a grid",
+        UncertaintySource::Tempered => "draws from the posterior in the box",
         UncertaintySource::Importance | UncertaintySource::Svi => {
-            "Intervals, bands and densities are those of weighted draws from the posterior in the box."
+            "weighted draws from the posterior in the box"
         }
         UncertaintySource::Likelihood => {
-            "Intervals, bands and densities are those of a normal distribution in the box, as the curvature of the cost says."
+            "a normal distribution in the box, as the curvature of the cost says"
         }
-    }
+    };
+    let gap = if widened.is_empty() { "" } else { " " };
+    format!(
+        "Bands and densities show {shown}; intervals are its middle 95 %, {WIDER}.{gap}{widened}"
+    )
 }
+
+/// What intervals have besides.
+const WIDER: &str = "or what the profile of the likelihood does not rule out where that is wider";
 
 /// The box of the parameters that are fitted, in a sentence.
 pub fn the_box(prior: &Prior) -> String {

@@ -12,7 +12,7 @@ mod studies;
 
 use std::fmt::Write;
 
-use crate::names::{ORDER, class, describe, the_box, uncertainty, unit, words};
+use crate::names::{ORDER, class, describe, origin, the_box, unit, words};
 use curves::Figures;
 use drive_doctor::Examination;
 pub use drives::Drives;
@@ -106,10 +106,11 @@ fn render(page: &Page, figures: &[Figures]) -> String {
              them.</p>\n",
         );
     }
+    let widened = page.overall.map_or("", |overall| overall.widened);
     for (section, figures) in page.sections.iter().zip(figures) {
         // Smoothed forces are not what the deciding method of drives is to explain.
         let misfit = if page.drives.is_none() { figures.misfit() } else { String::new() };
-        write_section(&mut html, section, figures, &misfit);
+        write_section(&mut html, section, figures, (&misfit, widened));
     }
     if let Some(drives) = &page.drives {
         html.push_str(&drives::drives(drives));
@@ -144,7 +145,12 @@ fn render(page: &Page, figures: &[Figures]) -> String {
     html_page::page(page.title, STYLE, &html)
 }
 
-fn write_section(html: &mut String, section: &Section, figures: &Figures, misfit: &str) {
+fn write_section(
+    html: &mut String,
+    section: &Section,
+    figures: &Figures,
+    (misfit, widened): (&str, &str),
+) {
     let _ = writeln!(html, "<h2>{}</h2>", escape(section.name));
     if let Some(first) = section.methods.first() {
         let estimate = first.estimate;
@@ -153,7 +159,7 @@ fn write_section(html: &mut String, section: &Section, figures: &Figures, misfit
             html,
             "<p class=\"faint\">{} samples with slip from {low} to {high}. Outside of it the curve is an extrapolation. {} {}</p>",
             estimate.samples,
-            uncertainty(estimate.source),
+            origin(estimate.source, widened),
             escape(&the_box(section.prior))
         );
     }

@@ -13,7 +13,7 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Verdict;
 
-use crate::names::{ORDER, the_box, uncertainty, unit, words};
+use crate::names::{ORDER, origin, the_box, unit, words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -77,17 +77,16 @@ impl Overall<'_> {
         let mut boxes: Vec<_> = self.curves.iter().map(|told| the_box(told.prior)).collect();
         boxes.dedup();
         sentences.extend(boxes);
-        sentences.extend(self.origin());
+        sentences.extend(self.origins());
         sentences
     }
 
     /// Where intervals and bands come from.
-    fn origin(&self) -> Option<String> {
-        let mut sources: Vec<_> =
-            self.curves.iter().map(|told| uncertainty(told.estimate.source)).collect();
-        sources.dedup();
-        sources.extend((!self.widened.is_empty()).then_some(self.widened));
-        (!self.curves.is_empty()).then(|| sources.join(" "))
+    fn origins(&self) -> Vec<String> {
+        let source = |told: &Told| origin(told.estimate.source, self.widened);
+        let mut origins: Vec<_> = self.curves.iter().map(source).collect();
+        origins.dedup();
+        origins
     }
 
     /// The number of quantities that are identified, and the names of the others.

@@ -131,7 +131,11 @@ impl Job<'_> {
         events(ProgressEvent::Validation(name));
         let overrides = validation::overrides(self.scenario, validation, system, Some(report))?;
         let options = RunOptions {
-            overrides: Overrides { seed: self.options.overrides.seed, ..overrides },
+            overrides: Overrides {
+                seed: self.options.overrides.seed,
+                tolerance: self.options.overrides.tolerance,
+                ..overrides
+            },
             // A viewer that is connected goes on showing this run.
             replay: if self.options.replay == Replay::Off { Replay::Off } else { Replay::Save },
             realtime: None,

@@ -45,7 +45,7 @@ pub fn overrides(
     Ok(Overrides {
         defaults: defaults.into_iter().flatten().collect(),
         starts: starts.into_iter().flatten().collect(),
-        seed: None,
+        ..Overrides::default()
     })
 }
 

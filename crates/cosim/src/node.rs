@@ -115,7 +115,7 @@ fn node(plan: &mut NodePlan, clock: Clock, tolerance: Option<f64>) -> Result<Box
         Body::Fmu { fmu, starts, inputs, outputs, log } => {
             let ports = (inputs.clone(), outputs.clone());
             let mut node = FmuNode::new(fmu, &plan.name, *log, ports)?;
-            node.prepare(&clock, tolerance, std::mem::take(starts))?;
+            node.prepare(&clock, tolerance, starts.clone())?;
             Box::new(node)
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),

@@ -120,6 +120,7 @@ impl Judge<'_> {
                         width_ratio: width(quantity, &self.prior, &values, before),
                         profile: None,
                         rival: None,
+                        noisier: None,
                         prior_shift: Some(prior_shift(&self.prior, posterior, &values)),
                         interval: interval(values),
                     }
@@ -134,6 +135,7 @@ impl Judge<'_> {
                         width_ratio: width_of_std(quantity, &self.prior, std, before),
                         profile: None,
                         rival: None,
+                        noisier: None,
                         prior_shift: None,
                         interval: [
                             (mean - NORMAL_95 * std).max(low),

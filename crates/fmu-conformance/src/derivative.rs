@@ -4,7 +4,7 @@ use fmu_import::description::Variable;
 use fmu_import::{CallError, Causality, Instance};
 
 use super::Rank::BreaksStandard;
-use super::test_driver::{STEPS, TestDriver};
+use super::test_driver::TestDriver;
 use super::{Check, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[
@@ -36,7 +36,7 @@ fn directional(driver: &TestDriver) -> Verdict {
         return not_applicable("providesDirectionalDerivative is not set");
     }
     let mut instance = driver.ready()?;
-    driver.run(&mut instance, 0..STEPS, 0)?;
+    driver.run_all(&mut instance)?;
     let (mut count, mut given, mut compared) = (0, 0, 0);
     for input in driver.continuous(Causality::Input) {
         for output in driver.continuous(Causality::Output) {
@@ -99,7 +99,7 @@ fn in_time(driver: &TestDriver) -> Verdict {
         instance.set_input_derivative(input.reference, 1, 0.0)?;
         done.push(format!("an input derivative of `{}`", input.name));
     }
-    driver.run(&mut instance, 0..STEPS, 0)?;
+    driver.run_all(&mut instance)?;
     if about.output_derivatives > 0
         && let Some(output) = driver.continuous(Causality::Output).next()
     {

@@ -39,7 +39,7 @@ fn stop_time(driver: &TestDriver) -> Verdict {
     instance.setup_experiment(driver.time(0.0), stop, None)?;
     instance.enter_initialization()?;
     instance.exit_initialization()?;
-    driver.run(&mut instance, 0..STEPS, 0)?;
+    driver.run_all(&mut instance)?;
     let last = driver.time(STEPS.into());
     match driver.do_step(&mut instance, last, driver.step()) {
         Ok(()) => broken(format!(

@@ -37,7 +37,7 @@ fn restore(driver: &TestDriver) -> Verdict {
         return not_applicable("canGetAndSetFMUstate is not set");
     }
     let mut instance = driver.ready()?;
-    driver.run(&mut instance, 0..STEPS, 0)?;
+    driver.run_all(&mut instance)?;
     let taken = driver.row(&mut instance, driver.time(STEPS.into()))?;
     driver.note("fmi2GetFMUstate");
     let state = instance.save()?;
@@ -60,7 +60,7 @@ fn serialise(driver: &TestDriver) -> Verdict {
         return not_applicable("canSerializeFMUstate is not set");
     }
     let mut instance = driver.ready()?;
-    driver.run(&mut instance, 0..STEPS, 0)?;
+    driver.run_all(&mut instance)?;
     driver.note("fmi2GetFMUstate");
     let state = instance.save()?;
     driver.note("fmi2SerializeFMUstate");
@@ -118,7 +118,7 @@ fn after_error(driver: &TestDriver) -> Verdict {
         return not_applicable("canGetAndSetFMUstate is not set");
     }
     let mut instance = driver.ready()?;
-    driver.run(&mut instance, 0..STEPS, 0)?;
+    driver.run_all(&mut instance)?;
     let state = instance.save()?;
     let expected = driver.run(&mut instance, STEPS..2 * STEPS, 0)?;
     driver.note("fmi2ExitInitializationMode at a communication point");

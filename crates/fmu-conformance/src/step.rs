@@ -120,7 +120,7 @@ fn in_steps(driver: &TestDriver, steps: [f64; 2]) -> Result<Vec<Row>, Objection>
 /// about and passes.
 fn step_start(driver: &TestDriver) -> Verdict {
     let mut instance = driver.ready()?;
-    driver.run(&mut instance, 0..STEPS, 0)?;
+    driver.run_all(&mut instance)?;
     let (end, start) = (f64::from(STEPS), f64::from(STEPS + 10));
     match driver.do_step(&mut instance, driver.time(start), driver.step()) {
         Err(_) => Ok(String::new()),

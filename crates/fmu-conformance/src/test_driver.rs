@@ -7,7 +7,7 @@ use fmu_import::description::{Description, Type, Variable};
 use fmu_import::{CallError, Causality, Instance, Library, StepStatus, Variability};
 
 use super::process::ProgressLog;
-use super::{Objection, broken};
+use super::{Objection, broken, not_applicable};
 
 /// The communication step of FMUs that do not name one [s].
 const STEP: f64 = 0.01;
@@ -158,6 +158,17 @@ impl<'a> TestDriver<'a> {
         variant: u32,
     ) -> Result<Vec<Row>, CallError> {
         until_end(ticks.map(|tick| self.advance(instance, tick, variant)))
+    }
+
+    /// Brings an instance from its first communication point to that after all steps, unless the FMU ends the simulation before.
+    pub(super) fn run_all(&self, instance: &mut Instance) -> Result<(), Objection> {
+        match self.run(instance, 0..STEPS, 0)?.len() as u32 {
+            STEPS => Ok(()),
+            steps => not_applicable(format!(
+                "the FMU ends the simulation after t = {} s",
+                self.time(steps.into())
+            )),
+        }
     }
 
     /// The outputs now.

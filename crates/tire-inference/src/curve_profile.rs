@@ -73,9 +73,9 @@ impl<'a> Profiler<'a> {
         &self.best
     }
 
-    /// The profile of a quantity.
-    pub fn profile(&self, quantity: Quantity) -> Profile {
-        profile(self, quantity)
+    /// The profile of a quantity that has these values in the draws.
+    pub fn profile(&self, quantity: Quantity, values: &[f64]) -> Profile {
+        profile(&Along { profiler: self, values }, quantity)
     }
 
     /// −2 ln of the likelihood over the highest one, the noise being what fits best at each.
@@ -84,61 +84,69 @@ impl<'a> Profiler<'a> {
     }
 }
 
-impl Profiled for Profiler<'_> {
+/// The likelihood along one quantity.
+struct Along<'a> {
+    profiler: &'a Profiler<'a>,
+    /// The quantity in each draw: of peaks it takes a search.
+    values: &'a [f64],
+}
+
+impl Profiled for Along<'_> {
     type X = Theta;
     type Quantity = Quantity;
 
     fn best(&self, quantity: Quantity) -> Point<Theta> {
-        let value = quantity.value(&self.best);
-        Point { value, x: self.best, cost: self.least, converged: true }
+        let value = quantity.value(&self.profiler.best);
+        Point { value, x: self.profiler.best, cost: self.profiler.least, converged: true }
     }
 
     fn rivals(&self, quantity: Quantity) -> Vec<f64> {
-        self.rivals.iter().map(|rival| quantity.value(rival)).collect()
+        self.profiler.rivals.iter().map(|rival| quantity.value(rival)).collect()
     }
 
     fn range(&self, quantity: Quantity) -> [f64; 2] {
-        quantity.range(self.prior)
+        quantity.range(self.profiler.prior)
     }
 
-    fn spread(&self, quantity: Quantity) -> f64 {
-        std(&self.posterior.values(quantity))
+    fn spread(&self, _: Quantity) -> f64 {
+        std(self.values)
     }
 
     fn rise(&self, squares: f64, least: f64) -> f64 {
-        Profiler::rise(self, squares, least)
+        self.profiler.rise(squares, least)
     }
 
     /// Fifty times what the likelihood could set against a move by a stride.
     fn weight(&self, stride: f64) -> f64 {
-        50.0 * RULED_OUT * self.least / self.data.count().max(1) as f64 / (stride * stride)
+        let Profiler { data, least, .. } = self.profiler;
+        50.0 * RULED_OUT * least / data.count().max(1) as f64 / (stride * stride)
     }
 
     fn hold(&self, quantity: Quantity, target: f64, weight: f64, from: &Theta) -> Point<Theta> {
+        let Profiler { data, prior, .. } = *self.profiler;
         let (theta, squares) = match quantity {
             Quantity::Parameter(parameter) => {
-                let mut prior = *self.prior;
+                let mut prior = *prior;
                 prior.free[parameter as usize] = false;
                 let mut start = *from;
                 start[parameter as usize] = target;
-                minimise(self.data, &prior, &start, None)
+                minimise(data, &prior, &start, None)
             }
             _ => {
                 let drawn = Target { quantity, value: target, weight };
-                minimise(self.data, self.prior, from, Some(&drawn))
+                minimise(data, prior, from, Some(&drawn))
             }
         };
         Point { value: quantity.value(&theta), x: theta, cost: squares, converged: true }
     }
 
     /// The optimum, and the most likely draw, those far from the target counting less.
-    fn starts(&self, quantity: Quantity, target: f64, weight: f64) -> Vec<Theta> {
-        let cost = |(theta, squares): (&Theta, &f64)| {
-            squares + weight * (quantity.value(theta) - target).powi(2)
-        };
-        let draws = self.posterior.samples.iter().zip(&self.squares);
-        let draw = draws.min_by(|&a, &b| cost(a).total_cmp(&cost(b))).map(|pair| *pair.0);
-        std::iter::once(self.best).chain(draw).collect()
+    fn starts(&self, _: Quantity, target: f64, weight: f64) -> Vec<Theta> {
+        let Profiler { posterior, squares, best, .. } = self.profiler;
+        let cost = |(value, squares): (&f64, &f64)| squares + weight * (value - target).powi(2);
+        let draws = posterior.samples.iter().zip(self.values.iter().zip(squares));
+        let draw = draws.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1))).map(|pair| *pair.0);
+        std::iter::once(*best).chain(draw).collect()
     }
 
     fn looks_back(&self) -> bool {
@@ -164,7 +172,7 @@ mod tests {
             draw(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
         let profiler = Profiler::new(&data, &prior, &posterior, &TRUTH);
         let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
-        quantities.map(|quantity| profiler.profile(quantity)).collect()
+        quantities.map(|quantity| profiler.profile(quantity, &posterior.values(quantity))).collect()
     }
 
     #[test]
@@ -211,8 +219,9 @@ mod tests {
         prior.free = [false, false, true, false, false, false];
         let posterior =
             draw(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
+        let quantity = Quantity::Parameter(Parameter::D);
         let profile = Profiler::new(&data, &prior, &posterior, &TRUTH)
-            .profile(Quantity::Parameter(Parameter::D));
+            .profile(quantity, &posterior.values(quantity));
         let shapes =
             samples.slip.iter().map(|&x| crate::parameters::curve(&TRUTH).coefficient(x) / 1.5);
         let [information, weighted] = shapes

@@ -96,7 +96,8 @@ impl Quantity {
             Self::PeakSlip => {
                 let early = [upper[0], upper[1], 1.0, lower[3], upper[4], 0.0];
                 let late = [lower[0], lower[1], 1.0, upper[3], lower[4], 0.0];
-                [self.value(&early), self.value(&late)]
+                // A shift of the slip moves no peak to the other side.
+                [self.value(&early).max(0.0), self.value(&late)]
             }
         }
     }
@@ -159,5 +160,7 @@ mod tests {
         );
         let [low, high] = Quantity::PeakSlip.range(&Prior::lateral());
         assert!(low > 0.0 && low < 0.02 && high == HIGHEST_PEAK_SLIP);
+        let shifted = Prior { free: [true; COUNT], ..Prior::lateral() };
+        assert_eq!(Quantity::PeakSlip.range(&shifted), [0.0, HIGHEST_PEAK_SLIP]);
     }
 }

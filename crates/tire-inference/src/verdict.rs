@@ -1,11 +1,13 @@
-//! Judges what the data can tell about a tire: each quantity by four criteria, in words.
+//! Judges what the data can tell about a tire: each quantity by five criteria, in words.
 //!
 //! The data identify a quantity if (a) they narrow it to less than 0.3 of what bounds and literature allow, (b) its profile likelihood rules out
 //! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it, nor
-//! (d) a wider box, and the likeliest tire does not have it on its bound. If (a)
-//! fails the value is what the prior says; if only another one fails, the data say something and the prior the rest. A criterion that
-//! was not looked at does not count.
+//! (d) a wider box, and the likeliest tire does not have it on its bound, and (e) data of twice
+//! the noise would tell it as well as twice the noise allows.
+//! If (a) fails the value is what the prior says; if only another one fails, the data say something and the prior the rest. A criterion
+//! that was not looked at does not count.
 
+mod noisier;
 mod pressed;
 mod reason;
 
@@ -21,6 +23,8 @@ use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::profile::Profile;
 use crate::quantity::Quantity;
+use noisier::Doubled;
+pub use noisier::Noisier;
 pub use pressed::Pressed;
 
 /// Ratio of posterior to prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
@@ -57,6 +61,9 @@ pub struct Judgement {
     /// posterior.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior_shift: Option<f64>,
+    /// Criterion (e); absent where another one failed already, or all are far from the limits of (c).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noisier: Option<Noisier>,
     /// The slip whose measurement would tell most, up to half as much again as was driven; absent if nothing would.
     pub drive: Option<f64>,
 }
@@ -90,10 +97,9 @@ pub fn judge(
         let stated = interval(values.clone());
         let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
         let rival = profiler.rivals().iter().map(|theta| quantity.value(theta)).find(outside);
-        let profile = profiler.profile(quantity);
+        let profile = profiler.profile(quantity, &values);
         // Neither the volume of the box nor a ridge that the profile does not see makes it narrower than the other says.
         let interval = [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)];
-        let drive = lessons.best(&values);
         let known = Known {
             quantity,
             mean: mean(&values),
@@ -103,11 +109,28 @@ pub fn judge(
             profile: Some(profile),
             rival,
             prior_shift: Some(prior_shift(prior, posterior, &values)),
+            noisier: None,
         };
+        (known, lessons.best(&values))
+    };
+    let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
+    let mut found: Vec<(Known, Option<f64>)> = quantities.map(one).collect();
+    let identified = |known: &Known| known.verdict() == Verdict::Identified;
+    let near = |known: &Known| {
+        identified(known)
+            && known.prior_shift.is_some_and(|shift| noisier::is_near(shift, known.width_ratio))
+    };
+    if found.iter().any(|(known, _)| near(known)) {
+        let doubled = Doubled::new(evidence.data, prior, profiler.likeliest());
+        for (known, _) in found.iter_mut().filter(|(known, _)| identified(known)) {
+            known.noisier = Some(doubled.of(known.quantity, prior, &before));
+        }
+    }
+    let judged = |(known, drive): (Known, Option<f64>)| {
         let judgement = known.judge(prior, &reason::advise(drive, evidence));
         pressed.judge(Judgement { drive, ..judgement })
     };
-    prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED).map(one).collect()
+    found.into_iter().map(judged).collect()
 }
 
 /// What is known of a quantity, before it is judged. The fields are those of [`Judgement`].
@@ -129,6 +152,8 @@ pub struct Known {
     pub rival: Option<f64>,
     /// Criterion (c).
     pub prior_shift: Option<f64>,
+    /// Criterion (e).
+    pub noisier: Option<Noisier>,
 }
 
 impl Known {
@@ -136,7 +161,8 @@ impl Known {
     pub fn judge(self, prior: &Prior, advice: &str) -> Judgement {
         let verdict = self.verdict();
         let reason = reason::explain(&self, verdict, prior, advice);
-        let Self { quantity, mean, std, interval, width_ratio, profile, rival, prior_shift } = self;
+        let Self { quantity, mean, std, interval, .. } = self;
+        let Self { width_ratio, profile, rival, prior_shift, noisier, .. } = self;
         Judgement {
             quantity,
             verdict,
@@ -148,19 +174,21 @@ impl Known {
             profile,
             rival,
             prior_shift,
+            noisier,
             drive: None,
         }
     }
 
     /// Whether the data can tell.
     pub fn verdict(&self) -> Verdict {
-        // Written so that a NaN is never a success.
-        let narrowed = self.width_ratio < NARROWED;
-        let open = self.profile.as_ref().is_some_and(|p| !(p.lower.closed && p.upper.closed));
+        let closed = self.profile.as_ref().is_none_or(|p| p.lower.closed && p.upper.closed);
+        let alone = closed && self.rival.is_none();
+        let steady = self.noisier.is_none_or(|noisier| noisier.tells());
         let unmoved = self
             .prior_shift
             .is_none_or(|shift| shift < UNMOVED || shift * self.width_ratio < NEGLIGIBLE);
-        match (narrowed, !open && self.rival.is_none() && unmoved) {
+        // Written so that a NaN is never a success.
+        match (self.width_ratio < NARROWED, alone && unmoved && steady) {
             (true, true) => Verdict::Identified,
             (true, false) => Verdict::Weak,
             (false, _) => Verdict::NotIdentifiable,

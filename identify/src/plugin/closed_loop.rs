@@ -27,6 +27,7 @@ use tire_inference::quantity::ByName;
 use vehicle::State;
 
 use crate::config::{ClosedLoop, HoldOut};
+use crate::names::SCATTER_ADDED;
 use crate::page::{self, Drives, Page, Section};
 use crate::plugin::{doctor, go_on};
 use crate::start_values::{self, Tire};
@@ -236,7 +237,7 @@ fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examinati
     let mut overall = Overall { curves, model, causes, ..Overall::default() };
     let held_out = found.model.tests.iter().find(|test| test.name == HOLD_OUT);
     if held_out.is_some_and(|test| !test.passed()) {
-        overall.widened = "They are as wide as parts of the drives scatter.";
+        overall.widened = SCATTER_ADDED;
     }
     doctor::tell(log, &mut overall);
     overall

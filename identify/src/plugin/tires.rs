@@ -18,6 +18,7 @@ use tire_inference::settings::{Method, Settings};
 
 use crate::config::Tires;
 use crate::design::d_optimal;
+use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
 use crate::plugin::{doctor, go_on, methods, overall};
 use crate::start_values::{self, Tire};
@@ -109,7 +110,7 @@ pub(super) fn tires(
     }
     let mut overall = told(&curves, &found, &log);
     if !perturbed(&car, &uncertainty).is_empty() {
-        overall.widened = "What is not known of the car is added.";
+        overall.widened = CAR_ADDED;
     }
     let car = page::car::logged(&car, &uncertainty);
     leave_files(config, (&curves, &found, &overall), (&prepared, &car, &log), host);

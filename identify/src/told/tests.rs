@@ -4,10 +4,12 @@ use std::sync::LazyLock;
 
 use tire_inference::estimate::identify;
 use tire_inference::model::FitTest;
+use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 
 use super::*;
+use crate::names::{CAR_ADDED, SCATTER_ADDED};
 
 fn estimate() -> Estimate {
     let excitation = Excitation { samples: 400, ..Excitation::default() };
@@ -49,7 +51,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
         causes: std::slice::from_ref(&cause),
         log: vec!["`r` is late.".to_owned()],
         curves: vec![lateral("front", &front), lateral("rear", &rear)],
-        widened: "What is not known of the car is added.",
+        widened: CAR_ADDED,
     };
     let summary = overall.summary();
     assert_eq!(summary[0], "The model does not fit: the yaw rate is late.");
@@ -57,9 +59,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     assert_eq!(summary[2..4], [cause.sentence.clone(), "`r` is late.".to_owned()]);
     assert_eq!(summary[4], "On a bound of the box: rear E.");
     assert!(summary[5].starts_with("Box wide: B 1 … 80, C 0.5 … 3, "), "{summary:?}");
-    let origin = "Intervals, bands and densities are those of the exact posterior in the box, on a grid. \
-                  What is not known of the car is added.";
-    assert_eq!(summary[6..], [origin]);
+    assert_eq!(summary[6..], [origin(UncertaintySource::Grid, CAR_ADDED)]);
     let result = overall.result(None, Map::new());
     assert_eq!(result["sound"], false);
     assert_eq!(result["causes"][0]["correction"], "offset = -0.0052");
@@ -103,5 +103,25 @@ fn a_curve_without_a_peak_has_no_slip_at_it() {
         assert!(!flat.mean.contains_key("peak_slip") && !flat.identified.contains_key("peak_slip"));
         assert!(flat.mean.contains_key("peak"));
         assert_eq!(cells(&flat, "peak_slip")[0], "–");
+    }
+}
+
+#[test]
+fn the_manual_says_where_bands_come_from_in_the_words_of_page_and_report() {
+    const MANUAL: &str = include_str!("../../../docs/identification.md");
+    let manual = MANUAL.split_whitespace().collect::<Vec<_>>().join(" ");
+    for (source, widened) in [
+        (UncertaintySource::Grid, CAR_ADDED),
+        (UncertaintySource::Tempered, ""),
+        (UncertaintySource::Importance, ""),
+        (UncertaintySource::Likelihood, SCATTER_ADDED),
+    ] {
+        let said = origin(source, widened);
+        let (shown, rest) = said.split_once("; ").expect("two halves");
+        let (intervals, _) = rest.split_once('.').expect("a sentence");
+        let shown = shown.replace("Bands and densities show ", "");
+        for words in [shown.as_str(), intervals, widened] {
+            assert!(manual.contains(words), "{words}");
+        }
     }
 }

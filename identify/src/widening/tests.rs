@@ -80,3 +80,21 @@ fn each_datum_moves_by_its_own_standard_deviation() {
     assert_relative_eq!(body(2, 0).I_zz, 0.9 * car.body.I_zz, max_relative = 1e-12);
     assert_eq!(body(3, 0).h, 0.0);
 }
+
+#[test]
+fn no_peak_is_widened_to_the_other_side() {
+    let before = answer();
+    let theta = before.unrestricted[0].1.theta;
+    let moved = |factor: f64| {
+        let mut theta = theta;
+        theta[0] *= factor;
+        theta
+    };
+    let mut wide = Widening::default();
+    wide.add("m", [moved(0.3), moved(1.7)]);
+    let shifted = Prior { free: [true; 6], ..Prior::longitudinal() };
+    let mut after = before.clone();
+    wide.widen(&mut after, &shifted, 1);
+    let [old, new] = [&before, &after].map(|answer| answer.estimates[0].1.interval["peak_slip"]);
+    assert!(new[0] >= 0.0 && new[0] < old[0] && new[1] > old[1], "{old:?} {new:?}");
+}

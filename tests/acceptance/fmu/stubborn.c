@@ -98,3 +98,14 @@ int fmi2SetReal(void *c, const unsigned *reference, size_t n, const double *valu
     }
     return OK;
 }
+
+int fmi2GetInteger(void *c, const unsigned *reference, size_t n, int *value) { return ERROR; }
+int fmi2SetInteger(void *c, const unsigned *reference, size_t n, const int *value) { return ERROR; }
+int fmi2GetBoolean(void *c, const unsigned *reference, size_t n, int *value) { return ERROR; }
+int fmi2SetBoolean(void *c, const unsigned *reference, size_t n, const int *value) { return ERROR; }
+int fmi2GetString(void *c, const unsigned *reference, size_t n, const char **value) {
+    return ERROR;
+}
+int fmi2SetString(void *c, const unsigned *reference, size_t n, const char *const *value) {
+    return ERROR;
+}

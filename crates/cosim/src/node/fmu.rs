@@ -113,20 +113,19 @@ impl Node for FmuNode {
             if start.causality != Causality::Parameter {
                 continue;
             }
-            let Start { name: variable, value, .. } = &start;
-            let mut now = kept(instance, &start);
-            if now.as_ref().is_ok_and(|now| now != value) {
+            // An FMU that cannot read a parameter may not be called after that.
+            let broken =
+                |error: CallError| Error::component(name, error.call, Some(0.0), error.what);
+            let mut now = kept(instance, &start).map_err(broken)?;
+            if now != start.value {
                 give(instance, name, &start)?;
-                now = kept(instance, &start);
+                now = kept(instance, &start).map_err(broken)?;
             }
-            match now {
-                Ok(now) if now == *value => {}
-                Ok(now) => notices.push(format!(
+            if now != start.value {
+                let Start { name: variable, value, .. } = start;
+                notices.push(format!(
                     "`{name}` does not keep the start value {value} of `{variable}`: it has {now}"
-                )),
-                Err(CallError { call, what, .. }) => notices.push(format!(
-                    "whether `{name}` keeps the start value {value} of `{variable}` is not known: {call} {what}"
-                )),
+                ));
             }
         }
         Ok(notices)

@@ -121,9 +121,18 @@ mod tests {
             let values = posterior.values(quantity);
             let (mean, std) = (mean(&values), std(&values));
             let (width_ratio, interval) = (0.1, interval(values));
-            let (profile, rival, prior_shift) = (None, None, None);
-            let known =
-                Known { quantity, mean, std, interval, width_ratio, profile, rival, prior_shift };
+            let (profile, rival, prior_shift, noisier) = (None, None, None, None);
+            let known = Known {
+                quantity,
+                mean,
+                std,
+                interval,
+                width_ratio,
+                profile,
+                rival,
+                prior_shift,
+                noisier,
+            };
             known.judge(&prior, "")
         };
         let quantities = [Parameter::C, Parameter::D].map(Quantity::Parameter);

@@ -66,6 +66,35 @@ pub enum FitError {
         /// The unit that it may be in.
         unit: &'static str,
     },
+    /// A force without the bend of a tire.
+    #[error(
+        "expected a force that bends like that of a tire, found one that rises in a straight line up to the slip {largest:.3} (the slope in \
+         the last third is {ratio:.2} of that in the first, of the softest tire {softest:.2}): if the column, or one that the slip \
+         comes from, is in {unit}, say so: unit = \"{unit}\""
+    )]
+    Straight {
+        /// The largest slip.
+        largest: f64,
+        /// Slope at large slips over that at small ones.
+        ratio: f64,
+        /// The same of the softest tire.
+        softest: f64,
+        /// The unit that it may be in.
+        unit: &'static str,
+    },
+    /// A force that hardly rises.
+    #[error(
+        "expected a force over load that rises by {least} for each unit of slip at least, as on ice, found {slope:.3}: if the slip \
+         column, or one that it comes from, is in {unit}, say so: unit = \"{unit}\""
+    )]
+    Soft {
+        /// Slope at small slips.
+        slope: f64,
+        /// The least one.
+        least: f64,
+        /// The unit that it may be in.
+        unit: &'static str,
+    },
     /// A force that falls with the slip.
     #[error(
         "expected a force that rises with the slip, found one that falls (correlation {correlation:.2}): turn one of them round, \

@@ -40,6 +40,10 @@ pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> 
         let shift = significant(shift, 2);
         parts.push(format!("another prior would move it by {shift} standard deviations"));
     }
+    if known.noisier.is_some_and(|noisier| !noisier.tells()) {
+        let sentence = "with twice the noise the data would not tell it, so this width may be luck";
+        parts.push(sentence.to_owned());
+    }
     format!("{}. {advice}", parts.join("; "))
 }
 
