@@ -114,6 +114,15 @@ impl Cause {
     pub const CAR: [Self; 5] =
         [Self::ForceGain, Self::Mass, Self::CentreOfGravity, Self::Inertia, Self::Height];
 
+    /// Delays of channels; one of all of them at once would not be seen.
+    pub const DELAYS: [Self; 5] = [
+        Self::SteeringDelay,
+        Self::SideslipDelay,
+        Self::YawRateDelay,
+        Self::AccelerationDelay,
+        Self::ForceDelay,
+    ];
+
     /// What tires do that curves do not tell.
     pub const TIRES: [Self; 2] = [Self::RelaxationFront, Self::RelaxationRear];
 

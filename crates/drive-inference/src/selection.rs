@@ -2,7 +2,8 @@
 //!
 //! The gain is first foretold by a score test, ½ s²/i with the score s of an error and its information i after all other unknowns have
 //! followed. Residuals that are not white overstate it; so i is at least the variance of the scores of blocks. The most
-//! promising errors are then fitted, since a large error bends the likelihood further than a score can see.
+//! promising errors are then fitted, since a large error bends the likelihood further than a score can see. An error whose
+//! scores scatter too much for that test is still real when it gains more than noise that lasts does.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,6 +22,8 @@ const ENOUGH: f64 = 5.0;
 /// Errors that are fitted in each round, and their least share of the best foretold gain.
 const TRIALS: usize = 4;
 const SHARE: f64 = 0.05;
+/// Errors that are fitted in each round although the scatter of blocks explains their gain.
+const DOUBTFUL: usize = 2;
 /// Most errors that are taken.
 const MOST: usize = 8;
 /// Where a fit of noise that lasts starts: its correlation from row to row, and its share of the variance.
@@ -31,26 +34,13 @@ const COLOUR: [f64; 2] = [0.8, 0.5];
 pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
     let mut gains: Vec<(Addition, f64)> = Vec::new();
     let mut outlook = Outlook::new(problem, &first);
-    if outlook.promising.is_empty() && !outlook.coloured(problem, &first) {
+    let nothing = outlook.promising.is_empty() && outlook.doubtful.is_empty();
+    if nothing && !outlook.coloured(problem, &first) {
         return (first, gains);
     }
     let mut fit = problem.refit(first.active.clone(), problem.unknowns(&first));
     while gains.len() < MOST && !problem.cancel.is_cancelled() {
-        let before = cost(&fit);
-        let full = |(addition, tried): (Addition, Fit)| {
-            let fit = problem.refit(tried.active.clone(), problem.unknowns(&tried));
-            let gain = before - cost(&fit);
-            // A gain that is no number is none.
-            (gain >= ENOUGH).then_some((addition, gain, fit))
-        };
-        let try_out =
-            |addition: Addition| (addition, trial(problem, &fit, addition, &outlook.lasting));
-        let tried = outlook.promising.iter().copied().map(try_out);
-        let best = tried.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)));
-        let best = best.and_then(full).or_else(|| {
-            outlook.coloured(problem, &fit).then(|| full(try_out(Addition::Colour))).flatten()
-        });
-        let Some((addition, gain, better)) = best else { break };
+        let Some((addition, gain, better)) = outlook.best(problem, &fit) else { break };
         fit = better;
         gains.push((addition, gain));
         outlook = Outlook::new(problem, &fit);
@@ -59,7 +49,43 @@ pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
         return (first, gains);
     }
     drop_idle(problem, &mut fit, &mut gains);
-    (fit, gains)
+    match other_clock(problem, &fit, &gains) {
+        Some(simpler) => simpler,
+        None => (fit, gains),
+    }
+}
+
+/// Delays of most channels by one time are a delay of the others by its opposite: where such a fit needs fewer errors, it and what
+/// its errors gained. That of the channels that were late before goes to those that are late now.
+fn other_clock(
+    problem: &Problem,
+    fit: &Fit,
+    gains: &[(Addition, f64)],
+) -> Option<(Fit, Vec<(Addition, f64)>)> {
+    let mut start = problem.unknowns(fit);
+    let is_delay = |cause: &Cause| Cause::DELAYS.contains(cause);
+    let mut late: Vec<f64> =
+        fit.active.iter().copied().filter(is_delay).map(|cause| start.causes[cause]).collect();
+    let sought =
+        Cause::DELAYS.into_iter().filter(|cause| problem.search.of(*cause) == Mode::Evidence);
+    let rest: Vec<Cause> = sought.filter(|cause| !fit.active.contains(cause)).collect();
+    if rest.is_empty() || late.len() <= rest.len() {
+        return None;
+    }
+    late.sort_by(f64::total_cmp);
+    let common = late[late.len() / 2];
+    let mut active = fit.active.clone();
+    active.extend(&rest);
+    active.iter().filter(|cause| is_delay(cause)).for_each(|cause| start.causes[*cause] -= common);
+    let mut other = problem.refit(active, start);
+    let of_delay = |(addition, _): &(Addition, f64)| matches!(addition, Addition::Error(cause) if is_delay(cause));
+    let total: f64 = gains.iter().filter(|it| of_delay(it)).map(|(_, gain)| gain).sum();
+    let mut found: Vec<_> =
+        rest.iter().map(|cause| (Addition::Error(*cause), total / rest.len() as f64)).collect();
+    found.extend_from_slice(gains);
+    drop_idle(problem, &mut other, &mut found);
+    let saved = gains.len().checked_sub(found.len()).filter(|saved| *saved > 0)?;
+    (cost(&other) < cost(fit) + ENOUGH * saved as f64).then_some((other, found))
 }
 
 fn cost(fit: &Fit) -> f64 {
@@ -111,6 +137,8 @@ fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(Addition, f64)>)
 struct Outlook {
     /// What is worth a fit, that with the largest foretold gain first.
     promising: Vec<Addition>,
+    /// What would be, if its scores did not scatter so; only where innovations last.
+    doubtful: Vec<Addition>,
     /// Correlations of innovations from row to row.
     lasting: [f64; 4],
 }
@@ -144,13 +172,46 @@ impl Outlook {
         }
         let score = Score::new(&rows, &joint, known);
         let gain = |(index, (addition, precision)): (usize, &(Addition, f64))| {
-            score.gain(known + index, *precision).map(|gain| (*addition, gain))
+            score.gain(known + index, *precision).map(|(gain, sure)| (*addition, gain, sure))
         };
         let mut foretold: Vec<_> = additions.iter().enumerate().filter_map(gain).collect();
         foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let enough = foretold.first().map_or(0.0, |(_, best)| SHARE * best);
-        let worth = foretold.into_iter().filter(|(_, gain)| *gain >= enough).take(TRIALS);
-        Self { promising: worth.map(|(addition, _)| addition).collect(), lasting }
+        let worth = |sure: bool, most: usize| -> Vec<Addition> {
+            let of_them = || foretold.iter().filter(move |it| it.2 == sure);
+            let enough = of_them().next().map_or(0.0, |(_, best, _)| SHARE * best);
+            of_them().filter(|it| it.1 >= enough).take(most).map(|it| it.0).collect()
+        };
+        let doubtful = if lasts(&lasting) { worth(false, DOUBTFUL) } else { Vec::new() };
+        Self { promising: worth(true, TRIALS), doubtful, lasting }
+    }
+
+    /// The addition that gains most, its gain once everything has followed, and the fit with it; none that gains too little. A
+    /// doubtful one has to gain more than noise that lasts.
+    fn best(&self, problem: &Problem, fit: &Fit) -> Option<(Addition, f64, Fit)> {
+        let try_out = |addition: Addition| (addition, trial(problem, fit, addition, &self.lasting));
+        let least = |tried: &[Addition]| {
+            let tried = tried.iter().copied().map(try_out);
+            tried.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))
+        };
+        let full = |(addition, tried): (Addition, Fit)| {
+            let better = problem.refit(tried.active.clone(), problem.unknowns(&tried));
+            let gain = cost(fit) - cost(&better);
+            // A gain that is no number is none.
+            (gain >= ENOUGH).then_some((addition, gain, better))
+        };
+        let mut best = least(&self.promising);
+        let colour = || self.coloured(problem, fit).then(|| try_out(Addition::Colour));
+        let ahead = |it: &(Addition, Fit), other: &Option<(Addition, Fit)>| {
+            other.as_ref().is_none_or(|other| cost(&it.1) < cost(&other.1))
+        };
+        let mut noise = None;
+        if let Some(doubtful) = least(&self.doubtful).filter(|it| ahead(it, &best)) {
+            noise = colour();
+            if noise.is_some() && ahead(&doubtful, &noise) {
+                best = Some(doubtful);
+            }
+        }
+        best.and_then(full).or_else(|| noise.or_else(colour).and_then(full))
     }
 
     /// Whether noise that lasts may be tried.
@@ -185,9 +246,9 @@ impl Score {
         Self { blocks: rows.scores(), fitted: inverse(&fitted), information, known }
     }
 
-    /// Gain of the likelihood by an addition of some precision before any data, with everything else following [nat]; none where
-    /// the scatter of blocks explains it, or where a length would be negative.
-    fn gain(&self, index: usize, precision: f64) -> Option<f64> {
+    /// Gain of the likelihood by an addition of some precision before any data, with everything else following [nat], and whether it
+    /// is more than the scatter of blocks explains; none that is small, or where a length would be negative.
+    fn gain(&self, index: usize, precision: f64) -> Option<(f64, bool)> {
         let cross = self.information.view((0, index), (self.known, 1)).into_owned();
         let follow = &self.fitted * &cross;
         let information = self.information[(index, index)] - cross.dot(&follow);
@@ -201,6 +262,7 @@ impl Score {
         let spread: f64 = scores.iter().map(|score| (score - mean).powi(2)).sum();
         let by = |variance: f64| 0.5 * slope * slope / (variance + precision);
         let backwards = precision == 0.0 && slope < 0.0;
-        (by(information.max(spread)) > ENOUGH && !backwards).then(|| by(information))
+        let sure = by(information.max(spread)) > ENOUGH;
+        (by(information) > ENOUGH && !backwards).then(|| (by(information), sure))
     }
 }
