@@ -281,7 +281,7 @@ fn an_fmu_made_in_python_fails_only_known_rules() {
         "description",        // no InitialUnknowns
         "guid",               // not looked at
         "call-order",         // neither is the state of the instance
-        "variable-access",    // so that an output can be set
+        "illegal-access",     // so that an output can be set
         "unknown-references", // fmi2Fatal, for something that concerns nobody else
         "stop-time",          // not looked at
         "memory",             // some kilobytes for each instance

@@ -12,6 +12,8 @@ tests! {
     the_last_values_of_an_fmu_that_ends_the_run_are_recorded: Compiler,
     messages_with_a_foreign_environment_arrive_and_the_broken_rule_is_told_once: Compiler,
     inspect_shows_the_default_experiment: Compiler,
+    locals_and_parameters_can_be_observed: Compiler,
+    inputs_may_keep_the_start_values_of_the_description: Compiler,
 }
 
 /// The lab with the FMU, in which the scenario of one node `s` ran with these start values.
@@ -112,4 +114,28 @@ fn inspect_shows_the_default_experiment() {
     for line in ["default start      0 s", "default stop       3 s", "default tolerance  0.0001"] {
         assert!(ended.stdout.contains(line), "{}", ended.stdout);
     }
+}
+
+fn locals_and_parameters_can_be_observed() {
+    let text = Scenario::new()
+        .time(0.1, 0.3)
+        .fmu("s", "stubborn.fmu", "u = 0.0, early = 4.0")
+        .key("observe = ['earl*', 'end']")
+        .check("a parameter", "s.early == 4 and s.end > 1e8")
+        .text();
+    let (lab, ended) = run_text(&text, &[]);
+    ended.expect(0);
+    assert_eq!((last(&lab, "s.early"), last(&lab, "s.end")), (4.0, 1e9));
+    let misspelt = text.replace("'end'", "'edn'");
+    run_text(&misspelt, &[]).1.expect(2).says(&["there is no variable", "edn", "`end`"]);
+}
+
+fn inputs_may_keep_the_start_values_of_the_description() {
+    let text = Scenario::new().time(0.1, 0.3).fmu("s", "stubborn.fmu", "").text();
+    let (_, ended) = run_text(&text, &[]);
+    ended.expect(2).says(&["nothing is connected to `u` of `s`", "unconnected = \"start\""]);
+    let (lab, ended) = run_text(&(text + "unconnected = 'start'\n"), &[]);
+    let told = "`s` keeps the start values of its description: `u` = 0";
+    ended.expect(0).says(&[told]);
+    assert_eq!(lab.report("out")["warnings"], serde_json::json!([told]));
 }

@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_finding_counts_though_the_folder_is_gone() {
-        let pass = r#"{"rule":"memory","outcome":"pass","detail":""}"#;
+        let pass = r#"{"rule":"memory","rank":"breaks_standard","outcome":"pass","detail":""}"#;
         let finding = judged(&format!("exec 9>>$6; rm -r \"$TMPDIR\"; echo '{pass}' >&9"));
         assert_eq!(finding.outcome, Outcome::Pass, "{finding:?}");
     }

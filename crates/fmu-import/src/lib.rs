@@ -64,19 +64,20 @@ mod definitions;
 pub mod description;
 mod error;
 mod fmi2;
+mod folder;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use sha2::{Digest as _, Sha256};
-use tempfile::TempDir;
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{FmuState, Instance, Library, STRANGER, watch};
 pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Type, Variable};
 pub use error::OpenError;
+use folder::Folder;
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
 const LARGEST: u64 = 4 << 30;
@@ -107,7 +108,7 @@ pub struct Fmu {
     /// What it says about itself.
     pub description: Description,
     /// The unpacked archive, which lives as long as any instance.
-    folder: TempDir,
+    folder: Folder,
     /// Set by `fmi2Fatal`, which ends the life of all instances.
     lost: AtomicBool,
 }
@@ -126,7 +127,7 @@ impl Fmu {
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let read = |source| OpenError::Read { path: path.to_owned(), source };
         let bytes = std::fs::read(path).map_err(read)?;
-        let folder = TempDir::with_prefix("trackside-").map_err(read)?;
+        let folder = Folder::new().map_err(read)?;
         archive::unpack(path, &bytes, folder.path())?;
         let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
         let xml = folder.path().join("modelDescription.xml");

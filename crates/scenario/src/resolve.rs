@@ -94,6 +94,7 @@ impl System {
         let conversions = connection_units::judge(scenario, &mut unplaced, &mut mistakes);
         let connections =
             connections::connect(scenario, &unplaced, &conversions, timed, &mut mistakes);
+        warnings.extend(connections::kept(scenario, &unplaced));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &unplaced, &connections));
         let (nodes, columns) = place::place(unplaced, connections);

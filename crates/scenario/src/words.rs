@@ -25,7 +25,7 @@ pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert};
 pub use fault::Fault;
-pub use nodes::{Fmu, Table};
+pub use nodes::{Fmu, Table, Unconnected};
 pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};

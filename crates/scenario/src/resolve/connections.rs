@@ -8,7 +8,7 @@ use super::port::{Side, find};
 use super::types;
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
-use crate::words::{At, Connect, Fault, Scenario};
+use crate::words::{At, Connect, Fault, Scenario, Unconnected};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
@@ -169,13 +169,8 @@ fn action(scenario: &Scenario, fault: &Fault) -> Result<FaultPlan, Error> {
 /// An input that nobody thought of keeps the FMU's start value for ever, which looks like a result:
 /// the scenario has to say that it wants that.
 fn unconnected(scenario: &Scenario, node: &UnplacedNode) -> Result<(), Error> {
-    let is_open = |port: &&Port| {
-        let name = format!("{}.{}", node.name, port.name);
-        let connected = scenario.document.connect.iter().any(|it| *it.to.get_ref() == name);
-        !connected && !node.started.contains(&port.name)
-    };
-    let open: Vec<_> = node.inputs.iter().filter(is_open).collect();
-    let Some(first) = open.first() else { return Ok(()) };
+    let open = open(scenario, node);
+    let Some(first) = open.first().filter(|_| !keeps_start(scenario, node)) else { return Ok(()) };
     let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
     let (name, inputs) = (&node.name, names.join("`, `"));
     let (first, value) = (&first.name, types::example(first));
@@ -183,6 +178,45 @@ fn unconnected(scenario: &Scenario, node: &UnplacedNode) -> Result<(), Error> {
         format!("nothing is connected to `{inputs}` of `{name}`, and there is no start value");
     let error = scenario.source.error(node.place.clone(), message, "this node");
     Err(error.help(format!(
-        "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}"
+        "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}; with `unconnected = \"start\"` all of them keep the start values of the FMU's description"
     )))
+}
+
+/// The inputs without a connection and a start value.
+fn open<'a>(scenario: &Scenario, node: &'a UnplacedNode) -> Vec<&'a Port> {
+    let is_open = |port: &&Port| {
+        let name = format!("{}.{}", node.name, port.name);
+        let connected = scenario.document.connect.iter().any(|it| *it.to.get_ref() == name);
+        !connected && !node.started.contains(&port.name)
+    };
+    node.inputs.iter().filter(is_open).collect()
+}
+
+fn keeps_start(scenario: &Scenario, node: &UnplacedNode) -> bool {
+    let mut words = scenario.document.fmu.iter();
+    words.any(|fmu| *fmu.name.get_ref() == node.name && fmu.unconnected == Some(Unconnected::Start))
+}
+
+/// For each FMU that keeps the start values of its description, the inputs that do, with their values.
+pub(super) fn kept<'a>(
+    scenario: &'a Scenario,
+    nodes: &'a [UnplacedNode],
+) -> impl Iterator<Item = String> + 'a {
+    let of = |node: &UnplacedNode| {
+        let Body::Fmu { fmu, .. } = &node.body else { return None };
+        let variables = &fmu.description.variables;
+        let start = |port: &&Port| {
+            let variable = variables.iter().find(|variable| variable.name == port.name)?;
+            Some(format!("`{}` = {}", port.name, variable.start.as_deref().unwrap_or("nothing")))
+        };
+        let starts: Vec<_> = open(scenario, node).iter().filter_map(start).collect();
+        (!starts.is_empty()).then(|| {
+            format!(
+                "`{}` keeps the start values of its description: {}",
+                node.name,
+                starts.join(", ")
+            )
+        })
+    };
+    nodes.iter().filter(|node| keeps_start(scenario, node)).filter_map(of)
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use diagnostics::{Error, Mistakes, Spanned};
+use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Item, Type, Variable};
 use fmu_import::{Causality, Fmu};
 use recording::ValueKind;
@@ -17,6 +17,7 @@ use super::starts::starts;
 use super::types::recorded_kind;
 use super::{Notes, Overrides, overrides};
 use crate::build_request::BuildRequest;
+use crate::pattern::matches;
 use crate::plan::{Body, Clock, Ports};
 use crate::signal::{Part, Signal};
 use crate::words::{self, Scenario};
@@ -265,14 +266,15 @@ fn fmu(
     let (variables, wrong) =
         with_declared_units(scenario, node, &fmu.description.variables, mistakes);
     let variables = &variables;
-    let ports = |causality| -> Vec<Port> {
-        let places = fmu.description.with(causality);
+    let ports = |places: Vec<usize>| -> Vec<Port> {
         let port = |place| Port { wrong_unit: wrong.contains(&place), ..port(variables, place) };
-        let mut ports: Vec<_> = places.map(port).collect();
+        let mut ports: Vec<_> = places.into_iter().map(port).collect();
         ports.sort_by_key(|port| recorded_kind(port.kind) as u8);
         ports
     };
-    let (outputs, inputs) = (ports(Causality::Output), ports(Causality::Input));
+    let inputs = ports(fmu.description.with(Causality::Input).collect());
+    let shown = shown(scenario, node, variables, mistakes);
+    let outputs = ports(shown);
     let (starts, started) = starts(scenario, node, variables, overrides, mistakes);
     let references = references(&outputs);
     let fmu = Arc::new(fmu);
@@ -290,6 +292,32 @@ fn fmu(
         started,
         place: node.name.span(),
     })
+}
+
+/// The places of the outputs, and of what the scenario wants to observe besides.
+fn shown(
+    scenario: &Scenario,
+    node: &words::Fmu,
+    variables: &[Variable],
+    mistakes: &mut Mistakes,
+) -> Vec<usize> {
+    for pattern in &node.observe {
+        if !variables.iter().any(|variable| matches(pattern.get_ref(), &variable.name)) {
+            let known = variables.iter().map(|variable| variable.name.as_str());
+            let unknown = suggest::unknown("variable", pattern.get_ref(), known);
+            mistakes.push(unknown.at(&scenario.source, pattern.span()));
+        }
+    }
+    let observed = |variable: &Variable| {
+        node.observe.iter().any(|pattern| matches(pattern.get_ref(), &variable.name))
+    };
+    let is_shown = |place: &usize| match variables[*place].causality {
+        Causality::Output => true,
+        // Inputs are recorded in any case.
+        Causality::Input => false,
+        _ => observed(&variables[*place]),
+    };
+    (0..variables.len()).filter(is_shown).collect()
 }
 
 fn port(variables: &[Variable], place: usize) -> Port {

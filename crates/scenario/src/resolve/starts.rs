@@ -109,7 +109,10 @@ pub(super) fn flatten<E>(
 
 fn start(variable: &Variable, value: &toml::Value) -> Result<StartValue, String> {
     let name = &variable.name;
-    let settable = variable.start.is_some() && variable.variability != Variability::Constant;
+    // Some tools write no start value where one must be.
+    let given = matches!(variable.causality, Causality::Input | Causality::Parameter);
+    let settable =
+        (given || variable.start.is_some()) && variable.variability != Variability::Constant;
     if !settable {
         return Err(format!("`{name}` is computed by the FMU and takes no start value"));
     }

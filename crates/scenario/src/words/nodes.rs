@@ -41,6 +41,14 @@ pub struct Fmu {
         example = serde_json::json!({"start.v_x": 27.8, "F_x": 0.0})
     )]
     pub start: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    /// Variables that are recorded and can be connected and checked besides the outputs, such as locals and parameters. `*` stands for
+    /// any letters.
+    #[serde(default)]
+    #[schemars(example = ["der*"])]
+    pub observe: Vec<Spanned<String>>,
+    /// What becomes of inputs without a connection and a start value. Without a word they are refused.
+    #[schemars(example = &"start")]
+    pub unconnected: Option<Unconnected>,
     /// Units of Real variables without one in the description of the FMU. `*` in a name stands for any letters, and a full name
     /// wins. A declaration must not contradict the description.
     #[serde(default)]
@@ -53,6 +61,14 @@ pub struct Fmu {
     #[serde(default)]
     #[schemars(example = true)]
     pub log: bool,
+}
+
+/// What becomes of inputs without a connection and a start value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Unconnected {
+    /// They keep the start value of the FMU's description. The report lists them.
+    Start,
 }
 
 impl Fmu {

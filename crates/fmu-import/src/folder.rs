@@ -1,0 +1,82 @@
+//! Makes the temporary folders of unpacked archives, and removes those that a process left behind when it died.
+
+use std::fs::{File, TryLockError};
+use std::io;
+use std::path::Path;
+use std::sync::Once;
+
+use tempfile::TempDir;
+
+/// What all of them are called at the beginning.
+const PREFIX: &str = "trackside-fmu-";
+/// The file in each of them that its process holds locked: the system lets go of it however the process ends.
+const LOCK: &str = ".in-use";
+
+/// A folder that is removed when it is dropped, or by another process after this one died.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    folder: TempDir,
+    _lock: File,
+}
+
+impl Folder {
+    /// A new folder; those that nobody uses any more are removed the first time.
+    ///
+    /// # Errors
+    /// When the system does not make one.
+    pub(crate) fn new() -> io::Result<Self> {
+        static SWEPT: Once = Once::new();
+        SWEPT.call_once(|| sweep(&std::env::temp_dir()));
+        Self::within(&std::env::temp_dir())
+    }
+
+    fn within(parent: &Path) -> io::Result<Self> {
+        let folder = TempDir::with_prefix_in(PREFIX, parent)?;
+        // It gets its name once it is locked: until then nobody else can tell whether the folder is in use.
+        let (fresh, name) = (folder.path().join(".locking"), folder.path().join(LOCK));
+        let lock = File::create(&fresh)?;
+        lock.lock()?;
+        std::fs::rename(fresh, name)?;
+        Ok(Folder { folder, _lock: lock })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Removes the folders of dead processes. What cannot be removed, since it is somebody else's for example, stays.
+fn sweep(parent: &Path) {
+    for entry in std::fs::read_dir(parent).into_iter().flatten().flatten() {
+        let ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
+        // Not through a link, which may lead anywhere.
+        if !ours || !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            continue;
+        }
+        let Ok(lock) = File::open(entry.path().join(LOCK)) else { continue };
+        match lock.try_lock() {
+            Ok(()) => drop(std::fs::remove_dir_all(entry.path())),
+            Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_of_the_dead_are_removed_and_no_others() {
+        let parent = TempDir::new().expect("a folder");
+        let alive = Folder::within(parent.path()).expect("a folder");
+        let Folder { folder, _lock: lock } = Folder::within(parent.path()).expect("a folder");
+        let dead = folder.keep();
+        drop(lock);
+        let unlocked = parent.path().join(format!("{PREFIX}young"));
+        let foreign = parent.path().join("trackside-notes");
+        [&unlocked, &foreign].map(|path| std::fs::create_dir(path).expect("a folder"));
+        sweep(parent.path());
+        assert!(!dead.exists());
+        assert!([alive.path(), &unlocked, &foreign].iter().all(|path| path.is_dir()));
+    }
+}
