@@ -74,7 +74,9 @@ mod tests {
         drop(lock);
         let unlocked = parent.path().join(format!("{PREFIX}young"));
         let foreign = parent.path().join("trackside-notes");
-        [&unlocked, &foreign].map(|path| std::fs::create_dir(path).expect("a folder"));
+        for path in [&unlocked, &foreign] {
+            std::fs::create_dir(path).expect("a folder");
+        }
         sweep(parent.path());
         assert!(!dead.exists());
         assert!([alive.path(), &unlocked, &foreign].iter().all(|path| path.is_dir()));

@@ -58,7 +58,7 @@ fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
 
 /// What opening an archive of these bytes says.
 fn open(bytes: &[u8]) -> Result<Fmu, String> {
-    let folder = TempDir::new().expect("a folder");
+    let folder = tempfile::TempDir::new().expect("a folder");
     let path = folder.path().join("x.fmu");
     std::fs::write(&path, bytes).expect("a file");
     Fmu::open(&path).map_err(|error| error.to_string())
