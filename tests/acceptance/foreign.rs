@@ -127,7 +127,7 @@ fn locals_and_parameters_can_be_observed() {
     ended.expect(0);
     assert_eq!((last(&lab, "s.early"), last(&lab, "s.end")), (4.0, 1e9));
     let misspelt = text.replace("'end'", "'edn'");
-    run_text(&misspelt, &[]).1.expect(2).says(&["there is no variable", "edn", "`end`"]);
+    run_text(&misspelt, &[]).1.expect(2).says(&["unknown variable `edn`", "did you mean `end`?"]);
 }
 
 fn inputs_may_keep_the_start_values_of_the_description() {
