@@ -51,6 +51,9 @@ mod editors;
 // The contents of the documents: commands, scenarios, recipes, links.
 #[path = "acceptance/documents.rs"]
 mod documents;
+// The Modelica Reference FMUs, if they are at hand.
+#[path = "acceptance/reference_fmus.rs"]
+mod reference_fmus;
 // Errors of logs.
 #[path = "acceptance/doctor.rs"]
 mod doctor;
@@ -132,6 +135,7 @@ fn main() -> ExitCode {
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     foreign::register(&mut tests);
+    reference_fmus::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);
     identification::register(&mut tests);

@@ -1,9 +1,10 @@
 //! The requirements of tests besides the workspace, and the reasons for their absence.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
+use super::harness::ROOT;
 #[cfg(feature = "rerun")]
 use super::live;
 use super::python;
@@ -22,10 +23,12 @@ pub enum Requirement {
     Viewer,
     /// valgrind.
     Valgrind,
+    /// The Modelica Reference FMUs with their published results.
+    ReferenceFmus,
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 5] = [const { OnceLock::new() }; 5];
+static ANSWERS: [OnceLock<Option<String>>; 6] = [const { OnceLock::new() }; 6];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -44,6 +47,7 @@ impl Requirement {
             #[cfg(feature = "rerun")]
             Requirement::Viewer => "no viewer",
             Requirement::Valgrind => "no valgrind",
+            Requirement::ReferenceFmus => "no data",
         }
     }
 
@@ -67,8 +71,18 @@ impl Requirement {
             ),
             #[cfg(feature = "rerun")]
             Requirement::Viewer => live::missing_viewer(),
+            Requirement::ReferenceFmus => {
+                let folder = reference_fmus();
+                (!folder.is_dir()).then(|| format!("there is no folder {}", folder.display()))
+            }
         }
     }
+}
+
+/// The folder of the Modelica Reference FMUs, by version of FMI, with their results; `TRACKSIDE_FMUS` names another one around it.
+pub fn reference_fmus() -> PathBuf {
+    let beside = || Path::new(ROOT).join("../shared/fmus");
+    std::env::var_os("TRACKSIDE_FMUS").map_or_else(beside, PathBuf::from).join("reference")
 }
 
 fn starts(program: &str, purpose: &str) -> Option<String> {
