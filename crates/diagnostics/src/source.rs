@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::span::Spanned;
-use crate::text_file::{TextFile, read};
+use crate::text_file::{TextFile, read, scenario};
 
 /// Text files, one behind the other: a place in any of them is a range of bytes of them all.
 #[derive(Debug, Clone, Default)]
@@ -22,7 +22,7 @@ impl Source {
     /// # Errors
     /// In words, when it cannot be read.
     pub fn read(path: &Path) -> Result<Self, String> {
-        Ok(Source { first: read(path)?, ..Source::default() })
+        Ok(Source { first: scenario(path)?, ..Source::default() })
     }
 
     /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
@@ -59,7 +59,7 @@ impl Source {
     /// # Errors
     /// At that word, when it cannot be read.
     pub fn add(&mut self, path: &Path, place: Range<usize>) -> Result<(), Error> {
-        self.others.push(read(path).map_err(|message| self.error(place, message, ""))?);
+        self.others.push(scenario(path).map_err(|message| self.error(place, message, ""))?);
         Ok(())
     }
 

@@ -11,6 +11,14 @@ pub struct TextFile {
     pub text: String,
 }
 
+/// Reads a scenario, and says what another kind of file is.
+pub(crate) fn scenario(path: &Path) -> Result<TextFile, String> {
+    match other(path) {
+        Some(what) => Err(format!("expected a scenario in TOML, found {}, {what}", path.display())),
+        None => read(path),
+    }
+}
+
 pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
     match std::fs::read_to_string(path) {
         // A byte order mark is known to parsers at the beginning only, where the text may not be.
@@ -19,4 +27,18 @@ pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
         }
         Err(error) => Err(format!("cannot read the scenario {}: {error}", path.display())),
     }
+}
+
+/// What a file is that its ending tells from a scenario, and what to do with it.
+fn other(path: &Path) -> Option<&'static str> {
+    let ending = path.extension()?.to_str()?.to_lowercase();
+    Some(match ending.as_str() {
+        "ssp" | "ssd" => {
+            "a system of SSP, which this program does not run: write its FMUs as [[fmu]] and its connections as [[connect]]"
+        }
+        "fmu" => "an FMU, which a scenario names: `[[fmu]]` with `name` and `path`",
+        "mcap" | "rrd" => "a recording: `trackside view` shows it",
+        "csv" => "a table, which a scenario names: `[[table]]` with `name`, `path` and `time`",
+        _ => return None,
+    })
 }
