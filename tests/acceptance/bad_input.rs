@@ -16,7 +16,6 @@ tests! {
     an_invalid_argument_is_rejected: Compiler,
     a_start_value_that_the_fmu_refuses_is_pointed_at: Compiler,
     an_unknown_package_is_rejected,
-    a_file_of_another_kind_is_named_as_such,
 }
 
 /// A scenario with nothing wrong, which each case edits.
@@ -385,18 +384,4 @@ fn an_unknown_package_is_rejected() {
     let ended = run(signal.check("fast", "plant.v_x > 1 m/s").check("slow", "drvr.v < 1"));
     ended.says(&["fortnight", "unknown signal `drvr.v`", "3 mistakes"]);
     assert!(!lab.has("out"));
-}
-
-fn a_file_of_another_kind_is_named_as_such() {
-    let lab = Lab::new();
-    for (name, says) in [
-        ("system.ssp", "a system of SSP, which this program does not run"),
-        ("car.FMU", "an FMU, which a scenario names"),
-        ("log.csv", "a table, which a scenario names"),
-        ("run.mcap", "a recording: `trackside view` shows it"),
-    ] {
-        lab.write(name, [0xff, 0xfe, 0x00]);
-        let expected = format!("expected a scenario in TOML, found {name}, {says}");
-        lab.trackside(&["run", name]).expect(2).says(&[&expected]);
-    }
 }

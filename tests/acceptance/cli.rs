@@ -16,6 +16,7 @@ tests! {
     an_example_is_packed_by_one_command_and_built_by_a_scenario,
     #[cfg(unix)]
     view_opens_the_matching_viewer_or_explains_its_installation,
+    a_file_of_another_kind_is_named_as_such,
 }
 
 /// A car that coasts, with a check on how far it comes.
@@ -276,4 +277,18 @@ fn view_opens_the_matching_viewer_or_explains_its_installation() {
     view("nowhere", Some("0.36.3")).expect(2).says(&["nowhere has no recording"]);
     view("run", Some("0.36.3")).expect(0);
     assert_eq!(lab.read("opened").trim(), "opens run/run.rrd");
+}
+
+fn a_file_of_another_kind_is_named_as_such() {
+    let lab = Lab::new();
+    for (name, says) in [
+        ("system.ssp", "a system of SSP, which this program does not run"),
+        ("car.FMU", "an FMU, which a scenario names"),
+        ("log.csv", "a table, which a scenario names"),
+        ("run.mcap", "a recording: `trackside view` shows it"),
+    ] {
+        lab.write(name, [0xff, 0xfe, 0x00]);
+        let expected = format!("expected a scenario in TOML, found {name}, {says}");
+        lab.trackside(&["run", name]).expect(2).says(&[&expected]);
+    }
 }
