@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use fmu_import::Causality;
 use fmu_import::description::Variable;
-use scenario::plan::{Body, NodePlan, Start, StartValue, System};
+use fmu_import::{Causality, Value};
+use scenario::plan::{Body, NodePlan, Start, System};
 use scenario::resolve::{Override, Overrides};
 use scenario::words::Validation;
 use scenario::{Built, Scenario};
@@ -111,10 +111,10 @@ fn parameters(node: &NodePlan) -> impl Iterator<Item = (String, String)> {
     starts.iter().filter_map(move |start| {
         let variable = fmu?.description.variables.iter().find(|it| is_of(start, it))?;
         let value = match &start.value {
-            StartValue::Real(value) => toml::Value::Float(*value),
-            StartValue::Integer(value) => toml::Value::Integer(i64::from(*value)),
-            StartValue::Boolean(value) => toml::Value::Boolean(*value),
-            StartValue::String(value) => toml::Value::String(value.clone()),
+            Value::Real(value) => toml::Value::Float(*value),
+            Value::Integer(value) => toml::Value::Integer(i64::from(*value)),
+            Value::Boolean(value) => toml::Value::Boolean(*value),
+            Value::String(value) => toml::Value::String(value.clone()),
         };
         let wanted = variable.causality != Causality::Input;
         wanted.then(|| (variable.name.clone(), value.to_string()))
@@ -126,10 +126,10 @@ fn is_of(start: &Start, variable: &Variable) -> bool {
     use fmu_import::description::Type;
     let fits = matches!(
         (&start.value, variable.kind),
-        (StartValue::Real(_), Type::Real)
-            | (StartValue::Integer(_), Type::Integer | Type::Enumeration)
-            | (StartValue::Boolean(_), Type::Boolean)
-            | (StartValue::String(_), Type::String)
+        (Value::Real(_), Type::Real)
+            | (Value::Integer(_), Type::Integer | Type::Enumeration)
+            | (Value::Boolean(_), Type::Boolean)
+            | (Value::String(_), Type::String)
     );
     fits && variable.reference == start.reference
 }

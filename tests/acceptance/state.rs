@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cosim::node::{FmuNode, Node};
-use fmu_import::{Causality, Fmu};
-use scenario::plan::{Clock, Ports, Start, StartValue};
+use fmu_import::{Causality, Fmu, Value};
+use scenario::plan::{Clock, Ports, Start};
 
 use super::fmus::ours;
 
@@ -44,7 +44,7 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
         name: name.to_owned(),
         reference: reference(name),
         causality,
-        value: StartValue::Real(value),
+        value: Value::Real(value),
         place: None,
     };
     let starts =

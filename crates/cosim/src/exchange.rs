@@ -179,9 +179,7 @@ impl<'a> Exchange<'a> {
     /// step; nothing when they cannot be read.
     pub fn cut_short(&mut self, node: usize) -> Option<&Row<Full>> {
         self.row.copy_from(&self.start);
-        let read = get(&self.plans[node], self.nodes[node].as_mut(), &mut self.row);
-        let outputs = &self.row[self.plans[node].outputs];
-        (read.is_ok() && !outputs.iter().any(|value| value.is_nan())).then_some(&self.row)
+        self.read(node).is_ok().then_some(&self.row)
     }
 
     /// Reads the outputs of a node into the row.

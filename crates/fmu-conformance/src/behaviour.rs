@@ -1,10 +1,10 @@
 //! Checks how instances behave in a simulation: start values, repeatability, independence, step size.
 
 use fmu_import::description::{Type, Variable};
-use fmu_import::{Causality, Initial};
+use fmu_import::{Causality, Initial, Value};
 
 use super::Rank::{BreaksRuns, BreaksStandard};
-use super::test_driver::{Row, STEPS, TestDriver, Value, read};
+use super::test_driver::{Row, STEPS, TestDriver, read};
 use super::{Check, Objection, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[

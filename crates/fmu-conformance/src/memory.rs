@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Rank::BreaksStandard;
-use super::test_driver::TestDriver;
+use super::test_driver::{FAR, TestDriver};
 use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[Rule {
@@ -49,7 +49,7 @@ fn cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, Objectio
             return Ok(done);
         }
         let mut instance = driver.quiet_instance()?;
-        instance.setup_experiment(driver.time(0.0), driver.time(1000.0), None)?;
+        driver.set_up(&mut instance, FAR)?;
         instance.enter_initialization()?;
         instance.exit_initialization()?;
         instance.do_step(driver.time(0.0), driver.step())?.into_result()?;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use fmu_import::{CallError, Causality, Instance};
 
 use super::Rank::NotRobust;
-use super::test_driver::{Row, STEPS, TestDriver, read, set_start};
+use super::test_driver::{FAR, Row, STEPS, TestDriver, read, set_start};
 use super::{Check, Objection, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[Rule {
@@ -48,7 +48,7 @@ const ILLEGAL: &[(&str, Call, &[State])] = &[
 ];
 
 fn setup(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
-    instance.setup_experiment(driver.time(0.0), driver.time(1000.0), None)
+    driver.set_up(instance, FAR)
 }
 
 /// A step that would be right if the state were.

@@ -1,11 +1,11 @@
 //! Checks that an FMU looks at the size and the start of a step.
 
 use fmu_import::description::Type;
-use fmu_import::{Causality, Variability};
+use fmu_import::{Causality, Value, Variability};
 
 use super::Rank::{BreaksStandard, NotRobust};
 use super::behaviour::all_finite;
-use super::test_driver::{Row, STEPS, TestDriver, Value, until_end};
+use super::test_driver::{Row, STEPS, TestDriver, until_end};
 use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[

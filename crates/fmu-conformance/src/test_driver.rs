@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fmu_import::description::{Description, Type, Variable};
-use fmu_import::{CallError, Causality, Instance, Library, StepStatus, Variability};
+use fmu_import::{CallError, Causality, Instance, Library, StepStatus, Value, Variability};
 
 use super::process::ProgressLog;
 use super::{Objection, broken, not_applicable};
@@ -13,6 +13,8 @@ use super::{Objection, broken, not_applicable};
 const STEP: f64 = 0.01;
 /// How many steps the runs that are compared have.
 pub(super) const STEPS: u32 = 20;
+/// A tick that no run comes to.
+pub(super) const FAR: f64 = 1000.0;
 /// How far an input goes from its start value, as a share of its nominal value: far enough to be
 /// noticed, and not so far that it leaves what a model is made for.
 const SHARE: f64 = 0.1;
@@ -22,39 +24,6 @@ pub(super) struct TestDriver<'a> {
     pub(super) library: Arc<Library>,
     pub(super) limit: Duration,
     log: &'a ProgressLog,
-}
-
-/// A value of any type.
-#[derive(Debug, Clone)]
-pub(super) enum Value {
-    Real(f64),
-    Integer(i32),
-    Boolean(bool),
-    String(String),
-}
-
-/// Equal numbers or equal bits: NaN equals itself, and 0 equals -0.
-impl PartialEq for Value {
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Value::Real(a), Value::Real(b)) => a == b || a.to_bits() == b.to_bits(),
-            (Value::Integer(a), Value::Integer(b)) => a == b,
-            (Value::Boolean(a), Value::Boolean(b)) => a == b,
-            (Value::String(a), Value::String(b)) => a == b,
-            _ => false,
-        }
-    }
-}
-
-impl std::fmt::Display for Value {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Value::Real(value) => write!(out, "{value}"),
-            Value::Integer(value) => write!(out, "{value}"),
-            Value::Boolean(value) => write!(out, "{value}"),
-            Value::String(value) => write!(out, "{value:?}"),
-        }
-    }
 }
 
 /// The outputs at one communication point.
@@ -99,12 +68,16 @@ impl<'a> TestDriver<'a> {
         Instance::new(Arc::clone(&self.library), "conform", false)
     }
 
+    /// Sets up an experiment from the first communication point to that of a tick.
+    pub(super) fn set_up(&self, instance: &mut Instance, stop: f64) -> Result<(), CallError> {
+        let tolerance = self.about().default_tolerance;
+        instance.setup_experiment(self.time(0.0), self.time(stop), tolerance)
+    }
+
     /// Brings an instance into initialization mode.
     pub(super) fn enter(&self, instance: &mut Instance) -> Result<(), CallError> {
         self.note("fmi2SetupExperiment");
-        // Far enough away for every run here.
-        let tolerance = self.about().default_tolerance;
-        instance.setup_experiment(self.time(0.0), self.time(1000.0), tolerance)?;
+        self.set_up(instance, FAR)?;
         self.note("fmi2EnterInitializationMode");
         instance.enter_initialization()
     }
@@ -199,15 +172,9 @@ impl<'a> TestDriver<'a> {
     ) -> Result<(), CallError> {
         self.note(&format!("setting the inputs at t = {} s", self.time(tick.into())));
         for (index, input) in self.with(Causality::Input).enumerate() {
-            match pattern(input, f64::from(tick) + 3.0 * index as f64 + 7.0 * f64::from(variant)) {
-                Some(Value::Real(value)) => instance.set_real(&[input.reference], &[value])?,
-                Some(Value::Integer(value)) => {
-                    instance.set_integer(&[input.reference], &[value])?
-                }
-                Some(Value::Boolean(value)) => {
-                    instance.set_boolean(&[input.reference], &[value.into()])?
-                }
-                _ => {}
+            let phase = f64::from(tick) + 3.0 * index as f64 + 7.0 * f64::from(variant);
+            if let Some(value) = pattern(input, phase) {
+                instance.write(input.reference, &value)?;
             }
         }
         Ok(())
@@ -266,19 +233,7 @@ fn pattern(input: &Variable, phase: f64) -> Option<Value> {
 
 /// Reads a variable.
 pub(super) fn read(instance: &mut Instance, variable: &Variable) -> Result<Value, CallError> {
-    let reference = [variable.reference];
-    let (mut real, mut integer) = ([0.0], [0]);
-    let value = match variable.kind {
-        Type::Real => instance.get_real(&reference, &mut real).map(|()| Value::Real(real[0])),
-        Type::Integer | Type::Enumeration => {
-            instance.get_integer(&reference, &mut integer).map(|()| Value::Integer(integer[0]))
-        }
-        Type::Boolean => {
-            instance.get_boolean(&reference, &mut integer).map(|()| Value::Boolean(integer[0] != 0))
-        }
-        Type::String => instance.get_string(variable.reference).map(Value::String),
-    };
-    value.map_err(|mut error| {
+    instance.read(variable.kind, variable.reference).map_err(|mut error| {
         error.what = format!("of `{}` {}", variable.name, error.what);
         error
     })
@@ -287,12 +242,13 @@ pub(super) fn read(instance: &mut Instance, variable: &Variable) -> Result<Value
 /// Sets a variable to its start value, or else to nothing in particular.
 pub(super) fn set_start(instance: &mut Instance, variable: &Variable) -> Result<(), CallError> {
     let start = variable.start.as_deref().unwrap_or_default().trim();
-    let (reference, number) = ([variable.reference], start.parse::<f64>().unwrap_or(0.0));
-    match variable.kind {
-        Type::Real => instance.set_real(&reference, &[number]),
+    let number = start.parse::<f64>().unwrap_or(0.0);
+    let value = match variable.kind {
+        Type::Real => Value::Real(number),
         // A value of 32 bits is exact in f64.
-        Type::Integer | Type::Enumeration => instance.set_integer(&reference, &[number as i32]),
-        Type::Boolean => instance.set_boolean(&reference, &[matches!(start, "true" | "1").into()]),
-        Type::String => instance.set_string(variable.reference, start),
-    }
+        Type::Integer | Type::Enumeration => Value::Integer(number as i32),
+        Type::Boolean => Value::Boolean(matches!(start, "true" | "1")),
+        Type::String => Value::String(start.to_owned()),
+    };
+    instance.write(variable.reference, &value)
 }

@@ -65,6 +65,7 @@ pub mod description;
 mod error;
 mod fmi2;
 mod folder;
+mod value;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -78,6 +79,7 @@ pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Type, Variable};
 pub use error::OpenError;
 use folder::Folder;
+pub use value::Value;
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
 const LARGEST: u64 = 4 << 30;

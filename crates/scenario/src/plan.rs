@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{Causality, Fmu};
+use fmu_import::{Causality, Fmu, Value};
 use recording::table::Table;
 use recording::{
     Columns, Full, NumberIndex, NumberRange, RunHeader, Selection, TextIndex, TextRange,
@@ -103,7 +103,7 @@ pub struct Start {
     /// Who determines it during the run.
     pub causality: Causality,
     /// The value, of the variable's type.
-    pub value: StartValue,
+    pub value: Value,
     /// Its place in a scenario; none when the command line gives it.
     pub place: Option<WordPlace>,
 }
@@ -121,30 +121,6 @@ impl Start {
                 source.error(place.clone(), format!("`{node}` refuses `{name}`: {what}"), "")
             }
             None => Error::input(format!("--set {node}.{name}: the FMU refuses it: {what}")),
-        }
-    }
-}
-
-/// A value of any type of FMI 2.0.
-#[derive(Debug, Clone, PartialEq)]
-pub enum StartValue {
-    /// `Real`.
-    Real(f64),
-    /// `Integer` or `Enumeration`.
-    Integer(i32),
-    /// `Boolean`.
-    Boolean(bool),
-    /// `String`.
-    String(String),
-}
-
-impl std::fmt::Display for StartValue {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            StartValue::Real(value) => write!(out, "{value:?}"),
-            StartValue::Integer(value) => write!(out, "{value}"),
-            StartValue::Boolean(value) => write!(out, "{value}"),
-            StartValue::String(value) => write!(out, "{value:?}"),
         }
     }
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Causality, Fmu, Instance, Message};
-use scenario::plan::{Clock, Ports, Start, StartValue};
+use fmu_import::{CallError, Causality, Fmu, Instance, Message, Value};
+use scenario::plan::{Clock, Ports, Start};
 
 use super::{Node, NodeState};
 
@@ -53,79 +53,53 @@ impl FmuNode {
         self.starts = starts;
         let tolerance = tolerance.or(self.instance.description().default_tolerance);
         let setup = self.instance.setup_experiment(clock.at(0), clock.announced_stop(), tolerance);
-        setup.map_err(|error| self.failure(error))?;
+        setup.map_err(|error| failure(&self.name, error))?;
         let FmuNode { name, instance, starts, .. } = self;
         let mut early = starts.iter().filter(|start| start.causality != Causality::Input);
         early.try_for_each(|start| give(instance, name, start))
-    }
-
-    fn failure(&self, error: CallError) -> Error {
-        Error::component(&self.name, error.call, Some(0.0), error.what)
     }
 }
 
 /// Gives the instance called `name` a start value.
 fn give(instance: &mut Instance, name: &str, start: &Start) -> Result<(), Error> {
-    let reference = start.reference;
-    let given = match &start.value {
-        StartValue::Real(value) => instance.set_real(&[reference], &[*value]),
-        StartValue::Integer(value) => instance.set_integer(&[reference], &[*value]),
-        StartValue::Boolean(value) => instance.set_boolean(&[reference], &[i32::from(*value)]),
-        StartValue::String(value) => instance.set_string(reference, value),
-    };
+    let given = instance.write(start.reference, &start.value);
     given.map_err(|error| start.refused(name, &format!("{} {}", error.call, error.what)))
 }
 
-/// The value that the instance has where it was given this one.
-fn kept(instance: &mut Instance, start: &Start) -> Result<StartValue, CallError> {
-    let reference = [start.reference];
-    Ok(match start.value {
-        StartValue::Real(_) => {
-            let mut value = [0.0];
-            instance.get_real(&reference, &mut value)?;
-            StartValue::Real(value[0])
-        }
-        StartValue::Integer(_) => {
-            let mut value = [0];
-            instance.get_integer(&reference, &mut value)?;
-            StartValue::Integer(value[0])
-        }
-        StartValue::Boolean(_) => {
-            let mut value = [0];
-            instance.get_boolean(&reference, &mut value)?;
-            StartValue::Boolean(value[0] != 0)
-        }
-        StartValue::String(_) => StartValue::String(instance.get_string(start.reference)?),
-    })
+/// The value that the instance called `name` has where it was given this one. It may not be called after an error.
+fn kept(instance: &mut Instance, name: &str, start: &Start) -> Result<Value, Error> {
+    let kept = instance.read(start.value.kind(), start.reference);
+    kept.map_err(|error| failure(name, error))
+}
+
+/// Gives a parameter its start value once more, if the instance did not keep it; what to tell if it does not keep it then.
+fn insist(instance: &mut Instance, name: &str, start: &Start) -> Result<Option<String>, Error> {
+    let Start { name: variable, value, .. } = start;
+    if kept(instance, name, start)? == *value {
+        return Ok(None);
+    }
+    give(instance, name, start)?;
+    let now = kept(instance, name, start)?;
+    Ok((now != *value).then(|| {
+        format!("`{name}` does not keep the start value {value} of `{variable}`: it has {now}")
+    }))
+}
+
+/// The error of a call before the first step.
+fn failure(name: &str, error: CallError) -> Error {
+    Error::component(name, error.call, Some(0.0), error.what)
 }
 
 impl Node for FmuNode {
     fn enter(&mut self) -> Result<Vec<String>, Error> {
-        let entered = self.instance.enter_initialization();
-        entered.map_err(|error| self.failure(error))?;
         let FmuNode { name, instance, starts, .. } = self;
+        instance.enter_initialization().map_err(|error| failure(name, error))?;
         let mut notices = Vec::new();
         for start in std::mem::take(starts) {
-            if start.causality == Causality::Input {
-                give(instance, name, &start)?;
-                continue;
-            }
-            if start.causality != Causality::Parameter {
-                continue;
-            }
-            // An FMU that cannot read a parameter may not be called after that.
-            let broken =
-                |error: CallError| Error::component(name, error.call, Some(0.0), error.what);
-            let mut now = kept(instance, &start).map_err(broken)?;
-            if now != start.value {
-                give(instance, name, &start)?;
-                now = kept(instance, &start).map_err(broken)?;
-            }
-            if now != start.value {
-                let Start { name: variable, value, .. } = start;
-                notices.push(format!(
-                    "`{name}` does not keep the start value {value} of `{variable}`: it has {now}"
-                ));
+            match start.causality {
+                Causality::Input => give(instance, name, &start)?,
+                Causality::Parameter => notices.extend(insist(instance, name, &start)?),
+                _ => {}
             }
         }
         Ok(notices)

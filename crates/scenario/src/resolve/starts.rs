@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Type, Variable, list};
-use fmu_import::{Causality, Variability};
+use fmu_import::{Causality, Value, Variability};
 
 use super::{Override, Overrides};
-use crate::plan::{Start, StartValue, WordPlace};
+use crate::plan::{Start, WordPlace};
 use crate::words::{self, Scenario, converted, quantity};
 
 /// The start values of an FMU, and the names of those that are inputs.
@@ -107,7 +107,7 @@ pub(super) fn flatten<E>(
     }
 }
 
-fn start(variable: &Variable, value: &toml::Value) -> Result<StartValue, String> {
+fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     let name = &variable.name;
     // Some tools write no start value where one must be.
     let given = matches!(variable.causality, Causality::Input | Causality::Parameter);
@@ -117,18 +117,18 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<StartValue, String>
         return Err(format!("`{name}` is computed by the FMU and takes no start value"));
     }
     let value = match (variable.kind, value) {
-        (Type::Real, toml::Value::Float(value)) => StartValue::Real(*value),
-        (Type::Real, toml::Value::Integer(value)) => StartValue::Real(*value as f64),
+        (Type::Real, toml::Value::Float(value)) => Value::Real(*value),
+        (Type::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),
         (Type::Integer, toml::Value::Integer(value)) => match i32::try_from(*value) {
-            Ok(value) => StartValue::Integer(value),
+            Ok(value) => Value::Integer(value),
             Err(_) => return Err(format!("`{name}` is a 32-bit integer, {value} does not fit")),
         },
-        (Type::Enumeration, value) => StartValue::Integer(item(variable, value)?),
-        (Type::Boolean, toml::Value::Boolean(value)) => StartValue::Boolean(*value),
+        (Type::Enumeration, value) => Value::Integer(item(variable, value)?),
+        (Type::Boolean, toml::Value::Boolean(value)) => Value::Boolean(*value),
         (Type::String, toml::Value::String(value)) if value.contains('\0') => {
             return Err(format!("`{name}` is a text for C, which ends at its first NUL character"));
         }
-        (Type::String, toml::Value::String(value)) => StartValue::String(value.clone()),
+        (Type::String, toml::Value::String(value)) => Value::String(value.clone()),
         (kind, value) => {
             return Err(format!("`{name}` is {kind:?}, found {} {value}", value.type_str()));
         }
