@@ -5,8 +5,11 @@
 
 #[path = "../tests/support/log_250lm.rs"]
 mod log_250lm;
+#[path = "../../crates/drive-inference/tests/support/processor.rs"]
+mod processor;
 
 use log_250lm::{Log, by_drive, by_points, closed_loop, tires};
+use processor::processor;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
 
@@ -19,14 +22,6 @@ fn scatter(found: &[(f64, f64)]) -> (f64, f64) {
     let mean = found.iter().map(|it| weight(it) * it.0).sum::<f64>() / all;
     let squares: f64 = found.iter().map(|(value, std)| ((value - mean) / std).powi(2)).sum();
     (mean, (squares / (found.len() as f64 - 1.0)).sqrt())
-}
-
-/// Processor time of this process [s], with a resolution of 0.01 s; not a number where the system does not tell.
-fn processor() -> f64 {
-    let Ok(text) = std::fs::read_to_string("/proc/self/stat") else { return f64::NAN };
-    let after_name = text.rsplit(')').next().unwrap_or_default();
-    let ticks = after_name.split_whitespace().skip(11).take(2);
-    ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
 fn number(args: &[String], name: &str, usual: f64) -> f64 {

@@ -1,9 +1,11 @@
 //! Asserts what is found in logs of real cars, if they are at hand; `TRACKSIDE_DATA` names another folder to look in.
 
-use std::path::PathBuf;
+#[path = "support/real_log.rs"]
+mod real_log;
 
 use drive_doctor::{Examination, KnownCar, Sure, examine};
 use preparation::DriveLog;
+use real_log::RealLog;
 
 /// The examination of a file: the column of the time, then names and columns.
 fn of(
@@ -12,24 +14,10 @@ fn of(
     columns: &[(&str, &str, f64)],
     axles: [f64; 2],
 ) -> Option<Examination> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
-    let Ok(text) = std::fs::read_to_string(folder.join(file)) else {
-        eprintln!("skipped: no {file} in {}", folder.display());
-        return None;
-    };
-    let mut lines = text.lines();
-    let titles: Vec<&str> = lines.next()?.trim_start_matches("# ").split(',').collect();
-    let cell = |cell: &str| cell.parse().unwrap_or(f64::NAN);
-    let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(cell).collect()).collect();
-    let column = |title: &str| -> Vec<f64> {
-        let place = titles.iter().position(|it| *it == title).expect("a column of the file");
-        rows.iter().map(|row| row[place]).collect()
-    };
+    let recording = RealLog::read(file)?;
     let mut log = DriveLog::default();
     for (name, title, factor) in columns {
-        let values = column(title).iter().map(|value| value * factor).collect();
-        log.insert(name, column(time), values);
+        log.insert(name, recording.column(time, 1.0), recording.column(title, *factor));
     }
     Some(examine(&log, &KnownCar { axles: Some(axles), ..KnownCar::default() }))
 }

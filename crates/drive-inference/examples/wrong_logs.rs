@@ -7,21 +7,16 @@
 mod drive;
 #[path = "../tests/support/mistakes.rs"]
 mod mistakes;
+#[path = "../tests/support/processor.rs"]
+mod processor;
 
 use drive_inference::{DriveOptions, Identified, Tires, identify};
 use mistakes::{CARS, MISTAKES, Mistake, TIRES};
+use processor::processor;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::TireParameters;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
-
-/// Processor time of this process [s], with a resolution of 0.01 s; not a number where the system does not tell.
-fn processor() -> f64 {
-    let Ok(text) = std::fs::read_to_string("/proc/self/stat") else { return f64::NAN };
-    let after_name = text.rsplit(')').next().unwrap_or_default();
-    let ticks = after_name.split_whitespace().skip(11).take(2);
-    ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
-}
 
 /// What one row adds up to.
 #[derive(Default)]

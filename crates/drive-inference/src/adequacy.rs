@@ -54,7 +54,7 @@ impl Leftover<'_> {
     }
 
     fn lags(&self) -> usize {
-        let step = self.recordings.iter().map(Drive::usual_step).fold(f64::INFINITY, f64::min);
+        let step = Drive::shortest_step(self.recordings);
         (LONGEST / step).round().clamp(1.0, 200.0) as usize
     }
 }

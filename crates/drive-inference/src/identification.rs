@@ -235,14 +235,14 @@ impl Run<'_> {
         let corners = corners(&options.prior.bounds);
         let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
         let explored = objective.explored(&minimum, corners);
+        let step = Drive::shortest_step(self.recordings);
         // Fits to points do not maximise the likelihood, so that its residuals say nothing of them.
         let likely = options.method == Formulation::PredictionError;
-        let blocks =
-            likely.then(|| Blocks::about(&joint, &minimum, &explored.corners, self.step()));
+        let blocks = likely.then(|| Blocks::about(&joint, &minimum, &explored.corners, step));
         let scatter = blocks.as_ref().and_then(Blocks::scatter);
         let scatter = scatter.as_ref();
         let covariance = scatter.map_or_else(|| covariance(&minimum), |it| it.blocks.clone());
-        let causes = told::causes(&minimum, &joint, &gains, &unknowns, (&options.car, self.step()));
+        let causes = told::causes(&minimum, &joint, &gains, &unknowns, (&options.car, step));
         let (model, causes) = self.judged(causes, &unknowns, &series, blocks.as_ref());
         let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
         let noise_std = noise.sensor[3] / vehicle::G;
@@ -288,11 +288,6 @@ impl Run<'_> {
             explained,
             seconds: begin.elapsed().as_secs_f64(),
         })
-    }
-
-    /// The usual step of the rows [s].
-    fn step(&self) -> f64 {
-        self.recordings.iter().map(Drive::usual_step).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether tires, errors and noises describe the drives, and the errors as that has them.

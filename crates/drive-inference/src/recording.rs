@@ -79,6 +79,11 @@ impl Drive {
         steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
     }
 
+    /// The shortest usual step of some recordings [s].
+    pub fn shortest_step(recordings: &[Self]) -> f64 {
+        recordings.iter().map(Self::usual_step).fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether a time is within a window, ends included, for each row.
     pub fn during(&self, [from, until]: [f64; 2]) -> Vec<bool> {
         self.t.iter().map(|t| (from..=until).contains(t)).collect()

@@ -44,7 +44,7 @@ impl Default for Delays {
 impl Delays {
     /// Those next to the delays among some causes, with steps for their relaxation lengths, or those that a fit starts from.
     pub fn near(causes: &Causes, recordings: &[Drive]) -> Self {
-        let step = recordings.iter().map(Drive::usual_step).fold(f64::INFINITY, f64::min);
+        let step = Drive::shortest_step(recordings);
         let rows = |cause: Cause| (causes[cause] / step).round() as isize;
         let rows = [
             rows(Cause::SteeringDelay),

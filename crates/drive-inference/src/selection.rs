@@ -55,8 +55,8 @@ pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
     }
 }
 
-/// Delays of most channels by one time are a delay of the others by its opposite: where such a fit needs fewer errors, it and what
-/// its errors gained. That of the channels that were late before goes to those that are late now.
+/// The same fit by the clock of the other channels: most channels late by one time are the others early by it. `None` unless that
+/// needs fewer errors; the gains of the delays go to those that replace them.
 fn other_clock(
     problem: &Problem,
     fit: &Fit,

@@ -1,12 +1,14 @@
 //! Reads the recording of a 1964 Ferrari 250 LM, if it is at hand, and identifies its tires from parts of it by both tasks.
 #![allow(dead_code, reason = "each user needs a part")]
 
-use std::path::PathBuf;
+#[path = "../../../crates/drive-doctor/tests/support/real_log.rs"]
+mod real_log;
 
 use drive_inference::{Drive, Identified, identify};
 use identify::config::{ClosedLoop, Config, Tires};
 use preparation::direction::Direction;
 use preparation::{DriveLog, Pipeline};
+use real_log::RealLog;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::Estimate;
 use tire_inference::fit::FitOptions;
@@ -16,39 +18,21 @@ use tire_inference::settings::{Method, Settings};
 const CAR: &str = "aero = \"none\"\n[car.body]\nm = 982.0\nI_zz = 1605.0\nl_f = 1.33\nl_r = 1.07\nh = { value = 0.45, std = 0.05 }";
 const MASS: f64 = 982.0;
 
-/// The columns of the file.
-pub struct Log {
-    columns: Vec<(String, Vec<f64>)>,
-}
+/// The file.
+pub struct Log(RealLog);
 
 impl Log {
-    /// The recording; `None` where it is not at hand. `TRACKSIDE_DATA` names another folder to look in.
+    /// The recording; `None` where it is not at hand.
     pub fn read() -> Option<Self> {
-        let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-        let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
-        let Ok(text) = std::fs::read_to_string(folder.join("revs_250lm.csv")) else {
-            eprintln!("skipped: no revs_250lm.csv in {}", folder.display());
-            return None;
-        };
-        let mut lines = text.lines();
-        let titles: Vec<&str> = lines.next()?.split(',').collect();
-        let cells = |line: &str| line.split(',').map(|it| it.parse().unwrap_or(f64::NAN)).collect();
-        let rows: Vec<Vec<f64>> = lines.map(cells).collect();
-        let column = |(place, title): (usize, &&str)| {
-            (title.to_string(), rows.iter().map(|row| row[place]).collect())
-        };
-        Some(Self { columns: titles.iter().enumerate().map(column).collect() })
+        RealLog::read("revs_250lm.csv").map(Self)
     }
 
     /// A column between two times, from the beginning of the recording on [s].
     fn column(&self, title: &str, [from, until]: [f64; 2]) -> Vec<f64> {
-        let of = |title: &str| {
-            let found = self.columns.iter().find(|(it, _)| it == title);
-            &found.expect("a column of the file").1
-        };
-        let time = of("t_s");
+        let time = self.0.column("t_s", 1.0);
         let inside = |t: f64| (from..until).contains(&(t - time[0]));
-        time.iter().zip(of(title)).filter(|(t, _)| inside(**t)).map(|(_, value)| *value).collect()
+        let values = self.0.column(title, 1.0).into_iter();
+        time.iter().zip(values).filter(|(t, _)| inside(**t)).map(|(_, value)| value).collect()
     }
 
     /// What `task = "closed_loop"` needs; the force is that of the forward acceleration.

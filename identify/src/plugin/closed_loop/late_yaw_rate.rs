@@ -1,9 +1,10 @@
-//! Asserts that the task refuses the recording of a real car whose yaw rate is late, if it is at hand; `TRACKSIDE_DATA` names
-//! another folder to look in.
+//! Asserts that the task refuses the recording of a real car whose yaw rate is late, if it is at hand.
 
-use std::path::PathBuf;
+#[path = "../../../../crates/drive-doctor/tests/support/real_log.rs"]
+mod real_log;
 
 use plugin::{Analysis, Request, Signal, Silent};
+use real_log::RealLog;
 use serde_json::Value;
 
 use crate::plugin::Identify;
@@ -29,20 +30,8 @@ type Columns = (Vec<f64>, Vec<(&'static str, Vec<f64>)>);
 /// The recording. Nobody recorded the lateral acceleration, so it is that of the motion over ground; the force is that of the
 /// forward acceleration.
 fn read() -> Option<Columns> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
-    let Ok(text) = std::fs::read_to_string(folder.join("av21_putnam_park.csv")) else {
-        eprintln!("skipped: no av21_putnam_park.csv in {}", folder.display());
-        return None;
-    };
-    let mut lines = text.lines();
-    let titles: Vec<&str> = lines.next()?.trim_start_matches("# ").split(',').collect();
-    let cells = |line: &str| line.split(',').map(|it| it.parse().unwrap_or(f64::NAN)).collect();
-    let rows: Vec<Vec<f64>> = lines.map(cells).collect();
-    let column = |title: &str, factor: f64| -> Vec<f64> {
-        let place = titles.iter().position(|it| *it == title).expect("a column of the file");
-        rows.iter().map(|row| factor * row[place]).collect()
-    };
+    let recording = RealLog::read("av21_putnam_park.csv")?;
+    let column = |title: &str, factor: f64| recording.column(title, factor);
     let stamps = column("time(s)", 1.0);
     let time: Vec<f64> = stamps.iter().map(|stamp| stamp - stamps[0]).collect();
     let [v_x, v_y, r] = ["vx(m/s)", "vy(m/s)", "omega(rad/s)"].map(|title| column(title, 1.0));
