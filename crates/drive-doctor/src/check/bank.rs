@@ -100,7 +100,7 @@ fn without_roll(case: &mut Case, motion: &Motion, slow: &[f64]) {
         Some(it) => {
             let [most, share] = [it.most, 100.0 * it.most / G].map(|x| significant(x, 2));
             let sentence = format!(
-                "The road is banked: what `a_y` has beyond the motion over ground, up to {most} m/s2, comes again at the same places of each lap of {} m (correlation {}), as slopes to the side of up to {share} % would.",
+                "The road is banked: `a_y` differs from the motion over ground by up to {most} m/s2, again at the same places of each lap of {} m (correlation {}). Slopes to the side of up to {share} % do that.",
                 significant(it.lap, 3),
                 significant(it.correlation, 2)
             );
