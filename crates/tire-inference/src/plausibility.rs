@@ -15,6 +15,10 @@ const CHANCE: f64 = 3.0;
 const OUTLIER: f64 = 3.0;
 /// Slip ratios beyond are in percent.
 const RATIO: f64 = 10.0;
+/// No tire carries more than this many times its load to the side: those of dragsters reach 4, slicks 2.
+const GRIP: f64 = 4.0;
+/// Share of the samples that may be outliers.
+const STRAY: f64 = 0.1;
 /// The softest tire on a road, over its height: B of ice, C of rubber without a peak. Its height does not matter.
 const SOFTEST: Theta = [4.0, 0.84, 1.0, 0.0, 0.0, 0.0];
 /// Slip from which on its curve is told from a straight line.
@@ -29,7 +33,7 @@ const FEW: f64 = 5.0;
 /// Refuses samples that no tire makes.
 ///
 /// # Errors
-/// [`FitError::Slip`], [`FitError::Mirrored`], [`FitError::Unrelated`], [`FitError::Straight`] or [`FitError::Soft`].
+/// [`FitError::Slip`], [`FitError::Force`], [`FitError::Mirrored`], [`FitError::Unrelated`], [`FitError::Straight`] or [`FitError::Soft`].
 pub fn check(samples: &Samples, direction: Direction) -> Result<(), FitError> {
     let (most, unit) = match direction {
         Direction::Lateral => (std::f64::consts::FRAC_PI_2, "deg"),
@@ -38,6 +42,10 @@ pub fn check(samples: &Samples, direction: Direction) -> Result<(), FitError> {
     let largest = samples.slip.iter().fold(0.0_f64, |largest, slip| largest.max(slip.abs()));
     if largest > most {
         return Err(FitError::Slip { largest, most, unit });
+    }
+    let size = quantile(&sizes(samples), 1.0 - STRAY);
+    if size > GRIP {
+        return Err(FitError::Force { size, most: GRIP });
     }
     let (correlation, count) = correlation(samples);
     // Student's statistic of a correlation.
@@ -101,14 +109,21 @@ impl Slope {
     }
 }
 
+/// Sizes of the forces that count, in order.
+fn sizes(samples: &Samples) -> Vec<f64> {
+    let forces = samples.force.iter().zip(&samples.weight);
+    let mut sizes: Vec<f64> =
+        forces.filter(|(_, weight)| **weight > 0.0).map(|(force, _)| force.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes
+}
+
 /// Of slip and force about the origin, and of how many samples.
 fn correlation(samples: &Samples) -> (f64, f64) {
     let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight);
     let used: Vec<[f64; 3]> =
         points.filter(|(_, w)| **w > 0.0).map(|((x, y), w)| [*x, *y, *w]).collect();
-    let mut sizes: Vec<f64> = used.iter().map(|[_, force, _]| force.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let limit = OUTLIER * quantile(&sizes, 0.5);
+    let limit = OUTLIER * quantile(&sizes(samples), 0.5);
     let [xx, xy, yy] = used.iter().fold([0.0; 3], |[xx, xy, yy], [x, y, w]| {
         let y = y.clamp(-limit, limit);
         [xx + w * x * x, xy + w * x * y, yy + w * y * y]
@@ -137,6 +152,9 @@ mod tests {
         let mut noise = measured(0.2);
         noise.force.iter_mut().enumerate().for_each(|(i, y)| *y = (12.9898 * (i * i) as f64).sin());
         assert!(matches!(lateral(&noise), Err(FitError::Unrelated { .. })));
+        let mut newtons = measured(0.2);
+        newtons.force.iter_mut().for_each(|force| *force *= 3500.0);
+        assert!(matches!(lateral(&newtons), Err(FitError::Force { .. })));
         let mut degrees = measured(0.2);
         degrees.slip.iter_mut().for_each(|slip| *slip = slip.to_degrees());
         let error = lateral(&degrees).expect_err("degrees");

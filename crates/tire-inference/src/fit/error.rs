@@ -66,6 +66,17 @@ pub enum FitError {
         /// The unit that it may be in.
         unit: &'static str,
     },
+    /// Forces that are not divided by the load.
+    #[error(
+        "expected forces over load up to {most}, found {size:.3} in one of ten samples: divide a force in N or kN by the load, as \
+         gain = 1 / load does where the load is constant"
+    )]
+    Force {
+        /// The size that a tenth of the samples exceeds.
+        size: f64,
+        /// The largest one.
+        most: f64,
+    },
     /// A force without the bend of a tire.
     #[error(
         "expected a force that bends like that of a tire, found one that rises in a straight line up to the slip {largest:.3} (the slope in \
