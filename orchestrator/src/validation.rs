@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
-use fmu_import::{Causality, Value};
+use fmu_import::{Causality, Value, hexadecimal};
 use scenario::plan::{Body, NodePlan, Start, System};
 use scenario::resolve::{Override, Overrides};
 use scenario::words::Validation;
@@ -112,24 +112,19 @@ fn parameters(node: &NodePlan) -> impl Iterator<Item = (String, String)> {
         let variable = fmu?.description.variables.iter().find(|it| is_of(start, it))?;
         let value = match &start.value {
             Value::Real(value) => toml::Value::Float(*value),
-            Value::Integer(value) => toml::Value::Integer(i64::from(*value)),
+            Value::Integer(value) => i64::try_from(*value)
+                .map_or_else(|_| toml::Value::String(value.to_string()), toml::Value::Integer),
             Value::Boolean(value) => toml::Value::Boolean(*value),
             Value::String(value) => toml::Value::String(value.clone()),
+            Value::Binary(bytes) => toml::Value::String(hexadecimal(bytes)),
         };
         let wanted = variable.causality != Causality::Input;
         wanted.then(|| (variable.name.clone(), value.to_string()))
     })
 }
 
-/// Whether a start value is that of a variable. References are unique within a type, Enumeration being Integer.
+/// Whether a start value is that of a variable: in FMI 2.0 variables of different types may share a reference.
 fn is_of(start: &Start, variable: &Variable) -> bool {
-    use fmu_import::description::Type;
-    let fits = matches!(
-        (&start.value, variable.kind),
-        (Value::Real(_), Type::Real)
-            | (Value::Integer(_), Type::Integer | Type::Enumeration)
-            | (Value::Boolean(_), Type::Boolean)
-            | (Value::String(_), Type::String)
-    );
-    fits && variable.reference == start.reference
+    let of = (variable.reference, variable.storage, variable.element);
+    (start.reference, start.storage, start.element) == of
 }

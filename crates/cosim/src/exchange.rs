@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use diagnostics::{Error, rounded};
-use fmu_import::CallError;
+use fmu_import::{CallError, Version};
 use recording::{Columns, Full, NumberIndex, Row};
-use scenario::plan::{Clock, InputChain, NodePlan, ResolvedConnection, System};
+use scenario::plan::{Body, Clock, InputChain, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
 use crate::node::Node;
@@ -278,7 +278,12 @@ fn check_numbers(
     match plan.outputs.indices().find(|&output| row[output].is_nan()) {
         None => Ok(()),
         Some(output) => {
-            Err(failure(plan, CallError::not_a_number(&columns[output].variable), time))
+            let version = match &plan.body {
+                Body::Fmu { fmu, .. } => fmu.description.version,
+                _ => Version::Two,
+            };
+            let error = CallError::not_a_number(version, &columns[output].variable);
+            Err(failure(plan, error, time))
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Checks how instances behave in a simulation: start values, repeatability, independence, step size.
 
 use fmu_import::description::{Type, Variable};
-use fmu_import::{Causality, Initial, Value};
+use fmu_import::{Causality, Initial, Value, hexadecimal};
 
 use super::Rank::{BreaksRuns, BreaksStandard};
 use super::test_driver::{Row, STEPS, TestDriver, read};
@@ -73,6 +73,7 @@ fn is(variable: &Variable, start: &str, found: &Value) -> bool {
         Value::Integer(found) => start.trim().parse() == Ok(*found),
         Value::Boolean(found) => matches!(start.trim(), "true" | "1") == *found,
         Value::String(found) => variable.kind == Type::String && start == found,
+        Value::Binary(found) => start.eq_ignore_ascii_case(&hexadecimal(found)),
     }
 }
 

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use fmu_import::{CallError, Fmu, OpenError};
+use fmu_import::{CallError, Fmu, OpenError, Version};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +41,14 @@ pub enum JudgeError {
     /// It is no FMU.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// It is made for another version of FMI.
+    #[error("{}: expected an FMU of FMI 2.0, whose rules these are, found one of FMI {version}: `trackside run` steps it", path.display())]
+    Version {
+        /// The archive.
+        path: PathBuf,
+        /// Its version.
+        version: Version,
+    },
     /// There is no such rule.
     #[error("there is no rule `{0}`")]
     Rule(String),
@@ -168,6 +176,12 @@ pub fn rules() -> impl Iterator<Item = &'static Rule> {
 /// When the archive is no FMI 2.0 co-simulation FMU at all.
 pub fn run(program: &Path, path: &Path, limit: Duration) -> Result<Vec<Finding>, JudgeError> {
     let fmu = Fmu::open(path)?;
+    if fmu.description.version != Version::Two {
+        return Err(JudgeError::Version {
+            path: path.to_owned(),
+            version: fmu.description.version,
+        });
+    }
     // A copy of the archive's files for each rule would take longer than most rules.
     let judge = |rule: &Rule| match rule.check {
         Check::Files(check) => rule.finding_about(&fmu, check(&fmu)),

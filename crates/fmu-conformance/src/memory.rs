@@ -52,7 +52,7 @@ fn cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, Objectio
         driver.set_up(&mut instance, FAR)?;
         instance.enter_initialization()?;
         instance.exit_initialization()?;
-        instance.do_step(driver.time(0.0), driver.step())?.into_result()?;
+        instance.step(driver.time(0.0), driver.step())?;
         instance.terminate()?;
     }
     Ok(count)

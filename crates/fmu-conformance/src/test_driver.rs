@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fmu_import::description::{Description, Type, Variable};
-use fmu_import::{CallError, Causality, Instance, Library, StepStatus, Value, Variability};
+use fmu_import::{CallError, Causality, Instance, Library, Value, Variability};
 
 use super::process::ProgressLog;
 use super::{Objection, broken, not_applicable};
@@ -117,7 +117,7 @@ impl<'a> TestDriver<'a> {
         step: f64,
     ) -> Result<(), CallError> {
         self.note(&format!("fmi2DoStep at t = {time} s"));
-        instance.do_step(time, step).and_then(StepStatus::into_result).map_err(|mut error| {
+        instance.step(time, step).map_err(|mut error| {
             error.what = format!("of {step} s from t = {time} s {}", error.what);
             error
         })
@@ -174,7 +174,7 @@ impl<'a> TestDriver<'a> {
         for (index, input) in self.with(Causality::Input).enumerate() {
             let phase = f64::from(tick) + 3.0 * index as f64 + 7.0 * f64::from(variant);
             if let Some(value) = pattern(input, phase) {
-                instance.write(input.reference, &value)?;
+                instance.write(input.storage, input.reference, &[value])?;
             }
         }
         Ok(())
@@ -225,30 +225,31 @@ fn pattern(input: &Variable, phase: f64) -> Option<Value> {
             Some(Value::Real(inside(start + SHARE * nominal * wave)))
         }
         // Integers of 32 bits are exact in f64, and the cast saturates.
-        Type::Integer => Some(Value::Integer(inside(start + (2.0 * wave).round()) as i32)),
+        Type::Integer => Some(Value::Integer(inside(start + (2.0 * wave).round()) as i32 as i128)),
         Type::Boolean => Some(Value::Boolean(wave > 0.0)),
-        Type::Enumeration | Type::String => None,
+        Type::Enumeration | Type::String | Type::Binary | Type::Clock => None,
     }
 }
 
 /// Reads a variable.
 pub(super) fn read(instance: &mut Instance, variable: &Variable) -> Result<Value, CallError> {
-    instance.read(variable.kind, variable.reference).map_err(|mut error| {
+    let found = instance.read(variable.storage, variable.reference, 1).map_err(|mut error| {
         error.what = format!("of `{}` {}", variable.name, error.what);
         error
-    })
+    })?;
+    let none = || CallError::new("reading", format!("of `{}` gave no value", variable.name));
+    found.into_iter().next().ok_or_else(none)
 }
 
 /// Sets a variable to its start value, or else to nothing in particular.
 pub(super) fn set_start(instance: &mut Instance, variable: &Variable) -> Result<(), CallError> {
-    let start = variable.start.as_deref().unwrap_or_default().trim();
-    let number = start.parse::<f64>().unwrap_or(0.0);
-    let value = match variable.kind {
-        Type::Real => Value::Real(number),
-        // A value of 32 bits is exact in f64.
-        Type::Integer | Type::Enumeration => Value::Integer(number as i32),
-        Type::Boolean => Value::Boolean(matches!(start, "true" | "1")),
-        Type::String => Value::String(start.to_owned()),
+    let nothing = match variable.kind {
+        Type::Real => Value::Real(0.0),
+        Type::Integer | Type::Enumeration => Value::Integer(0),
+        Type::Boolean | Type::Clock => Value::Boolean(false),
+        Type::String => Value::String(String::new()),
+        Type::Binary => Value::Binary(Vec::new()),
     };
-    instance.write(variable.reference, &value)
+    let value = variable.start_value().unwrap_or(nothing);
+    instance.write(variable.storage, variable.reference, &[value])
 }

@@ -1,5 +1,6 @@
 //! Unpacks an archive, and refuses one that would do harm.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -11,7 +12,8 @@ pub(crate) fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenE
     let failed = |source| OpenError::Read { path: path.to_owned(), source };
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).map_err(broken)?;
     let different = archive.len();
-    if let Some(listed) = listed_entries(bytes).filter(|listed| *listed != different) {
+    let listed = listed_entries(bytes);
+    if let Some(listed) = listed.filter(|listed| *listed != different && !repeats(bytes, *listed)) {
         return Err(OpenError::Ambiguous { path: path.to_owned(), listed, different });
     }
     let mut left = LARGEST;
@@ -38,6 +40,35 @@ pub(crate) fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenE
             .ok_or_else(|| OpenError::TooLarge { path: path.to_owned() })?;
     }
     Ok(())
+}
+
+/// Whether entries of the same name have the same contents, by their checksums and sizes: some tools write an entry twice.
+fn repeats(bytes: &[u8], listed: usize) -> bool {
+    const ENTRY: &[u8] = b"PK\x01\x02";
+    const FIXED: usize = 46;
+    let number = |at: usize, size: usize| -> Option<usize> {
+        let field = bytes.get(at..at + size)?;
+        Some(field.iter().rev().fold(0, |sum, byte| 256 * sum + usize::from(*byte)))
+    };
+    let end = bytes.windows(4).rposition(|window| window == b"PK\x05\x06");
+    let Some(mut at) = end.and_then(|end| number(end + 16, 4)) else { return false };
+    let mut contents: BTreeMap<&[u8], &[u8]> = BTreeMap::new();
+    for _ in 0..listed {
+        let entry = || -> Option<(&[u8], &[u8], usize)> {
+            bytes.get(at..)?.starts_with(ENTRY).then_some(())?;
+            let [name, extra, comment] =
+                [number(at + 28, 2)?, number(at + 30, 2)?, number(at + 32, 2)?];
+            let text = bytes.get(at + FIXED..at + FIXED + name)?;
+            // Checksum, and the sizes before and after compression.
+            Some((text, bytes.get(at + 16..at + 28)?, at + FIXED + name + extra + comment))
+        };
+        let Some((name, content, next)) = entry() else { return false };
+        if contents.insert(name, content).is_some_and(|other| other != content) {
+            return false;
+        }
+        at = next;
+    }
+    true
 }
 
 /// How many entries the archive says it has. The zip library keeps the last one of each name without

@@ -5,6 +5,8 @@
 pub enum Causality {
     /// The environment, before the run.
     Parameter,
+    /// The environment, before anything else: sizes of arrays follow from it (FMI 3.0).
+    StructuralParameter,
     /// The FMU, from parameters.
     CalculatedParameter,
     /// Another model.

@@ -1,5 +1,7 @@
 //! Results of calls to an FMU: failures, ends of steps, and log messages.
 
+use crate::Version;
+
 /// What a call to an FMU did instead of succeeding.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{call} {what}")]
@@ -21,14 +23,18 @@ impl CallError {
 
     /// The error of an output that is NaN.
     #[must_use]
-    pub fn not_a_number(output: &str) -> Self {
-        CallError::new("fmi2GetReal", format!("the output `{output}` is NaN"))
+    pub fn not_a_number(version: Version, output: &str) -> Self {
+        let call = match version {
+            Version::Two => "fmi2GetReal",
+            Version::Three => "fmi3GetFloat64",
+        };
+        CallError::new(call, format!("the output `{output}` is NaN"))
     }
 
     /// Whether the call reads values, and so belongs to the end of a step; all others belong to its start.
     #[must_use]
     pub fn at_end_of_step(&self) -> bool {
-        self.call.starts_with("fmi2Get")
+        ["fmi2Get", "fmi3Get"].iter().any(|get| self.call.starts_with(get))
     }
 }
 
@@ -55,12 +61,13 @@ pub enum StepStatus {
 }
 
 impl StepStatus {
-    /// Makes an early end an error, for those who cannot repeat the step with another length.
-    ///
-    /// # Errors
-    /// When the step ended early.
-    pub fn into_result(self) -> Result<(), CallError> {
-        let error = |what, terminated| Err(CallError { call: "fmi2DoStep", what, terminated });
+    /// Makes an early end an error.
+    pub(crate) fn into_result(self, version: Version) -> Result<(), CallError> {
+        let call = match version {
+            Version::Two => "fmi2DoStep",
+            Version::Three => "fmi3DoStep",
+        };
+        let error = |what, terminated| Err(CallError { call, what, terminated });
         match self {
             StepStatus::Done => Ok(()),
             StepStatus::Discarded { what, .. } => error(what, None),

@@ -20,7 +20,7 @@ pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<(), St
 }
 
 /// The elements called `name` in the element called `list`.
-fn children<'a>(
+pub(super) fn children<'a>(
     root: Node<'a, 'a>,
     list: &'static str,
     name: &'static str,
@@ -101,7 +101,7 @@ fn item(node: Node) -> Result<Item, String> {
     })
 }
 
-fn attribute<T: FromStr>(node: Node, name: &str) -> Result<Option<T>, String> {
+pub(super) fn attribute<T: FromStr>(node: Node, name: &str) -> Result<Option<T>, String> {
     let Some(text) = node.attribute(name) else { return Ok(None) };
     text.parse().map(Some).map_err(|_| {
         let element = node.tag_name().name();
@@ -109,7 +109,7 @@ fn attribute<T: FromStr>(node: Node, name: &str) -> Result<Option<T>, String> {
     })
 }
 
-fn required<T: FromStr>(node: Node, name: &str) -> Result<T, String> {
+pub(super) fn required<T: FromStr>(node: Node, name: &str) -> Result<T, String> {
     let missing = || format!("<{}> has no attribute {name}", node.tag_name().name());
     attribute(node, name)?.ok_or_else(missing)
 }

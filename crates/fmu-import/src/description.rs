@@ -3,13 +3,34 @@
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
+use crate::value::{Value, bytes};
+
+/// The version of FMI that an FMU is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Version {
+    /// 2.0.
+    Two,
+    /// 3.0.
+    Three,
+}
+
+impl std::fmt::Display for Version {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(match self {
+            Version::Two => "2.0",
+            Version::Three => "3.0",
+        })
+    }
+}
 
 /// What an FMU says about itself.
 #[derive(Debug)]
 pub struct Description {
+    /// The version of FMI that it is made for.
+    pub version: Version,
     /// Name of the model.
     pub name: String,
-    /// Identity that the library is asked to confirm.
+    /// Identity that the library is asked to confirm: the `guid`, or the `instantiationToken` of FMI 3.0.
     pub guid: String,
     /// Name of the library.
     pub identifier: String,
@@ -41,18 +62,18 @@ pub struct Description {
     pub default_tolerance: Option<f64>,
     /// The categories that messages may have.
     pub log_categories: Vec<String>,
-    /// The variables, in the order of the file.
+    /// The variables, in the order of the file; those of an array are its elements, row by row.
     pub variables: Vec<Variable>,
     /// What breaks the rules of FMI but does not hinder a run.
     pub problems: Vec<String>,
 }
 
-/// The type of a variable.
+/// The type of a variable, whatever the size of its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Type {
-    /// `Real`.
+    /// `Real`, `Float32` or `Float64`.
     Real,
-    /// `Integer`.
+    /// `Integer`, or an integer of any size.
     Integer,
     /// `Boolean`.
     Boolean,
@@ -60,6 +81,60 @@ pub enum Type {
     String,
     /// `Enumeration`.
     Enumeration,
+    /// `Binary`.
+    Binary,
+    /// `Clock`.
+    Clock,
+}
+
+/// The form in which values of a variable are handed over, in the order in which they travel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[expect(missing_docs, reason = "they are the types of FMI 3.0")]
+pub enum Storage {
+    /// Also `Real` of FMI 2.0.
+    Float64,
+    Float32,
+    /// Also `Integer` and `Enumeration` of FMI 2.0.
+    Int32,
+    Int8,
+    UInt8,
+    Int16,
+    UInt16,
+    UInt32,
+    /// Also `Enumeration` of FMI 3.0.
+    Int64,
+    UInt64,
+    Boolean,
+    String,
+    Binary,
+    Clock,
+}
+
+/// The whole numbers that `f64` holds exactly with all their neighbours.
+const EXACT: i128 = 1 << 53;
+
+impl Storage {
+    /// The smallest and the largest integer of the type; none for what is no integer.
+    #[must_use]
+    pub fn integers(self) -> Option<[i128; 2]> {
+        Some(match self {
+            Storage::Int8 => [i8::MIN.into(), i8::MAX.into()],
+            Storage::UInt8 => [0, u8::MAX.into()],
+            Storage::Int16 => [i16::MIN.into(), i16::MAX.into()],
+            Storage::UInt16 => [0, u16::MAX.into()],
+            Storage::Int32 => [i32::MIN.into(), i32::MAX.into()],
+            Storage::UInt32 => [0, u32::MAX.into()],
+            Storage::Int64 => [i64::MIN.into(), i64::MAX.into()],
+            Storage::UInt64 => [0, u64::MAX.into()],
+            _ => return None,
+        })
+    }
+
+    /// Those of them that a number of a run holds exactly.
+    #[must_use]
+    pub fn exact_integers(self) -> Option<[i128; 2]> {
+        self.integers().map(|[low, high]| [low.max(-EXACT), high.min(EXACT)])
+    }
 }
 
 /// An item of an enumeration.
@@ -68,7 +143,7 @@ pub struct Item {
     /// Its name.
     pub name: String,
     /// The integer that stands for it.
-    pub value: i32,
+    pub value: i64,
 }
 
 /// The items of an enumeration for a message: `off = 0, armed = 1`.
@@ -87,6 +162,10 @@ pub struct Variable {
     pub reference: u32,
     /// Its type.
     pub kind: Type,
+    /// The form of its values.
+    pub storage: Storage,
+    /// Its place in an array, and the number of elements there; 0 of 1 for a variable of its own.
+    pub element: (usize, usize),
     /// What an enumeration may be, in the order of the values.
     pub items: Vec<Item>,
     /// Who determines it.
@@ -105,12 +184,33 @@ pub struct Variable {
     pub unit: Option<String>,
     /// Its unit, when the file or its name says what that is.
     pub dimension: Option<Unit>,
-    /// Start value, as written.
+    /// Start value, as written; of an element, its own.
     pub start: Option<String>,
     /// One line about it.
     pub description: Option<String>,
     /// For outputs, the indices of the variables that it follows directly; `None` means all inputs.
     pub dependencies: Option<Vec<usize>>,
+}
+
+impl Variable {
+    /// Its start value; none when the description has none, or one that is none of its form.
+    #[must_use]
+    pub fn start_value(&self) -> Option<Value> {
+        let start = self.start.as_deref()?;
+        Some(match (self.kind, start.trim()) {
+            (Type::Real, start) => Value::Real(start.parse().ok()?),
+            (Type::Integer | Type::Enumeration, start) => {
+                let [low, high] = self.storage.integers()?;
+                let value = start.parse().ok()?;
+                Value::Integer((low..=high).contains(&value).then_some(value)?)
+            }
+            (Type::Boolean, "true" | "1") => Value::Boolean(true),
+            (Type::Boolean, "false" | "0") => Value::Boolean(false),
+            (Type::String, _) => Value::String(start.to_owned()),
+            (Type::Binary, start) => Value::Binary(bytes(start)?),
+            (Type::Boolean | Type::Clock, _) => return None,
+        })
+    }
 }
 
 impl Description {

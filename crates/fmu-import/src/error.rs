@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{LARGEST, PLATFORM};
+use crate::LARGEST;
 
 /// Why an archive is no FMU that can run here.
 #[derive(Debug, thiserror::Error)]
@@ -56,10 +56,12 @@ pub enum OpenError {
         what: String,
     },
     /// There is no library for this machine.
-    #[error("{path} has no library for {PLATFORM}: expected {expected}, found {found}")]
+    #[error("{path} has no library for {platform}: expected {expected}, found {found}")]
     Platform {
         /// The archive.
         path: PathBuf,
+        /// This machine, by the name that the version has for it.
+        platform: &'static str,
         /// The entry that is needed.
         expected: String,
         /// The platforms that there are.

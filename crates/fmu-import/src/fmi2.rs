@@ -6,22 +6,20 @@ use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
 use crate::definitions;
-use crate::description::{Description, Item, Type, Variable};
+use crate::description::{Description, Item, Storage, Type, Variable, Version};
+use crate::fmi3::no_co_simulation;
 
 /// Reads the text of a `modelDescription.xml`.
 ///
 /// # Errors
 /// When the text is no description of an FMI 2.0 co-simulation FMU.
 pub(crate) fn parse(xml: &str) -> Result<Description, String> {
-    // No description needs a document type, and its entities can make a short text very long.
-    if xml.contains("<!DOCTYPE") || xml.contains("<!ENTITY") {
-        return Err("expected no document type declaration, found one".to_owned());
-    }
     let mut found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
     definitions::complete(&mut found, xml)?;
     let problems = found.validate().into_iter().map(|problem| problem.message).collect();
     let Some(cs) = &found.coSimulation else {
-        return Err("the FMU has no co-simulation interface".to_owned());
+        let others = found.modelExchange.iter().map(|_| "ModelExchange");
+        return Err(no_co_simulation(others));
     };
     if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
         return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
@@ -31,6 +29,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         experiment.and_then(of)?.parse().ok()
     };
     Ok(Description {
+        version: Version::Two,
         name: found.modelName.clone(),
         guid: found.guid.clone(),
         identifier: cs.modelIdentifier.clone(),
@@ -61,16 +60,19 @@ fn variable(found: &ModelDescription, index: usize) -> Variable {
     let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {
         indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect()
     });
+    let (kind, storage) = match scalar.variableType {
+        VariableType::Real { .. } => (Type::Real, Storage::Float64),
+        VariableType::Integer { .. } => (Type::Integer, Storage::Int32),
+        VariableType::Boolean { .. } => (Type::Boolean, Storage::Boolean),
+        VariableType::String { .. } => (Type::String, Storage::String),
+        VariableType::Enumeration { .. } => (Type::Enumeration, Storage::Int32),
+    };
     Variable {
         name: scalar.name.clone(),
         reference: scalar.valueReference,
-        kind: match scalar.variableType {
-            VariableType::Real { .. } => Type::Real,
-            VariableType::Integer { .. } => Type::Integer,
-            VariableType::Boolean { .. } => Type::Boolean,
-            VariableType::String { .. } => Type::String,
-            VariableType::Enumeration { .. } => Type::Enumeration,
-        },
+        kind,
+        storage,
+        element: (0, 1),
         items: items(found, &scalar.variableType),
         causality: scalar.causality.into(),
         variability: scalar.variability.into(),
@@ -93,7 +95,7 @@ fn items(found: &ModelDescription, kind: &VariableType) -> Vec<Item> {
     else {
         return Vec::new();
     };
-    let item = |item: &fmi2::Item| Item { name: item.name.clone(), value: item.value };
+    let item = |item: &fmi2::Item| Item { name: item.name.clone(), value: item.value.into() };
     let mut items: Vec<_> = items.iter().map(item).collect();
     items.sort_by_key(|item| item.value);
     items

@@ -1,4 +1,4 @@
-//! An .fmu archive of FMI 2.0 co-simulation goes in: it is unpacked, and its description is read and checked. Instances that
+//! An .fmu archive of FMI 2.0 or 3.0 co-simulation goes in: it is unpacked, and its description is read and checked. Instances that
 //! can be called come out.
 //!
 //! The archive and its description may be hostile: nothing is written outside of a temporary folder, and sizes are bounded.
@@ -64,9 +64,11 @@ mod definitions;
 pub mod description;
 mod error;
 mod fmi2;
+mod fmi3;
 mod folder;
 mod value;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -76,10 +78,10 @@ use sha2::{Digest as _, Sha256};
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{FmuState, Instance, Library, STRANGER, watch};
 pub use call::{CallError, Message, MessageLevel, StepStatus};
-pub use description::{Description, Item, Type, Variable};
+pub use description::{Description, Item, Storage, Type, Variable, Version};
 pub use error::OpenError;
 use folder::Folder;
-pub use value::Value;
+pub use value::{Value, bytes, hexadecimal};
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
 const LARGEST: u64 = 4 << 30;
@@ -87,18 +89,27 @@ const LARGEST: u64 = 4 << 30;
 /// A description may be this long; the longest real ones have some hundred thousand variables.
 const LONGEST: u64 = 64 << 20;
 
-/// The folders of this platform's library, by FMI 2.0's names.
-pub(crate) const PLATFORM: &str = if cfg!(all(target_os = "linux", target_pointer_width = "64")) {
-    "linux64"
-} else if cfg!(target_os = "linux") {
-    "linux32"
-} else if cfg!(all(target_os = "windows", target_pointer_width = "64")) {
-    "win64"
-} else if cfg!(target_os = "windows") {
-    "win32"
-} else {
-    "darwin64"
-};
+/// The folder of this platform's library, by the names of a version.
+pub(crate) const fn platform(version: Version) -> &'static str {
+    let windows = cfg!(target_os = "windows");
+    let linux = cfg!(target_os = "linux");
+    let arm = cfg!(target_arch = "aarch64");
+    let wide = cfg!(target_pointer_width = "64");
+    match (version, linux, windows) {
+        (Version::Two, true, _) if wide => "linux64",
+        (Version::Two, true, _) => "linux32",
+        (Version::Two, _, true) if wide => "win64",
+        (Version::Two, _, true) => "win32",
+        (Version::Two, ..) => "darwin64",
+        (Version::Three, true, _) if arm => "aarch64-linux",
+        (Version::Three, true, _) if wide => "x86_64-linux",
+        (Version::Three, true, _) => "x86-linux",
+        (Version::Three, _, true) if wide => "x86_64-windows",
+        (Version::Three, _, true) => "x86-windows",
+        (Version::Three, ..) if arm => "aarch64-darwin",
+        (Version::Three, ..) => "x86_64-darwin",
+    }
+}
 
 /// An opened FMU, from which instances are made.
 #[derive(Debug)]
@@ -111,7 +122,7 @@ pub struct Fmu {
     pub description: Description,
     /// The unpacked archive, which lives as long as any instance.
     folder: Folder,
-    /// Set by `fmi2Fatal`, which ends the life of all instances.
+    /// Set by the status fatal, which ends the life of all instances.
     lost: AtomicBool,
 }
 
@@ -125,7 +136,7 @@ impl Fmu {
     /// Opens the archive at `path` and reads its description.
     ///
     /// # Errors
-    /// When the file is no FMI 2.0 co-simulation archive; its library is not looked at yet.
+    /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let read = |source| OpenError::Read { path: path.to_owned(), source };
         let bytes = std::fs::read(path).map_err(read)?;
@@ -138,7 +149,7 @@ impl Fmu {
             return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
         }
         let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
-        let description = fmi2::parse(&xml).map_err(wrong)?;
+        let description = parse(&xml, &fmi3::Sizes::new()).map_err(wrong)?;
         Ok(Fmu {
             path: path.to_owned(),
             sha256: sha256(&bytes),
@@ -146,6 +157,18 @@ impl Fmu {
             folder,
             lost: AtomicBool::new(false),
         })
+    }
+
+    /// Gives the arrays the sizes that follow from these values of structural parameters, by reference.
+    ///
+    /// # Errors
+    /// When there are too many elements, or the archive has been removed.
+    pub fn resize(&mut self, sizes: &BTreeMap<u32, u64>) -> Result<(), OpenError> {
+        let wrong = |what: String| OpenError::Description { path: self.path.clone(), what };
+        let xml = std::fs::read_to_string(self.folder.path().join("modelDescription.xml"))
+            .map_err(|error| wrong(error.to_string()))?;
+        self.description = parse(&xml, sizes).map_err(wrong)?;
+        Ok(())
     }
 
     /// Loads the library.
@@ -157,7 +180,7 @@ impl Fmu {
         Library::load(Arc::clone(self), &library).map(Arc::new)
     }
 
-    /// The functions of FMI 2.0 co-simulation that the library lacks.
+    /// The functions of its version's co-simulation that the library lacks.
     ///
     /// # Errors
     /// When there is no library for this machine, or it does not load.
@@ -185,7 +208,8 @@ impl Fmu {
     /// When there is none.
     pub fn library(&self) -> Result<PathBuf, OpenError> {
         let entry = format!(
-            "binaries/{PLATFORM}/{}.{}",
+            "binaries/{}/{}.{}",
+            platform(self.description.version),
             self.description.identifier,
             std::env::consts::DLL_EXTENSION
         );
@@ -195,7 +219,8 @@ impl Fmu {
         }
         let platforms = self.platforms();
         let found = if platforms.is_empty() { "none".to_owned() } else { platforms.join(", ") };
-        Err(OpenError::Platform { path: self.path.clone(), expected: entry, found })
+        let platform = platform(self.description.version);
+        Err(OpenError::Platform { path: self.path.clone(), platform, expected: entry, found })
     }
 
     /// Whether the unpacked files are still there: somebody may clean up temporary folders.
@@ -204,9 +229,34 @@ impl Fmu {
         self.folder.path().join("modelDescription.xml").is_file()
     }
 
-    /// The URI of the unpacked `resources` folder, as FMI 2.0 wants it.
+    /// The unpacked `resources` folder, as its version wants it: a URI, or a path that ends with a separator, which is empty
+    /// without such a folder.
     fn resources(&self) -> String {
-        uri(&self.folder.path().join("resources"))
+        let folder = self.folder.path().join("resources");
+        match self.description.version {
+            Version::Two => uri(&folder),
+            Version::Three if folder.is_dir() => format!("{}/", folder.display()),
+            Version::Three => String::new(),
+        }
+    }
+}
+
+/// Reads a description of any version.
+///
+/// # Errors
+/// When it is none of FMI 2.0 or 3.0 co-simulation.
+fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, String> {
+    // No description needs a document type, and its entities can make a short text very long.
+    if xml.contains("<!DOCTYPE") || xml.contains("<!ENTITY") {
+        return Err("expected no document type declaration, found one".to_owned());
+    }
+    let document = roxmltree::Document::parse(xml).map_err(|error| error.to_string())?;
+    match document.root_element().attribute("fmiVersion").unwrap_or("none") {
+        "2.0" => fmi2::parse(xml),
+        version if version == "3.0" || version.starts_with("3.0.") => fmi3::parse(xml, sizes),
+        version => Err(format!(
+            "expected FMI 2.0 or 3.0, found {version}: export the model for co-simulation of one of them"
+        )),
     }
 }
 

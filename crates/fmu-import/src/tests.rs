@@ -25,6 +25,75 @@ const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>
 "#;
 
+const XML_3: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="m" instantiationToken="{1}">
+  <CoSimulation modelIdentifier="m" canGetAndSetFMUState="1"/>
+  <UnitDefinitions><Unit name="kph"><BaseUnit m="1" s="-1" factor="0.25"/></Unit></UnitDefinitions>
+  <TypeDefinitions>
+    <Float64Type name="Speed" unit="kph" min="-2"/>
+    <EnumerationType name="Mode"><Item name="b" value="2"/><Item name="a" value="-1"/></EnumerationType>
+  </TypeDefinitions>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent"/>
+    <UInt64 name="n" valueReference="1" causality="structuralParameter" variability="tunable" start="2"/>
+    <Float32 name="A" valueReference="2" causality="parameter" variability="tunable" start="1 2 3 4 5 6">
+      <Dimension valueReference="1"/><Dimension start="3"/></Float32>
+    <Float64 name="v" valueReference="3" causality="input" declaredType="Speed" start="1"><Alias name="speed"/></Float64>
+    <Float64 name="y" valueReference="4" causality="output"><Dimension valueReference="1"/></Float64>
+    <Enumeration name="mode" valueReference="5" declaredType="Mode" causality="input" start="2"/>
+    <String name="s" valueReference="6" causality="input"><Start value="a &lt; b"/></String>
+    <Binary name="b" valueReference="7" causality="input"><Start value="C0ffee"/></Binary>
+    <UInt64 name="u" valueReference="8" causality="parameter" start="18446744073709551615"/>
+    <Clock name="c" valueReference="9" causality="input" intervalVariability="triggered"/>
+  </ModelVariables>
+  <ModelStructure><Output valueReference="4" dependencies="2 3"/><InitialUnknown valueReference="4"/></ModelStructure>
+</fmiModelDescription>
+"#;
+
+#[test]
+fn arrays_become_elements_of_the_size_that_is_asked_for() {
+    let names = |description: &Description| -> Vec<String> {
+        description.variables.iter().map(|variable| variable.name.clone()).collect()
+    };
+    let found = fmi3::parse(XML_3, &fmi3::Sizes::new()).expect("a description");
+    assert_eq!(found.problems, [""; 0]);
+    assert!(found.state && !found.serialised_state);
+    let scalars = ["mode", "s", "b", "u", "c", "speed"];
+    let first = [
+        "time", "n", "A[1,1]", "A[1,2]", "A[1,3]", "A[2,1]", "A[2,2]", "A[2,3]", "v", "y[1]",
+        "y[2]",
+    ];
+    assert_eq!(names(&found), [first.as_slice(), &scalars].concat());
+    let of = |name: &str| &found.variables[found.find(name).expect("a variable")];
+    assert_eq!((of("A[2,1]").element, of("A[2,1]").start.as_deref()), ((3, 6), Some("4")));
+    // Of both: the matrix as a whole, and the speed.
+    assert_eq!(of("y[2]").dependencies.as_deref(), Some([2, 3, 4, 5, 6, 7, 8].as_slice()));
+    let second = Unit::parse("m/s").expect("a unit");
+    let speed = of("v").dimension.expect("a unit of the file");
+    assert_eq!(Unit::conversion(&speed, &second), Some((0.25, 0.0)));
+    assert_eq!((of("v").min, of("speed").causality), (Some(-2.0), Causality::Local));
+    assert_eq!(description::list(&of("mode").items), "a = -1, b = 2");
+    assert_eq!(of("s").start_value(), Some(Value::String("a < b".to_owned())));
+    assert_eq!(of("b").start_value(), Some(Value::Binary(vec![0xc0, 0xff, 0xee])));
+    assert_eq!(of("u").start_value(), Some(Value::Integer(u64::MAX.into())));
+    assert_eq!((of("u").variability, of("c").kind), (Variability::Fixed, Type::Clock));
+
+    let small = fmi3::parse(XML_3, &[(1, 1)].into()).expect("a description");
+    // The list of six start values belongs to another size.
+    let first = ["time", "n", "A[1,1]", "A[1,2]", "A[1,3]", "v", "y[1]"];
+    assert_eq!(names(&small), [first.as_slice(), &scalars].concat());
+    assert!(small.variables[2..5].iter().all(|variable| variable.start.is_none()));
+    let none = fmi3::parse(XML_3, &[(1, 0)].into()).expect("a description");
+    assert_eq!(names(&none), [["time", "n", "v"].as_slice(), &scalars].concat());
+}
+
+#[test]
+fn an_entry_that_is_there_twice_with_the_same_contents_is_one() {
+    let xml = XML.as_bytes();
+    let same: [(&str, &[u8]); 3] = [("modelDescription.xml", xml), ("aa", b"1"), ("ab", b"1")];
+    assert_eq!(open(&renamed(&same, "ab", "aa")).expect("an archive").description.name, "m");
+}
+
 #[test]
 fn declared_types_and_units_are_read_all_of_them() {
     let types = "<TypeDefinitions><SimpleType name='First'><Real unit='N'/></SimpleType>\
@@ -112,7 +181,41 @@ fn harm_is_refused_with_a_reason() {
             described(&XML.replace("Identifier=\"m", "Identifier=\"../../m")),
             "not a name",
         ),
-        ("another version", described(&XML.replace("fmiVersion=\"2", "fmiVersion=\"3")), "2.0"),
+        ("FMI 1.0", described(&XML.replace("fmiVersion=\"2", "fmiVersion=\"1")), "2.0 or 3.0"),
+        (
+            "another version than it says",
+            described(&XML.replace("fmiVersion=\"2", "fmiVersion=\"3")),
+            "instantiationToken",
+        ),
+        ("3.0: no co-simulation", described(&XML_3.replace("CoSim", "Scheduled")), "CoSimulation"),
+        (
+            "3.0: too large",
+            described(&XML_3.replace("start=\"2\"", "start=\"9999999\"")),
+            "at most",
+        ),
+        (
+            "3.0: immense",
+            described(&XML_3.replace("start=\"2\"", "start=\"18446744073709551615\"")),
+            "at most",
+        ),
+        (
+            "3.0: no such size",
+            described(
+                &XML_3.replace("Dimension valueReference=\"1\"", "Dimension valueReference=\"9\""),
+            ),
+            "UInt64",
+        ),
+        (
+            "3.0: unknown type",
+            described(&XML_3.replace("<Binary", "<Complex").replace("</Binary", "</Complex")),
+            "Complex",
+        ),
+        ("3.0: unknown word", described(&XML_3.replace("\"structuralP", "\"p")), ""),
+        (
+            "3.0: unknown causality",
+            described(&XML_3.replace("\"structuralP", "\"structuredP")),
+            "causality",
+        ),
     ] {
         match open(&bytes) {
             Err(error) => assert!(error.contains(reason), "{what}: {error}"),
@@ -154,7 +257,8 @@ fn damage(cases: usize) {
     for case in 0..cases {
         // Archives cost files, so they get a tenth of the cases.
         let whole = case % 10 == 0;
-        let mut bytes = if whole { archive.clone() } else { XML.as_bytes().to_vec() };
+        let text = if case % 2 == 0 { XML } else { XML_3 };
+        let mut bytes = if whole { archive.clone() } else { text.as_bytes().to_vec() };
         for _ in 0..random.random_range(1..8) {
             let offset = random.random_range(0..bytes.len());
             match random.random_range(0..4) {
@@ -167,7 +271,7 @@ fn damage(cases: usize) {
         if whole {
             let _ = open(&bytes);
         } else {
-            let _ = fmi2::parse(&String::from_utf8_lossy(&bytes));
+            let _ = parse(&String::from_utf8_lossy(&bytes), &fmi3::Sizes::new());
         }
     }
 }

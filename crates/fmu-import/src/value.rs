@@ -1,18 +1,21 @@
-//! Holds a value of any type of FMI 2.0, and moves one from and to an instance.
+//! Holds a value of any type, and moves one from and to an instance.
 
+use crate::description::Storage;
 use crate::{CallError, Instance, Type};
 
 /// A value of any type.
 #[derive(Debug, Clone)]
 pub enum Value {
-    /// `Real`.
+    /// `Real`, `Float32` or `Float64`.
     Real(f64),
-    /// `Integer` or `Enumeration`.
-    Integer(i32),
+    /// An integer of any size, or an `Enumeration`.
+    Integer(i128),
     /// `Boolean`.
     Boolean(bool),
     /// `String`.
     String(String),
+    /// `Binary`.
+    Binary(Vec<u8>),
 }
 
 /// Equal numbers or equal bits: NaN equals itself, and 0 equals -0.
@@ -23,6 +26,7 @@ impl PartialEq for Value {
             (Value::Integer(a), Value::Integer(b)) => a == b,
             (Value::Boolean(a), Value::Boolean(b)) => a == b,
             (Value::String(a), Value::String(b)) => a == b,
+            (Value::Binary(a), Value::Binary(b)) => a == b,
             _ => false,
         }
     }
@@ -35,6 +39,7 @@ impl std::fmt::Display for Value {
             Value::Integer(value) => write!(out, "{value}"),
             Value::Boolean(value) => write!(out, "{value}"),
             Value::String(value) => write!(out, "{value:?}"),
+            Value::Binary(value) => write!(out, "\"{}\"", hexadecimal(value)),
         }
     }
 }
@@ -48,39 +53,102 @@ impl Value {
             Value::Integer(_) => Type::Integer,
             Value::Boolean(_) => Type::Boolean,
             Value::String(_) => Type::String,
+            Value::Binary(_) => Type::Binary,
         }
     }
 }
 
+/// Bytes as text: two digits each.
+#[must_use]
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The bytes of a text of two hexadecimal digits each; none if it is something else.
+#[must_use]
+pub fn bytes(text: &str) -> Option<Vec<u8>> {
+    let digits: Vec<u32> = text.chars().map(|digit| digit.to_digit(16)).collect::<Option<_>>()?;
+    let pairs = digits.chunks(2);
+    pairs.map(|pair| u8::try_from(16 * pair[0] + pair.get(1)?).ok()).collect()
+}
+
 impl Instance {
-    /// The value of one variable.
+    /// The values of all elements of one variable.
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn read(&mut self, kind: Type, reference: u32) -> Result<Value, CallError> {
-        let (mut real, mut integer) = ([0.0], [0]);
-        match kind {
-            Type::Real => self.get_real(&[reference], &mut real).map(|()| Value::Real(real[0])),
-            Type::Integer | Type::Enumeration => {
-                self.get_integer(&[reference], &mut integer).map(|()| Value::Integer(integer[0]))
+    pub fn read(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        elements: usize,
+    ) -> Result<Vec<Value>, CallError> {
+        Ok(match storage {
+            Storage::Float32 | Storage::Float64 | Storage::Boolean => {
+                let mut numbers = vec![0.0; elements];
+                self.get_numbers(storage, &[reference], &mut numbers)?;
+                let value = |number: f64| match storage {
+                    Storage::Boolean => Value::Boolean(number != 0.0),
+                    _ => Value::Real(number),
+                };
+                numbers.into_iter().map(value).collect()
             }
-            Type::Boolean => self
-                .get_boolean(&[reference], &mut integer)
-                .map(|()| Value::Boolean(integer[0] != 0)),
-            Type::String => self.get_string(reference).map(Value::String),
-        }
+            Storage::String => {
+                self.get_strings(reference, elements)?.into_iter().map(Value::String).collect()
+            }
+            Storage::Binary => {
+                self.get_binaries(reference, elements)?.into_iter().map(Value::Binary).collect()
+            }
+            _ => self
+                .get_integers(storage, reference, elements)?
+                .into_iter()
+                .map(Value::Integer)
+                .collect(),
+        })
     }
 
-    /// Gives one variable a value.
+    /// Gives all elements of one variable values of its type; what is of another type is left out.
     ///
     /// # Errors
     /// See [`Instance`]; also when a text contains NUL.
-    pub fn write(&mut self, reference: u32, value: &Value) -> Result<(), CallError> {
-        match value {
-            Value::Real(value) => self.set_real(&[reference], &[*value]),
-            Value::Integer(value) => self.set_integer(&[reference], &[*value]),
-            Value::Boolean(value) => self.set_boolean(&[reference], &[(*value).into()]),
-            Value::String(value) => self.set_string(reference, value),
+    pub fn write(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        values: &[Value],
+    ) -> Result<(), CallError> {
+        match storage {
+            Storage::Float32 | Storage::Float64 | Storage::Boolean => {
+                let number = |value: &Value| match value {
+                    Value::Real(value) => Some(*value),
+                    Value::Boolean(value) => Some(f64::from(u8::from(*value))),
+                    _ => None,
+                };
+                let numbers: Vec<_> = values.iter().filter_map(number).collect();
+                self.set_numbers(storage, &[reference], &numbers)
+            }
+            Storage::String => {
+                let text = |value: &Value| match value {
+                    Value::String(text) => Some(text.clone()),
+                    _ => None,
+                };
+                self.set_strings(reference, &values.iter().filter_map(text).collect::<Vec<_>>())
+            }
+            Storage::Binary => {
+                let bytes = |value: &Value| match value {
+                    Value::Binary(bytes) => Some(bytes.clone()),
+                    _ => None,
+                };
+                self.set_binaries(reference, &values.iter().filter_map(bytes).collect::<Vec<_>>())
+            }
+            _ => {
+                let integer = |value: &Value| match value {
+                    Value::Integer(integer) => Some(*integer),
+                    _ => None,
+                };
+                let integers: Vec<_> = values.iter().filter_map(integer).collect();
+                self.set_integers(storage, reference, &integers)
+            }
         }
     }
 }

@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{Causality, Fmu, Value};
+use fmu_import::{Causality, Fmu, Storage, Value};
 use recording::table::Table;
 use recording::{
     Columns, Full, NumberIndex, NumberRange, RunHeader, Selection, TextIndex, TextRange,
@@ -66,31 +66,34 @@ impl Clock {
     }
 }
 
-/// Value references by type, in the order in which values travel.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Ports {
-    /// Of `Real` variables.
-    pub real: Vec<u32>,
-    /// Of `Integer` and `Enumeration` variables.
-    pub integer: Vec<u32>,
-    /// Of `Boolean` variables.
-    pub boolean: Vec<u32>,
-    /// Of `String` variables, which travel beside the numbers.
-    pub string: Vec<u32>,
+/// Variables of one form, which are read and written at once: all elements of arrays.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Group {
+    /// The form.
+    pub storage: Storage,
+    /// The value references.
+    pub references: Vec<u32>,
+    /// Number of elements in all.
+    pub elements: usize,
+    /// Places of the values that travel among all elements, in the order in which they travel.
+    pub places: Vec<usize>,
 }
 
-impl Ports {
-    /// Number of numbers.
+impl Group {
+    /// Whether all elements travel.
     #[must_use]
-    pub fn len(&self) -> usize {
-        self.real.len() + self.integer.len() + self.boolean.len()
+    pub fn is_whole(&self) -> bool {
+        self.places.len() == self.elements
     }
+}
 
-    /// Whether there is no number.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
+/// Variables of an FMU, in the order in which their values travel.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Ports {
+    /// Those of numbers.
+    pub numbers: Vec<Group>,
+    /// Those of texts and bytes, which travel beside the numbers; each is one variable.
+    pub texts: Vec<Group>,
 }
 
 /// A start value of an FMU.
@@ -100,6 +103,10 @@ pub struct Start {
     pub name: String,
     /// Its value reference.
     pub reference: u32,
+    /// The form of its values.
+    pub storage: Storage,
+    /// Its place in an array, and the number of elements there.
+    pub element: (usize, usize),
     /// Who determines it during the run.
     pub causality: Causality,
     /// The value, of the variable's type.

@@ -3,19 +3,25 @@
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Causality, Fmu, Instance, Message, Value};
+use fmu_import::{
+    CallError, Causality, Fmu, Instance, Message, Storage, Value, Variable, bytes, hexadecimal,
+};
 use scenario::plan::{Clock, Ports, Start};
 
 use super::{Node, NodeState};
 
-/// An FMU as a node. Its numbers travel in the order real, integer, boolean.
+/// An FMU as a node.
 pub struct FmuNode {
     name: String,
     instance: Instance,
     inputs: Ports,
     outputs: Ports,
     starts: Vec<Start>,
-    integers: Vec<i32>,
+    /// Values of all elements of each group of inputs of which some do not travel; empty for the others.
+    kept_numbers: Vec<Vec<f64>>,
+    kept_texts: Vec<Vec<Value>>,
+    /// Memory for the elements of a group.
+    elements: Vec<f64>,
 }
 
 impl FmuNode {
@@ -33,9 +39,10 @@ impl FmuNode {
         let library =
             fmu.load().map_err(|error| failure(CallError::new("loading", error.to_string())))?;
         let instance = Instance::new(library, name, logging).map_err(failure)?;
-        let integers = Vec::with_capacity(inputs.len().max(outputs.len()));
-        let (name, starts) = (name.to_owned(), Vec::new());
-        Ok(FmuNode { name, instance, inputs, outputs, starts, integers })
+        let kept_numbers = vec![Vec::new(); inputs.numbers.len()];
+        let kept_texts = vec![Vec::new(); inputs.texts.len()];
+        let (name, starts, elements) = (name.to_owned(), Vec::new(), Vec::new());
+        Ok(FmuNode { name, instance, inputs, outputs, starts, kept_numbers, kept_texts, elements })
     }
 
     /// Tells the instance the experiment, and then its start values: some FMUs forget what they were told before it. Inputs get
@@ -55,34 +62,81 @@ impl FmuNode {
         let setup = self.instance.setup_experiment(clock.at(0), clock.announced_stop(), tolerance);
         setup.map_err(|error| failure(&self.name, error))?;
         let FmuNode { name, instance, starts, .. } = self;
-        let mut early = starts.iter().filter(|start| start.causality != Causality::Input);
-        early.try_for_each(|start| give(instance, name, start))
+        let structural = |start: &&Start| start.causality == Causality::StructuralParameter;
+        let sizes: Vec<_> = starts.iter().filter(structural).cloned().collect();
+        if !sizes.is_empty() {
+            let mut refused = Ok(());
+            let configured = instance.configure(|instance| {
+                refused = sizes.chunks(1).try_for_each(|start| give(instance, name, start));
+                Ok(())
+            });
+            refused?;
+            configured.map_err(|error| failure(name, error))?;
+        }
+        let early = |start: &Start| {
+            !matches!(start.causality, Causality::Input | Causality::StructuralParameter)
+        };
+        variables(starts)
+            .filter(|variable| early(&variable[0]))
+            .try_for_each(|variable| give(instance, name, variable))
     }
 }
 
-/// Gives the instance called `name` a start value.
-fn give(instance: &mut Instance, name: &str, start: &Start) -> Result<(), Error> {
-    let given = instance.write(start.reference, &start.value);
-    given.map_err(|error| start.refused(name, &format!("{} {}", error.call, error.what)))
+/// Start values by variable: those of the elements of one array come together.
+fn variables(starts: &[Start]) -> impl Iterator<Item = &[Start]> {
+    starts.chunk_by(|one, next| one.reference == next.reference && one.element.1 > 1)
 }
 
-/// The value that the instance called `name` has where it was given this one. It may not be called after an error.
-fn kept(instance: &mut Instance, name: &str, start: &Start) -> Result<Value, Error> {
-    let kept = instance.read(start.value.kind(), start.reference);
-    kept.map_err(|error| failure(name, error))
-}
-
-/// Gives a parameter its start value once more, if the instance did not keep it; what to tell if it does not keep it then.
-fn insist(instance: &mut Instance, name: &str, start: &Start) -> Result<Option<String>, Error> {
-    let Start { name: variable, value, .. } = start;
-    if kept(instance, name, start)? == *value {
-        return Ok(None);
+/// Gives the instance called `name` the start values of a variable. Elements without one take that of the description.
+fn give(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<(), Error> {
+    let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
+        return Ok(());
+    };
+    let refused = |what: String| starts[0].refused(name, &what);
+    let mut values = Vec::with_capacity(*count);
+    for element in 0..*count {
+        let given = starts.iter().find(|start| start.element.0 == element);
+        values.push(match given {
+            Some(start) => start.value.clone(),
+            None => described(instance, *reference, element).map_err(refused)?,
+        });
     }
-    give(instance, name, start)?;
-    let now = kept(instance, name, start)?;
-    Ok((now != *value).then(|| {
-        format!("`{name}` does not keep the start value {value} of `{variable}`: it has {now}")
-    }))
+    let given = instance.write(*storage, *reference, &values);
+    given.map_err(|error| refused(format!("{} {}", error.call, error.what)))
+}
+
+/// The start value that the description has for an element of an array.
+fn described(instance: &Instance, reference: u32, element: usize) -> Result<Value, String> {
+    let mut variables = instance.description().variables.iter();
+    let found = variables.find(|it| it.reference == reference && it.element.0 == element);
+    found.and_then(Variable::start_value).ok_or_else(|| {
+        let name = found.map_or("an element", |variable| variable.name.as_str());
+        format!("`{name}` has no start value, and an array is set as a whole: give all of its elements one")
+    })
+}
+
+/// Gives a parameter its start values once more, if the instance did not keep them; what to tell if it does not keep them then.
+/// It may not be called after an error.
+fn insist(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<Vec<String>, Error> {
+    let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
+        return Ok(Vec::new());
+    };
+    let lost = |instance: &mut Instance| -> Result<Vec<(String, Value)>, Error> {
+        let kept = instance.read(*storage, *reference, *count);
+        let kept = kept.map_err(|error| failure(name, error))?;
+        let differs = |start: &Start| {
+            let now = kept.get(start.element.0).filter(|now| **now != start.value)?;
+            let Start { name: variable, value, .. } = start;
+            let told = format!("`{name}` does not keep the start value {value} of `{variable}`");
+            Some((told, now.clone()))
+        };
+        Ok(starts.iter().filter_map(differs).collect())
+    };
+    if lost(instance)?.is_empty() {
+        return Ok(Vec::new());
+    }
+    give(instance, name, starts)?;
+    Ok(lost(instance)?.into_iter().map(|(told, now)| format!("{told}: it has {now}")).collect())
 }
 
 /// The error of a call before the first step.
@@ -90,18 +144,38 @@ fn failure(name: &str, error: CallError) -> Error {
     Error::component(name, error.call, Some(0.0), error.what)
 }
 
+impl FmuNode {
+    /// Keeps the start values of elements that do not travel: an array is set as a whole.
+    fn keep(&mut self) -> Result<(), CallError> {
+        let FmuNode { instance, inputs, kept_numbers, kept_texts, .. } = self;
+        for (group, kept) in inputs.numbers.iter().zip(kept_numbers) {
+            if !group.is_whole() {
+                kept.resize(group.elements, 0.0);
+                instance.get_numbers(group.storage, &group.references, kept)?;
+            }
+        }
+        for (group, kept) in inputs.texts.iter().zip(kept_texts) {
+            if !group.is_whole() {
+                *kept = instance.read(group.storage, group.references[0], group.elements)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Node for FmuNode {
     fn enter(&mut self) -> Result<Vec<String>, Error> {
         let FmuNode { name, instance, starts, .. } = self;
         instance.enter_initialization().map_err(|error| failure(name, error))?;
         let mut notices = Vec::new();
-        for start in std::mem::take(starts) {
-            match start.causality {
-                Causality::Input => give(instance, name, &start)?,
-                Causality::Parameter => notices.extend(insist(instance, name, &start)?),
+        for variable in variables(&std::mem::take(starts)) {
+            match variable[0].causality {
+                Causality::Input => give(instance, name, variable)?,
+                Causality::Parameter => notices.extend(insist(instance, name, variable)?),
                 _ => {}
             }
         }
+        self.keep().map_err(|error| failure(&self.name, error))?;
         Ok(notices)
     }
 
@@ -110,50 +184,74 @@ impl Node for FmuNode {
     }
 
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
-        let (reals, rest) = inputs.split_at(self.inputs.real.len());
-        self.instance.set_real(&self.inputs.real, reals)?;
-        if rest.is_empty() {
-            return Ok(());
+        let mut rest = inputs;
+        for (group, kept) in self.inputs.numbers.iter().zip(&mut self.kept_numbers) {
+            let (values, others) = rest.split_at(group.places.len());
+            rest = others;
+            let values = if group.is_whole() {
+                values
+            } else {
+                group.places.iter().zip(values).for_each(|(place, value)| kept[*place] = *value);
+                kept
+            };
+            self.instance.set_numbers(group.storage, &group.references, values)?;
         }
-        self.integers.clear();
-        // The connections let nothing through but integers, which `f64` holds exactly.
-        self.integers.extend(rest.iter().map(|&value| value as i32));
-        let (integers, booleans) = self.integers.split_at(self.inputs.integer.len());
-        self.instance.set_integer(&self.inputs.integer, integers)?;
-        self.instance.set_boolean(&self.inputs.boolean, booleans)
+        Ok(())
     }
 
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
-        let (reals, rest) = outputs.split_at_mut(self.outputs.real.len());
-        self.instance.get_real(&self.outputs.real, reals)?;
-        if rest.is_empty() {
-            return Ok(());
-        }
-        self.integers.clear();
-        self.integers.resize(rest.len(), 0);
-        let (integers, booleans) = self.integers.split_at_mut(self.outputs.integer.len());
-        self.instance.get_integer(&self.outputs.integer, integers)?;
-        self.instance.get_boolean(&self.outputs.boolean, booleans)?;
-        for (output, integer) in rest.iter_mut().zip(&self.integers) {
-            *output = f64::from(*integer);
+        let mut rest = outputs;
+        for group in &self.outputs.numbers {
+            let (values, others) = rest.split_at_mut(group.places.len());
+            rest = others;
+            if group.is_whole() {
+                self.instance.get_numbers(group.storage, &group.references, values)?;
+            } else {
+                self.elements.resize(group.elements, 0.0);
+                let elements = &mut self.elements[..group.elements];
+                self.instance.get_numbers(group.storage, &group.references, elements)?;
+                values.iter_mut().zip(&group.places).for_each(|(it, at)| *it = elements[*at]);
+            }
         }
         Ok(())
     }
 
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
-        let mut inputs = self.inputs.string.iter().zip(inputs);
-        inputs.try_for_each(|(reference, text)| self.instance.set_string(*reference, text))
+        let mut rest = inputs;
+        for (group, kept) in self.inputs.texts.iter().zip(&mut self.kept_texts) {
+            let (values, others) = rest.split_at(group.places.len());
+            rest = others;
+            kept.resize(group.elements, Value::String(String::new()));
+            for (place, value) in group.places.iter().zip(values) {
+                kept[*place] = match group.storage {
+                    Storage::Binary => Value::Binary(bytes(value).unwrap_or_default()),
+                    _ => Value::String(value.clone()),
+                };
+            }
+            self.instance.write(group.storage, group.references[0], kept)?;
+        }
+        Ok(())
     }
 
     fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
-        for (reference, text) in self.outputs.string.iter().zip(outputs) {
-            *text = self.instance.get_string(*reference)?;
+        let mut rest = outputs;
+        for group in &self.outputs.texts {
+            let (values, others) = rest.split_at_mut(group.places.len());
+            rest = others;
+            let found = self.instance.read(group.storage, group.references[0], group.elements)?;
+            for (value, place) in values.iter_mut().zip(&group.places) {
+                *value = match &found[*place] {
+                    Value::String(text) => text.clone(),
+                    Value::Binary(bytes) => hexadecimal(bytes),
+                    other => other.to_string(),
+                };
+            }
         }
         Ok(())
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.instance.do_step(clock.at(tick), clock.step)?.into_result()
+        self.instance.step(clock.at(tick), clock.step)
     }
 
     fn end(&mut self) -> Result<(), CallError> {

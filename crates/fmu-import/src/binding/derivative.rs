@@ -9,7 +9,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn derivative(&mut self, unknown: u32, known: u32) -> Result<f64, CallError> {
-        let (mut value, function) = (f64::NAN, self.library.directional_derivative);
+        let (mut value, function) =
+            (f64::NAN, self.library.two("fmi2GetDirectionalDerivative")?.directional_derivative);
         // SAFETY: the component is alive, and each array has one element.
         self.run(c"fmi2GetDirectionalDerivative", |c| unsafe {
             function(c, &raw const unknown, 1, &raw const known, 1, &1.0, &raw mut value)
@@ -27,7 +28,7 @@ impl Instance {
         order: i32,
         value: f64,
     ) -> Result<(), CallError> {
-        let function = self.library.set_input_derivatives;
+        let function = self.library.two("fmi2SetRealInputDerivatives")?.set_input_derivatives;
         // SAFETY: the component is alive, and each array has one element.
         self.run(c"fmi2SetRealInputDerivatives", |c| unsafe {
             function(c, &raw const reference, 1, &raw const order, &raw const value)
@@ -39,7 +40,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
-        let (mut value, function) = (f64::NAN, self.library.get_output_derivatives);
+        let (mut value, function) =
+            (f64::NAN, self.library.two("fmi2GetRealOutputDerivatives")?.get_output_derivatives);
         // SAFETY: the component is alive, and each array has one element.
         self.run(c"fmi2GetRealOutputDerivatives", |c| unsafe {
             function(c, &raw const reference, 1, &raw const order, &raw mut value)

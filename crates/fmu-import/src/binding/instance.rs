@@ -1,25 +1,47 @@
 //! Runs one instance of an FMU: the calls of a simulation.
 
-use std::ffi::{CStr, c_int};
-use std::ptr::NonNull;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
 use super::activity::Activity;
-use super::mailbox::Mailbox;
+use super::functions::{CallbackFunctions, Own, Three, Two};
+use super::mailbox::{self, Mailbox};
 use super::state::States;
 use super::{
-    Call, CallbackFunctions, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status,
-    WARNING, c_text, calloc, free, trackside_logger,
+    Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
 use crate::{CallError, Description, Message, StepStatus};
 
 const CO_SIMULATION: c_int = 1;
 
+unsafe extern "C" {
+    /// Defined in `logger.c`.
+    fn trackside_logger(
+        environment: *mut c_void,
+        instance: *const c_char,
+        status: c_int,
+        category: *const c_char,
+        format: *const c_char,
+        ...
+    );
+    fn calloc(count: usize, size: usize) -> *mut c_void;
+    fn free(pointer: *mut c_void);
+}
+
+/// What an instance is told of the simulation before it is initialised.
+#[derive(Debug, Clone, Copy, Default)]
+struct Experiment {
+    start: f64,
+    stop: Option<f64>,
+    tolerance: Option<f64>,
+}
+
 /// An instance of an FMU. Dropping it frees it, with the states that it saved.
 ///
 /// # Errors
-/// Each call fails when the FMU returns a status that is neither `fmi2OK` nor `fmi2Warning`; the error says what the FMU logged
-/// last. After `fmi2Fatal` each call fails without being made, also of other instances of the FMU and not even to free them.
+/// Each call fails when the FMU returns a status that is neither OK nor a warning; the error says what the FMU logged
+/// last. After the status fatal each call fails without being made, also of other instances of the FMU and not even to free them.
 ///
 /// # Panics
 /// Functions that take references and values panic unless there are as many of the one as of the other. Without references
@@ -31,7 +53,11 @@ pub struct Instance {
     pub(super) keeps_history: bool,
     mailbox: Mailbox,
     activity: Arc<Activity>,
-    _callbacks: Callbacks,
+    experiment: Experiment,
+    /// Memory for integers on their way.
+    pub(super) integers: Vec<c_int>,
+    /// Kept for FMUs of FMI 2.0.
+    _callbacks: Option<Callbacks>,
     pub(super) library: Arc<Library>,
 }
 
@@ -90,30 +116,30 @@ impl Instance {
         guid: &str,
         logging: bool,
     ) -> Result<Self, (CallError, Vec<Message>)> {
-        let text = |text| c_text("fmi2Instantiate", text).map_err(|error| (error, Vec::new()));
-        let (name, guid, resources) = (text(name)?, text(guid)?, text(&library.fmu.resources())?);
+        let call = named!(library, c"fmi2Instantiate", c"fmi3InstantiateCoSimulation");
+        let text = |text| c_text(self::name(call), text).map_err(|error| (error, Vec::new()));
+        let texts = [text(name)?, text(guid)?, text(&library.fmu.resources())?];
         if library.is_lost() {
-            return Err((lost(c"fmi2Instantiate"), Vec::new()));
+            return Err((lost(&library, call), Vec::new()));
         }
         let mailbox = Mailbox::new();
-        let callbacks = Callbacks::new(Arc::clone(&library), &mailbox);
-        let activity = Activity::new(name.clone());
-        // SAFETY: the arguments are what FMI 2.0 asks for; the callbacks outlive the instance.
-        let instantiate = || unsafe {
-            (library.instantiate)(
-                name.as_ptr(),
-                CO_SIMULATION,
-                guid.as_ptr(),
-                resources.as_ptr(),
-                callbacks.address.as_ptr(),
-                0,
-                logging.into(),
-            )
+        let activity = Activity::new(texts[0].clone());
+        let callbacks = match library.own {
+            Own::Two(_) => Some(Callbacks::new(Arc::clone(&library), &mailbox)),
+            Own::Three(_) => None,
         };
-        let component = activity.during(c"fmi2Instantiate", || mailbox.during(instantiate));
+        let component = activity.during(call, || {
+            mailbox.during(|| match (&library.own, &callbacks) {
+                (Own::Two(own), Some(callbacks)) => {
+                    instantiate_two(own, &texts, callbacks, logging)
+                }
+                (Own::Three(own), _) => instantiate_three(own, &texts, &mailbox, logging),
+                _ => ptr::null_mut(),
+            })
+        });
         if component.is_null() {
             let what = format!("returned no instance{}", mailbox.said());
-            return Err((CallError::new("fmi2Instantiate", what), mailbox.take()));
+            return Err((CallError::new(self::name(call), what), mailbox.take()));
         }
         Ok(Instance {
             component,
@@ -121,6 +147,8 @@ impl Instance {
             keeps_history: false,
             mailbox,
             activity,
+            experiment: Experiment::default(),
+            integers: Vec::new(),
             _callbacks: callbacks,
             library,
         })
@@ -137,7 +165,7 @@ impl Instance {
         self.mailbox.take()
     }
 
-    /// Whether this or another instance of the FMU returned `fmi2Fatal`, after which none is called.
+    /// Whether this or another instance of the FMU returned the status fatal, after which none is called.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.library.is_lost()
@@ -162,7 +190,7 @@ impl Instance {
         body: impl FnOnce(Component) -> Status,
     ) -> Result<Status, CallError> {
         if self.is_lost() {
-            return Err(lost(call));
+            return Err(lost(&self.library, call));
         }
         let status = self.activity.during(call, || self.mailbox.during(|| body(self.component)));
         if status == FATAL {
@@ -171,11 +199,28 @@ impl Instance {
         Ok(status)
     }
 
-    fn failure(&self, call: &'static CStr, status: Status) -> CallError {
-        CallError::new(name(call), format!("returned {}{}", meaning(status), self.mailbox.said()))
+    fn meaning(&self, status: Status) -> String {
+        let version = named!(self.library, 2, 3);
+        match status {
+            DISCARD => format!("fmi{version}Discard"),
+            ERROR => format!("fmi{version}Error"),
+            FATAL => format!("fmi{version}Fatal"),
+            PENDING if version == 2 => {
+                "fmi2Pending, which is only for FMUs that run asynchronously".to_owned()
+            }
+            other => format!("{other}, which is no status"),
+        }
     }
 
-    /// `fmi2SetupExperiment` over `start..stop` [s]; the FMU keeps its own tolerance [-] unless there is one.
+    fn failure(&self, call: &'static CStr, status: Status) -> CallError {
+        CallError::new(
+            name(call),
+            format!("returned {}{}", self.meaning(status), self.mailbox.said()),
+        )
+    }
+
+    /// Says that the simulation goes over `start..stop` [s]; the FMU keeps its own tolerance [-] unless there is one. This is
+    /// `fmi2SetupExperiment`; an FMU of FMI 3.0 hears it when its initialisation begins.
     ///
     /// # Errors
     /// See [`Instance`].
@@ -185,37 +230,72 @@ impl Instance {
         stop: f64,
         tolerance: Option<f64>,
     ) -> Result<(), CallError> {
-        let function = self.library.setup_experiment;
-        let (defined, tolerance) = (tolerance.is_some().into(), tolerance.unwrap_or(0.0));
+        self.experiment = Experiment { start, stop: Some(stop), tolerance };
         self.activity.at(start);
+        let Own::Two(own) = &self.library.own else { return Ok(()) };
+        let function = own.setup_experiment;
+        let (defined, tolerance) = (tolerance.is_some().into(), tolerance.unwrap_or(0.0));
         // SAFETY: the component is alive, and nobody else calls it.
         self.run(c"fmi2SetupExperiment", |c| unsafe {
             function(c, defined, tolerance, start, 1, stop)
         })
     }
 
-    /// `fmi2EnterInitializationMode`.
+    /// Begins the initialisation.
     ///
     /// # Errors
     /// See [`Instance`].
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
-        self.call(c"fmi2EnterInitializationMode", self.library.enter_initialization_mode)
+        let Experiment { start, stop, tolerance } = self.experiment;
+        match &self.library.own {
+            Own::Two(own) => {
+                let function = own.enter_initialization_mode;
+                self.call(c"fmi2EnterInitializationMode", function)
+            }
+            Own::Three(own) => {
+                let function = own.enter_initialization_mode;
+                let known = (tolerance.is_some(), stop.is_some());
+                let (tolerance, stop) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
+                // SAFETY: the component is alive, and nobody else calls it.
+                self.run(c"fmi3EnterInitializationMode", |c| unsafe {
+                    function(c, known.0, tolerance, start, known.1, stop)
+                })
+            }
+        }
     }
 
-    /// `fmi2ExitInitializationMode`.
+    /// Lets `set` give structural parameters their values; nothing is called for FMI 2.0, which has none.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also those of `set`.
+    pub fn configure(
+        &mut self,
+        set: impl FnOnce(&mut Self) -> Result<(), CallError>,
+    ) -> Result<(), CallError> {
+        let Own::Three(own) = &self.library.own else { return Ok(()) };
+        let (enter, exit) = (own.enter_configuration_mode, own.exit_configuration_mode);
+        self.call(c"fmi3EnterConfigurationMode", enter)?;
+        set(self)?;
+        self.call(c"fmi3ExitConfigurationMode", exit)
+    }
+
+    /// Ends the initialisation.
     ///
     /// # Errors
     /// See [`Instance`].
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
-        self.call(c"fmi2ExitInitializationMode", self.library.exit_initialization_mode)
+        let call =
+            named!(self.library, c"fmi2ExitInitializationMode", c"fmi3ExitInitializationMode");
+        self.call(call, self.library.common.exit_initialization_mode)
     }
 
-    /// `fmi2Terminate`.
+    /// Ends the simulation.
     ///
     /// # Errors
     /// See [`Instance`].
     pub fn terminate(&mut self) -> Result<(), CallError> {
-        self.call(c"fmi2Terminate", self.library.terminate)
+        let call = named!(self.library, c"fmi2Terminate", c"fmi3Terminate");
+        self.call(call, self.library.common.terminate)
     }
 
     pub(super) fn call(&mut self, name: &'static CStr, function: Call) -> Result<(), CallError> {
@@ -230,19 +310,82 @@ impl Instance {
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
         self.free_dropped_states()?;
         self.activity.at(time);
-        let function = self.library.do_step;
-        let no_way_back = c_int::from(!self.keeps_history && !self.states.any());
-        // SAFETY: the component is alive, and nobody else calls it.
-        let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
-            function(component, time, step, no_way_back)
-        })?;
-        match status {
-            OK | WARNING => {
-                self.activity.at(time + step);
-                Ok(StepStatus::Done)
+        let no_way_back = !self.keeps_history && !self.states.any();
+        match &self.library.own {
+            Own::Two(own) => {
+                let function = own.do_step;
+                // SAFETY: the component is alive, and nobody else calls it.
+                let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
+                    function(component, time, step, no_way_back.into())
+                })?;
+                match status {
+                    OK | WARNING => self.done(time + step),
+                    DISCARD => self.early_end(time),
+                    _ => Err(self.failure(c"fmi2DoStep", status)),
+                }
             }
-            DISCARD => self.early_end(time),
-            _ => Err(self.failure(c"fmi2DoStep", status)),
+            Own::Three(own) => {
+                let function = own.do_step;
+                self.step_three(function, (time, step), no_way_back)
+            }
+        }
+    }
+
+    /// Steps as [`do_step`](Self::do_step), for those who cannot repeat a step with another length: an early end is an error.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when the step ends early.
+    pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
+        let version = self.description().version;
+        self.do_step(time, step)?.into_result(version)
+    }
+
+    fn done(&self, time: f64) -> Result<StepStatus, CallError> {
+        self.activity.at(time);
+        Ok(StepStatus::Done)
+    }
+
+    fn step_three(
+        &mut self,
+        function: DoStep3,
+        (time, step): (f64, f64),
+        no_way_back: bool,
+    ) -> Result<StepStatus, CallError> {
+        let call = c"fmi3DoStep";
+        // An FMU that does not say how far it came is taken to stand where it stood.
+        let (mut event, mut terminate, mut early, mut reached) = (0, 0, 0, time);
+        // SAFETY: the component is alive, and each of the four values is written at most.
+        let status = self.run_for_status(call, |component| unsafe {
+            function(
+                component,
+                time,
+                step,
+                no_way_back,
+                &raw mut event,
+                &raw mut terminate,
+                &raw mut early,
+                &raw mut reached,
+            )
+        })?;
+        let said = || format!("{}", self.mailbox.said());
+        match status {
+            OK | WARNING if terminate != 0 => {
+                let reached = if early == 0 && reached == time { time + step } else { reached };
+                Ok(StepStatus::Terminated {
+                    reached,
+                    what: "asks for the end".to_owned() + &said(),
+                })
+            }
+            OK | WARNING if early != 0 => {
+                let what = "returned early, which it was not allowed to";
+                Err(CallError::new(name(call), what.to_owned() + &said()))
+            }
+            OK | WARNING => self.done(time + step),
+            DISCARD => {
+                let CallError { what, .. } = self.failure(call, DISCARD);
+                Ok(StepStatus::Discarded { reached, what })
+            }
+            _ => Err(self.failure(call, status)),
         }
     }
 
@@ -261,23 +404,65 @@ impl Instance {
     }
 }
 
+type DoStep3 =
+    unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status;
+
+fn instantiate_two(
+    own: &Two,
+    [name, guid, resources]: &[CString; 3],
+    callbacks: &Callbacks,
+    logging: bool,
+) -> Component {
+    // SAFETY: the arguments are what FMI 2.0 asks for; the callbacks outlive the instance.
+    unsafe {
+        (own.instantiate)(
+            name.as_ptr(),
+            CO_SIMULATION,
+            guid.as_ptr(),
+            resources.as_ptr(),
+            callbacks.address.as_ptr(),
+            0,
+            logging.into(),
+        )
+    }
+}
+
+/// Without event mode, early return and intermediate update a step is one of FMI 2.0.
+fn instantiate_three(
+    own: &Three,
+    [name, token, resources]: &[CString; 3],
+    mailbox: &Mailbox,
+    logging: bool,
+) -> Component {
+    let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
+    let (visible, event_mode, early_return) = (false, false, false);
+    // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
+    unsafe {
+        (own.instantiate)(
+            name.as_ptr(),
+            token.as_ptr(),
+            resources,
+            visible,
+            logging,
+            event_mode,
+            early_return,
+            ptr::null(),
+            0,
+            mailbox.environment(),
+            mailbox::take_message,
+            ptr::null(),
+        )
+    }
+}
+
 fn name(call: &'static CStr) -> &'static str {
     call.to_str().unwrap_or_default()
 }
 
-fn lost(call: &'static CStr) -> CallError {
-    let what = "is not called: after fmi2Fatal no function of the FMU may be called";
+fn lost(library: &Library, call: &'static CStr) -> CallError {
+    let fatal = named!(library, "fmi2Fatal", "fmi3Fatal");
+    let what = format!("is not called: after {fatal} no function of the FMU may be called");
     CallError::new(name(call), what)
-}
-
-fn meaning(status: Status) -> String {
-    match status {
-        DISCARD => "fmi2Discard".to_owned(),
-        ERROR => "fmi2Error".to_owned(),
-        FATAL => "fmi2Fatal".to_owned(),
-        PENDING => "fmi2Pending, which is only for FMUs that run asynchronously".to_owned(),
-        other => format!("{other}, which is no status"),
-    }
 }
 
 impl Drop for Instance {
@@ -285,8 +470,9 @@ impl Drop for Instance {
         self.free_all_states();
         if !self.is_lost() {
             // SAFETY: the component is alive and not used again.
-            let free = || unsafe { (self.library.free_instance)(self.component) };
-            self.activity.during(c"fmi2FreeInstance", || self.mailbox.during(free));
+            let free = || unsafe { (self.library.common.free_instance)(self.component) };
+            let call = named!(self.library, c"fmi2FreeInstance", c"fmi3FreeInstance");
+            self.activity.during(call, || self.mailbox.during(free));
         }
     }
 }

@@ -99,6 +99,20 @@ fn put(environment: *mut c_void, message: Message) {
     }
 }
 
+/// The `logMessage` of FMI 3.0.
+///
+/// # Safety
+/// Called by an FMU with C strings or null; the environment may be anything.
+pub(super) unsafe extern "C" fn take_message(
+    environment: *mut c_void,
+    status: c_int,
+    category: *const c_char,
+    message: *const c_char,
+) {
+    // SAFETY: as for this function.
+    unsafe { trackside_take_log(environment, status, category, message) }
+}
+
 /// # Safety
 /// Called by `logger.c` with C strings or null; the environment may be anything.
 #[unsafe(no_mangle)]

@@ -7,10 +7,10 @@ use std::ffi::c_void;
 use std::ptr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::Instance;
+use super::{Instance, named};
 use crate::CallError;
 
-/// `fmi2FMUstate`.
+/// `fmi2FMUstate` or `fmi3FMUState`.
 type Pointer = *mut c_void;
 
 /// A state that an instance saved. Only that instance can restore it. Dropping it forgets it: the FMU's copy is freed at
@@ -79,7 +79,10 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also without `canGetAndSetFMUstate`.
     pub fn save(&mut self) -> Result<FmuState, CallError> {
-        self.need_state("fmi2GetFMUstate", self.can_save())?;
+        self.need_state(
+            named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"),
+            self.can_save(),
+        )?;
         let pointer = self.get_state(ptr::null_mut())?;
         Ok(self.own(pointer))
     }
@@ -89,7 +92,8 @@ impl Instance {
     /// # Errors
     /// As of [`save`](Self::save); also when the state is not this instance's.
     pub fn save_into(&mut self, state: &mut FmuState) -> Result<(), CallError> {
-        let pointer = self.pointer("fmi2GetFMUstate", state)?;
+        let pointer =
+            self.pointer(named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"), state)?;
         let pointer = self.get_state(pointer)?;
         self.states.lock().living.insert(state.number, State(pointer));
         Ok(())
@@ -100,10 +104,13 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also when the state is not this instance's.
     pub fn restore(&mut self, state: &FmuState) -> Result<(), CallError> {
-        let pointer = self.pointer("fmi2SetFMUstate", state)?;
-        let function = self.library.set_state;
+        let pointer =
+            self.pointer(named!(self.library, "fmi2SetFMUstate", "fmi3SetFMUState"), state)?;
+        let function = self.library.common.set_state;
         // SAFETY: the component is alive, and the state is its own and has not been freed.
-        self.run(c"fmi2SetFMUstate", |c| unsafe { function(c, pointer) })
+        self.run(named!(self.library, c"fmi2SetFMUstate", c"fmi3SetFMUState"), |c| unsafe {
+            function(c, pointer)
+        })
     }
 
     /// Forgets a state now, unlike dropping it: `fmi2FreeFMUstate`.
@@ -111,7 +118,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also when the state is not this instance's.
     pub fn forget(&mut self, state: FmuState) -> Result<(), CallError> {
-        self.pointer("fmi2FreeFMUstate", &state)?;
+        self.pointer(named!(self.library, "fmi2FreeFMUstate", "fmi3FreeFMUState"), &state)?;
         drop(state);
         self.free_dropped_states()
     }
@@ -121,7 +128,10 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also without `canGetAndSetFMUstate`.
     pub fn free_no_state(&mut self) -> Result<(), CallError> {
-        self.need_state("fmi2FreeFMUstate", self.can_save())?;
+        self.need_state(
+            named!(self.library, "fmi2FreeFMUstate", "fmi3FreeFMUState"),
+            self.can_save(),
+        )?;
         self.free_state(ptr::null_mut())
     }
 
@@ -131,24 +141,35 @@ impl Instance {
     /// See [`Instance`]; also without `canSerializeFMUstate`, and when the state is not this instance's.
     pub fn serialise(&mut self, state: &FmuState) -> Result<Vec<u8>, CallError> {
         let able = self.library.description().serialised_state;
-        self.need_state("fmi2SerializedFMUstateSize", able)?;
-        let pointer = self.pointer("fmi2SerializedFMUstateSize", state)?;
-        let (mut size, function) = (0, self.library.serialised_size);
+        self.need_state(
+            named!(self.library, "fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
+            able,
+        )?;
+        let pointer = self.pointer(
+            named!(self.library, "fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
+            state,
+        )?;
+        let (mut size, function) = (0, self.library.common.serialised_size);
         // SAFETY: the component is alive, the state is its own, and one number is written.
-        self.run(c"fmi2SerializedFMUstateSize", |c| unsafe {
-            function(c, pointer, &raw mut size)
-        })?;
+        self.run(
+            named!(self.library, c"fmi2SerializedFMUstateSize", c"fmi3SerializedFMUStateSize"),
+            |c| unsafe { function(c, pointer, &raw mut size) },
+        )?;
         let mut bytes = Vec::new();
         bytes.try_reserve_exact(size).map_err(|_| {
             let what = format!("asks for {size} bytes, more than there are");
-            CallError::new("fmi2SerializedFMUstateSize", what)
+            CallError::new(
+                named!(self.library, "fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
+                what,
+            )
         })?;
         bytes.resize(size, 0);
-        let function = self.library.serialise;
+        let function = self.library.common.serialise;
         // SAFETY: as above, and the array has the length that is stated.
-        self.run(c"fmi2SerializeFMUstate", |c| unsafe {
-            function(c, pointer, bytes.as_mut_ptr(), bytes.len())
-        })?;
+        self.run(
+            named!(self.library, c"fmi2SerializeFMUstate", c"fmi3SerializeFMUState"),
+            |c| unsafe { function(c, pointer, bytes.as_mut_ptr(), bytes.len()) },
+        )?;
         Ok(bytes)
     }
 
@@ -158,12 +179,16 @@ impl Instance {
     /// See [`Instance`]; also without `canSerializeFMUstate`.
     pub fn deserialise(&mut self, bytes: &[u8]) -> Result<FmuState, CallError> {
         let able = self.library.description().serialised_state;
-        self.need_state("fmi2DeSerializeFMUstate", able)?;
-        let (mut pointer, function) = (ptr::null_mut(), self.library.deserialise);
+        self.need_state(
+            named!(self.library, "fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"),
+            able,
+        )?;
+        let (mut pointer, function) = (ptr::null_mut(), self.library.common.deserialise);
         // SAFETY: the component is alive, and the array has the length that is stated.
-        self.run(c"fmi2DeSerializeFMUstate", |c| unsafe {
-            function(c, bytes.as_ptr(), bytes.len(), &raw mut pointer)
-        })?;
+        self.run(
+            named!(self.library, c"fmi2DeSerializeFMUstate", c"fmi3DeserializeFMUState"),
+            |c| unsafe { function(c, bytes.as_ptr(), bytes.len(), &raw mut pointer) },
+        )?;
         Ok(self.own(pointer))
     }
 
@@ -184,16 +209,20 @@ impl Instance {
     }
 
     fn get_state(&mut self, mut pointer: Pointer) -> Result<Pointer, CallError> {
-        let function = self.library.get_state;
+        let function = self.library.common.get_state;
         // SAFETY: the component is alive; null asks for a new state, and any other is its own.
-        self.run(c"fmi2GetFMUstate", |c| unsafe { function(c, &raw mut pointer) })?;
+        self.run(named!(self.library, c"fmi2GetFMUstate", c"fmi3GetFMUState"), |c| unsafe {
+            function(c, &raw mut pointer)
+        })?;
         Ok(pointer)
     }
 
     fn free_state(&mut self, mut pointer: Pointer) -> Result<(), CallError> {
-        let function = self.library.free_state;
+        let function = self.library.common.free_state;
         // SAFETY: the component is alive, the state is its own, and nobody uses it after this.
-        self.run(c"fmi2FreeFMUstate", |c| unsafe { function(c, &raw mut pointer) })
+        self.run(named!(self.library, c"fmi2FreeFMUstate", c"fmi3FreeFMUState"), |c| unsafe {
+            function(c, &raw mut pointer)
+        })
     }
 
     fn own(&mut self, pointer: Pointer) -> FmuState {

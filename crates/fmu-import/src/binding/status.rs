@@ -2,7 +2,8 @@
 
 use std::ffi::{c_char, c_int};
 
-use super::{Instance, c_text};
+use super::functions::Own;
+use super::{Instance, c_text, named};
 use crate::CallError;
 
 /// `fmi2DoStepStatus`, `fmi2LastSuccessfulTime` and `fmi2Terminated` of `fmi2StatusKind`.
@@ -11,12 +12,13 @@ const LAST_SUCCESSFUL_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
 
 impl Instance {
-    /// `fmi2Reset`.
+    /// Makes the instance as good as new.
     ///
     /// # Errors
     /// See [`Instance`].
     pub fn reset(&mut self) -> Result<(), CallError> {
-        self.call(c"fmi2Reset", self.library.reset)
+        let call = named!(self.library, c"fmi2Reset", c"fmi3Reset");
+        self.call(call, self.library.common.reset)
     }
 
     /// `fmi2CancelStep`, which succeeds for FMUs that run asynchronously only.
@@ -24,22 +26,31 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn cancel_step(&mut self) -> Result<(), CallError> {
-        self.call(c"fmi2CancelStep", self.library.cancel_step)
+        let function = self.library.two("fmi2CancelStep")?.cancel_step;
+        self.call(c"fmi2CancelStep", function)
     }
 
-    /// `fmi2SetDebugLogging` for these categories; none means all of them.
+    /// Logs messages of these categories; none means all of them.
     ///
     /// # Errors
     /// See [`Instance`]; also when the name of a category contains NUL.
     pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), CallError> {
-        let texts = categories.iter().map(|text| c_text("fmi2SetDebugLogging", text));
+        let call = named!(self.library, c"fmi2SetDebugLogging", c"fmi3SetDebugLogging");
+        let texts = categories.iter().map(|text| c_text("the name of a log category", text));
         let texts = texts.collect::<Result<Vec<_>, _>>()?;
         let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
-        let function = self.library.set_debug_logging;
-        // SAFETY: the component is alive, and the texts live until the call returns.
-        self.run(c"fmi2SetDebugLogging", |component| unsafe {
-            function(component, on.into(), pointers.len(), pointers.as_ptr())
-        })
+        let (count, pointers) = (pointers.len(), pointers.as_ptr());
+        // SAFETY: in both cases the component is alive, and the texts live until the call returns.
+        match &self.library.own {
+            Own::Two(own) => {
+                let function = own.set_debug_logging;
+                self.run(call, |c| unsafe { function(c, on.into(), count, pointers) })
+            }
+            Own::Three(own) => {
+                let function = own.set_debug_logging;
+                self.run(call, |c| unsafe { function(c, on, count, pointers) })
+            }
+        }
     }
 
     /// `fmi2GetStatus` of the last step; an FMU may refuse unless a step was discarded.
@@ -47,7 +58,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn status(&mut self) -> Result<i32, CallError> {
-        let (mut value, function) = (0, self.library.get_status);
+        let (mut value, function) = (0, self.library.two("fmi2GetStatus")?.get_status);
         // SAFETY: the component is alive, and one value is written.
         self.run(c"fmi2GetStatus", |c| unsafe { function(c, DO_STEP_STATUS, &raw mut value) })?;
         Ok(value)
@@ -59,7 +70,7 @@ impl Instance {
     /// See [`Instance`].
     pub fn last_successful_time(&mut self) -> Result<f64, CallError> {
         let mut value = 0.0;
-        let function = self.library.get_real_status;
+        let function = self.library.two("fmi2GetRealStatus")?.get_real_status;
         // SAFETY: the component is alive, and one value is written.
         self.run(c"fmi2GetRealStatus", |c| unsafe {
             function(c, LAST_SUCCESSFUL_TIME, &raw mut value)
@@ -73,7 +84,7 @@ impl Instance {
     /// See [`Instance`].
     pub fn ended(&mut self) -> Result<bool, CallError> {
         let mut value = 0;
-        let function = self.library.get_boolean_status;
+        let function = self.library.two("fmi2GetBooleanStatus")?.get_boolean_status;
         // SAFETY: the component is alive, and one value is written.
         self.run(c"fmi2GetBooleanStatus", |c| unsafe { function(c, TERMINATED, &raw mut value) })?;
         Ok(value != 0)

@@ -3,14 +3,16 @@
 use std::ffi::{CStr, c_char};
 use std::ptr;
 
-use super::{Get, Instance, Set, c_text};
+use super::functions::{Get2, Set2};
+use super::{Instance, c_text};
 use crate::CallError;
 
+/// Functions of FMI 2.0. Those of all versions are in `numbers.rs` and `texts.rs`.
 impl Instance {
     fn get<T>(
         &mut self,
         name: &'static CStr,
-        function: Get<T>,
+        function: Get2<T>,
         references: &[u32],
         values: &mut [T],
     ) -> Result<(), CallError> {
@@ -27,7 +29,7 @@ impl Instance {
     fn set<T>(
         &mut self,
         name: &'static CStr,
-        function: Set<T>,
+        function: Set2<T>,
         references: &[u32],
         values: &[T],
     ) -> Result<(), CallError> {
@@ -46,7 +48,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
-        self.get(c"fmi2GetReal", self.library.get_real, references, values)
+        let function = self.library.two("fmi2GetReal")?.get_real;
+        self.get(c"fmi2GetReal", function, references, values)
     }
 
     /// `fmi2GetInteger`.
@@ -54,7 +57,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
-        self.get(c"fmi2GetInteger", self.library.get_integer, references, values)
+        let function = self.library.two("fmi2GetInteger")?.get_integer;
+        self.get(c"fmi2GetInteger", function, references, values)
     }
 
     /// `fmi2GetBoolean`, as 0 and 1: any number but 0 counts as 1.
@@ -62,7 +66,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
-        self.get(c"fmi2GetBoolean", self.library.get_boolean, references, values)?;
+        let function = self.library.two("fmi2GetBoolean")?.get_boolean;
+        self.get(c"fmi2GetBoolean", function, references, values)?;
         values.iter_mut().for_each(|value| *value = i32::from(*value != 0));
         Ok(())
     }
@@ -73,7 +78,8 @@ impl Instance {
     /// See [`Instance`].
     pub fn get_string(&mut self, reference: u32) -> Result<String, CallError> {
         let mut text: [*const c_char; 1] = [ptr::null()];
-        self.get(c"fmi2GetString", self.library.get_string, &[reference], &mut text)?;
+        let function = self.library.two("fmi2GetString")?.get_string;
+        self.get(c"fmi2GetString", function, &[reference], &mut text)?;
         match text[0].is_null() {
             true => Ok(String::new()),
             // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
@@ -86,7 +92,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
-        self.set(c"fmi2SetReal", self.library.set_real, references, values)
+        let function = self.library.two("fmi2SetReal")?.set_real;
+        self.set(c"fmi2SetReal", function, references, values)
     }
 
     /// `fmi2SetInteger`.
@@ -94,7 +101,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        self.set(c"fmi2SetInteger", self.library.set_integer, references, values)
+        let function = self.library.two("fmi2SetInteger")?.set_integer;
+        self.set(c"fmi2SetInteger", function, references, values)
     }
 
     /// `fmi2SetBoolean`, with 0 and 1.
@@ -102,7 +110,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        self.set(c"fmi2SetBoolean", self.library.set_boolean, references, values)
+        let function = self.library.two("fmi2SetBoolean")?.set_boolean;
+        self.set(c"fmi2SetBoolean", function, references, values)
     }
 
     /// `fmi2SetString` for one variable.
@@ -111,7 +120,8 @@ impl Instance {
     /// See [`Instance`]; also when the text contains NUL.
     pub fn set_string(&mut self, reference: u32, value: &str) -> Result<(), CallError> {
         let value = c_text("fmi2SetString", value)?;
-        self.set(c"fmi2SetString", self.library.set_string, &[reference], &[value.as_ptr()])
+        let function = self.library.two("fmi2SetString")?.set_string;
+        self.set(c"fmi2SetString", function, &[reference], &[value.as_ptr()])
     }
 
     /// `fmi2GetReal` and `fmi2SetReal` of no variables, with null for the arrays.
@@ -119,7 +129,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn touch_nothing(&mut self) -> Result<(), CallError> {
-        let (get, set) = (self.library.get_real, self.library.set_real);
+        let two = self.library.two("fmi2GetReal")?;
+        let (get, set) = (two.get_real, two.set_real);
         // SAFETY: the component is alive, and arrays of no elements are not looked at.
         self.run(c"fmi2GetReal", |c| unsafe { get(c, ptr::null(), 0, ptr::null_mut()) })?;
         // SAFETY: as above.

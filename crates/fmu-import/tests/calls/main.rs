@@ -256,7 +256,7 @@ fn early_end() {
                 Some(reached) => StepStatus::Terminated { reached, what: expected.clone() },
             }
         );
-        let error = status.into_result().expect_err("it ended early");
+        let error = lab.instance().step(0.0, 0.5).expect_err("it ends early");
         assert_eq!((error.what, error.terminated), (expected, terminated));
     }
 }

@@ -1,14 +1,14 @@
 //! The numbers that an input accepts.
 
-use fmu_import::description::{Item, list};
+use fmu_import::description::{Item, Storage, list};
 
 /// Which numbers an input can take.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Accepts {
     /// A `Real` takes any, and leaves it to the run what a NaN does.
     Real,
-    /// An `Integer` takes whole numbers of 32 bits.
-    Integer,
+    /// An integer takes those whole numbers of its form that `f64` holds exactly.
+    Integer(Storage),
     /// A `Boolean` takes 0 and 1.
     Boolean,
     /// An `Enumeration` takes the values of its items.
@@ -19,14 +19,19 @@ impl Accepts {
     /// Whether the number is a value of the type.
     #[must_use]
     pub fn holds(&self, value: f64) -> bool {
-        // The conversion saturates, so only a whole number of 32 bits is the same afterwards.
-        let whole = || f64::from(value as i32) == value;
+        // The conversion saturates, so only a whole number is the same afterwards.
+        let whole = |form: Storage| {
+            let inside = form
+                .exact_integers()
+                .is_some_and(|[low, high]| (low..=high).contains(&(value as i128)));
+            inside && value as i128 as f64 == value
+        };
         match self {
             Accepts::Real => true,
-            Accepts::Integer => whole(),
+            Accepts::Integer(form) => whole(*form),
             Accepts::Boolean => value == 0.0 || value == 1.0,
-            Accepts::Enumeration(items) if items.is_empty() => whole(),
-            Accepts::Enumeration(items) => items.iter().any(|item| f64::from(item.value) == value),
+            Accepts::Enumeration(items) if items.is_empty() => whole(Storage::Int32),
+            Accepts::Enumeration(items) => items.iter().any(|item| item.value as f64 == value),
         }
     }
 
@@ -35,7 +40,13 @@ impl Accepts {
     pub fn expected(&self) -> String {
         match self {
             Accepts::Real => "a Real, which takes any number".to_owned(),
-            Accepts::Integer => "an Integer, which takes whole numbers of 32 bits".to_owned(),
+            Accepts::Integer(Storage::Int32) => {
+                "an Integer, which takes whole numbers of 32 bits".to_owned()
+            }
+            Accepts::Integer(form) => {
+                let [low, high] = form.exact_integers().unwrap_or_default();
+                format!("an {form:?}, which takes whole numbers from {low} to {high}")
+            }
             Accepts::Boolean => "a Boolean, which takes 0 and 1".to_owned(),
             Accepts::Enumeration(items) => format!("an Enumeration, which takes {}", list(items)),
         }
@@ -67,10 +78,27 @@ mod tests {
             (f64::INFINITY, false, false, false),
         ] {
             assert!(Accepts::Real.holds(value));
-            assert_eq!(Accepts::Integer.holds(value), integer, "{value}");
+            assert_eq!(Accepts::Integer(Storage::Int32).holds(value), integer, "{value}");
             assert_eq!(unknown.holds(value), integer, "{value}");
             assert_eq!(Accepts::Boolean.holds(value), boolean, "{value}");
             assert_eq!(mode.holds(value), one_of, "{value}");
+        }
+    }
+
+    #[test]
+    fn an_integer_takes_what_fits_its_form_and_a_number_exactly() {
+        let exact = 2.0_f64.powi(53);
+        for (form, low, high) in [
+            (Storage::Int8, -128.0, 127.0),
+            (Storage::UInt8, 0.0, 255.0),
+            (Storage::UInt32, 0.0, 4_294_967_295.0),
+            (Storage::Int64, -exact, exact),
+            (Storage::UInt64, 0.0, exact),
+        ] {
+            let accepts = Accepts::Integer(form);
+            assert!(accepts.holds(low) && accepts.holds(high), "{form:?}");
+            assert!(!accepts.holds(low - 2.0) && !accepts.holds(high + 2.0), "{form:?}");
+            assert!(!accepts.holds(0.5));
         }
     }
 }

@@ -6,19 +6,19 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use fmu_import::description::{Item, Type, Variable};
-use fmu_import::{Causality, Fmu};
+use fmu_import::description::{Item, Storage, Type, Variable};
+use fmu_import::{Causality, Fmu, OpenError};
 use recording::ValueKind;
 use units::Unit;
 
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
-use super::starts::starts;
+use super::starts::{sizes, starts};
 use super::types::recorded_kind;
 use super::{Notes, Overrides, overrides};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
-use crate::plan::{Body, Clock, Ports};
+use crate::plan::{Body, Clock, Group, Ports};
 use crate::signal::{Part, Signal};
 use crate::words::{self, Scenario};
 
@@ -37,6 +37,10 @@ pub(super) struct Port {
     pub wrong_unit: bool,
     pub description: Option<String>,
     reference: u32,
+    /// The form of its values.
+    pub storage: Storage,
+    /// Its place in an array, and the number of elements there.
+    element: (usize, usize),
     /// For outputs, the names of the inputs that they follow; `None` means all.
     pub follows: Option<Vec<String>>,
 }
@@ -196,6 +200,8 @@ fn signal<'a>(
         wrong_unit: false,
         description: None,
         reference: 0,
+        storage: Storage::Float64,
+        element: (0, 1),
         follows: Some(Vec::new()),
     };
     Ok((node, port, signal))
@@ -226,6 +232,8 @@ fn table(
                 table.path.get_ref()
             )),
             reference: 0,
+            storage: Storage::Float64,
+            element: (0, 1),
             follows: Some(Vec::new()),
         });
     }
@@ -261,18 +269,25 @@ fn fmu(
             return Err(scenario.error(&node.name, message));
         }
     };
-    let fmu = Fmu::open(&path).map_err(|error| scenario.error(word, error.to_string()))?;
-    mistakes.take(fmu.library().map_err(|error| scenario.error(word, error.to_string())));
+    let wrong = |error: OpenError| scenario.error(word, error.to_string());
+    let mut fmu = Fmu::open(&path).map_err(wrong)?;
+    let sizes = sizes(node, &fmu.description.variables, overrides);
+    if !sizes.is_empty() {
+        fmu.resize(&sizes).map_err(wrong)?;
+    }
+    mistakes.take(fmu.library().map_err(wrong));
     let (variables, wrong) =
         with_declared_units(scenario, node, &fmu.description.variables, mistakes);
     let variables = &variables;
     let ports = |places: Vec<usize>| -> Vec<Port> {
         let port = |place| Port { wrong_unit: wrong.contains(&place), ..port(variables, place) };
         let mut ports: Vec<_> = places.into_iter().map(port).collect();
-        ports.sort_by_key(|port| recorded_kind(port.kind) as u8);
+        ports.sort_by_key(|port| port.storage);
         ports
     };
-    let inputs = ports(fmu.description.with(Causality::Input).collect());
+    // Clocks tick in event mode, which no FMU is asked for.
+    let no_clock = |place: &usize| variables[*place].kind != Type::Clock;
+    let inputs = ports(fmu.description.with(Causality::Input).filter(no_clock).collect());
     let shown = shown(scenario, node, variables, mistakes);
     let outputs = ports(shown);
     let (starts, started) = starts(scenario, node, variables, overrides, mistakes);
@@ -317,7 +332,8 @@ fn shown(
         Causality::Input => false,
         _ => observed(&variables[*place]),
     };
-    (0..variables.len()).filter(is_shown).collect()
+    let no_clock = |place: &usize| variables[*place].kind != Type::Clock;
+    (0..variables.len()).filter(no_clock).filter(is_shown).collect()
 }
 
 fn port(variables: &[Variable], place: usize) -> Port {
@@ -339,20 +355,38 @@ fn port(variables: &[Variable], place: usize) -> Port {
         wrong_unit: false,
         description: variable.description.clone(),
         reference: variable.reference,
+        storage: variable.storage,
+        element: variable.element,
         follows,
     }
 }
 
-/// The value references of ports.
+/// The variables behind ports, which are in the order of their forms and of the file.
 pub(super) fn references(ports: &[Port]) -> Ports {
-    let of = |kind| {
-        let ports = ports.iter().filter(|port| recorded_kind(port.kind) == kind);
-        ports.map(|port| port.reference).collect()
-    };
-    Ports {
-        real: of(ValueKind::Real),
-        integer: of(ValueKind::Integer),
-        boolean: of(ValueKind::Boolean),
-        string: of(ValueKind::String),
+    let mut found = Ports::default();
+    for port in ports {
+        let is_text = recorded_kind(port.kind) == ValueKind::String;
+        let groups = if is_text { &mut found.texts } else { &mut found.numbers };
+        let one_more = |group: &mut Group| {
+            if group.references.last() != Some(&port.reference) {
+                group.references.push(port.reference);
+                group.elements += port.element.1;
+            }
+            group.places.push(group.elements - port.element.1 + port.element.0);
+        };
+        let joins = |group: &&mut Group| {
+            let same = group.references.last() == Some(&port.reference);
+            group.storage == port.storage && (same || !is_text)
+        };
+        match groups.last_mut().filter(joins) {
+            Some(group) => one_more(group),
+            None => {
+                let (storage, references) = (port.storage, Vec::new());
+                let mut group = Group { storage, references, elements: 0, places: Vec::new() };
+                one_more(&mut group);
+                groups.push(group);
+            }
+        }
     }
+    found
 }

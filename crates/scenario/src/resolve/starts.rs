@@ -5,8 +5,8 @@ use std::convert::Infallible;
 use std::sync::Arc;
 
 use diagnostics::{Mistakes, suggest};
-use fmu_import::description::{Type, Variable, list};
-use fmu_import::{Causality, Value, Variability};
+use fmu_import::description::{Storage, Type, Variable, list};
+use fmu_import::{Causality, Value, Variability, bytes};
 
 use super::{Override, Overrides};
 use crate::plan::{Start, WordPlace};
@@ -48,6 +48,41 @@ pub(super) fn starts(
     (starts.written.into_values().flatten().collect(), started)
 }
 
+/// The values of structural parameters that the scenario or the command line gives, by reference; wrong ones are told with the
+/// other start values.
+pub(super) fn sizes(
+    node: &words::Fmu,
+    variables: &[Variable],
+    overrides: &Overrides,
+) -> BTreeMap<u32, u64> {
+    let mut sizes = BTreeMap::new();
+    let structural =
+        variables.iter().filter(|variable| variable.causality == Causality::StructuralParameter);
+    for variable in structural {
+        let given = |list: &[Override]| {
+            let mut list = list.iter().rev();
+            let found =
+                list.find(|it| it.node == *node.name.get_ref() && it.variable == variable.name);
+            found.and_then(|it| it.value.parse::<u64>().ok())
+        };
+        let mut words = node.start.iter();
+        let written = words.find(|(name, _)| *name.get_ref() == variable.name);
+        let written = written.and_then(|(_, value)| value.get_ref().as_integer());
+        let written = written.and_then(|value| u64::try_from(value).ok());
+        let value = given(&overrides.starts).or(written).or_else(|| given(&overrides.defaults));
+        sizes.extend(value.map(|value| (variable.reference, value)));
+    }
+    sizes
+}
+
+/// The values in nested lists, row by row.
+fn leaves<'a>(value: &'a toml::Value, found: &mut Vec<&'a toml::Value>) {
+    match value {
+        toml::Value::Array(values) => values.iter().for_each(|value| leaves(value, found)),
+        value => found.push(value),
+    }
+}
+
 /// The start values of an FMU by the place of the variable; none for one that is wrong. The last one counts, whichever way it
 /// is written.
 struct Starts<'a> {
@@ -62,15 +97,43 @@ impl Starts<'_> {
         value: &toml::Value,
         place: Option<WordPlace>,
     ) -> Result<(), String> {
-        let Some(index) = self.variables.iter().position(|variable| variable.name == name) else {
-            let known = self.variables.iter().map(|variable| variable.name.as_str());
-            return Err(suggest::unknown("variable", name, known).to_string());
+        if let Some(index) = self.variables.iter().position(|variable| variable.name == name) {
+            return self.add_one(index, value, place);
+        }
+        let of_array = |variable: &Variable| {
+            variable.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('['))
         };
+        let (first, count) = match self.variables.iter().position(of_array) {
+            Some(first) => (first, self.variables[first].element.1),
+            None => {
+                let known = self.variables.iter().map(|variable| variable.name.as_str());
+                return Err(suggest::unknown("variable", name, known).to_string());
+            }
+        };
+        let mut values = Vec::new();
+        leaves(value, &mut values);
+        if !value.is_array() || values.len() != count {
+            let found =
+                if value.is_array() { format!("{}", values.len()) } else { value.to_string() };
+            return Err(format!(
+                "expected {count} values, row by row, for the array `{name}`, found {found}"
+            ));
+        }
+        let mut values = (first..).zip(values);
+        values.try_for_each(|(index, value)| self.add_one(index, value, place.clone()))
+    }
+
+    fn add_one(
+        &mut self,
+        index: usize,
+        value: &toml::Value,
+        place: Option<WordPlace>,
+    ) -> Result<(), String> {
         let variable = &self.variables[index];
         self.written.insert(index, None);
         let value = start(variable, value)?;
-        let (name, reference) = (name.to_owned(), variable.reference);
-        let start = Start { name, reference, causality: variable.causality, value, place };
+        let Variable { name, reference, storage, element, causality, .. } = variable.clone();
+        let start = Start { name, reference, storage, element, causality, value, place };
         self.written.insert(index, Some(start));
         Ok(())
     }
@@ -110,7 +173,10 @@ pub(super) fn flatten<E>(
 fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     let name = &variable.name;
     // Some tools write no start value where one must be.
-    let given = matches!(variable.causality, Causality::Input | Causality::Parameter);
+    let given = matches!(
+        variable.causality,
+        Causality::Input | Causality::Parameter | Causality::StructuralParameter
+    );
     let settable =
         (given || variable.start.is_some()) && variable.variability != Variability::Constant;
     if !settable {
@@ -119,11 +185,17 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     let value = match (variable.kind, value) {
         (Type::Real, toml::Value::Float(value)) => Value::Real(*value),
         (Type::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),
-        (Type::Integer, toml::Value::Integer(value)) => match i32::try_from(*value) {
-            Ok(value) => Value::Integer(value),
-            Err(_) => return Err(format!("`{name}` is a 32-bit integer, {value} does not fit")),
-        },
-        (Type::Enumeration, value) => Value::Integer(item(variable, value)?),
+        (Type::Integer, toml::Value::Integer(value)) => integer(variable, (*value).into())?,
+        // TOML has no integer beyond 2^63.
+        (Type::Integer, toml::Value::String(value)) if value.parse::<i128>().is_ok() => {
+            integer(variable, value.parse().unwrap_or_default())?
+        }
+        (Type::Binary, toml::Value::String(value)) => {
+            Value::Binary(bytes(value).ok_or_else(|| {
+                format!("`{name}` is Binary, expected two hexadecimal digits for each byte, found {value:?}")
+            })?)
+        }
+        (Type::Enumeration, value) => Value::Integer(item(variable, value)?.into()),
         (Type::Boolean, toml::Value::Boolean(value)) => Value::Boolean(*value),
         (Type::String, toml::Value::String(value)) if value.contains('\0') => {
             return Err(format!("`{name}` is a text for C, which ends at its first NUL character"));
@@ -136,16 +208,31 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     Ok(value)
 }
 
+fn integer(variable: &Variable, value: i128) -> Result<Value, String> {
+    let (name, form) = (&variable.name, variable.storage);
+    let [low, high] = form.integers().unwrap_or_default();
+    match form {
+        _ if (low..=high).contains(&value) => Ok(Value::Integer(value)),
+        Storage::Int32 => Err(format!("`{name}` is a 32-bit integer, {value} does not fit")),
+        _ => Err(format!("`{name}` is an {form:?} from {low} to {high}, {value} does not fit")),
+    }
+}
+
 /// The value of an item of an enumeration, which is written by name or by value.
-fn item(variable: &Variable, value: &toml::Value) -> Result<i32, String> {
+fn item(variable: &Variable, value: &toml::Value) -> Result<i64, String> {
     let (name, items) = (&variable.name, &variable.items);
     let found = match value {
         // The FMU does not say what its enumeration may be.
         toml::Value::Integer(value) if items.is_empty() => {
-            return i32::try_from(*value).map_err(|error| format!("`{name}`: {error}"));
+            return match variable.storage {
+                Storage::Int32 => i32::try_from(*value)
+                    .map(i64::from)
+                    .map_err(|error| format!("`{name}`: {error}")),
+                _ => Ok(*value),
+            };
         }
         toml::Value::String(value) => items.iter().find(|item| item.name == *value),
-        toml::Value::Integer(value) => items.iter().find(|item| i64::from(item.value) == *value),
+        toml::Value::Integer(value) => items.iter().find(|item| item.value == *value),
         _ => None,
     };
     found.map(|item| item.value).ok_or_else(|| {

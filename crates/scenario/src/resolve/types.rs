@@ -13,8 +13,10 @@ pub(super) fn recorded_kind(of: Type) -> ValueKind {
     match of {
         Type::Real => ValueKind::Real,
         Type::Integer | Type::Enumeration => ValueKind::Integer,
-        Type::Boolean => ValueKind::Boolean,
-        Type::String => ValueKind::String,
+        // A clock ticks or does not; nothing connects it.
+        Type::Boolean | Type::Clock => ValueKind::Boolean,
+        // Bytes are recorded as hexadecimal digits.
+        Type::String | Type::Binary => ValueKind::String,
     }
 }
 
@@ -22,8 +24,8 @@ pub(super) fn recorded_kind(of: Type) -> ValueKind {
 pub(super) fn example(port: &Port) -> String {
     match (port.kind, port.items.first()) {
         (Type::Real, _) => "0.0".to_owned(),
-        (Type::Boolean, _) => "false".to_owned(),
-        (Type::String, _) => "\"\"".to_owned(),
+        (Type::Boolean | Type::Clock, _) => "false".to_owned(),
+        (Type::String | Type::Binary, _) => "\"\"".to_owned(),
         (Type::Enumeration, Some(item)) => format!("\"{}\"", item.name),
         (Type::Integer | Type::Enumeration, _) => "0".to_owned(),
     }
@@ -60,7 +62,7 @@ pub(super) fn fit(
         return Err(scenario.error(&connect.to, message).help(help));
     }
     Ok(Some(match to.kind {
-        Type::String => {
+        Type::String | Type::Binary => {
             let Some((effect, place, _)) = connect.effects().into_iter().next() else {
                 return Ok(None);
             };
@@ -68,8 +70,8 @@ pub(super) fn fit(
             return Err(scenario.source.error(place, message, ""));
         }
         Type::Real => Accepts::Real,
-        Type::Integer => Accepts::Integer,
-        Type::Boolean => Accepts::Boolean,
+        Type::Integer => Accepts::Integer(to.storage),
+        Type::Boolean | Type::Clock => Accepts::Boolean,
         Type::Enumeration => Accepts::Enumeration(to.items.clone()),
     }))
 }
@@ -83,7 +85,8 @@ fn types_fit(
     names: &str,
     (from, to): (&Port, &Port),
 ) -> Result<(), Error> {
-    let same = from.kind == to.kind || (!from.typed && to.kind != Type::String);
+    let is_number = recorded_kind(to.kind) != ValueKind::String;
+    let same = from.kind == to.kind || (!from.typed && is_number);
     let differ = || {
         let message = format!("cannot connect {names}: {:?} does not fit {:?}", from.kind, to.kind);
         scenario.error(&connect.to, message)

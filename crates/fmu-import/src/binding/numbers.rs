@@ -1,0 +1,302 @@
+//! Reads and writes numbers of an instance, whatever their form in the version of its FMU.
+
+use std::ffi::CStr;
+
+use super::Instance;
+use super::functions::{Boolean, Get3, Own, Set3, Three};
+use crate::{CallError, Storage};
+
+/// A number of some form of FMI 3.0.
+trait Form: Copy + Default {
+    const GET: &'static CStr;
+    const SET: &'static CStr;
+
+    fn getter(functions: &Three) -> Get3<Self>;
+
+    fn setter(functions: &Three) -> Set3<Self>;
+
+    /// As a number of a run; none where that would not be the same.
+    fn number(self) -> Option<f64>;
+
+    /// The nearest value of the form.
+    fn of(number: f64) -> Self;
+}
+
+macro_rules! form {
+    ($form:ty, $get:literal, $getter:ident, $set:literal, $setter:ident, $number:expr, $of:expr) => {
+        impl Form for $form {
+            const GET: &'static CStr = $get;
+            const SET: &'static CStr = $set;
+
+            fn getter(functions: &Three) -> Get3<Self> {
+                functions.$getter
+            }
+
+            fn setter(functions: &Three) -> Set3<Self> {
+                functions.$setter
+            }
+
+            fn number(self) -> Option<f64> {
+                let number: fn(Self) -> Option<f64> = $number;
+                number(self)
+            }
+
+            fn of(number: f64) -> Self {
+                let of: fn(f64) -> Self = $of;
+                of(number)
+            }
+        }
+    };
+}
+
+macro_rules! integers {
+    ($($form:ty: $get:literal, $getter:ident, $set:literal, $setter:ident;)*) => {
+        $(form!($form, $get, $getter, $set, $setter, |it| {
+            // The conversion rounds beyond 2^53, which the way back shows.
+            let number = it as f64;
+            (number as i128 == i128::from(it)).then_some(number)
+        }, |number| number as $form);)*
+    };
+}
+
+form!(f64, c"fmi3GetFloat64", get_float64, c"fmi3SetFloat64", set_float64, Some, |it| it);
+form!(
+    f32,
+    c"fmi3GetFloat32",
+    get_float32,
+    c"fmi3SetFloat32",
+    set_float32,
+    |it| Some(it.into()),
+    |it| it as f32
+);
+integers! {
+    i8: c"fmi3GetInt8", get_int8, c"fmi3SetInt8", set_int8;
+    i16: c"fmi3GetInt16", get_int16, c"fmi3SetInt16", set_int16;
+    u16: c"fmi3GetUInt16", get_uint16, c"fmi3SetUInt16", set_uint16;
+    i32: c"fmi3GetInt32", get_int32, c"fmi3SetInt32", set_int32;
+    u32: c"fmi3GetUInt32", get_uint32, c"fmi3SetUInt32", set_uint32;
+    i64: c"fmi3GetInt64", get_int64, c"fmi3SetInt64", set_int64;
+    u64: c"fmi3GetUInt64", get_uint64, c"fmi3SetUInt64", set_uint64;
+    u8: c"fmi3GetUInt8", get_uint8, c"fmi3SetUInt8", set_uint8;
+}
+
+impl Form for Boolean {
+    const GET: &'static CStr = c"fmi3GetBoolean";
+    const SET: &'static CStr = c"fmi3SetBoolean";
+
+    fn getter(functions: &Three) -> Get3<Self> {
+        functions.get_boolean
+    }
+
+    fn setter(functions: &Three) -> Set3<Self> {
+        functions.set_boolean
+    }
+
+    fn number(self) -> Option<f64> {
+        Some(f64::from(u8::from(self.0 != 0)))
+    }
+
+    fn of(number: f64) -> Self {
+        Boolean(u8::from(number != 0.0))
+    }
+}
+
+/// Does something with the form of a storage.
+macro_rules! with_form {
+    ($storage:expr, $function:ident, $self:expr, $($argument:expr),*) => {
+        match $storage {
+            Storage::Float64 => $self.$function::<f64>($($argument),*),
+            Storage::Float32 => $self.$function::<f32>($($argument),*),
+            Storage::Int8 => $self.$function::<i8>($($argument),*),
+            Storage::UInt8 => $self.$function::<u8>($($argument),*),
+            Storage::Int16 => $self.$function::<i16>($($argument),*),
+            Storage::UInt16 => $self.$function::<u16>($($argument),*),
+            Storage::Int32 => $self.$function::<i32>($($argument),*),
+            Storage::UInt32 => $self.$function::<u32>($($argument),*),
+            Storage::Int64 => $self.$function::<i64>($($argument),*),
+            Storage::UInt64 => $self.$function::<u64>($($argument),*),
+            Storage::Boolean => $self.$function::<Boolean>($($argument),*),
+            Storage::String | Storage::Binary | Storage::Clock => {
+                Err(CallError::new("reading numbers", format!("is not done: {:?} has none", $storage)))
+            }
+        }
+    };
+}
+
+impl Instance {
+    /// Reads variables of one form: all elements of each reference.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when a value is an integer that `f64` does not hold.
+    pub fn get_numbers(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &mut [f64],
+    ) -> Result<(), CallError> {
+        match (&self.library.own, storage) {
+            _ if references.is_empty() => Ok(()),
+            (Own::Two(_), Storage::Float64) => self.get_real(references, values),
+            (Own::Two(_), _) => {
+                let mut integers = std::mem::take(&mut self.integers);
+                integers.clear();
+                integers.resize(values.len(), 0);
+                let read = match storage {
+                    Storage::Boolean => self.get_boolean(references, &mut integers),
+                    _ => self.get_integer(references, &mut integers),
+                };
+                values.iter_mut().zip(&integers).for_each(|(value, it)| *value = (*it).into());
+                self.integers = integers;
+                read
+            }
+            (Own::Three(_), Storage::Float64) => self.get_form(references, values),
+            (Own::Three(_), _) => with_form!(storage, get_as, self, references, values),
+        }
+    }
+
+    /// Writes variables of one form: all elements of each reference. Numbers must be values of the form.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn set_numbers(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), CallError> {
+        match (&self.library.own, storage) {
+            _ if references.is_empty() => Ok(()),
+            (Own::Two(_), Storage::Float64) => self.set_real(references, values),
+            (Own::Two(_), _) => {
+                let mut integers = std::mem::take(&mut self.integers);
+                integers.clear();
+                integers.extend(values.iter().map(|&value| value as i32));
+                let written = match storage {
+                    Storage::Boolean => self.set_boolean(references, &integers),
+                    _ => self.set_integer(references, &integers),
+                };
+                self.integers = integers;
+                written
+            }
+            (Own::Three(_), Storage::Float64) => self.set_form(references, values),
+            (Own::Three(_), _) => with_form!(storage, set_as, self, references, values),
+        }
+    }
+
+    /// All elements of an integer variable, exactly.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn get_integers(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        elements: usize,
+    ) -> Result<Vec<i128>, CallError> {
+        let references = &[reference];
+        Ok(match (&self.library.own, storage) {
+            (Own::Three(_), Storage::Int64) => {
+                let mut values = vec![0_i64; elements];
+                self.get_form(references, &mut values)?;
+                values.into_iter().map(i128::from).collect()
+            }
+            (Own::Three(_), Storage::UInt64) => {
+                let mut values = vec![0_u64; elements];
+                self.get_form(references, &mut values)?;
+                values.into_iter().map(i128::from).collect()
+            }
+            _ => {
+                let mut values = vec![0.0; elements];
+                self.get_numbers(storage, references, &mut values)?;
+                values.into_iter().map(|value| value as i128).collect()
+            }
+        })
+    }
+
+    /// Writes all elements of an integer variable, exactly. They must be values of the form.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn set_integers(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        values: &[i128],
+    ) -> Result<(), CallError> {
+        let references = &[reference];
+        match (&self.library.own, storage) {
+            (Own::Three(_), Storage::Int64) => {
+                self.set_form(references, &values.iter().map(|it| *it as i64).collect::<Vec<_>>())
+            }
+            (Own::Three(_), Storage::UInt64) => {
+                self.set_form(references, &values.iter().map(|it| *it as u64).collect::<Vec<_>>())
+            }
+            _ => {
+                let numbers: Vec<f64> = values.iter().map(|it| *it as f64).collect();
+                self.set_numbers(storage, references, &numbers)
+            }
+        }
+    }
+
+    fn get_as<T: Form>(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
+        let mut found = vec![T::default(); values.len()];
+        self.get_form(references, &mut found)?;
+        for (place, (value, found)) in values.iter_mut().zip(found).enumerate() {
+            *value = found.number().ok_or_else(|| {
+                let call = T::GET.to_str().unwrap_or_default();
+                let what = format!(
+                    "gave an integer beyond 2^53 for value {} of {}: the numbers of a run do not hold it exactly",
+                    place + 1,
+                    self.names(references)
+                );
+                CallError::new(call, what)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn set_as<T: Form>(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
+        let values: Vec<T> = values.iter().map(|value| T::of(*value)).collect();
+        self.set_form(references, &values)
+    }
+
+    fn get_form<T: Form>(&mut self, references: &[u32], values: &mut [T]) -> Result<(), CallError> {
+        let Own::Three(own) = &self.library.own else { return Ok(()) };
+        let function = T::getter(own);
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.run(T::GET, |component| unsafe {
+            function(
+                component,
+                references.as_ptr(),
+                references.len(),
+                values.as_mut_ptr(),
+                values.len(),
+            )
+        })
+    }
+
+    fn set_form<T: Form>(&mut self, references: &[u32], values: &[T]) -> Result<(), CallError> {
+        let Own::Three(own) = &self.library.own else { return Ok(()) };
+        let function = T::setter(own);
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.run(T::SET, |component| unsafe {
+            function(
+                component,
+                references.as_ptr(),
+                references.len(),
+                values.as_ptr(),
+                values.len(),
+            )
+        })
+    }
+
+    /// The names of variables, for a message.
+    fn names(&self, references: &[u32]) -> String {
+        let all = &self.library.description().variables;
+        let name = |reference: &u32| {
+            let found = all.iter().find(|variable| variable.reference == *reference);
+            found.map_or_else(|| reference.to_string(), |variable| format!("`{}`", variable.name))
+        };
+        references.iter().map(name).collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,97 @@
+//! Reads and writes texts and bytes of an instance, whatever the version of its FMU.
+
+use std::ffi::{CStr, c_char};
+use std::ptr;
+
+use super::functions::Own;
+use super::{Instance, c_text};
+use crate::CallError;
+
+impl Instance {
+    /// All elements of a `String`; null counts as an empty text.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn get_strings(
+        &mut self,
+        reference: u32,
+        elements: usize,
+    ) -> Result<Vec<String>, CallError> {
+        let Own::Three(own) = &self.library.own else {
+            return self.get_string(reference).map(|text| vec![text]);
+        };
+        let function = own.get_string;
+        let mut texts: Vec<*const c_char> = vec![ptr::null(); elements];
+        // SAFETY: the component is alive, and the array has the length that is stated.
+        self.run(c"fmi3GetString", |c| unsafe {
+            function(c, &raw const reference, 1, texts.as_mut_ptr(), elements)
+        })?;
+        let copy = |text: *const c_char| match text.is_null() {
+            true => String::new(),
+            // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
+            false => unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned(),
+        };
+        Ok(texts.into_iter().map(copy).collect())
+    }
+
+    /// Writes all elements of a `String`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when a text contains NUL.
+    pub fn set_strings(&mut self, reference: u32, values: &[String]) -> Result<(), CallError> {
+        let Own::Three(own) = &self.library.own else {
+            return values.iter().try_for_each(|value| self.set_string(reference, value));
+        };
+        let function = own.set_string;
+        let texts = values.iter().map(|text| c_text("fmi3SetString", text));
+        let texts = texts.collect::<Result<Vec<_>, _>>()?;
+        let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
+        // SAFETY: the component is alive, and the texts live until the call returns.
+        self.run(c"fmi3SetString", |c| unsafe {
+            function(c, &raw const reference, 1, pointers.as_ptr(), pointers.len())
+        })
+    }
+
+    /// All elements of a `Binary`; null counts as no bytes.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0.
+    pub fn get_binaries(
+        &mut self,
+        reference: u32,
+        elements: usize,
+    ) -> Result<Vec<Vec<u8>>, CallError> {
+        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+        let function = own.get_binary;
+        let (mut sizes, mut values) = (vec![0_usize; elements], vec![ptr::null(); elements]);
+        // SAFETY: the component is alive, and the arrays have the length that is stated.
+        self.run(c"fmi3GetBinary", |c| unsafe {
+            function(c, &raw const reference, 1, sizes.as_mut_ptr(), values.as_mut_ptr(), elements)
+        })?;
+        let copy = |(size, bytes): (usize, *const u8)| match bytes.is_null() {
+            true => Vec::new(),
+            // SAFETY: the FMU keeps this many bytes until it is called again; the copy is made before that.
+            false => unsafe { std::slice::from_raw_parts(bytes, size) }.to_vec(),
+        };
+        Ok(sizes.into_iter().zip(values).map(copy).collect())
+    }
+
+    /// Writes all elements of a `Binary`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0.
+    pub fn set_binaries(&mut self, reference: u32, values: &[Vec<u8>]) -> Result<(), CallError> {
+        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+        let function = own.set_binary;
+        let sizes: Vec<usize> = values.iter().map(Vec::len).collect();
+        let pointers: Vec<*const u8> = values.iter().map(|bytes| bytes.as_ptr()).collect();
+        // SAFETY: the component is alive, and the bytes live until the call returns.
+        self.run(c"fmi3SetBinary", |c| unsafe {
+            function(c, &raw const reference, 1, sizes.as_ptr(), pointers.as_ptr(), pointers.len())
+        })
+    }
+}
+
+fn no_binary() -> CallError {
+    CallError::new("fmi3GetBinary", "is not called: FMI 2.0 has no Binary")
+}

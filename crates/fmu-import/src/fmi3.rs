@@ -1,0 +1,372 @@
+//! Reads the description of an FMU of FMI 3.0; arrays become their elements.
+
+use std::collections::BTreeMap;
+
+use fmi_rs::model_description::fmi3::ModelDescription;
+use roxmltree::{Document, Node};
+use units::Unit;
+
+use crate::attributes::{Causality, Initial, Variability};
+use crate::definitions::{attribute, children, required};
+use crate::description::{Description, Item, Storage, Type, Variable, Version};
+
+/// A description may have this many elements of arrays in all.
+const MOST: usize = 1 << 22;
+
+/// Names of the elements of variables.
+const TYPES: [(&str, Type, Storage); 15] = [
+    ("Float64", Type::Real, Storage::Float64),
+    ("Float32", Type::Real, Storage::Float32),
+    ("Int8", Type::Integer, Storage::Int8),
+    ("UInt8", Type::Integer, Storage::UInt8),
+    ("Int16", Type::Integer, Storage::Int16),
+    ("UInt16", Type::Integer, Storage::UInt16),
+    ("Int32", Type::Integer, Storage::Int32),
+    ("UInt32", Type::Integer, Storage::UInt32),
+    ("Int64", Type::Integer, Storage::Int64),
+    ("UInt64", Type::Integer, Storage::UInt64),
+    ("Boolean", Type::Boolean, Storage::Boolean),
+    ("String", Type::String, Storage::String),
+    ("Binary", Type::Binary, Storage::Binary),
+    ("Enumeration", Type::Enumeration, Storage::Int64),
+    ("Clock", Type::Clock, Storage::Clock),
+];
+
+/// Sizes that structural parameters have in place of their start values, by reference.
+pub(crate) type Sizes = BTreeMap<u32, u64>;
+
+/// Reads the text of a `modelDescription.xml`.
+///
+/// # Errors
+/// When the text is no description of an FMI 3.0 co-simulation FMU.
+pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
+    let document = Document::parse(xml).map_err(|error| error.to_string())?;
+    let root = document.root_element();
+    let interface = |name: &str| root.children().find(|node| node.has_tag_name(name));
+    let Some(cs) = interface("CoSimulation") else {
+        let others = ["ModelExchange", "ScheduledExecution"];
+        return Err(no_co_simulation(others.into_iter().filter(|name| interface(name).is_some())));
+    };
+    let identifier: String = required(cs, "modelIdentifier")?;
+    if identifier.contains(['/', '\\']) || identifier.is_empty() {
+        return Err(format!("modelIdentifier {identifier:?} is not a name"));
+    }
+    let problems = match ModelDescription::from_string(xml) {
+        Ok(found) => found.validate().into_iter().map(|problem| problem.message).collect(),
+        Err(error) => vec![error.to_string()],
+    };
+    let flag = |name: &str| Ok::<_, String>(truth(cs, name)?.unwrap_or(false));
+    let experiment = interface("DefaultExperiment");
+    let default = |name: &str| -> Option<f64> { experiment?.attribute(name)?.trim().parse().ok() };
+    Ok(Description {
+        version: Version::Three,
+        name: required(root, "modelName")?,
+        guid: required(root, "instantiationToken")?,
+        identifier,
+        summary: attribute(root, "description")?,
+        tool: attribute(root, "generationTool")?,
+        variable_step: flag("canHandleVariableCommunicationStepSize")?,
+        state: flag("canGetAndSetFMUState")?,
+        serialised_state: flag("canSerializeFMUState")?,
+        directional_derivative: flag("providesDirectionalDerivatives")?,
+        // FMI 3.0 has no derivatives of inputs without intermediate update.
+        interpolated_inputs: false,
+        output_derivatives: attribute(cs, "maxOutputDerivativeOrder")?.unwrap_or(0),
+        only_once: flag("canBeInstantiatedOnlyOncePerProcess")?,
+        default_step: default("stepSize"),
+        default_start: default("startTime").unwrap_or(0.0),
+        default_stop: default("stopTime"),
+        default_tolerance: default("tolerance"),
+        log_categories: children(root, "LogCategories", "Category")
+            .map(|category| required(category, "name"))
+            .collect::<Result<_, _>>()?,
+        variables: variables(root, sizes)?,
+        problems,
+    })
+}
+
+/// Says what the FMU offers instead of co-simulation, and what to do.
+pub(crate) fn no_co_simulation(others: impl Iterator<Item = &'static str>) -> String {
+    let others: Vec<_> = others.collect();
+    let found = if others.is_empty() { "none".to_owned() } else { others.join(" and ") };
+    format!(
+        "expected the interface CoSimulation, found {found}: export the model for co-simulation"
+    )
+}
+
+/// A variable of the file, which may be an array.
+struct Declared<'a> {
+    node: Node<'a, 'a>,
+    kind: Type,
+    storage: Storage,
+    reference: u32,
+    dimensions: Vec<usize>,
+    /// Place of its first element among the variables.
+    first: usize,
+}
+
+impl Declared<'_> {
+    fn elements(&self) -> usize {
+        self.dimensions.iter().product()
+    }
+
+    /// `[2]` or `[1,2]`, counted from 1; nothing for a variable of its own.
+    fn subscript(&self, element: usize) -> String {
+        let mut rest = element;
+        let mut places: Vec<String> = Vec::new();
+        for size in self.dimensions.iter().rev() {
+            places.insert(0, (rest % size + 1).to_string());
+            rest /= size;
+        }
+        if places.is_empty() { String::new() } else { format!("[{}]", places.join(",")) }
+    }
+}
+
+fn variables<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Variable>, String> {
+    let list = root.children().filter(|node| node.has_tag_name("ModelVariables"));
+    let nodes = || list.clone().flat_map(|list| list.children().filter(Node::is_element));
+    let sizes = structure(nodes(), sizes)?;
+    let mut all: Vec<Declared> = Vec::new();
+    let mut count = 0;
+    for node in nodes() {
+        let name = node.tag_name().name();
+        let Some((_, kind, storage)) = TYPES.iter().find(|known| known.0 == name) else {
+            return Err(format!("expected a variable of a type of FMI 3.0, found <{name}>"));
+        };
+        let dimensions = dimensions(node, &sizes)?;
+        let reference = required(node, "valueReference")?;
+        let one =
+            Declared { node, kind: *kind, storage: *storage, reference, dimensions, first: count };
+        count = one.dimensions.iter().try_fold(1_usize, |n, size| n.checked_mul(*size)).and_then(|n| count.checked_add(n)).filter(|count| *count <= MOST).ok_or_else(|| {
+            format!("expected at most {MOST} elements of arrays, found more: look at the sizes of structural parameters")
+        })?;
+        all.push(one);
+    }
+    let by_reference: BTreeMap<u32, usize> =
+        all.iter().enumerate().map(|(index, one)| (one.reference, index)).collect();
+    let follows = dependencies(root)?;
+    let types = declared_types(root)?;
+    let units = units(root)?;
+    let mut variables = Vec::with_capacity(count);
+    for one in &all {
+        let follows = follows.get(&one.reference).and_then(Option::as_ref).map(|references| {
+            let found = references.iter().filter_map(|it| all.get(*by_reference.get(it)?));
+            found.flat_map(|it| it.first..it.first + it.elements()).collect()
+        });
+        variables.extend(elements(one, &types, &units, follows)?);
+    }
+    for one in &all {
+        for alias in one.node.children().filter(|child| child.has_tag_name("Alias")) {
+            let name: String = required(alias, "name")?;
+            for element in 0..one.elements() {
+                let mut variable = variables[one.first + element].clone();
+                variable.name = format!("{name}{}", one.subscript(element));
+                // The variable itself is connected; by its other name it can be looked at.
+                variable.causality = Causality::Local;
+                variables.push(variable);
+            }
+        }
+    }
+    Ok(variables)
+}
+
+/// The sizes of arrays by reference: start values of structural parameters, unless others are given.
+fn structure<'a>(
+    nodes: impl Iterator<Item = Node<'a, 'a>>,
+    given: &Sizes,
+) -> Result<Sizes, String> {
+    let mut sizes = Sizes::new();
+    for node in nodes.filter(|node| node.has_tag_name("UInt64")) {
+        if let Some(start) = attribute(node, "start").ok().flatten() {
+            sizes.insert(required(node, "valueReference")?, start);
+        }
+    }
+    sizes.extend(given);
+    Ok(sizes)
+}
+
+fn dimensions(node: Node, sizes: &Sizes) -> Result<Vec<usize>, String> {
+    let size = |dimension: Node| -> Result<usize, String> {
+        let size: u64 = match attribute::<u32>(dimension, "valueReference")? {
+            Some(reference) => *sizes.get(&reference).ok_or_else(|| {
+                format!(
+                    "a <Dimension> refers to {reference}, which is no UInt64 with a start value"
+                )
+            })?,
+            None => required(dimension, "start")?,
+        };
+        usize::try_from(size).map_err(|error| error.to_string())
+    };
+    node.children().filter(|child| child.has_tag_name("Dimension")).map(size).collect()
+}
+
+/// What outputs follow by reference, both as references; `None` means all inputs.
+fn dependencies(root: Node) -> Result<BTreeMap<u32, Option<Vec<u32>>>, String> {
+    let outputs = children(root, "ModelStructure", "Output");
+    let one = |output: Node| {
+        let list = |text: String| -> Result<Vec<u32>, String> {
+            let numbers = text.split_whitespace().map(str::parse);
+            numbers.collect::<Result<_, _>>().map_err(|_| {
+                format!("dependencies=\"{text}\" of <Output> is no list of references")
+            })
+        };
+        let follows = attribute::<String>(output, "dependencies")?.map(list).transpose()?;
+        Ok((required(output, "valueReference")?, follows))
+    };
+    outputs.map(one).collect()
+}
+
+type Named<'a> = BTreeMap<String, Node<'a, 'a>>;
+
+fn declared_types<'a>(root: Node<'a, 'a>) -> Result<Named<'a>, String> {
+    let list = root.children().filter(|node| node.has_tag_name("TypeDefinitions"));
+    let types = list.flat_map(|list| list.children().filter(Node::is_element));
+    types.map(|node| Ok((required(node, "name")?, node))).collect()
+}
+
+fn units(root: Node) -> Result<BTreeMap<String, Option<Unit>>, String> {
+    children(root, "UnitDefinitions", "Unit").map(unit).collect()
+}
+
+fn unit(node: Node) -> Result<(String, Option<Unit>), String> {
+    let base = node.children().find(|child| child.has_tag_name("BaseUnit"));
+    let base = base.map(|base| -> Result<Unit, String> {
+        let mut exponents = [0_i8; 8];
+        for (exponent, name) in
+            exponents.iter_mut().zip(["kg", "m", "s", "A", "K", "mol", "cd", "rad"])
+        {
+            *exponent = attribute(base, name)?.unwrap_or(0);
+        }
+        let factor = attribute(base, "factor")?.unwrap_or(1.0);
+        Ok(Unit::from_base(exponents, factor, attribute(base, "offset")?.unwrap_or(0.0)))
+    });
+    Ok((required(node, "name")?, base.transpose()?))
+}
+
+/// The elements of a variable, row by row.
+fn elements(
+    one: &Declared,
+    types: &Named,
+    units: &BTreeMap<String, Option<Unit>>,
+    follows: Option<Vec<usize>>,
+) -> Result<Vec<Variable>, String> {
+    let Declared { node, kind, storage, reference, .. } = *one;
+    let declared = node.attribute("declaredType").and_then(|name| types.get(name)).copied();
+    let of = |name: &str| {
+        node.attribute(name).or_else(|| declared.and_then(|declared| declared.attribute(name)))
+    };
+    let number = |name: &str| -> Option<f64> { of(name)?.trim().parse().ok() };
+    let unit = of("unit").map(str::to_owned);
+    let dimension = unit.as_deref().and_then(|name| match units.get(name) {
+        Some(Some(unit)) => Some(*unit),
+        _ => Unit::parse(name).ok(),
+    });
+    let causality = causality(node)?;
+    let starts = starts(node, storage);
+    let count = one.elements();
+    let name: String = required(node, "name")?;
+    let variable = Variable {
+        name: String::new(),
+        reference,
+        kind,
+        storage,
+        element: (0, count),
+        items: declared.map_or(Ok(Vec::new()), items)?,
+        causality,
+        variability: variability(node, kind, causality)?,
+        initial: initial(node)?,
+        min: number("min"),
+        max: number("max"),
+        nominal: number("nominal"),
+        unit,
+        dimension,
+        start: None,
+        description: attribute(node, "description")?,
+        dependencies: follows,
+    };
+    let element = |index: usize| Variable {
+        name: format!("{name}{}", one.subscript(index)),
+        element: (index, count),
+        // One value is that of all elements; a list of another length belongs to another size.
+        start: match starts.len() {
+            1 => starts.first().cloned(),
+            given if given == count => starts.get(index).cloned(),
+            _ => None,
+        },
+        ..variable.clone()
+    };
+    Ok((0..count).map(element).collect())
+}
+
+fn starts(node: Node, storage: Storage) -> Vec<String> {
+    if let Storage::String | Storage::Binary = storage {
+        let starts = node.children().filter(|child| child.has_tag_name("Start"));
+        return starts.filter_map(|start| start.attribute("value")).map(str::to_owned).collect();
+    }
+    node.attribute("start").unwrap_or_default().split_whitespace().map(str::to_owned).collect()
+}
+
+fn items(declared: Node) -> Result<Vec<Item>, String> {
+    let items = declared.children().filter(|child| child.has_tag_name("Item"));
+    let items = items
+        .map(|item| Ok(Item { name: required(item, "name")?, value: required(item, "value")? }));
+    let mut items = items.collect::<Result<Vec<_>, String>>()?;
+    items.sort_by_key(|item| item.value);
+    Ok(items)
+}
+
+fn truth(node: Node, name: &str) -> Result<Option<bool>, String> {
+    match node.attribute(name).map(str::trim) {
+        None => Ok(None),
+        Some("true" | "1") => Ok(Some(true)),
+        Some("false" | "0") => Ok(Some(false)),
+        Some(_) => attribute(node, name),
+    }
+}
+
+fn unknown<T>(node: Node, name: &str, word: &str) -> Result<T, String> {
+    Err(format!("{name}=\"{word}\" of <{}> is no word of FMI 3.0", node.tag_name().name()))
+}
+
+fn causality(node: Node) -> Result<Causality, String> {
+    Ok(match node.attribute("causality").unwrap_or("local") {
+        "parameter" => Causality::Parameter,
+        "structuralParameter" => Causality::StructuralParameter,
+        "calculatedParameter" => Causality::CalculatedParameter,
+        "input" => Causality::Input,
+        "output" => Causality::Output,
+        "local" => Causality::Local,
+        "independent" => Causality::Independent,
+        // Relates a model to its system of equations; like a local variable for a caller.
+        "dependent" => Causality::Local,
+        word => return unknown(node, "causality", word),
+    })
+}
+
+fn variability(node: Node, kind: Type, causality: Causality) -> Result<Variability, String> {
+    Ok(match node.attribute("variability") {
+        Some("constant") => Variability::Constant,
+        Some("fixed") => Variability::Fixed,
+        Some("tunable") => Variability::Tunable,
+        Some("discrete") => Variability::Discrete,
+        Some("continuous") => Variability::Continuous,
+        Some(word) => return unknown(node, "variability", word),
+        None => match causality {
+            Causality::Parameter
+            | Causality::StructuralParameter
+            | Causality::CalculatedParameter => Variability::Fixed,
+            _ if kind == Type::Real => Variability::Continuous,
+            _ => Variability::Discrete,
+        },
+    })
+}
+
+fn initial(node: Node) -> Result<Option<Initial>, String> {
+    Ok(match node.attribute("initial") {
+        None => None,
+        Some("exact") => Some(Initial::Exact),
+        Some("approx") => Some(Initial::Approx),
+        Some("calculated") => Some(Initial::Calculated),
+        Some(word) => return unknown(node, "initial", word),
+    })
+}
