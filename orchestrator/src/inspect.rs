@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use fmu_import::Fmu;
-use fmu_import::description::{Variable, list};
+use fmu_import::description::{Type, Variable, Version, list};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]
@@ -15,6 +15,7 @@ pub fn lines(fmu: &Fmu) -> String {
     let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time} s"));
     let rows = [
         ("model", about.name.clone()),
+        ("FMI", about.version.to_string()),
         ("description", or_none(&about.summary)),
         ("made by", or_none(&about.tool)),
         ("guid", about.guid.clone()),
@@ -38,7 +39,7 @@ pub fn lines(fmu: &Fmu) -> String {
         about.variables.iter().map(|variable| variable.name.chars().count()).max().unwrap_or(0);
     let _ = writeln!(text, "\n{} variables", about.variables.len());
     for variable in &about.variables {
-        let _ = writeln!(text, "{}", line(variable, &about.variables, width));
+        let _ = writeln!(text, "{}", line(about.version, variable, &about.variables, width));
     }
     for problem in &about.problems {
         let _ = writeln!(text, "against the rules: {problem}");
@@ -51,9 +52,10 @@ pub fn lines(fmu: &Fmu) -> String {
 pub fn json(fmu: &Fmu) -> serde_json::Value {
     let about = &fmu.description;
     let variables: Vec<_> =
-        about.variables.iter().map(|variable| entry(variable, &about.variables)).collect();
+        about.variables.iter().map(|it| entry(about.version, it, &about.variables)).collect();
     serde_json::json!({
         "model": about.name,
+        "fmi": about.version.to_string(),
         "description": about.summary,
         "made_by": about.tool,
         "guid": about.guid,
@@ -74,7 +76,7 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
     })
 }
 
-fn entry(variable: &Variable, all: &[Variable]) -> serde_json::Value {
+fn entry(version: Version, variable: &Variable, all: &[Variable]) -> serde_json::Value {
     let word = |name: String| name[..1].to_lowercase() + &name[1..];
     let follows = variable.dependencies.as_ref().map(|places| {
         let names = places.iter().filter_map(|&index| all.get(index));
@@ -85,7 +87,7 @@ fn entry(variable: &Variable, all: &[Variable]) -> serde_json::Value {
     serde_json::json!({
         "name": variable.name,
         "reference": variable.reference,
-        "type": format!("{:?}", variable.kind),
+        "type": kind(version, variable),
         "causality": word(format!("{:?}", variable.causality)),
         "variability": word(format!("{:?}", variable.variability)),
         "initial": variable.initial.map(|initial| word(format!("{initial:?}"))),
@@ -100,10 +102,18 @@ fn entry(variable: &Variable, all: &[Variable]) -> serde_json::Value {
     })
 }
 
-fn line(variable: &Variable, all: &[Variable], width: usize) -> String {
+/// The type by the word of its version: those of FMI 2.0 have one size only.
+fn kind(version: Version, variable: &Variable) -> String {
+    match (version, variable.kind) {
+        (Version::Three, Type::Real | Type::Integer) => format!("{:?}", variable.storage),
+        (_, kind) => format!("{kind:?}"),
+    }
+}
+
+fn line(version: Version, variable: &Variable, all: &[Variable], width: usize) -> String {
     let unit = variable.unit.as_ref().map(|unit| format!("[{unit}]")).unwrap_or_default();
     let causality = format!("{:?}", variable.causality).to_lowercase();
-    let kind = format!("{:?}", variable.kind);
+    let kind = kind(version, variable);
     let start = variable.start.as_ref().map(|start| format!("= {start}")).unwrap_or_default();
     let follows = match &variable.dependencies {
         Some(places) if places.is_empty() => "follows nothing".to_owned(),

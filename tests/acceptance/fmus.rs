@@ -63,6 +63,12 @@ pub fn stubborn() -> &'static [u8] {
     BUILT.get_or_init(|| build("stubborn", &[]))
 }
 
+/// The FMU of `fmu/resizable.c`, compiled once: one of FMI 3.0, whose arrays have any size.
+pub fn resizable() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| build("resizable", &[]))
+}
+
 /// Another version of the relay: each step adds this to the number that it shows.
 pub fn drifting_relay(drift: f64) -> Vec<u8> {
     build("relay", &[&format!("-DDRIFT={drift:?}")])
@@ -75,13 +81,17 @@ fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     let library = lab.path("library.so");
     let mut cc = Command::new("cc");
     cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
-    cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
+    let xml =
+        std::fs::read_to_string(sources.join(format!("{name}.xml"))).expect("the description");
+    let folder = if xml.contains("fmiVersion=\"3.0\"") { "x86_64-linux" } else { "linux64" };
+    if folder == "linux64" {
+        cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
+    }
     let output = cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).output();
     Ended::of(output.expect("a C compiler")).expect(0);
-    let xml = std::fs::read(sources.join(format!("{name}.xml"))).expect("the description");
     let library = std::fs::read(library).expect("the library");
-    let path = format!("binaries/linux64/{name}.so");
-    archive(&[("modelDescription.xml", &xml), (&path, &library)])
+    let path = format!("binaries/{folder}/{name}.so");
+    archive(&[("modelDescription.xml", xml.as_bytes()), (&path, &library)])
 }
 
 /// An archive with these entries.

@@ -6,6 +6,10 @@ use super::requirement::reference_fmus;
 
 tests! {
     reference_fmus_reproduce_their_published_results: ReferenceFmus,
+    reference_fmus_of_fmi_3_reproduce_their_published_results: ReferenceFmus,
+    arrays_are_connected_as_a_whole_and_by_element: ReferenceFmus,
+    values_of_all_types_pass_through_an_fmu: ReferenceFmus,
+    an_fmu_without_co_simulation_is_refused_by_the_name_of_what_it_has: ReferenceFmus,
     reference_fmus_break_neither_runs_nor_the_standard: ReferenceFmus,
 }
 
@@ -18,37 +22,176 @@ const PUBLISHED: [(&str, f64, f64); 5] = [
     ("VanDerPol", 0.01, 20.0),
 ];
 
-/// A table as its titles and its numbers.
-fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
+/// Inputs keep the start values of the description.
+const START: &str = "unconnected = \"start\"";
+
+/// The same for FMI 3.0. Nothing is published of Roberts.
+const PUBLISHED_3: [(&str, f64, f64); 6] = [
+    ("BouncingBall", 0.01, 3.0),
+    ("Dahlquist", 0.1, 10.0),
+    ("Feedthrough", 0.1, 2.0),
+    ("Stair", 0.2, 10.0),
+    ("StateSpace", 1.0, 10.0),
+    ("VanDerPol", 0.01, 20.0),
+];
+
+/// A table as its titles and its cells, in which an array is written in one.
+fn table<'a>(text: &'a str) -> (Vec<&'a str>, Vec<Vec<Vec<&'a str>>>) {
     let mut lines = text.lines();
     let titles = lines.next().expect("titles").split(',').collect();
-    let row = |line: &str| -> Vec<f64> {
-        line.split(',').map(|cell| cell.parse().expect("a number")).collect()
-    };
-    (titles, lines.map(row).collect())
+    let cells = |line: &'a str| line.split(',').map(|cell| cell.split(' ').collect()).collect();
+    (titles, lines.map(cells).collect())
+}
+
+fn same(expected: &str, found: &str) -> bool {
+    match (expected.parse::<f64>(), found.parse::<f64>()) {
+        // To the bit: the cells have all digits.
+        (Ok(expected), Ok(found)) => expected == found,
+        _ => {
+            let truth = |word: &str| match word {
+                "false" => "0".to_owned(),
+                "true" => "1".to_owned(),
+                word => word.trim_matches('"').to_owned(),
+            };
+            truth(expected) == truth(found)
+        }
+    }
+}
+
+fn reproduces(version: &str, (name, step, stop): (&str, f64, f64)) {
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join(format!("{version}/{name}.fmu")));
+    let scenario = Scenario::new().time(step, stop);
+    let scenario = scenario.fmu("it", &format!("{name}.fmu"), "").key(START);
+    lab.write("case.toml", scenario.text());
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+    let published = reference_fmus().join(format!("results/{name}_out.csv"));
+    let published = std::fs::read_to_string(published).expect("results");
+    let ours = lab.table("out/run.csv");
+    let ((titles, expected), (own, found)) = (table(&published), table(&ours));
+    assert_eq!(found.len(), expected.len(), "{name}: rows");
+    let column = |title: &str| own.iter().position(|it| *it == title);
+    for (place, title) in titles.iter().enumerate().skip(1) {
+        for (expected, found) in expected.iter().zip(&found) {
+            let text = column(&format!("it.{title}")).map(|column| vec![found[column].join(" ")]);
+            let element = |index: usize| {
+                let name = format!("it.{title}[{}]", index + 1);
+                let column = column(&name).unwrap_or_else(|| panic!("{name} in {own:?}"));
+                found[column].join(" ")
+            };
+            let found = text.unwrap_or_else(|| (0..expected[place].len()).map(element).collect());
+            let expected = if found.len() == 1 {
+                vec![expected[place].join(" ")]
+            } else {
+                expected[place].iter().map(ToString::to_string).collect()
+            };
+            let equal = expected.iter().zip(&found).all(|(a, b)| same(a, b));
+            assert!(equal, "{name}.{title}: {expected:?} and {found:?}");
+        }
+    }
 }
 
 fn reference_fmus_reproduce_their_published_results() {
-    for (name, step, stop) in PUBLISHED {
-        let lab = Lab::new();
-        lab.add(&reference_fmus().join(format!("2.0/{name}.fmu")));
-        let scenario = Scenario::new().time(step, stop).fmu("it", &format!("{name}.fmu"), "");
-        lab.write("case.toml", scenario.text());
-        lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
-        let published = reference_fmus().join(format!("results/{name}_out.csv"));
-        let published = std::fs::read_to_string(published).expect("results");
-        let ours = lab.table("out/run.csv");
-        let ((titles, expected), (own, found)) = (table(&published), table(&ours));
-        assert_eq!(found.len(), expected.len(), "{name}: rows");
-        for (place, title) in titles.iter().enumerate().skip(1) {
-            let column = own.iter().position(|it| *it == format!("it.{title}"));
-            let column = column.unwrap_or_else(|| panic!("{name}: no {title} in {own:?}"));
-            for (expected, found) in expected.iter().zip(&found) {
-                // To the bit: the cells have all digits.
-                assert_eq!(found[column], expected[place], "{name}.{title} at {} s", expected[0]);
-            }
-        }
+    PUBLISHED.into_iter().for_each(|it| reproduces("2.0", it));
+}
+
+fn reference_fmus_of_fmi_3_reproduce_their_published_results() {
+    PUBLISHED_3.into_iter().for_each(|it| reproduces("3.0", it));
+}
+
+fn arrays_are_connected_as_a_whole_and_by_element() {
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join("3.0/StateSpace.fmu"));
+    let one = Scenario::new().time(1.0, 2.0).fmu("one", "StateSpace.fmu", "").key(START);
+    let two = one.fmu("two", "StateSpace.fmu", "").key(START);
+    let whole = two.clone().connect("one.y", "two.u").text();
+    lab.write("whole.toml", &whole);
+    let element = |scenario: Scenario, i: i32| {
+        scenario.connect(&format!("one.y[{i}]"), &format!("two.u[{i}]"))
+    };
+    lab.write("each.toml", [1, 2, 3].into_iter().fold(two.clone(), element).text());
+    lab.write("some.toml", element(two, 3).text());
+    for name in ["whole", "each", "some"] {
+        lab.trackside(&["run", &format!("{name}.toml"), "--out", name, "--csv"]).expect(0);
     }
+    assert_eq!(lab.table("whole/run.csv"), lab.table("each/run.csv"));
+    // The other elements of the array keep their start values.
+    let some = lab.table("some/run.csv");
+    let (titles, rows) = table(&some);
+    assert_eq!(titles.last(), Some(&"two.u[3]"));
+    assert_eq!(rows.len(), 3);
+    lab.write("size.toml", &whole.replace("\"one.y\"", "\"one.y[1]\""));
+    let ended = lab.trackside(&["run", "size.toml"]).expect(2);
+    assert!(
+        ended.stderr.contains("`one.y[1]` is no array, `two.u` has 3 elements"),
+        "{}",
+        ended.stderr
+    );
+}
+
+fn values_of_all_types_pass_through_an_fmu() {
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join("3.0/Feedthrough.fmu"));
+    let starts = r#"
+unconnected = "start"
+start.Int8_input = -128
+start.UInt8_input = 255
+start.Int16_input = -32768
+start.UInt16_input = 65535
+start.Int32_input = -2147483648
+start.UInt32_input = 4294967295
+start.Int64_input = -9007199254740992
+start.UInt64_input = 9007199254740992
+start.Float32_continuous_input = 0.1
+start.Boolean_input = true
+start.Enumeration_input = "Option 2"
+start.String_input = "a, b"
+start.Binary_input = "00ff10"
+"#;
+    let scenario = Scenario::new().time(0.1, 0.1).fmu("it", "Feedthrough.fmu", "");
+    let scenario = scenario.key(starts).text();
+    lab.write("case.toml", &scenario);
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+    let ours = lab.table("out/run.csv");
+    let expected = "0.1,0,0,0.10000000149011612,0,-2147483648,-128,255,-32768,65535,4294967295,-9007199254740992,2,9007199254740992,1,\"a, b\",\"00ff10\"";
+    assert_eq!(ours.lines().last(), Some(expected));
+    for (given, wrong, told) in [
+        (
+            "Int8_input = -128",
+            "Int8_input = 128",
+            "`Int8_input` is an Int8 from -128 to 127, 128 does not fit",
+        ),
+        (
+            "UInt64_input = 9007199254740992",
+            "UInt64_input = -1",
+            "is an UInt64 from 0 to 18446744073709551615",
+        ),
+        ("\"00ff10\"", "\"00ff1\"", "two hexadecimal digits for each byte"),
+    ] {
+        lab.write("wrong.toml", &scenario.replace(given, wrong));
+        let ended = lab.trackside(&["run", "wrong.toml"]).expect(2);
+        assert!(ended.stderr.contains(told), "{}", ended.stderr);
+    }
+    // Nothing is rounded: beyond 2^53 a number of the run cannot be the integer.
+    let large = scenario.replace("= 9007199254740992", "= \"18446744073709551615\"");
+    lab.write("large.toml", &large);
+    let ended = lab.trackside(&["run", "large.toml"]).expect(3);
+    assert!(
+        ended.stderr.contains("`UInt64_output`") && ended.stderr.contains("2^53"),
+        "{}",
+        ended.stderr
+    );
+}
+
+fn an_fmu_without_co_simulation_is_refused_by_the_name_of_what_it_has() {
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join("3.0/Clocks.fmu"));
+    let ended = lab.trackside(&["inspect", "Clocks.fmu"]).expect(2);
+    assert!(
+        ended.stderr.contains("found ScheduledExecution: export the model for co-simulation"),
+        "{}",
+        ended.stderr
+    );
 }
 
 fn reference_fmus_break_neither_runs_nor_the_standard() {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cosim::node::{FmuNode, Node};
-use fmu_import::{Causality, Fmu, Value};
-use scenario::plan::{Clock, Ports, Start};
+use fmu_import::{Causality, Fmu, Storage, Value};
+use scenario::plan::{Clock, Group, Ports, Start};
 
 use super::fmus::ours;
 
@@ -33,16 +33,22 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
         let variable = fmu.description.variables.iter().find(|it| it.name == name);
         variable.unwrap_or_else(|| panic!("no variable {name}")).reference
     };
-    let real = |names: &[&str]| Ports {
-        real: names.iter().map(|name| reference(name)).collect(),
-        ..Ports::default()
+    let real = |names: &[&str]| {
+        let (references, elements) = (names.iter().map(|name| reference(name)), names.len());
+        let references = references.collect();
+        let (storage, places) = (Storage::Float64, (0..elements).collect());
+        let numbers = vec![Group { storage, references, elements, places }];
+        Ports { numbers, texts: Vec::new() }
     };
-    let outputs = real(&["v_x", "v_y", "r", "X", "Y", "psi"]);
-    let ports = (real(&["delta"]), outputs.clone());
+    const OUTPUTS: [&str; 6] = ["v_x", "v_y", "r", "X", "Y", "psi"];
+    let outputs = real(&OUTPUTS);
+    let ports = (real(&["delta"]), outputs);
     let mut node = FmuNode::new(&fmu, "plant", false, ports).expect("an instance");
     let start = |name: &str, causality, value| Start {
         name: name.to_owned(),
         reference: reference(name),
+        storage: Storage::Float64,
+        element: (0, 1),
         causality,
         value: Value::Real(value),
         place: None,
@@ -53,11 +59,11 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     assert!(node.enter().expect("it starts").is_empty());
     node.ready().expect("it starts");
     assert!(node.can_save());
-    five_steps(&mut node, 0, outputs.len());
+    five_steps(&mut node, 0, OUTPUTS.len());
     let state = node.save().expect("a state");
-    let first = five_steps(&mut node, 5, outputs.len());
+    let first = five_steps(&mut node, 5, OUTPUTS.len());
     node.restore(&state).expect("its own state");
-    assert_eq!(five_steps(&mut node, 5, outputs.len()), first);
+    assert_eq!(five_steps(&mut node, 5, OUTPUTS.len()), first);
     drop(state);
     node.end().expect("it ends");
 }

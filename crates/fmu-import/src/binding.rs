@@ -8,6 +8,7 @@ mod activity;
 mod derivative;
 mod functions;
 mod instance;
+mod instantiation;
 mod library;
 mod mailbox;
 mod numbers;

@@ -1,6 +1,7 @@
 //! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
 
 mod analyses;
+mod arrays;
 mod baselines;
 mod checks;
 mod connection_units;
@@ -91,12 +92,15 @@ impl System {
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
-        let conversions = connection_units::judge(scenario, &mut unplaced, &mut mistakes);
+        let connects = arrays::expanded(scenario, &unplaced, &mut mistakes);
+        let conversions =
+            connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
+        let converted = (connects.as_slice(), conversions.as_slice());
         let connections =
-            connections::connect(scenario, &unplaced, &conversions, timed, &mut mistakes);
-        warnings.extend(connections::kept(scenario, &unplaced));
+            connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
+        warnings.extend(connections::kept(scenario, &connects, &unplaced));
         let units = SignalUnits::of_nodes(&unplaced);
-        let order = mistakes.take(order::order(scenario, &unplaced, &connections));
+        let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
         let (nodes, columns) = place::place(unplaced, connections);
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);

@@ -1,33 +1,18 @@
 //! Runs one instance of an FMU: the calls of a simulation.
 
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::ptr::{self, NonNull};
+use std::ffi::{CStr, c_int};
+use std::ptr;
 use std::sync::Arc;
 
 use super::activity::Activity;
-use super::functions::{CallbackFunctions, Own, Three, Two};
-use super::mailbox::{self, Mailbox};
+use super::functions::Own;
+use super::instantiation::{self, Callbacks};
+use super::mailbox::Mailbox;
 use super::state::States;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
 use crate::{CallError, Description, Message, StepStatus};
-
-const CO_SIMULATION: c_int = 1;
-
-unsafe extern "C" {
-    /// Defined in `logger.c`.
-    fn trackside_logger(
-        environment: *mut c_void,
-        instance: *const c_char,
-        status: c_int,
-        category: *const c_char,
-        format: *const c_char,
-        ...
-    );
-    fn calloc(count: usize, size: usize) -> *mut c_void;
-    fn free(pointer: *mut c_void);
-}
 
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]
@@ -59,41 +44,6 @@ pub struct Instance {
     /// Kept for FMUs of FMI 2.0.
     _callbacks: Option<Callbacks>,
     pub(super) library: Arc<Library>,
-}
-
-/// The callbacks at an address that the FMU may keep as long as the instance lives.
-struct Callbacks {
-    address: NonNull<CallbackFunctions>,
-    library: Arc<Library>,
-}
-
-impl Callbacks {
-    fn new(library: Arc<Library>, mailbox: &Mailbox) -> Self {
-        let functions = Box::new(CallbackFunctions {
-            logger: trackside_logger,
-            allocate_memory: calloc,
-            free_memory: free,
-            step_finished: None,
-            environment: mailbox.environment(),
-        });
-        Callbacks { address: NonNull::from(Box::leak(functions)), library }
-    }
-}
-
-impl std::fmt::Debug for Callbacks {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "Callbacks({:?})", self.address)
-    }
-}
-
-impl Drop for Callbacks {
-    fn drop(&mut self) {
-        // An instance that cannot be freed may go on using its callbacks.
-        if !self.library.is_lost() {
-            // SAFETY: the address comes from a box, and the instance that knew it has been freed.
-            drop(unsafe { Box::from_raw(self.address.as_ptr()) });
-        }
-    }
 }
 
 impl Instance {
@@ -131,9 +81,9 @@ impl Instance {
         let component = activity.during(call, || {
             mailbox.during(|| match (&library.own, &callbacks) {
                 (Own::Two(own), Some(callbacks)) => {
-                    instantiate_two(own, &texts, callbacks, logging)
+                    instantiation::two(own, &texts, callbacks, logging)
                 }
-                (Own::Three(own), _) => instantiate_three(own, &texts, &mailbox, logging),
+                (Own::Three(own), _) => instantiation::three(own, &texts, &mailbox, logging),
                 _ => ptr::null_mut(),
             })
         });
@@ -406,54 +356,6 @@ impl Instance {
 
 type DoStep3 =
     unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status;
-
-fn instantiate_two(
-    own: &Two,
-    [name, guid, resources]: &[CString; 3],
-    callbacks: &Callbacks,
-    logging: bool,
-) -> Component {
-    // SAFETY: the arguments are what FMI 2.0 asks for; the callbacks outlive the instance.
-    unsafe {
-        (own.instantiate)(
-            name.as_ptr(),
-            CO_SIMULATION,
-            guid.as_ptr(),
-            resources.as_ptr(),
-            callbacks.address.as_ptr(),
-            0,
-            logging.into(),
-        )
-    }
-}
-
-/// Without event mode, early return and intermediate update a step is one of FMI 2.0.
-fn instantiate_three(
-    own: &Three,
-    [name, token, resources]: &[CString; 3],
-    mailbox: &Mailbox,
-    logging: bool,
-) -> Component {
-    let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
-    let (visible, event_mode, early_return) = (false, false, false);
-    // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
-    unsafe {
-        (own.instantiate)(
-            name.as_ptr(),
-            token.as_ptr(),
-            resources,
-            visible,
-            logging,
-            event_mode,
-            early_return,
-            ptr::null(),
-            0,
-            mailbox.environment(),
-            mailbox::take_message,
-            ptr::null(),
-        )
-    }
-}
 
 fn name(call: &'static CStr) -> &'static str {
     call.to_str().unwrap_or_default()

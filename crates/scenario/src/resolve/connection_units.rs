@@ -56,16 +56,17 @@ type Ends = ((usize, usize), (usize, usize));
 /// Judges all connections. An FMU of which several connected variables lack a unit is one mistake.
 pub(super) fn judge(
     scenario: &Scenario,
+    connects: &[Connect],
     nodes: &mut [UnplacedNode],
     mistakes: &mut Mistakes,
 ) -> Conversions {
-    for connect in &scenario.document.connect {
+    for connect in connects {
         // A name that is wrong is told where it is connected.
         let Some(ends) = ends(scenario, nodes, connect) else { continue };
-        mistakes.take(declare(scenario, nodes, connect, ends));
+        mistakes.take(declare(scenario, connects, nodes, (connect, ends)));
     }
     let mut lacking: BTreeMap<usize, Vec<Lacking>> = BTreeMap::new();
-    let conversions = scenario.document.connect.iter().map(|connect| {
+    let conversions = connects.iter().map(|connect| {
         let ends @ (from, to) = ends(scenario, nodes, connect)?;
         match fit(&nodes[from.0].outputs[from.1], &nodes[to.0].inputs[to.1]) {
             Fit::Converted(conversion) => return Some(conversion),
@@ -146,9 +147,9 @@ fn lacks(scenario: &Scenario, nodes: &[UnplacedNode], lacking: &Lacking) -> Erro
 /// Gives the end without a unit the one that the connection declares.
 fn declare(
     scenario: &Scenario,
+    connects: &[Connect],
     nodes: &mut [UnplacedNode],
-    connect: &Connect,
-    (from, to): Ends,
+    (connect, (from, to)): (&Connect, Ends),
 ) -> Result<(), Error> {
     let Some(word) = &connect.unit else { return Ok(()) };
     let known = unit::unit(scenario, word);
@@ -166,7 +167,7 @@ fn declare(
         (None, _) => {
             // Another connection of the same variable may have declared it.
             let same = |port: &Port| port.unit.as_ref() == Some(word.get_ref());
-            let declared = scenario.document.connect.iter().any(|other| {
+            let declared = connects.iter().any(|other| {
                 !std::ptr::eq(other, connect)
                     && other.unit.as_ref() == Some(word)
                     && (other.from == connect.from)

@@ -2,7 +2,6 @@
 
 use diagnostics::{Error, Mistakes};
 
-use super::connection_units::Conversions;
 use super::nodes::{Port, UnplacedNode};
 use super::port::{Side, find};
 use super::types;
@@ -28,13 +27,12 @@ pub(super) struct Connection {
 pub(super) fn connect(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
-    conversions: &Conversions,
+    (all, conversions): (&[Connect], &[Option<(f64, f64)>]),
     timed: (Option<Clock>, u64),
     mistakes: &mut Mistakes,
 ) -> Connections {
     let none = |node: &UnplacedNode| node.inputs.iter().map(|_| None).collect();
     let mut connections: Connections = unplaced.iter().map(none).collect();
-    let all = &scenario.document.connect;
     for (index, connect) in all.iter().enumerate() {
         if all[..index].iter().any(|other| other.to == connect.to) {
             let message = format!("`{}` is connected twice", connect.to.get_ref());
@@ -55,7 +53,7 @@ pub(super) fn connect(
         mistakes.take(attach(scenario, unplaced, &mut connections, fault));
     }
     for node in unplaced {
-        mistakes.take(unconnected(scenario, node));
+        mistakes.take(unconnected(scenario, all, node));
     }
     connections
 }
@@ -168,8 +166,12 @@ fn action(scenario: &Scenario, fault: &Fault) -> Result<FaultPlan, Error> {
 
 /// An input that nobody thought of keeps the FMU's start value for ever, which looks like a result:
 /// the scenario has to say that it wants that.
-fn unconnected(scenario: &Scenario, node: &UnplacedNode) -> Result<(), Error> {
-    let open = open(scenario, node);
+fn unconnected(
+    scenario: &Scenario,
+    connects: &[Connect],
+    node: &UnplacedNode,
+) -> Result<(), Error> {
+    let open = open(connects, node);
     let Some(first) = open.first().filter(|_| !keeps_start(scenario, node)) else { return Ok(()) };
     let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
     let (name, inputs) = (&node.name, names.join("`, `"));
@@ -183,10 +185,10 @@ fn unconnected(scenario: &Scenario, node: &UnplacedNode) -> Result<(), Error> {
 }
 
 /// The inputs without a connection and a start value.
-fn open<'a>(scenario: &Scenario, node: &'a UnplacedNode) -> Vec<&'a Port> {
+fn open<'a>(connects: &[Connect], node: &'a UnplacedNode) -> Vec<&'a Port> {
     let is_open = |port: &&Port| {
         let name = format!("{}.{}", node.name, port.name);
-        let connected = scenario.document.connect.iter().any(|it| *it.to.get_ref() == name);
+        let connected = connects.iter().any(|it| *it.to.get_ref() == name);
         !connected && !node.started.contains(&port.name)
     };
     node.inputs.iter().filter(is_open).collect()
@@ -200,16 +202,17 @@ fn keeps_start(scenario: &Scenario, node: &UnplacedNode) -> bool {
 /// For each FMU that keeps the start values of its description, the inputs that do, with their values.
 pub(super) fn kept<'a>(
     scenario: &'a Scenario,
+    connects: &'a [Connect],
     nodes: &'a [UnplacedNode],
 ) -> impl Iterator<Item = String> + 'a {
-    let of = |node: &UnplacedNode| {
+    let of = move |node: &UnplacedNode| {
         let Body::Fmu { fmu, .. } = &node.body else { return None };
         let variables = &fmu.description.variables;
         let start = |port: &&Port| {
             let variable = variables.iter().find(|variable| variable.name == port.name)?;
             Some(format!("`{}` = {}", port.name, variable.start.as_deref().unwrap_or("nothing")))
         };
-        let starts: Vec<_> = open(scenario, node).iter().filter_map(start).collect();
+        let starts: Vec<_> = open(connects, node).iter().filter_map(start).collect();
         (!starts.is_empty()).then(|| {
             format!(
                 "`{}` keeps the start values of its description: {}",

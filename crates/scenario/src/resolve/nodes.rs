@@ -40,7 +40,7 @@ pub(super) struct Port {
     /// The form of its values.
     pub storage: Storage,
     /// Its place in an array, and the number of elements there.
-    element: (usize, usize),
+    pub element: (usize, usize),
     /// For outputs, the names of the inputs that they follow; `None` means all.
     pub follows: Option<Vec<String>>,
 }

@@ -4,7 +4,7 @@ use diagnostics::Error;
 
 use super::connections::Connections;
 use super::nodes::UnplacedNode;
-use crate::words::{At, Scenario};
+use crate::words::{At, Connect, Scenario};
 
 /// A wish that one node steps before another.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +22,7 @@ struct Edge {
 /// fresh value goes first, then the one that comes first in the file.
 pub(super) fn order(
     scenario: &Scenario,
+    connects: &[Connect],
     unplaced: &[UnplacedNode],
     connections: &Connections,
 ) -> Result<Vec<usize>, Error> {
@@ -30,7 +31,7 @@ pub(super) fn order(
         let labels: Vec<_> = cycle.iter().map(|&edge| edges[edge].label.as_str()).collect();
         let inputs: Vec<_> = labels.iter().filter_map(|label| label.split(" -> ").nth(1)).collect();
         let in_loop = |to: &str| inputs.contains(&to);
-        let connect = scenario.document.connect.iter().find(|connect| in_loop(connect.to.get_ref()));
+        let connect = connects.iter().find(|connect| in_loop(connect.to.get_ref()));
         let message = format!("these connections form a loop: {}", labels.join(", "));
         let place = connect.map_or(0..0, |connect| connect.to.span());
         scenario.source.error(place, message, "one of them").help(

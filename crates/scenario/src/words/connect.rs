@@ -20,13 +20,13 @@ macro_rules! connect {
         /// noise = { std = 0.1 }
         /// delay = 0.015
         /// ```
-        #[derive(Debug, Deserialize, JsonSchema)]
+        #[derive(Debug, Clone, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Connect {
-            /// Output, `node.variable`.
+            /// Output, `node.variable`; an array as a whole, or an element such as `node.y[2]`.
             #[schemars(example = &"plant.a_y")]
             pub from: Spanned<String>,
-            /// Input, `node.variable`.
+            /// Input, `node.variable`; an array as a whole, or an element such as `node.u[1,2]`.
             #[schemars(example = &"estimator.a_y")]
             pub to: Spanned<String>,
             /// End of the step at which the value is taken. Without it, the algorithm decides: with `gauss_seidel` the end for

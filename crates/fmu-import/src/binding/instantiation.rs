@@ -1,0 +1,109 @@
+//! Makes an instance, as each version of FMI wants it.
+
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::ptr::{self, NonNull};
+use std::sync::Arc;
+
+use super::functions::{CallbackFunctions, Three, Two};
+use super::mailbox::{self, Mailbox};
+use super::{Component, Library};
+
+const CO_SIMULATION: c_int = 1;
+
+unsafe extern "C" {
+    /// Defined in `logger.c`.
+    fn trackside_logger(
+        environment: *mut c_void,
+        instance: *const c_char,
+        status: c_int,
+        category: *const c_char,
+        format: *const c_char,
+        ...
+    );
+    fn calloc(count: usize, size: usize) -> *mut c_void;
+    fn free(pointer: *mut c_void);
+}
+
+/// The callbacks at an address that the FMU may keep as long as the instance lives.
+pub(super) struct Callbacks {
+    address: NonNull<CallbackFunctions>,
+    library: Arc<Library>,
+}
+
+impl Callbacks {
+    pub(super) fn new(library: Arc<Library>, mailbox: &Mailbox) -> Self {
+        let functions = Box::new(CallbackFunctions {
+            logger: trackside_logger,
+            allocate_memory: calloc,
+            free_memory: free,
+            step_finished: None,
+            environment: mailbox.environment(),
+        });
+        Callbacks { address: NonNull::from(Box::leak(functions)), library }
+    }
+}
+
+impl std::fmt::Debug for Callbacks {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(out, "Callbacks({:?})", self.address)
+    }
+}
+
+impl Drop for Callbacks {
+    fn drop(&mut self) {
+        // An instance that cannot be freed may go on using its callbacks.
+        if !self.library.is_lost() {
+            // SAFETY: the address comes from a box, and the instance that knew it has been freed.
+            drop(unsafe { Box::from_raw(self.address.as_ptr()) });
+        }
+    }
+}
+
+/// Calls `fmi2Instantiate` with name, GUID and resources.
+pub(super) fn two(
+    own: &Two,
+    [name, guid, resources]: &[CString; 3],
+    callbacks: &Callbacks,
+    logging: bool,
+) -> Component {
+    // SAFETY: the arguments are what FMI 2.0 asks for; the callbacks outlive the instance.
+    unsafe {
+        (own.instantiate)(
+            name.as_ptr(),
+            CO_SIMULATION,
+            guid.as_ptr(),
+            resources.as_ptr(),
+            callbacks.address.as_ptr(),
+            0,
+            logging.into(),
+        )
+    }
+}
+
+/// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode, early return and intermediate update a step is one of FMI 2.0.
+pub(super) fn three(
+    own: &Three,
+    [name, token, resources]: &[CString; 3],
+    mailbox: &Mailbox,
+    logging: bool,
+) -> Component {
+    let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
+    let (visible, event_mode, early_return) = (false, false, false);
+    // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
+    unsafe {
+        (own.instantiate)(
+            name.as_ptr(),
+            token.as_ptr(),
+            resources,
+            visible,
+            logging,
+            event_mode,
+            early_return,
+            ptr::null(),
+            0,
+            mailbox.environment(),
+            mailbox::take_message,
+            ptr::null(),
+        )
+    }
+}

@@ -1,0 +1,62 @@
+//! Turns a connection of two arrays into connections of their elements.
+
+use diagnostics::{Error, Mistakes, Spanned};
+
+use super::nodes::UnplacedNode;
+use super::port::Side;
+use crate::words::{Connect, Scenario};
+
+/// The connections of a scenario, each of one output and one input. Names that are wrong stay as they are.
+pub(super) fn expanded(
+    scenario: &Scenario,
+    unplaced: &[UnplacedNode],
+    mistakes: &mut Mistakes,
+) -> Vec<Connect> {
+    let mut all = Vec::new();
+    for connect in &scenario.document.connect {
+        let from = elements(unplaced, connect.from.get_ref(), Side::Output);
+        let to = elements(unplaced, connect.to.get_ref(), Side::Input);
+        if from.len() != to.len() {
+            mistakes.push(differ(scenario, connect, (from.len(), to.len())));
+            continue;
+        }
+        if from.is_empty() {
+            all.push(connect.clone());
+        }
+        for (from, to) in from.into_iter().zip(to) {
+            let from = Spanned::new(connect.from.span(), from);
+            let to = Spanned::new(connect.to.span(), to);
+            all.push(Connect { from, to, ..connect.clone() });
+        }
+    }
+    all
+}
+
+/// The names of the elements of an array, row by row; none for anything else.
+fn elements(unplaced: &[UnplacedNode], full: &str, side: Side) -> Vec<String> {
+    let Some((node, array)) = full.split_once('.') else { return Vec::new() };
+    let Some(unplaced) = unplaced.iter().find(|it| it.name == node) else { return Vec::new() };
+    let ports = match side {
+        Side::Input => &unplaced.inputs,
+        Side::Output => &unplaced.outputs,
+    };
+    let of_array = |name: &str| name.strip_prefix(array).is_some_and(|rest| rest.starts_with('['));
+    let is_element = |port: &&super::nodes::Port| port.element.1 > 1 && of_array(&port.name);
+    ports.iter().filter(is_element).map(|port| format!("{node}.{}", port.name)).collect()
+}
+
+fn differ(scenario: &Scenario, connect: &Connect, (from, to): (usize, usize)) -> Error {
+    let (output, input) = (connect.from.get_ref(), connect.to.get_ref());
+    let size = |name: &str, count: usize| match count {
+        0 => format!("`{name}` is no array"),
+        count => format!("`{name}` has {count} elements"),
+    };
+    let message =
+        format!("both ends need the same size: {}, {}", size(output, from), size(input, to));
+    let example = match (from, to) {
+        (0, _) => format!("name an element, such as to = \"{input}[1]\""),
+        (_, 0) => format!("name an element, such as from = \"{output}[1]\""),
+        _ => "structural parameters among the start values change the sizes".to_owned(),
+    };
+    scenario.error(&connect.to, message).help(example)
+}
