@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use diagnostics::suggest;
+use fmu_export::pack::Version;
 use scenario::{BuildRequest, Built};
 
 use cargo::{BuildMessage, cargo, last_line};
@@ -45,7 +46,7 @@ impl Workspace {
             .map_err(|error| wrong(&error.to_string()))
     }
 
-    /// Builds libraries and packs each into the folder `into`, or by default beside the libraries.
+    /// Builds libraries and packs each for a version of FMI into the folder `into`, or by default beside the libraries.
     /// Returns the archives.
     ///
     /// # Errors
@@ -53,11 +54,11 @@ impl Workspace {
     pub fn pack(
         &self,
         products: &[BuildRequest],
-        into: Option<&Path>,
+        (into, version): (Option<&Path>, Version),
         progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         products.iter().try_for_each(|product| self.check(product))?;
-        pack(&self.build(products, progress)?, products, into)
+        pack(&self.build(products, progress)?, products, into, version)
     }
 
     /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
@@ -72,7 +73,7 @@ impl Workspace {
     ) -> Result<Built, BuildError> {
         let products = [fmus, plugins].concat();
         let mut libraries = self.build(&products, progress)?;
-        let archives = pack(&libraries, fmus, None)?;
+        let archives = pack(&libraries, fmus, None, Version::Two)?;
         libraries.retain(|product, _| plugins.contains(product));
         Ok(Built { archives, plugins: libraries })
     }
@@ -182,12 +183,13 @@ fn pack(
     libraries: &BTreeMap<BuildRequest, PathBuf>,
     products: &[BuildRequest],
     into: Option<&Path>,
+    version: Version,
 ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
     let mut archives = BTreeMap::new();
     // The program's own package may have been built beside what was asked for.
     for (product, library) in libraries.iter().filter(|(found, _)| products.contains(found)) {
         let beside = library.with_file_name("fmu");
-        let archive = fmu_export::pack::pack(library, into.unwrap_or(&beside))?;
+        let archive = fmu_export::pack::pack(library, into.unwrap_or(&beside), version)?;
         archives.insert(product.clone(), archive);
     }
     Ok(archives)

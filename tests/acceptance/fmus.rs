@@ -11,14 +11,17 @@ use zip::{ZipArchive, ZipWriter};
 
 use super::harness::{Ended, Lab, ROOT, trackside};
 
-/// The folder with `plant.fmu`, `controller.fmu` and `estimator.fmu`, packed once by the program.
+/// The folder with `plant.fmu`, `controller.fmu` and `estimator.fmu`, packed once by the program, and with the same for FMI 3.0, such as
+/// `plant_fmi3.fmu`.
 pub fn ours() -> &'static Path {
     static PACKED: OnceLock<PathBuf> = OnceLock::new();
     PACKED.get_or_init(|| {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fmu");
-        let mut pack = trackside(Path::new(ROOT));
-        pack.arg("pack").arg("--out").arg(&folder);
-        Ended::of(pack.output().expect("it starts")).expect(0);
+        for version in ["2", "3"] {
+            let mut pack = trackside(Path::new(ROOT));
+            pack.args(["pack", "--fmi", version, "--out"]).arg(&folder);
+            Ended::of(pack.output().expect("it starts")).expect(0);
+        }
         folder
     })
 }

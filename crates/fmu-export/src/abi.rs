@@ -1,17 +1,17 @@
-//! Declares the C types of FMI 2.0 that cross the boundary of the library.
+//! Declares the C types of FMI that cross the boundary of the library.
 
 use std::ffi::{c_char, c_int, c_void};
 
-/// `fmi2Component`: an instance.
+/// `fmi2Component` or `fmi3Instance`: an instance.
 pub type Component = *mut c_void;
-/// `fmi2FMUstate`: a copy of an instance's state.
+/// `fmi2FMUstate` or `fmi3FMUState`: a copy of an instance's state.
 pub type FmuState = *mut c_void;
-/// `fmi2ValueReference`: the row number of a variable.
+/// `fmi2ValueReference` or `fmi3ValueReference`: the row number of a variable.
 pub type ValueReference = u32;
 /// `fmi2Boolean`.
 pub type Boolean = c_int;
 
-/// `fmi2Status`.
+/// `fmi2Status` or `fmi3Status`.
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
@@ -42,6 +42,9 @@ pub type Logger = unsafe extern "C" fn(
     *const c_char,
     *const c_char,
 );
+
+/// `fmi3LogMessageCallback`.
+pub type LogMessage = unsafe extern "C" fn(*mut c_void, Status, *const c_char, *const c_char);
 
 /// `fmi2CallbackFunctions`; only the logger and its environment are used.
 #[repr(C)]

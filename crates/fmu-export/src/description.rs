@@ -1,4 +1,6 @@
-//! Writes `modelDescription.xml` from the table of variables.
+//! Writes `modelDescription.xml` of FMI 2.0 from the table of variables.
+
+mod three;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Display, Write};
@@ -9,6 +11,8 @@ use crate::model::Model;
 pub use crate::table::problems;
 use crate::unit::{self, Unit};
 use crate::variable::{Access, Causality, Depends, Initial, Kind, Row, Variability, Variable};
+
+pub use three::xml3;
 
 /// Units in which people read what is computed in the unit on the left.
 const DISPLAY_UNITS: [(&str, &str); 7] = [

@@ -1,4 +1,4 @@
-//! Implements the 34 C functions of FMI 2.0 co-simulation for any model; `export!` only names them.
+//! Implements the C functions of FMI 2.0 and 3.0 co-simulation for any model; `export!` only names them.
 //!
 //! The functions check the arguments of a C program as far as C allows. No panic leaves this file, and a
 //! failed call leaves a message in the importer's log.
@@ -19,11 +19,13 @@ use crate::model::Model;
 pub use crate::value::FmiBoolean;
 
 mod functions;
+mod functions3;
 mod logger;
 mod state;
+pub mod three;
 mod values;
 
-use logger::{ALWAYS, Importer, Log};
+use logger::{ALWAYS, Callback, Importer, Log};
 pub use state::{
     deserialize, free_fmu_state, get_fmu_state, serialize, serialized_size, set_fmu_state,
 };
@@ -108,24 +110,36 @@ pub unsafe fn instantiate<M: Model>(
     let Some(logger) = logger else { return ptr::null_mut() };
     // SAFETY: as the caller promises.
     let (name, found) = unsafe { (text(name), text(found)) };
+    let wrong = (kind != CO_SIMULATION).then_some("only co-simulation is supported");
+    make::<M>(name, found, wrong, (Callback::Two(logger), environment), logging_on != 0)
+}
+
+/// Makes an instance, unless something is wrong, for an importer with its logger and environment.
+fn make<M: Model>(
+    name: FmiResult<String>,
+    found: FmiResult<String>,
+    wrong: Option<&str>,
+    (logger, environment): (Callback, *mut c_void),
+    logging_on: bool,
+) -> Component {
     let own_name = name.as_deref().unwrap_or_default();
     let importer =
         Importer { name: CString::new(own_name).unwrap_or_default(), logger, environment };
     let log = Log {
         importer: Arc::new(importer),
         own: M::INFO.log_categories,
-        enabled: if logging_on == 0 { ALWAYS } else { u64::MAX },
+        enabled: if logging_on { u64::MAX } else { ALWAYS },
     };
-    let instance = catch_unwind(|| {
+    let instance = catch_unwind(AssertUnwindSafe(|| {
         let expected = guid::<M>();
         match (name.as_deref(), found) {
             (Err(_) | Ok(""), _) => reject("the instance has no name in UTF-8"),
-            _ if kind != CO_SIMULATION => reject("only co-simulation is supported"),
+            _ if wrong.is_some() => reject(wrong.unwrap_or_default()),
             (_, Ok(found)) if found == expected => Ok(Instance::<M>::new()),
             (_, Ok(found)) => reject(format!("expected GUID {expected}, found {found}")),
             (_, Err(_)) => reject(format!("expected GUID {expected}, found none")),
         }
-    });
+    }));
     let (instance, error) = match instance {
         Ok(Ok(instance)) => (Some(instance), None),
         Ok(Err(error)) => (None, Some(error)),
@@ -143,7 +157,7 @@ pub unsafe fn instantiate<M: Model>(
     })
 }
 
-/// `fmi2FreeInstance`.
+/// `fmi2FreeInstance` and `fmi3FreeInstance`.
 ///
 /// # Safety
 /// `component` is null or comes from [`instantiate`] and is not used again.
@@ -159,7 +173,7 @@ pub unsafe fn free_instance<M: Model>(component: Component) {
     }
 }
 
-/// `fmi2SetDebugLogging`: no category means all of them.
+/// `fmi2SetDebugLogging` and `fmi3SetDebugLogging`: no category means all of them.
 ///
 /// # Safety
 /// The arguments are as FMI 2.0 demands of `fmi2SetDebugLogging`.
@@ -207,7 +221,7 @@ pub unsafe fn setup_experiment<M: Model>(
     }
 }
 
-/// The calls without arguments: `fmi2EnterInitializationMode`, `fmi2ExitInitializationMode`,
+/// The calls without arguments, by their names in FMI 2.0: `fmi2EnterInitializationMode`, `fmi2ExitInitializationMode`,
 /// `fmi2Terminate`, `fmi2Reset` and `fmi2CancelStep`.
 ///
 /// # Safety
@@ -299,7 +313,8 @@ impl<M: Model> LastStep for Instance<M> {
     }
 }
 
-/// Gives the model's name, its `modelDescription.xml` and the mistakes in its table to a packer.
+/// Gives the model's name, its `modelDescription.xml` of FMI 2.0, the mistakes in its table, and its description of FMI 3.0 to a
+/// packer.
 ///
 /// # Safety
 /// `take` takes `context`, a number and a text, valid during the call.
@@ -309,10 +324,12 @@ pub unsafe fn describe<M: Model>(
 ) {
     let texts = catch_unwind(|| {
         let problems = description::problems::<M>().join("; ");
-        [M::INFO.name.to_owned(), description::xml::<M>(), problems]
+        [M::INFO.name.to_owned(), description::xml::<M>(), problems, description::xml3::<M>()]
     });
     // A packer reads why there is no description where it reads what is wrong with one.
-    let texts = texts.unwrap_or_else(|panic| [String::new(), String::new(), panic_message(panic)]);
+    let texts = texts.unwrap_or_else(|panic| {
+        [String::new(), String::new(), panic_message(panic), String::new()]
+    });
     take_messages();
     for (what, text) in (0..).zip(&texts) {
         // SAFETY: as the caller promises.

@@ -11,24 +11,53 @@ use crate::memory;
 /// Name of the function by which a library describes itself; [`crate::export!`] makes it.
 pub const DESCRIBE: &str = "fmu_export_describe";
 
-/// Hands over a model's name (`what` 0), its `modelDescription.xml` (1) and its mistakes (2).
+/// Hands over a model's name (`what` 0), its `modelDescription.xml` of FMI 2.0 (1), its mistakes (2), and its description of FMI
+/// 3.0 (3).
 pub type Describe = unsafe extern "C" fn(context: *mut c_void, take: TakeText);
 /// Takes a text of a library, UTF-8, valid during the call.
 pub type TakeText =
     unsafe extern "C" fn(context: *mut c_void, what: u32, text: *const u8, length: usize);
 
-/// The folder of this platform's library inside an archive.
-pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_pointer_width = "64")) {
-    "linux64"
-} else if cfg!(target_os = "linux") {
-    "linux32"
-} else if cfg!(all(target_os = "windows", target_pointer_width = "64")) {
-    "win64"
-} else if cfg!(target_os = "windows") {
-    "win32"
-} else {
-    "darwin64"
-};
+/// The version of FMI of an archive. The library in it has the functions of both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Version {
+    /// 2.0.
+    Two,
+    /// 3.0.
+    Three,
+}
+
+impl Version {
+    /// The folder of this platform's library inside an archive.
+    const fn platform(self) -> &'static str {
+        let linux = cfg!(target_os = "linux");
+        let windows = cfg!(target_os = "windows");
+        let wide = cfg!(target_pointer_width = "64");
+        let arm = cfg!(target_arch = "aarch64");
+        match self {
+            Version::Two if linux && wide => "linux64",
+            Version::Two if linux => "linux32",
+            Version::Two if windows && wide => "win64",
+            Version::Two if windows => "win32",
+            Version::Two => "darwin64",
+            Version::Three if linux && arm => "aarch64-linux",
+            Version::Three if linux && wide => "x86_64-linux",
+            Version::Three if linux => "x86-linux",
+            Version::Three if windows && wide => "x86_64-windows",
+            Version::Three if windows => "x86-windows",
+            Version::Three if arm => "aarch64-darwin",
+            Version::Three => "x86_64-darwin",
+        }
+    }
+
+    /// The end of the name of an archive.
+    const fn suffix(self) -> &'static str {
+        match self {
+            Version::Two => ".fmu",
+            Version::Three => "_fmi3.fmu",
+        }
+    }
+}
 
 /// Failure to pack a library.
 #[derive(Debug, thiserror::Error)]
@@ -72,6 +101,7 @@ pub enum PackError {
 struct Description {
     name: String,
     xml: String,
+    xml3: String,
     problems: String,
 }
 
@@ -86,7 +116,10 @@ unsafe extern "C" fn take(context: *mut c_void, what: u32, text: *const u8, leng
     match what {
         0 => description.name = text,
         1 => description.xml = text,
-        _ => description.problems = text,
+        2 => description.problems = text,
+        3 => description.xml3 = text,
+        // A later version of this crate may have more to say.
+        _ => {}
     }
 }
 
@@ -105,44 +138,50 @@ fn describe(library: &Path) -> Result<Description, PackError> {
     if !description.problems.is_empty() {
         return Err(PackError::Table { path, problems: description.problems });
     }
-    if description.name.is_empty() || description.xml.is_empty() {
+    if [&description.name, &description.xml, &description.xml3].iter().any(|text| text.is_empty()) {
         return Err(PackError::Description { path });
     }
     Ok(description)
 }
 
-/// Packs the built `library` as `<model name>.fmu` into the folder `into`, and returns the archive's path.
+/// Packs the built `library` into the folder `into`, as `<model name>.fmu` for FMI 2.0 and as `<model name>_fmi3.fmu` for FMI 3.0, and
+/// returns the archive's path.
 ///
 /// The same library gives the same bytes. The archive appears under its name when it is complete; one
 /// with the same content is left alone.
 ///
 /// # Errors
 /// When the library is not made with this crate, or a file cannot be read or written.
-pub fn pack(library: &Path, into: &Path) -> Result<PathBuf, PackError> {
+pub fn pack(library: &Path, into: &Path, version: Version) -> Result<PathBuf, PackError> {
     let file = |path: &Path| {
         let path = path.to_owned();
         move |source| PackError::File { path, source }
     };
-    let Description { name, xml, .. } = describe(library)?;
+    let Description { name, xml, xml3, .. } = describe(library)?;
+    let xml = match version {
+        Version::Two => xml,
+        Version::Three => xml3,
+    };
     let binary = std::fs::read(library).map_err(file(library))?;
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
     archive.start_file("modelDescription.xml", options)?;
     archive.write_all(xml.as_bytes()).map_err(file(into))?;
     let extension = std::env::consts::DLL_EXTENSION;
-    let entry = format!("binaries/{PLATFORM}/{name}.{extension}");
+    let entry = format!("binaries/{}/{name}.{extension}", version.platform());
     archive.start_file(entry, options.unix_permissions(0o755))?;
     archive.write_all(&binary).map_err(file(into))?;
     let bytes = archive.finish()?.into_inner();
 
-    let path = into.join(format!("{name}.fmu"));
+    let suffix = version.suffix();
+    let path = into.join(format!("{name}{suffix}"));
     if std::fs::read(&path).is_ok_and(|old| old == bytes) {
         return Ok(path);
     }
     std::fs::create_dir_all(into).map_err(file(into))?;
     // Another process may pack the same archive at the same time: each writes its own file, and
     // the last one to rename wins.
-    let partial = into.join(format!(".{name}.fmu.{}", std::process::id()));
+    let partial = into.join(format!(".{name}{suffix}.{}", std::process::id()));
     std::fs::write(&partial, bytes).map_err(file(&partial))?;
     std::fs::rename(&partial, &path).map_err(file(&path))?;
     Ok(path)

@@ -1,4 +1,4 @@
-//! Reads and writes a variable as one of the types of FMI 2.0.
+//! Reads and writes a variable as one of the types of FMI.
 
 use std::ffi::c_int;
 
@@ -74,6 +74,26 @@ impl Value for String {
     fn write<M>(&self, access: &Access<M>, model: &mut M) {
         if let Access::String(at) = access {
             at(model).clone_from(self);
+        }
+    }
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// `fmi3Boolean`, one byte: every value but 0 is true.
+#[repr(transparent)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ByteBoolean(pub u8);
+
+impl Value for ByteBoolean {
+    const KIND: Kind = Kind::Boolean;
+    fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self> {
+        if let Access::Boolean(at) = access { Some(ByteBoolean((*at(model)).into())) } else { None }
+    }
+    fn write<M>(&self, access: &Access<M>, model: &mut M) {
+        if let Access::Boolean(at) = access {
+            *at(model) = self.0 != 0;
         }
     }
     fn number(&self) -> Option<f64> {

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use diagnostics::Error;
+use fmu_export::pack::Version;
 use orchestrator::package::{BuildError, BuildProgress, Workspace};
 use scenario::BuildRequest;
 
@@ -21,9 +22,32 @@ pub struct Arguments {
     /// Pack an example instead, of the given packages or of any. May be repeated.
     #[arg(long, value_name = "NAME")]
     example: Vec<String>,
+    /// The version of FMI; archives of 3.0 end in `_fmi3.fmu`.
+    #[arg(long, value_name = "VERSION", default_value = "2")]
+    fmi: Fmi,
     /// The folder for the archives.
     #[arg(long, default_value = "target/fmu")]
     out: PathBuf,
+}
+
+/// A version of FMI.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Fmi {
+    /// FMI 2.0.
+    #[value(name = "2", alias = "2.0")]
+    Two,
+    /// FMI 3.0.
+    #[value(name = "3", alias = "3.0")]
+    Three,
+}
+
+impl From<Fmi> for Version {
+    fn from(fmi: Fmi) -> Self {
+        match fmi {
+            Fmi::Two => Version::Two,
+            Fmi::Three => Version::Three,
+        }
+    }
 }
 
 /// Packs the FMUs and prints the paths of the archives.
@@ -35,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let archives = Workspace::around(Path::new(".")).and_then(|workspace| {
         let products = products(&workspace, arguments)?;
         let mut progress = |progress: BuildProgress| building.show(&progress);
-        workspace.pack(&products, Some(&arguments.out), &mut progress)
+        workspace.pack(&products, (Some(&arguments.out), arguments.fmi.into()), &mut progress)
     });
     let archives = archives.map_err(|error| Error::input(error.to_string()))?;
     for archive in archives.values() {

@@ -1,11 +1,13 @@
 //! Names the C functions of a library and passes their arguments on.
 
-/// Exports a model as an FMI 2.0 co-simulation library: the 34 C functions, and the one by which a
-/// packer asks the library for its description.
+/// Exports a model as a co-simulation library of FMI 2.0 and FMI 3.0: the C functions of both, and the one by which a packer
+/// asks the library for its descriptions.
 #[macro_export]
 macro_rules! export {
     ($model:ty) => {
         type ExportedModel = $model;
+
+        $crate::export_fmi3!();
 
         #[allow(non_snake_case, missing_docs, clippy::missing_safety_doc)]
         mod fmi2 {

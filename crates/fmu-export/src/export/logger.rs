@@ -3,7 +3,7 @@
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
 
-use crate::abi::{Logger, Status};
+use crate::abi::{LogMessage, Logger, Status};
 use crate::instance::FmiError;
 use crate::log::{LOG_CATEGORIES, Message, take_messages};
 
@@ -11,11 +11,18 @@ use crate::log::{LOG_CATEGORIES, Message, take_messages};
 pub(super) const ALWAYS: u64 =
     1 << Status::Discard as u64 | 1 << Status::Error as u64 | 1 << Status::Fatal as u64;
 
-/// The importer, as `fmi2Instantiate` introduced it.
+/// The logger of an importer, as its version of FMI has it.
+#[derive(Clone, Copy)]
+pub(super) enum Callback {
+    Two(Logger),
+    Three(LogMessage),
+}
+
+/// The importer, as it introduced itself when it made the instance.
 pub(super) struct Importer {
     /// The importer's name of the instance.
     pub name: CString,
-    pub logger: Logger,
+    pub logger: Callback,
     pub environment: *mut c_void,
 }
 
@@ -75,17 +82,16 @@ impl Delivery {
         for Message { status, category, text } in self.messages {
             let text = CString::new(text.replace('\0', "?")).unwrap_or_default();
             let category = CString::new(category).unwrap_or_default();
-            // SAFETY: the importer's logger takes these arguments. The message is an argument of a
-            // fixed format, so that a percent sign in it means nothing.
-            unsafe {
-                logger(
-                    *environment,
-                    name.as_ptr(),
-                    status,
-                    category.as_ptr(),
-                    c"%s".as_ptr(),
-                    text.as_ptr(),
-                );
+            let (category, text) = (category.as_ptr(), text.as_ptr());
+            // SAFETY: the importer's logger takes these arguments. In FMI 2.0 the message is an argument of a fixed
+            // format, so that a percent sign in it means nothing.
+            match *logger {
+                Callback::Two(logger) => unsafe {
+                    logger(*environment, name.as_ptr(), status, category, c"%s".as_ptr(), text);
+                },
+                Callback::Three(logger) => unsafe {
+                    logger(*environment, status, category, text);
+                },
             }
         }
     }

@@ -9,6 +9,7 @@ mod lifecycle;
 mod messages;
 mod pointers;
 mod support;
+mod three;
 mod variables;
 
 use std::panic::resume_unwind;
@@ -48,6 +49,8 @@ fn main() -> ExitCode {
         lifecycle::TESTS,
         messages::TESTS,
         pointers::TESTS,
+        three::TESTS,
+        three::TESTS,
         variables::TESTS,
     ];
     let mut trials: Vec<_> = tests

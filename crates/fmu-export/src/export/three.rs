@@ -1,0 +1,255 @@
+//! Implements what FMI 3.0 has with other arguments than FMI 2.0.
+
+use std::ffi::{c_char, c_void};
+
+use super::logger::Callback;
+use super::{Call, Instance, Log, Model, do_step, make, proceed, setup_experiment, values, with};
+use crate::abi::{Component, LogMessage, Status, ValueReference};
+use crate::instance::{FmiResult, reject};
+use crate::memory::{Destination, read, text, write};
+pub use crate::value::ByteBoolean;
+use crate::value::Value;
+
+/// What an importer wants of the instance besides steps.
+#[derive(Debug, Clone, Copy)]
+pub struct Wishes {
+    /// Log all there is.
+    pub logging_on: bool,
+    /// Use event mode; the model has none.
+    pub event_mode: bool,
+    /// Variables of the intermediate update; the model has none.
+    pub intermediate: usize,
+}
+
+/// `fmi3InstantiateCoSimulation`: null when the token is not this library's, an argument is missing, or the importer needs what the
+/// description does not offer.
+///
+/// # Safety
+/// The texts are null or C strings; `log` takes the arguments of `fmi3LogMessageCallback`.
+pub unsafe fn instantiate<M: Model>(
+    name: *const c_char,
+    token: *const c_char,
+    environment: *mut c_void,
+    log: Option<LogMessage>,
+    wishes: Wishes,
+) -> Component {
+    let Some(log) = log else { return std::ptr::null_mut() };
+    // SAFETY: as the caller promises.
+    let (name, token) = unsafe { (text(name), text(token)) };
+    let wrong = match wishes {
+        Wishes { event_mode: true, .. } => Some("the FMU has no event mode"),
+        Wishes { intermediate: 1.., .. } => Some("the FMU has no intermediate update"),
+        _ => None,
+    };
+    make::<M>(name, token, wrong, (Callback::Three(log), environment), wishes.logging_on)
+}
+
+/// `fmi3EnterInitializationMode`; the tolerance is for solvers, and there is none.
+///
+/// # Safety
+/// As `with` demands of `component`.
+pub unsafe fn enter_initialization<M: Model>(
+    component: Component,
+    start: f64,
+    stop_defined: bool,
+    stop: f64,
+) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe {
+        match setup_experiment::<M>(component, start, stop_defined.into(), stop) {
+            Status::Ok | Status::Warning => proceed::<M>(component, Call::EnterInitializationMode),
+            status => status,
+        }
+    }
+}
+
+/// Where `fmi3DoStep` says how the step ended.
+#[derive(Debug, Clone, Copy)]
+pub struct Ended {
+    /// `eventHandlingNeeded`.
+    pub event: *mut bool,
+    /// `terminateSimulation`.
+    pub terminate: *mut bool,
+    /// `earlyReturn`.
+    pub early: *mut bool,
+    /// `lastSuccessfulTime` [s].
+    pub reached: *mut f64,
+}
+
+/// `fmi3DoStep`. A model that ends the simulation does so before the step: the last successful time is its start.
+///
+/// # Safety
+/// The members of `ended` are null or valid for a write; as `with` demands of `component`.
+pub unsafe fn step<M: Model>(component: Component, time: f64, step: f64, ended: Ended) -> Status {
+    // SAFETY: as the caller promises.
+    let status = unsafe { do_step::<M>(component, time, step) };
+    let (mut reached, mut terminate) = (time, false);
+    let look = |instance: &mut Instance<M>, _: &mut Log| {
+        (reached, terminate) = (instance.last_successful_time(), instance.terminated());
+        Ok(())
+    };
+    // SAFETY: as the caller promises.
+    let _ = unsafe { with::<M>(component, Call::GetStatus, look) };
+    // SAFETY: as the caller promises. An importer that does not want an answer may hand over null.
+    unsafe {
+        for (answer, value) in
+            [(ended.event, false), (ended.terminate, terminate), (ended.early, false)]
+        {
+            let _ = write(answer, value);
+        }
+        let _ = write(ended.reached, reached);
+    }
+    if terminate && status == Status::Discard { Status::Ok } else { status }
+}
+
+fn same_length(references: usize, values: usize) -> FmiResult {
+    match references == values {
+        true => Ok(()),
+        false => {
+            reject(format!("expected {references} values for {references} scalars, found {values}"))
+        }
+    }
+}
+
+/// Whether the arrays of a call have the same length; the message is that of a failed call.
+///
+/// # Safety
+/// As `with` demands of `component`.
+unsafe fn lengths<M: Model>(component: Component, call: Call, counts: (usize, usize)) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe { with::<M>(component, call, |_, _| same_length(counts.0, counts.1)) }
+}
+
+/// `fmi3GetFloat64`, `fmi3GetInt32` and `fmi3GetBoolean`: all variables are scalars.
+///
+/// # Safety
+/// `references` is valid for `count` values, `values` for `length`; as `with` demands of `component`.
+pub unsafe fn get<M: Model, T: Value>(
+    component: Component,
+    (references, count): (*const ValueReference, usize),
+    (values, length): (*mut T, usize),
+) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe {
+        if count == length {
+            values::get::<M, T>(component, references, count, values)
+        } else {
+            lengths::<M>(component, Call::Get, (count, length))
+        }
+    }
+}
+
+/// `fmi3SetFloat64`, `fmi3SetInt32` and `fmi3SetBoolean`.
+///
+/// # Safety
+/// As [`get`].
+pub unsafe fn set<M: Model, T: Value>(
+    component: Component,
+    (references, count): (*const ValueReference, usize),
+    (values, length): (*const T, usize),
+) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe {
+        if count == length {
+            values::set::<M, T>(component, references, count, values)
+        } else {
+            lengths::<M>(component, Call::Set, (count, length))
+        }
+    }
+}
+
+/// `fmi3GetString`: the texts stay valid until the next call of this function.
+///
+/// # Safety
+/// As [`get`].
+pub unsafe fn get_string<M: Model>(
+    component: Component,
+    (references, count): (*const ValueReference, usize),
+    (values, length): (*mut *const c_char, usize),
+) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe {
+        if count == length {
+            values::get_string::<M>(component, references, count, values)
+        } else {
+            lengths::<M>(component, Call::Get, (count, length))
+        }
+    }
+}
+
+/// `fmi3SetString`: the texts are copied.
+///
+/// # Safety
+/// As [`get`]; each of the values is null or points to a C string.
+pub unsafe fn set_string<M: Model>(
+    component: Component,
+    (references, count): (*const ValueReference, usize),
+    (values, length): (*const *const c_char, usize),
+) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe {
+        if count == length {
+            values::set_string::<M>(component, references, count, values)
+        } else {
+            lengths::<M>(component, Call::Set, (count, length))
+        }
+    }
+}
+
+/// Functions for types that no variable of a model has: nothing to read or write is no mistake.
+///
+/// # Safety
+/// `references` is valid for `count` values; as `with` demands of `component`.
+pub unsafe fn no_such_type<M: Model>(
+    component: Component,
+    call: Call,
+    (references, count): (*const ValueReference, usize),
+    kind: &str,
+) -> Status {
+    let body = |_: &mut Instance<M>, _: &mut Log| {
+        // SAFETY: as the caller promises.
+        match unsafe { read(references, count)? } {
+            [] => Ok(()),
+            [first, ..] => reject(format!("variable {first} is no {kind}; the FMU has none")),
+        }
+    };
+    // SAFETY: as the caller promises.
+    unsafe { with::<M>(component, call, body) }
+}
+
+/// `fmi3GetDirectionalDerivative`.
+///
+/// # Safety
+/// `unknowns` and `responses` are valid for their numbers of values, `knowns` and `changes` likewise; as `with` demands of
+/// `component`.
+pub unsafe fn directional_derivative<M: Model>(
+    component: Component,
+    (unknowns, rows): (*const ValueReference, usize),
+    (knowns, columns): (*const ValueReference, usize),
+    (changes, seeds): (*const f64, usize),
+    (responses, room): (*mut f64, usize),
+) -> Status {
+    let call = Call::GetDirectionalDerivative;
+    // SAFETY: as the caller promises.
+    unsafe {
+        if (rows, columns) == (room, seeds) {
+            let (unknowns, knowns) = ((unknowns, rows), (knowns, columns));
+            values::directional_derivative::<M>(component, unknowns, knowns, changes, responses)
+        } else {
+            lengths::<M>(component, call, (rows + columns, room + seeds))
+        }
+    }
+}
+
+/// `fmi3GetNumberOfVariableDependencies` and `fmi3GetVariableDependencies` are not offered, and neither are functions of other modes.
+/// What an importer would read is set to nothing.
+///
+/// # Safety
+/// `count` is null or valid for a write; as `with` demands of `component`.
+pub unsafe fn none<M: Model>(component: Component, count: *mut usize, name: &str) -> Status {
+    // SAFETY: as the caller promises.
+    let nothing = unsafe { Destination::new(count, usize::from(!count.is_null())) };
+    let _ = nothing.and_then(|it| it.fill([Ok(0)]));
+    // SAFETY: as the caller promises.
+    unsafe { super::unsupported::<M>(component, Call::FmuState, name) }
+}
