@@ -120,7 +120,7 @@ fn arrays_are_connected_as_a_whole_and_by_element() {
     let (titles, rows) = table(&some);
     assert_eq!(titles.last(), Some(&"two.u[3]"));
     assert_eq!(rows.len(), 3);
-    lab.write("size.toml", &whole.replace("\"one.y\"", "\"one.y[1]\""));
+    lab.write("size.toml", whole.replace("\"one.y\"", "\"one.y[1]\""));
     let ended = lab.trackside(&["run", "size.toml"]).expect(2);
     assert!(
         ended.stderr.contains("`one.y[1]` is no array, `two.u` has 3 elements"),
@@ -168,7 +168,7 @@ start.Binary_input = "00ff10"
         ),
         ("\"00ff10\"", "\"00ff1\"", "two hexadecimal digits for each byte"),
     ] {
-        lab.write("wrong.toml", &scenario.replace(given, wrong));
+        lab.write("wrong.toml", scenario.replace(given, wrong));
         let ended = lab.trackside(&["run", "wrong.toml"]).expect(2);
         assert!(ended.stderr.contains(told), "{}", ended.stderr);
     }

@@ -1,5 +1,5 @@
-//! Turns a Rust struct and a table of its variables into an FMI 2.0 co-simulation unit (FMU): the C functions,
-//! `modelDescription.xml` and the archive.
+//! Turns a Rust struct and a table of its variables into a co-simulation unit (FMU) of FMI 2.0 and of FMI 3.0: the C functions of
+//! both in one library, `modelDescription.xml` and the archives.
 //!
 //! The struct implements [`Model`], lists its public variables as rows of [`Variable`], and is exported by
 //! [`export!`].

@@ -16,6 +16,7 @@ mod state;
 mod status;
 mod texts;
 mod values;
+mod variables;
 
 use std::ffi::{CString, c_int, c_void};
 

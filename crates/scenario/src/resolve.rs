@@ -95,7 +95,7 @@ impl System {
         let connects = arrays::expanded(scenario, &unplaced, &mut mistakes);
         let conversions =
             connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
-        let converted = (connects.as_slice(), conversions.as_slice());
+        let converted = (connects.as_slice(), &conversions);
         let connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
         warnings.extend(connections::kept(scenario, &connects, &unplaced));

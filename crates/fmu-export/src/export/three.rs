@@ -88,8 +88,10 @@ pub unsafe fn step<M: Model>(component: Component, time: f64, step: f64, ended: 
         (reached, terminate) = (instance.last_successful_time(), instance.terminated());
         Ok(())
     };
-    // SAFETY: as the caller promises.
-    let _ = unsafe { with::<M>(component, Call::GetStatus, look) };
+    if status != Status::Fatal {
+        // SAFETY: as the caller promises. States may be asked for in every state but that.
+        let _ = unsafe { with::<M>(component, Call::FmuState, look) };
+    }
     // SAFETY: as the caller promises. An importer that does not want an answer may hand over null.
     unsafe {
         for (answer, value) in

@@ -302,8 +302,8 @@ impl Instance {
         no_way_back: bool,
     ) -> Result<StepStatus, CallError> {
         let call = c"fmi3DoStep";
-        // An FMU that does not say how far it came is taken to stand where it stood.
-        let (mut event, mut terminate, mut early, mut reached) = (0, 0, 0, time);
+        // NaN stands for an FMU that does not say how far it came.
+        let (mut event, mut terminate, mut early, mut reached) = (0, 0, 0, f64::NAN);
         // SAFETY: the component is alive, and each of the four values is written at most.
         let status = self.run_for_status(call, |component| unsafe {
             function(
@@ -317,10 +317,10 @@ impl Instance {
                 &raw mut reached,
             )
         })?;
-        let said = || format!("{}", self.mailbox.said());
+        let said = || self.mailbox.said();
         match status {
             OK | WARNING if terminate != 0 => {
-                let reached = if early == 0 && reached == time { time + step } else { reached };
+                let reached = if reached.is_nan() { time + step } else { reached };
                 Ok(StepStatus::Terminated {
                     reached,
                     what: "asks for the end".to_owned() + &said(),
@@ -333,6 +333,7 @@ impl Instance {
             OK | WARNING => self.done(time + step),
             DISCARD => {
                 let CallError { what, .. } = self.failure(call, DISCARD);
+                let reached = if reached.is_nan() { time } else { reached };
                 Ok(StepStatus::Discarded { reached, what })
             }
             _ => Err(self.failure(call, status)),

@@ -2,6 +2,7 @@
 
 use diagnostics::{Error, Mistakes};
 
+use super::connection_units::Conversions;
 use super::nodes::{Port, UnplacedNode};
 use super::port::{Side, find};
 use super::types;
@@ -27,7 +28,7 @@ pub(super) struct Connection {
 pub(super) fn connect(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
-    (all, conversions): (&[Connect], &[Option<(f64, f64)>]),
+    (all, conversions): (&[Connect], &Conversions),
     timed: (Option<Clock>, u64),
     mistakes: &mut Mistakes,
 ) -> Connections {

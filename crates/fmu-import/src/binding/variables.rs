@@ -1,0 +1,85 @@
+//! Reads and writes a variable of any form as values.
+
+use super::Instance;
+use crate::{CallError, Storage, Value};
+
+impl Instance {
+    /// The values of all elements of one variable.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn read(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        elements: usize,
+    ) -> Result<Vec<Value>, CallError> {
+        Ok(match storage {
+            Storage::Float32 | Storage::Float64 | Storage::Boolean => {
+                let mut numbers = vec![0.0; elements];
+                self.get_numbers(storage, &[reference], &mut numbers)?;
+                let value = |number: f64| match storage {
+                    Storage::Boolean => Value::Boolean(number != 0.0),
+                    _ => Value::Real(number),
+                };
+                numbers.into_iter().map(value).collect()
+            }
+            Storage::String => {
+                self.get_strings(reference, elements)?.into_iter().map(Value::String).collect()
+            }
+            Storage::Binary => {
+                self.get_binaries(reference, elements)?.into_iter().map(Value::Binary).collect()
+            }
+            _ => self
+                .get_integers(storage, reference, elements)?
+                .into_iter()
+                .map(Value::Integer)
+                .collect(),
+        })
+    }
+
+    /// Gives all elements of one variable values of its type; what is of another type is left out.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when a text contains NUL.
+    pub fn write(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        values: &[Value],
+    ) -> Result<(), CallError> {
+        match storage {
+            Storage::Float32 | Storage::Float64 | Storage::Boolean => {
+                let number = |value: &Value| match value {
+                    Value::Real(value) => Some(*value),
+                    Value::Boolean(value) => Some(f64::from(u8::from(*value))),
+                    _ => None,
+                };
+                let numbers: Vec<_> = values.iter().filter_map(number).collect();
+                self.set_numbers(storage, &[reference], &numbers)
+            }
+            Storage::String => {
+                let text = |value: &Value| match value {
+                    Value::String(text) => Some(text.clone()),
+                    _ => None,
+                };
+                self.set_strings(reference, &values.iter().filter_map(text).collect::<Vec<_>>())
+            }
+            Storage::Binary => {
+                let bytes = |value: &Value| match value {
+                    Value::Binary(bytes) => Some(bytes.clone()),
+                    _ => None,
+                };
+                self.set_binaries(reference, &values.iter().filter_map(bytes).collect::<Vec<_>>())
+            }
+            _ => {
+                let integer = |value: &Value| match value {
+                    Value::Integer(integer) => Some(*integer),
+                    _ => None,
+                };
+                let integers: Vec<_> = values.iter().filter_map(integer).collect();
+                self.set_integers(storage, reference, &integers)
+            }
+        }
+    }
+}
