@@ -1,0 +1,167 @@
+//! Makes one transformation of all those on a way through several connectors.
+//!
+//! Section 4.5.2.1: a connection converts the unit first, to that of its target, and transforms after that. So a chain is
+//! `T2(c12(T1(c01(x))))`. Conversions are linear: `c12(T1(x)) = T1'(c12(x))` with the factor of `T1` and another offset. This
+//! moves all conversions to the front, where they are one from the first unit to the last one, which the caller does.
+
+use crate::error::mistake;
+use crate::{Error, Place, Transformation, Unit};
+
+/// One connection of a chain.
+#[derive(Debug)]
+pub(crate) struct Step<'a> {
+    pub(crate) transformation: &'a Transformation,
+    pub(crate) suppress: bool,
+    /// The unit of the connector that the step leads to.
+    pub(crate) to: Option<&'a Unit>,
+    /// Whether that connector, when it has no unit, has that of the connector before; else that of the one behind.
+    pub(crate) inherits_before: bool,
+    pub(crate) place: &'a Place,
+}
+
+/// What a chain does.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Link {
+    pub(crate) transformation: Transformation,
+    pub(crate) suppress: bool,
+    /// Whether this holds only when the units that only the FMUs at both ends know are equal.
+    pub(crate) assumes: bool,
+}
+
+/// What a chain begins with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Origin<'a> {
+    /// A connector.
+    Connector(Option<&'a Unit>),
+    /// A value; without a unit it is in that of the first connector.
+    Value(Option<&'a Unit>),
+}
+
+/// The unit of a connector, or of the variable behind the first or the last connector, which only the FMU knows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Scale<'a> {
+    Unit(&'a Unit),
+    First,
+    Last,
+}
+
+/// One step that does what all of them do.
+pub(crate) fn link(origin: Origin, steps: &[Step]) -> Result<Link, Error> {
+    let linear = |step: &Step| matches!(step.transformation, Transformation::Linear { .. });
+    if !steps.iter().all(linear) {
+        let mut all = Transformation::IDENTITY;
+        for step in steps {
+            all = after(&all, step.transformation, step.place)?;
+        }
+        let suppress = steps.iter().any(|step| step.suppress);
+        return Ok(Link { transformation: all, suppress, assumes: false });
+    }
+    let scales = scales(origin, steps);
+    let last = scales.last().copied().unwrap_or(Scale::Last);
+    let suppressed = steps.iter().filter(|step| step.suppress).count();
+    let (mut all, mut assumes) = (Transformation::IDENTITY, false);
+    for (step, pair) in steps.iter().zip(scales.windows(2)) {
+        let (before, behind) = (pair[0], pair[1]);
+        if suppressed == 0 {
+            assumes |= !step.transformation.is_identity() && unknown(behind, last);
+            all = after(&all, &moved(step, behind, last)?, step.place)?;
+            continue;
+        }
+        if !step.suppress {
+            assumes |= unknown(before, behind);
+            let (factor, offset) = between(before, behind, step.place)?;
+            all = after(&all, &Transformation::Linear { factor, offset }, step.place)?;
+        }
+        all = after(&all, step.transformation, step.place)?;
+    }
+    Ok(Link { transformation: all, suppress: suppressed > 0, assumes })
+}
+
+/// The units of all connectors from the first to the last one. Section 4.5.1.1: a connector of a system that has none gets that
+/// of the connector that it stands for.
+fn scales<'a>(origin: Origin<'a>, steps: &[Step<'a>]) -> Vec<Scale<'a>> {
+    let first = match origin {
+        Origin::Connector(unit) => Some(unit.map_or(Scale::First, Scale::Unit)),
+        Origin::Value(unit) => unit.map(Scale::Unit),
+    };
+    let mut scales = vec![first];
+    scales.extend(steps.iter().map(|step| step.to.map(Scale::Unit)));
+    if let Some(last) = scales.last_mut() {
+        *last = last.or(Some(Scale::Last));
+    }
+    // First only from the side that a connector stands for, then from any.
+    for any in [false, true] {
+        for at in 1..scales.len() {
+            if any || steps[at - 1].inherits_before {
+                scales[at] = scales[at].or(scales[at - 1]);
+            }
+        }
+        for at in (0..scales.len() - 1).rev() {
+            if any || (at > 0 && !steps[at - 1].inherits_before) {
+                scales[at] = scales[at].or(scales[at + 1]);
+            }
+        }
+    }
+    scales.into_iter().flatten().collect()
+}
+
+/// The transformation of a step for values in the last unit, instead of its own.
+fn moved(step: &Step, own: Scale, last: Scale) -> Result<Transformation, Error> {
+    let Transformation::Linear { factor, offset } = step.transformation else {
+        return Ok(step.transformation.clone());
+    };
+    if step.transformation.is_identity() {
+        return Ok(Transformation::IDENTITY);
+    }
+    // With the conversion a x + b: a (f x + o) + b = f (a x + b) + (a o + b - f b).
+    let (a, b) = between(own, last, step.place)?;
+    Ok(Transformation::Linear { factor: *factor, offset: a * offset + b - factor * b })
+}
+
+/// Whether only the FMUs at both ends know these units. Most systems have no units at all: they count as equal.
+fn unknown(from: Scale, to: Scale) -> bool {
+    matches!((from, to), (Scale::First, Scale::Last) | (Scale::Last, Scale::First))
+}
+
+/// How the values of one unit become those of the other one.
+fn between(from: Scale, to: Scale, place: &Place) -> Result<(f64, f64), Error> {
+    if from == to || unknown(from, to) {
+        return Ok((1.0, 0.0));
+    }
+    if let (Scale::Unit(from), Scale::Unit(to)) = (from, to)
+        && let Some(conversion) = from.to(to)
+    {
+        return Ok(conversion);
+    }
+    let name = |scale| match scale {
+        Scale::Unit(unit) => format!("`{}`", unit.name),
+        Scale::First | Scale::Last => "a unit that only the FMU knows".to_owned(),
+    };
+    Err(mistake(
+        place,
+        "connectors whose units convert to each other, all the way from FMU to FMU",
+        format!("{} and {}", name(from), name(to)),
+        "write and define the units of all connectors on this way, with equal dimensions",
+    ))
+}
+
+fn after(
+    first: &Transformation,
+    second: &Transformation,
+    place: &Place,
+) -> Result<Transformation, Error> {
+    let Some(both) = first.then(second) else {
+        let found = format!("one for {} behind one for {}", second.purpose(), first.purpose());
+        let cure = "transform in one connection only";
+        return Err(mistake(place, "transformations of one kind", found, cure));
+    };
+    match both {
+        Transformation::Linear { factor, offset }
+            if !(factor.is_finite() && offset.is_finite()) =>
+        {
+            let found = format!("the factor {factor} and the offset {offset} all the way");
+            Err(mistake(place, "finite numbers", found, "correct the transformation"))
+        }
+        both => Ok(both),
+    }
+}

@@ -1,0 +1,145 @@
+//! Makes edges of connections: finds both connectors, and which of them gives its values to the other.
+
+use std::sync::Arc;
+
+use crate::error::mistake;
+use crate::limits::CONNECTORS;
+use crate::tree::{Edge, Ports, Role, Tree, What};
+use crate::words::{Connection, End};
+use crate::{Error, Kind, Transformation};
+
+/// A connector as the connections of a system see it.
+struct Side {
+    ports: Ports,
+    kind: Kind,
+    /// Whether it is one of the system itself.
+    own: bool,
+    gives: bool,
+    takes: bool,
+}
+
+impl Tree<'_> {
+    /// Adds a connection of a system.
+    pub(crate) fn connect(&mut self, system: usize, connection: &Connection) -> Result<(), Error> {
+        self.edges += 1;
+        if self.edges > CONNECTORS {
+            let expected = format!("at most {CONNECTORS} connections in all");
+            let cure = "make the system smaller";
+            return Err(mistake(&connection.place, expected, "one more", cure));
+        }
+        let start = self.side(system, &connection.start)?;
+        let end = self.side(system, &connection.end)?;
+        // Section 5.3.2: start and end are no direction, the kinds of the connectors decide.
+        let (from, to, target) = if start.gives && end.takes {
+            (start, end, &connection.end)
+        } else if end.gives && start.takes {
+            (end, start, &connection.start)
+        } else {
+            return Err(mistake(
+                &connection.place,
+                "a connector that gives values and one that takes them",
+                format!("{} and {}", described(&start), described(&end)),
+                "correct the connection, or the kinds of the connectors",
+            ));
+        };
+        let varies = matches!(from.kind, Kind::Input | Kind::Output | Kind::InOut | Kind::Local);
+        let fixed = matches!(to.kind, Kind::Parameter | Kind::StructuralParameter);
+        if varies && fixed && !to.own {
+            return Err(mistake(
+                &target.place,
+                "a connector that may change its value",
+                format!("{} that takes the value of {}", described(&to), described(&from)),
+                "connect a parameter with parameters only, section 5.3.2.1",
+            ));
+        }
+        for node in [from.ports.out, to.ports.into] {
+            let carries = self.nodes[node].connector.carries.as_ref();
+            if !connection.transformation.fits(carries) {
+                return Err(mistake(
+                    &connection.place,
+                    "a transformation for the type of the connectors",
+                    format!(
+                        "one for {} at `{}`",
+                        connection.transformation.purpose(),
+                        self.label(node)
+                    ),
+                    "use the transformation for the type of the connectors",
+                ));
+            }
+        }
+        let edge = Edge {
+            from: from.ports.out,
+            transformation: Arc::clone(&connection.transformation),
+            suppress: connection.suppress,
+            inherits_before: to.own,
+            place: connection.place.clone(),
+        };
+        self.lead(to.ports.into, edge)
+    }
+
+    /// Adds an edge, and at a reference to a dictionary another one to the entry behind it.
+    fn lead(&mut self, to: usize, edge: Edge) -> Result<(), Error> {
+        if let Some(first) = &self.nodes[to].incoming {
+            let found = format!("`{}`, which {} leads to already", self.label(to), first.place);
+            let expected = "a connector that no other connection leads to";
+            return Err(mistake(&edge.place, expected, found, "remove one of the connections"));
+        }
+        let place = edge.place.clone();
+        self.nodes[to].incoming = Some(edge);
+        let Role::Into(entry) = self.nodes[to].role else { return Ok(()) };
+        let transformation = Arc::new(Transformation::IDENTITY);
+        self.lead(
+            entry,
+            Edge { from: to, transformation, suppress: false, inherits_before: true, place },
+        )
+    }
+
+    fn side(&self, system: usize, end: &End) -> Result<Side, Error> {
+        let own = end.element.is_none();
+        let system = &self.instances[system];
+        let owner = match &end.element {
+            None => system,
+            Some(name) => {
+                let child = system.children.get(name.as_str()).ok_or_else(|| {
+                    let names = listed(system.children.keys());
+                    let found = format!("`{name}`, the system has {names}");
+                    mistake(&end.place, "an element of the system", found, "correct the name")
+                })?;
+                &self.instances[*child]
+            }
+        };
+        let Some(&ports) = owner.ports.get(end.connector.as_str()) else {
+            let name = if own { "the system" } else { owner.name.as_str() };
+            let names = listed(owner.ports.keys());
+            return Err(mistake(
+                &end.place,
+                format!("a connector of {name}"),
+                format!("`{}`, it has {names}", end.connector),
+                "correct the name, or add the connector",
+            ));
+        };
+        let kind = self.nodes[ports.into].connector.kind;
+        let (takes, gives) = match kind {
+            Kind::Input | Kind::Parameter | Kind::StructuralParameter => (!own, own),
+            Kind::Output | Kind::CalculatedParameter | Kind::Constant | Kind::Local => (own, !own),
+            Kind::InOut | Kind::Unspecified => (true, true),
+        };
+        debug_assert!(owner.what != What::Reference || ports.into != ports.out);
+        Ok(Side { ports, kind, own, gives, takes })
+    }
+}
+
+fn described(side: &Side) -> String {
+    let word = Kind::ALL.iter().find(|(_, kind)| *kind == side.kind).map_or("?", |(word, _)| word);
+    let owner = if side.own { "the system itself" } else { "an element" };
+    format!("the {word} of {owner}")
+}
+
+/// Some names of a list.
+fn listed<'a>(names: impl Iterator<Item = &'a Arc<str>>) -> String {
+    let mut names: Vec<_> = names.take(12).map(|name| format!("`{name}`")).collect();
+    if names.len() == 12 {
+        names[11] = "others".to_owned();
+    }
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

@@ -1,0 +1,98 @@
+//! Says why a file is no system that can be read.
+
+use std::path::PathBuf;
+
+use crate::Place;
+use crate::limits::{LARGEST, LONGEST};
+
+/// Why a file is no system that can be read.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file is not there or cannot be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is no archive, or a broken one.
+    #[error("{path} is not an .ssp archive: {source}")]
+    Zip {
+        /// The archive.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: zip::result::ZipError,
+    },
+    /// An entry of the archive would leave the folder that it is unpacked to.
+    #[error("{path} contains the entry `{entry}`, which leaves the folder that it is unpacked to")]
+    Escapes {
+        /// The archive.
+        path: PathBuf,
+        /// The entry.
+        entry: String,
+    },
+    /// Two entries of the archive have the same name, so what is in it depends on who reads it.
+    #[error("{path} has {listed} entries, but only {different} different names")]
+    Ambiguous {
+        /// The archive.
+        path: PathBuf,
+        /// How many entries it lists.
+        listed: usize,
+        /// How many names there are.
+        different: usize,
+    },
+    /// The archives are too large.
+    #[error("{path} unpacks to more than {LARGEST} bytes")]
+    TooLarge {
+        /// The archive that went over the limit.
+        path: PathBuf,
+    },
+    /// The descriptions and parameters are too long.
+    #[error(
+        "{path}: the descriptions of a system may have {LONGEST} bytes in all, this one goes over it: leave out what the system does not need"
+    )]
+    TooLong {
+        /// The file that went over the limit.
+        path: PathBuf,
+    },
+    /// There is no such variant.
+    #[error("{path}: expected a description called `{wanted}`, found {found}: choose one of these")]
+    Variant {
+        /// The archive or folder.
+        path: PathBuf,
+        /// The variant that was asked for.
+        wanted: String,
+        /// The variants that there are.
+        found: String,
+    },
+    /// A file breaks the rules of the standard, or asks for something that this reader does not have.
+    #[error(transparent)]
+    Mistake(Box<Mistake>),
+}
+
+/// Something in a file that cannot stay as it is.
+#[derive(Debug, thiserror::Error)]
+#[error("{place}: expected {expected}, found {found}: {cure}")]
+pub struct Mistake {
+    /// Where it is written.
+    pub place: Place,
+    /// What could have been there.
+    pub expected: String,
+    /// What is there.
+    pub found: String,
+    /// What to do.
+    pub cure: String,
+}
+
+/// A mistake as an error.
+pub(crate) fn mistake(
+    place: &Place,
+    expected: impl Into<String>,
+    found: impl Into<String>,
+    cure: impl Into<String>,
+) -> Error {
+    let place = place.clone();
+    let (expected, found, cure) = (expected.into(), found.into(), cure.into());
+    Error::Mistake(Box::new(Mistake { place, expected, found, cure }))
+}

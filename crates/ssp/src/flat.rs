@@ -1,0 +1,299 @@
+//! Makes a flat system of all instances: follows each connection back to where its values come from.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::chain::{self, Link, Origin, Step};
+use crate::error::mistake;
+use crate::limits::{CELLS, STATIONS};
+use crate::parameters::Assignment;
+use crate::tree::{Edge, Fmu, Role, Tree};
+use crate::{
+    Component, Connection, Connector, Error, Input, Kind, Output, Port, Start, Unit, Value, Way,
+    words,
+};
+
+/// The parts of a system that follow from its instances.
+#[derive(Debug, Default)]
+pub(crate) struct Flat {
+    pub(crate) components: Vec<Component>,
+    pub(crate) connections: Vec<Connection>,
+    pub(crate) inputs: Vec<Input>,
+    pub(crate) outputs: Vec<Output>,
+}
+
+impl Tree<'_> {
+    /// Makes the flat system whose outermost instance is `outer`.
+    pub(crate) fn flatten(&self, outer: usize) -> Result<Flat, Error> {
+        self.distinct()?;
+        let mut flat = Flat::default();
+        // Connectors of the system in the order of the file, each with its place among the inputs or outputs.
+        let mut own: Vec<usize> = self.instances[outer].ports.values().map(|x| x.into).collect();
+        own.sort_unstable();
+        let mut inputs = BTreeMap::new();
+        for &node in &own {
+            let connector = public(&self.nodes[node].connector);
+            if self.is_input(node) {
+                inputs.insert(node, flat.inputs.len());
+                flat.inputs.push(Input { connector, to: Vec::new() });
+            } else {
+                let from = self.output(node)?;
+                flat.outputs.push(Output { connector, from });
+            }
+        }
+        let mut cells = 0;
+        for (component, fmu) in self.fmus.iter().enumerate() {
+            let mut starts = self.own_starts(fmu)?;
+            let mut ports: Vec<usize> =
+                self.instances[fmu.instance].ports.values().map(|x| x.into).collect();
+            ports.sort_unstable();
+            for node in ports.iter().copied().filter(|node| self.nodes[*node].incoming.is_some()) {
+                let variable = self.nodes[node].connector.name.to_string();
+                let to = Port { component, variable };
+                let path = self.path(node)?;
+                if let Some(start) = self.connected_start(&path, &to)? {
+                    self.replaced(starts.insert(to.variable.clone(), start), &to, &starts);
+                }
+                self.lead_on(&path, to, &inputs, &mut flat)?;
+            }
+            cells += starts.values().map(size).sum::<usize>();
+            if cells > CELLS {
+                let expected = format!("at most {CELLS} elements in all start values");
+                return Err(mistake(&fmu.place, expected, "more", "make arrays smaller"));
+            }
+            let connectors =
+                ports.iter().map(|node| public(&self.nodes[*node].connector)).collect();
+            flat.components.push(Component {
+                name: fmu.name.clone(),
+                source: fmu.source.clone(),
+                implementation: fmu.implementation.clone(),
+                starts: starts.into_values().collect(),
+                connectors,
+                place: fmu.place.clone(),
+            });
+        }
+        Ok(flat)
+    }
+
+    /// Section 5.2.3 allows two elements with the same names from outside to inside; a flat system needs different ones.
+    fn distinct(&self) -> Result<(), Error> {
+        let mut seen: BTreeMap<&str, &Fmu> = BTreeMap::new();
+        for fmu in &self.fmus {
+            if let Some(first) = seen.insert(&fmu.name, fmu) {
+                let found = format!("`{}`, which {} is called as well", fmu.name, first.place);
+                let expected = "a name that no other component has, with the systems around it";
+                return Err(mistake(&fmu.place, expected, found, "rename one of them"));
+            }
+        }
+        Ok(())
+    }
+
+    fn is_input(&self, node: usize) -> bool {
+        let node = &self.nodes[node];
+        match node.connector.kind {
+            Kind::Input | Kind::Parameter | Kind::StructuralParameter => true,
+            Kind::InOut | Kind::Unspecified => node.incoming.is_none(),
+            Kind::Output | Kind::CalculatedParameter | Kind::Constant | Kind::Local => false,
+        }
+    }
+
+    /// What leads to a connector of the outermost system.
+    fn output(&self, node: usize) -> Result<Option<(Port, Way)>, Error> {
+        let path = self.path(node)?;
+        if let Some(value) = &self.nodes[node].value {
+            let (place, label) = (&value.place, self.label(node));
+            self.notes
+                .add(format!("{place}: the value of `{label}` is ignored, since it is an output"));
+        }
+        let Role::Component(component) = self.nodes[path[0]].role else { return Ok(None) };
+        let variable = self.nodes[path[0]].connector.name.to_string();
+        Ok(Some((Port { component, variable }, self.way(&path)?)))
+    }
+
+    /// Adds the connection of a path, unless its beginning is connected to nothing.
+    fn lead_on(
+        &self,
+        path: &[usize],
+        to: Port,
+        inputs: &BTreeMap<usize, usize>,
+        flat: &mut Flat,
+    ) -> Result<(), Error> {
+        let origin = path[0];
+        let way = self.way(path)?;
+        if let Role::Component(component) = self.nodes[origin].role {
+            let variable = self.nodes[origin].connector.name.to_string();
+            flat.connections.push(Connection { from: Port { component, variable }, to, way });
+        } else if let Some(input) = inputs.get(&origin) {
+            flat.inputs[*input].to.push((to, way));
+        } else {
+            let (place, label) = (&way.place, self.label(origin));
+            self.notes.add(format!("{place}: nothing is connected to `{label}` from outside"));
+        }
+        Ok(())
+    }
+
+    /// All nodes on the way to this one, from the first one.
+    fn path(&self, node: usize) -> Result<Vec<usize>, Error> {
+        let mut path = vec![node];
+        let mut at = node;
+        while let Some(edge) = &self.nodes[at].incoming {
+            at = edge.from;
+            if path.contains(&at) {
+                let found = format!("a circle through `{}`", self.label(at));
+                let expected = "connections that begin at a component";
+                return Err(mistake(&edge.place, expected, found, "remove one of them"));
+            }
+            path.push(at);
+            if matches!(self.nodes[at].role, Role::Component(_)) {
+                break;
+            }
+            if path.len() > STATIONS {
+                let expected = format!("at most {STATIONS} connectors on the way of a connection");
+                return Err(mistake(&edge.place, expected, "one more", "connect more directly"));
+            }
+        }
+        path.reverse();
+        Ok(path)
+    }
+
+    /// The edges between the nodes of a path.
+    fn edges<'a>(&'a self, path: &'a [usize]) -> impl Iterator<Item = (&'a Edge, Step<'a>)> {
+        path[1..].iter().filter_map(|node| {
+            let node = &self.nodes[*node];
+            let edge = node.incoming.as_ref()?;
+            let to = node.connector.unit.as_deref();
+            let Edge { transformation, suppress, inherits_before, place, .. } = edge;
+            let (suppress, inherits_before) = (*suppress, *inherits_before);
+            Some((edge, Step { transformation, suppress, to, inherits_before, place }))
+        })
+    }
+
+    fn way(&self, path: &[usize]) -> Result<Way, Error> {
+        let (edges, steps): (Vec<_>, Vec<_>) = self.edges(path).unzip();
+        let unit = |node: Option<&usize>| self.nodes[*node?].connector.unit.clone();
+        let units = (unit(path.first()), unit(path.last()));
+        let Link { transformation, suppress, assumes } =
+            chain::link(Origin::Connector(units.0.as_deref()), &steps)?;
+        let place = edges.last().map_or(&self.nodes[path[0]].connector.place, |edge| &edge.place);
+        let place = place.clone();
+        Ok(Way {
+            transformation,
+            suppress_unit_conversion: suppress,
+            assumes_equal_units: assumes,
+            units,
+            place,
+        })
+    }
+
+    /// What the bindings give the variables of an FMU directly.
+    fn own_starts(&self, fmu: &Fmu) -> Result<BTreeMap<String, Start>, Error> {
+        let ports = &self.instances[fmu.instance].ports;
+        let starts = fmu.values.iter().map(|(variable, value)| {
+            let node = ports.get(variable.as_str()).map(|ports| ports.into);
+            let unit = node.and_then(|node| self.nodes[node].connector.unit.clone());
+            let units = (value.unit.clone(), unit);
+            Ok((variable.clone(), start(value, variable, units, &[])?))
+        });
+        starts.collect()
+    }
+
+    /// The value that comes through a connection from a connector of a system. The connection gives the variable its value,
+    /// so the first connector with a value counts.
+    fn connected_start(&self, path: &[usize], to: &Port) -> Result<Option<Start>, Error> {
+        let stations = &path[..path.len() - 1];
+        let Some(at) = stations.iter().position(|node| self.nodes[*node].value.is_some()) else {
+            return Ok(None);
+        };
+        let Some(value) = &self.nodes[path[at]].value else { return Ok(None) };
+        if matches!(self.nodes[path[0]].role, Role::Component(_)) {
+            let (place, label) = (&value.place, self.label(path[at]));
+            self.notes.add(format!(
+                "{place}: the value of `{label}` is ignored, since a component gives it"
+            ));
+            return Ok(None);
+        }
+        let steps: Vec<_> = self.edges(&path[at..]).map(|(_, step)| step).collect();
+        let first = Step {
+            transformation: &value.transformation,
+            suppress: value.suppress,
+            to: self.nodes[path[at]].connector.unit.as_deref(),
+            inherits_before: false,
+            place: &value.place,
+        };
+        let steps: Vec<_> = std::iter::once(first).chain(steps).collect();
+        let unit = path.last().and_then(|node| self.nodes[*node].connector.unit.clone());
+        // Without a unit of its own, the value is in that of the connector that it is written for.
+        let written = value.unit.clone().or(self.nodes[path[at]].connector.unit.clone());
+        start(value, &to.variable, (written, unit), &steps).map(Some)
+    }
+
+    /// Notes a value that lost against that of a connection.
+    fn replaced(&self, before: Option<Start>, to: &Port, starts: &BTreeMap<String, Start>) {
+        let (Some(before), Some(now)) = (before, starts.get(&to.variable)) else { return };
+        if before.value != now.value {
+            let (fmu, variable) = (&self.fmus[to.component].name, &to.variable);
+            self.notes.add(format!(
+                "{}: the value of `{fmu}.{variable}` is replaced by that of its connection, {}",
+                before.place, now.place,
+            ));
+        }
+    }
+}
+
+/// The start value of a variable, with the units of the value and of the connector; without steps, the value is for the
+/// variable itself.
+fn start(
+    value: &Arc<Assignment>,
+    variable: &str,
+    (written, unit): (Option<Arc<Unit>>, Option<Arc<Unit>>),
+    steps: &[Step],
+) -> Result<Start, Error> {
+    let own = [Step {
+        transformation: &value.transformation,
+        suppress: value.suppress,
+        to: unit.as_deref(),
+        inherits_before: false,
+        place: &value.place,
+    }];
+    let steps = if steps.is_empty() { &own } else { steps };
+    let Link { transformation, suppress, .. } =
+        chain::link(Origin::Value(written.as_deref()), steps)?;
+    let mut start = Start {
+        variable: variable.to_owned(),
+        value: Value::clone(&value.value),
+        unit: written.clone().filter(|_| !suppress),
+        connector_unit: unit.clone(),
+        transformation,
+        place: value.place.clone(),
+    };
+    let Some(after) = start.transformation.apply(&start.value) else {
+        let found = format!("a transformation for {} on the way", start.transformation.purpose());
+        let expected = "transformations for the type of the value";
+        let cure = "use the transformation for the type of the value";
+        return Err(mistake(&value.place, expected, found, cure));
+    };
+    // Nothing is left to convert: the transformation can be done here.
+    if start.unit.is_none() || start.unit == unit {
+        start.value = after;
+        start.transformation = crate::Transformation::IDENTITY;
+    }
+    Ok(start)
+}
+
+fn size(start: &Start) -> usize {
+    match &start.value {
+        Value::Array { elements, .. } => elements.len(),
+        _ => 1,
+    }
+}
+
+fn public(connector: &words::Connector) -> Connector {
+    Connector {
+        name: connector.name.to_string(),
+        kind: connector.kind,
+        carries: connector.carries.clone(),
+        unit: connector.unit.clone(),
+        dimensions: connector.dimensions.clone(),
+        place: connector.place.clone(),
+    }
+}

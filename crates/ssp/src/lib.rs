@@ -1,0 +1,269 @@
+//! A system of the standard System Structure and Parameterization (SSP 1.0 or 2.0) goes in: an `.ssp` archive, its folder, or an
+//! `.ssd` file. A flat [`System`] comes out: FMUs with start values, and connections from one FMU to another.
+//!
+//! Nested systems, systems in files of their own, parameter bindings of all levels and signal dictionaries are resolved.
+//! All files may be hostile: nothing is written outside of a temporary folder, nothing is read outside of the folder of the
+//! system, and sizes are bounded. Sections in comments are those of the text of SSP 2.0; the rules are those of 1.0.
+//!
+//! # Example
+//! ```
+//! let folder = tempfile::tempdir()?;
+//! std::fs::write(folder.path().join("gain.fmu"), "")?;
+//! std::fs::write(folder.path().join("SystemStructure.ssd"), r#"
+//! <ssd:SystemStructureDescription version="1.0" name="one"
+//!     xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
+//!     xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
+//!   <ssd:System name="root">
+//!     <ssd:ParameterBindings><ssd:ParameterBinding prefix="gain."><ssd:ParameterValues>
+//!       <ssv:ParameterSet version="1.0" name="p"><ssv:Parameters>
+//!         <ssv:Parameter name="k"><ssv:Real value="2"/></ssv:Parameter>
+//!       </ssv:Parameters></ssv:ParameterSet>
+//!     </ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>
+//!     <ssd:Elements><ssd:Component name="gain" source="gain.fmu"/></ssd:Elements>
+//!   </ssd:System>
+//! </ssd:SystemStructureDescription>"#)?;
+//!
+//! let system = ssp::open(folder.path(), None)?;
+//! let gain = &system.components[0];
+//! assert_eq!((gain.name.as_str(), gain.starts[0].variable.as_str()), ("gain", "k"));
+//! assert_eq!(gain.starts[0].value, ssp::Value::Real(2.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod archive;
+mod bind;
+mod chain;
+mod connect;
+mod dictionary;
+mod error;
+mod flat;
+mod limits;
+mod notes;
+mod open;
+mod package;
+mod parameters;
+mod place;
+mod read;
+mod transformation;
+mod tree;
+mod unit;
+mod value;
+mod words;
+mod xml;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use tempfile::TempDir;
+
+pub use error::{Error, Mistake};
+pub use open::{Variant, open, variants};
+pub use place::Place;
+pub use transformation::Transformation;
+pub use unit::{BASES, BaseUnit, Enumeration, Unit};
+pub use value::{Type, Value, Width};
+
+/// A system without systems in it.
+#[derive(Debug)]
+pub struct System {
+    /// What its description calls it.
+    pub name: String,
+    /// Its FMUs.
+    pub components: Vec<Component>,
+    /// Connections between variables of FMUs; at most one leads to each variable.
+    pub connections: Vec<Connection>,
+    /// Connectors of the system that values come in through, also parameters.
+    pub inputs: Vec<Input>,
+    /// Connectors of the system that values go out through.
+    pub outputs: Vec<Output>,
+    /// The time that its description proposes.
+    pub experiment: Experiment,
+    /// Sentences about what was taken from where, and what was ignored.
+    pub notes: Vec<String>,
+    /// Folders of unpacked archives: the FMUs are in them.
+    folders: Vec<TempDir>,
+}
+
+impl System {
+    /// Folders that archives were unpacked to. They are removed with this system.
+    pub fn folders(&self) -> impl Iterator<Item = &std::path::Path> {
+        self.folders.iter().map(TempDir::path)
+    }
+}
+
+/// Start and stop of a run, section 5.1.1: the standard says nothing of steps and algorithms.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Experiment {
+    /// Start [s].
+    pub start: Option<f64>,
+    /// Stop [s].
+    pub stop: Option<f64>,
+}
+
+/// An FMU of the system.
+#[derive(Debug)]
+pub struct Component {
+    /// Its name and those of the systems that it is in, from outside to inside with dots; without the outermost system.
+    pub name: String,
+    /// The FMU.
+    pub source: PathBuf,
+    /// Which interface to use: `any`, `CoSimulation`, `ModelExchange` or `ScheduledExecution`.
+    pub implementation: String,
+    /// Start values by name of the variable. Section 5.2.3: one that the FMU has no variable for is to be ignored.
+    pub starts: Vec<Start>,
+    /// Its connectors; the FMU may have more variables.
+    pub connectors: Vec<Connector>,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// A connector of a component or of the system.
+#[derive(Debug, Clone)]
+pub struct Connector {
+    /// The name, at a component that of a variable of the FMU.
+    pub name: String,
+    /// Who determines its value.
+    pub kind: Kind,
+    /// What it carries; `None` when that is not written: it is what the variable of the FMU is.
+    pub carries: Option<Type>,
+    /// Its unit; `None` when that is not written: it is that of the variable of the FMU.
+    pub unit: Option<Arc<Unit>>,
+    /// Sizes of an array, empty for a single value.
+    pub dimensions: Vec<Dimension>,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// One direction of an array.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Dimension {
+    /// So many elements.
+    Fixed(u64),
+    /// As many as this connector of the same element says.
+    Of(String),
+    /// It is not written.
+    Open,
+}
+
+/// Who determines the value of a connector, section 5.2.1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Another element.
+    Input,
+    /// The element.
+    Output,
+    /// The environment, before the run.
+    Parameter,
+    /// The element, from parameters.
+    CalculatedParameter,
+    /// The environment, before anything else: sizes of arrays follow from it.
+    StructuralParameter,
+    /// The element, and it never changes.
+    Constant,
+    /// The element, for itself.
+    Local,
+    /// It depends on the connections.
+    InOut,
+    /// It is not decided.
+    Unspecified,
+}
+
+impl Kind {
+    /// The words of the standard.
+    pub const ALL: [(&str, Kind); 9] = [
+        ("input", Kind::Input),
+        ("output", Kind::Output),
+        ("parameter", Kind::Parameter),
+        ("calculatedParameter", Kind::CalculatedParameter),
+        ("structuralParameter", Kind::StructuralParameter),
+        ("constant", Kind::Constant),
+        ("local", Kind::Local),
+        ("inout", Kind::InOut),
+        ("unspecified", Kind::Unspecified),
+    ];
+}
+
+/// The value that a variable has at the beginning.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// The variable of the FMU.
+    pub variable: String,
+    /// The value, in [`Start::unit`].
+    pub value: Value,
+    /// The unit of the value. `None`: it is in the unit of the connector and must not be converted.
+    pub unit: Option<Arc<Unit>>,
+    /// The unit of the connector. `None`: that of the variable of the FMU.
+    pub connector_unit: Option<Arc<Unit>>,
+    /// What is left to do after the value was converted to the unit of the connector.
+    pub transformation: Transformation,
+    /// Where the value is written.
+    pub place: Place,
+}
+
+impl Start {
+    /// The value for the FMU, when `factor * value + offset` converts it to the unit of the connector. `None` when only
+    /// numbers can be converted so, and it is none.
+    #[must_use]
+    pub fn converted(&self, factor: f64, offset: f64) -> Option<Value> {
+        let converted = Transformation::Linear { factor, offset }.apply(&self.value)?;
+        self.transformation.apply(&converted)
+    }
+}
+
+/// A variable of an FMU.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Port {
+    /// Place of the FMU among [`System::components`].
+    pub component: usize,
+    /// The variable.
+    pub variable: String,
+}
+
+/// What happens to values between two connectors, through all connectors of nested systems between them. A value is converted
+/// from the first unit to the second one, unless that is suppressed, and transformed after that.
+#[derive(Debug, Clone)]
+pub struct Way {
+    /// The transformation. Its offset is in the second unit.
+    pub transformation: Transformation,
+    /// Whether units must not be converted.
+    pub suppress_unit_conversion: bool,
+    /// Whether this holds only when the variables at both ends have the same unit: connectors between them have
+    /// transformations, and no connector on the way has a unit.
+    pub assumes_equal_units: bool,
+    /// The units of the connectors at both ends. `None`: that of the variable of the FMU.
+    pub units: (Option<Arc<Unit>>, Option<Arc<Unit>>),
+    /// Where the last of the connections is written.
+    pub place: Place,
+}
+
+/// A connection between two FMUs, or between parameters of two FMUs.
+#[derive(Debug, Clone)]
+pub struct Connection {
+    /// Where values come from.
+    pub from: Port,
+    /// Where they go.
+    pub to: Port,
+    /// What happens between.
+    pub way: Way,
+}
+
+/// A connector of the system that values come in through.
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// The connector.
+    pub connector: Connector,
+    /// Where values go, and what happens on the way.
+    pub to: Vec<(Port, Way)>,
+}
+
+/// A connector of the system that values go out through.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// The connector.
+    pub connector: Connector,
+    /// Where values come from, and what happens on the way; `None` when nothing leads to it.
+    pub from: Option<(Port, Way)>,
+}

@@ -1,0 +1,174 @@
+//! Finds the files that a system refers to, inside of the folder or archive that the system came in.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use tempfile::TempDir;
+
+use crate::error::mistake;
+use crate::limits::{LARGEST, LONGEST};
+use crate::place::Text;
+use crate::{Error, Place, archive};
+
+/// A folder that nothing is read outside of.
+#[derive(Debug)]
+struct Package {
+    folder: PathBuf,
+    /// What users know it by: the folder or the archive.
+    shown: PathBuf,
+}
+
+/// A file inside of a package.
+#[derive(Debug, Clone)]
+pub(crate) struct Location {
+    package: Arc<Package>,
+    /// Folders and name of the file.
+    inside: Vec<String>,
+}
+
+impl Location {
+    /// A file directly in a folder.
+    pub(crate) fn new(folder: &Path, shown: &Path, name: &str) -> Self {
+        let (folder, shown) = (folder.to_owned(), shown.to_owned());
+        Location { package: Arc::new(Package { folder, shown }), inside: vec![name.to_owned()] }
+    }
+
+    pub(crate) fn path(&self) -> PathBuf {
+        self.package.folder.join(self.inside.iter().collect::<PathBuf>())
+    }
+
+    /// What users know the file by.
+    pub(crate) fn shown(&self) -> PathBuf {
+        self.package.shown.join(self.inside.iter().collect::<PathBuf>())
+    }
+
+    /// The file at a relative address that this file contains. `place` is where it is written.
+    pub(crate) fn follow(&self, address: &str, place: &Place) -> Result<Location, Error> {
+        let refused = |found: String| {
+            let expected = "the path of a file in the folder of the system";
+            let cure =
+                "copy the file to the folder of the system, and write its relative path with `/`";
+            mistake(place, expected, found, cure)
+        };
+        let path = decoded(address).ok_or_else(|| refused(format!("the address `{address}`")))?;
+        let scheme = path.split('/').next().is_some_and(|first| first.contains(':'));
+        if path.is_empty() || path.starts_with('/') || path.contains(['\\', '\0']) || scheme {
+            return Err(refused(format!("`{address}`")));
+        }
+        let mut inside = self.inside.clone();
+        inside.pop();
+        for part in path.split('/') {
+            match part {
+                "" | "." => {}
+                ".." if inside.pop().is_some() => {}
+                ".." => return Err(refused(format!("`{address}`, which leaves that folder"))),
+                part => inside.push(part.to_owned()),
+            }
+        }
+        let found = Location { package: Arc::clone(&self.package), inside };
+        if !found.path().is_file() {
+            let expected = format!("the file {}", found.shown().display());
+            let cure = "add the file, or correct its path";
+            return Err(mistake(place, expected, "no such file", cure));
+        }
+        Ok(found)
+    }
+}
+
+/// The text of an address without its percent signs.
+fn decoded(address: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(address.len());
+    let mut rest = address.bytes();
+    while let Some(byte) = rest.next() {
+        if byte != b'%' {
+            bytes.push(byte);
+            continue;
+        }
+        let mut digit = || char::from(rest.next()?).to_digit(16)?.try_into().ok();
+        let (high, low): (u8, u8) = (digit()?, digit()?);
+        bytes.push(high << 4 | low);
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// Reads texts and archives, and counts what they cost.
+#[derive(Debug)]
+pub(crate) struct Store {
+    /// How many bytes archives may still unpack to.
+    unpackable: u64,
+    /// How many bytes of texts may still be read.
+    readable: u64,
+    archives: BTreeMap<PathBuf, PathBuf>,
+    folders: Vec<TempDir>,
+}
+
+impl Store {
+    pub(crate) fn new() -> Self {
+        Store {
+            unpackable: LARGEST,
+            readable: LONGEST,
+            archives: BTreeMap::new(),
+            folders: Vec::new(),
+        }
+    }
+
+    /// The folders that archives were unpacked to: they vanish with them.
+    pub(crate) fn folders(self) -> Vec<TempDir> {
+        self.folders
+    }
+
+    /// The text of a file.
+    pub(crate) fn text(&mut self, file: &Location) -> Result<Arc<Text>, Error> {
+        let path = file.shown();
+        let failed = |source| Error::Read { path: path.clone(), source };
+        let opened = File::open(file.path()).map_err(failed)?;
+        let mut bytes = Vec::new();
+        opened.take(self.readable + 1).read_to_end(&mut bytes).map_err(failed)?;
+        self.checked(path, bytes)
+    }
+
+    /// The text of a file in an FMU, at a relative address in it.
+    pub(crate) fn text_within(
+        &mut self,
+        fmu: &Location,
+        address: &str,
+        place: &Place,
+    ) -> Result<Arc<Text>, Error> {
+        let bytes = archive::entry(&fmu.path(), address, self.readable).map_err(|error| {
+            let expected = format!("the file {address} in {}", fmu.shown().display());
+            mistake(place, expected, error.to_string(), "correct the path inside of the FMU")
+        })?;
+        self.checked(fmu.shown().join(address), bytes)
+    }
+
+    fn checked(&mut self, path: PathBuf, bytes: Vec<u8>) -> Result<Arc<Text>, Error> {
+        let left = self.readable.checked_sub(bytes.len() as u64);
+        self.readable = left.ok_or_else(|| Error::TooLong { path: path.clone() })?;
+        match String::from_utf8(bytes) {
+            Ok(text) => Ok(Arc::new(Text { path, text })),
+            Err(error) => {
+                let valid = error.utf8_error().valid_up_to();
+                let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+                let place = Place::new(&Arc::new(Text { path, text }), valid);
+                Err(mistake(&place, "UTF-8", "other bytes", "write the file in UTF-8"))
+            }
+        }
+    }
+
+    /// The folder that the archive is unpacked to; each archive is unpacked once.
+    pub(crate) fn unpacked(&mut self, path: &Path, shown: &Path) -> Result<PathBuf, Error> {
+        if let Some(folder) = self.archives.get(path) {
+            return Ok(folder.clone());
+        }
+        let failed = |source| Error::Read { path: std::env::temp_dir(), source };
+        let folder = TempDir::with_prefix("trackside-ssp-").map_err(failed)?;
+        archive::unpack(path, shown, folder.path(), &mut self.unpackable)?;
+        let unpacked = folder.path().to_owned();
+        self.folders.push(folder);
+        self.archives.insert(path.to_owned(), unpacked.clone());
+        Ok(unpacked)
+    }
+}

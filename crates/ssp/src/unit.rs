@@ -1,0 +1,152 @@
+//! Reads units and enumerations, which a file defines for itself.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::Error;
+use crate::error::mistake;
+use crate::xml::Element;
+
+/// A unit by the name that a file gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    /// Its name.
+    pub name: String,
+    /// What it is in SI units; `None` when the file uses the name without a definition.
+    pub base: Option<BaseUnit>,
+}
+
+/// A unit in SI units, section 4.4.2.1: `SI value = factor * value + offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaseUnit {
+    /// Exponents of kg, m, s, A, K, mol, cd and rad.
+    pub exponents: [i32; 8],
+    /// Factor.
+    pub factor: f64,
+    /// Offset.
+    pub offset: f64,
+}
+
+/// Names of the exponents of [`BaseUnit`].
+pub const BASES: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+
+impl Unit {
+    /// Factor and offset that make a value of `other` from a value of this unit: `factor * value + offset`.
+    /// `None` when one of them is undefined, or when their dimensions differ.
+    #[must_use]
+    pub fn to(&self, other: &Unit) -> Option<(f64, f64)> {
+        if self == other {
+            return Some((1.0, 0.0));
+        }
+        let (from, to) = (self.base?, other.base?);
+        if from.exponents != to.exponents {
+            return None;
+        }
+        let (factor, offset) = (from.factor / to.factor, (from.offset - to.offset) / to.factor);
+        (factor.is_finite() && offset.is_finite()).then_some((factor, offset))
+    }
+}
+
+/// An enumeration by the name that a file gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Enumeration {
+    /// Its name.
+    pub name: String,
+    /// Names and numbers of its items; empty when the file uses the name without a definition.
+    pub items: Vec<(String, i64)>,
+}
+
+/// Units and enumerations of a file, section 4.4.
+#[derive(Debug, Default)]
+pub(crate) struct Definitions {
+    units: BTreeMap<String, Arc<Unit>>,
+    enumerations: BTreeMap<String, Arc<Enumeration>>,
+}
+
+impl Definitions {
+    /// Reads what the outermost element of a file defines.
+    pub(crate) fn read(root: Element) -> Result<Self, Error> {
+        let mut definitions = Definitions::default();
+        for element in root.listed("Units", "Unit")? {
+            let unit = unit(element)?;
+            let name = unit.name.clone();
+            if definitions.units.insert(name, Arc::new(unit)).is_some() {
+                return Err(twice(element));
+            }
+        }
+        for element in root.listed("Enumerations", "Enumeration")? {
+            let enumeration = enumeration(element)?;
+            let name = enumeration.name.clone();
+            if definitions.enumerations.insert(name, Arc::new(enumeration)).is_some() {
+                return Err(twice(element));
+            }
+        }
+        Ok(definitions)
+    }
+
+    /// The unit that an element names.
+    pub(crate) fn unit(&self, element: Element) -> Option<Arc<Unit>> {
+        let name = element.attribute("unit").filter(|name| !name.is_empty())?;
+        Some(self.units.get(name).map_or_else(
+            || {
+                let place = element.place_of("unit");
+                element.notes().add(format!("{place}: the file does not define the unit `{name}`"));
+                Arc::new(Unit { name: name.to_owned(), base: None })
+            },
+            Arc::clone,
+        ))
+    }
+
+    /// The enumeration that an element names.
+    pub(crate) fn enumeration(&self, element: Element) -> Option<Arc<Enumeration>> {
+        let name = element.attribute("name").filter(|name| !name.is_empty())?;
+        Some(self.enumerations.get(name).map_or_else(
+            || {
+                let place = element.place_of("name");
+                let note = format!("{place}: the file does not define the enumeration `{name}`");
+                element.notes().add(note);
+                Arc::new(Enumeration { name: name.to_owned(), items: Vec::new() })
+            },
+            Arc::clone,
+        ))
+    }
+}
+
+fn twice(element: Element) -> Error {
+    let name = element.attribute("name").unwrap_or_default();
+    let found = format!("a second <{}> called `{name}`", element.name());
+    mistake(&element.place_of("name"), "a name of its own", found, "remove one of them")
+}
+
+fn unit(element: Element) -> Result<Unit, Error> {
+    element.known(&["BaseUnit"], &["name"]);
+    let name = element.required("name")?.to_owned();
+    let Some(base) = element.child("BaseUnit")? else { return Ok(Unit { name, base: None }) };
+    base.known(&[], &[&BASES[..], &["factor", "offset"]].concat());
+    let mut exponents = [0; 8];
+    for (exponent, name) in exponents.iter_mut().zip(BASES) {
+        if let Some(text) = base.attribute(name) {
+            *exponent =
+                text.trim().parse().map_err(|_| base.wrong(name, "a whole number such as -2"))?;
+        }
+    }
+    let factor = base.number("factor")?.unwrap_or(1.0);
+    if factor == 0.0 {
+        return Err(base.wrong("factor", "a number other than 0"));
+    }
+    let offset = base.number("offset")?.unwrap_or(0.0);
+    Ok(Unit { name, base: Some(BaseUnit { exponents, factor, offset }) })
+}
+
+fn enumeration(element: Element) -> Result<Enumeration, Error> {
+    element.known(&["Item"], &["name"]);
+    let name = element.required("name")?.to_owned();
+    let mut items = Vec::new();
+    for item in element.all("Item") {
+        item.known(&[], &["name", "value"]);
+        let value = item.required("value")?.trim().parse();
+        let value = value.map_err(|_| item.wrong("value", "a whole number"))?;
+        items.push((item.required("name")?.to_owned(), value));
+    }
+    Ok(Enumeration { name, items })
+}
