@@ -40,13 +40,7 @@ impl Tree<'_> {
                 }
             }
             if !unused.is_empty() {
-                let names: Vec<_> = unused.iter().take(NAMED).map(|x| x.name.as_str()).collect();
-                let more = if unused.len() > NAMED { " and others" } else { "" };
-                let (place, names) = (&binding.place, names.join(", "));
-                let note = format!(
-                    "{place}: the system has no parameters called {names}{more}; their values are ignored"
-                );
-                self.notes.add(note);
+                self.notes.add(|| ignored(&binding.place, &unused));
             }
         }
         Ok(())
@@ -60,12 +54,7 @@ impl Tree<'_> {
         name: &str,
         assignment: &Arc<Assignment>,
     ) -> Result<bool, Error> {
-        self.lookups += 1;
-        if self.lookups > LOOKUPS {
-            let expected = format!("at most {LOOKUPS} values for parameters in all");
-            let cure = "leave out what the system does not need";
-            return Err(mistake(&assignment.place, expected, "one more", cure));
-        }
+        self.count(assignment)?;
         match self.instances[instance].what {
             What::Reference => return Ok(false),
             // Variables of an FMU need no connector, so any name may be one.
@@ -81,13 +70,23 @@ impl Tree<'_> {
             used = true;
         }
         for (dot, _) in name.match_indices('.') {
-            self.lookups += 1;
+            self.count(assignment)?;
             let child = self.instances[instance].children.get(&name[..dot]).copied();
             if let Some(child) = child {
                 used |= self.assign(child, &name[dot + 1..], assignment)?;
             }
         }
         Ok(used)
+    }
+
+    fn count(&mut self, assignment: &Assignment) -> Result<(), Error> {
+        self.lookups += 1;
+        if self.lookups <= LOOKUPS {
+            return Ok(());
+        }
+        let expected = format!("at most {LOOKUPS} values for parameters in all");
+        let cure = "leave out what the system does not need";
+        Err(mistake(&assignment.place, expected, "one more", cure))
     }
 
     fn set(
@@ -166,6 +165,14 @@ impl Tree<'_> {
         }
         component.follow(address, place).map(Found::File)
     }
+}
+
+/// Names some of the parameters that nothing is called like.
+fn ignored(place: &Place, unused: &[Arc<Assignment>]) -> String {
+    let names: Vec<_> = unused.iter().take(NAMED).map(|x| x.name.as_str()).collect();
+    let more = if unused.len() > NAMED { " and others" } else { "" };
+    let names = names.join(", ");
+    format!("{place}: nothing is called {names}{more}, so these values are ignored")
 }
 
 /// Where the contents of a binding are.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::mistake;
 use crate::limits::CONNECTORS;
-use crate::tree::{Edge, Ports, Role, Tree, What};
+use crate::tree::{Edge, Ports, Role, Tree};
 use crate::words::{Connection, End};
 use crate::{Error, Kind, Transformation};
 
@@ -124,7 +124,6 @@ impl Tree<'_> {
             Kind::Output | Kind::CalculatedParameter | Kind::Constant | Kind::Local => (own, !own),
             Kind::InOut | Kind::Unspecified => (true, true),
         };
-        debug_assert!(owner.what != What::Reference || ports.into != ports.out);
         Ok(Side { ports, kind, own, gives, takes })
     }
 }

@@ -5,12 +5,9 @@ use std::sync::Arc;
 
 use crate::error::mistake;
 use crate::package::Location;
-use crate::tree::{Edge, Ports, Role, Tree, What};
+use crate::tree::{Edge, Ports, Role, Scope, Tree, What};
 use crate::words::{Description, Element};
 use crate::{Error, Place, Transformation, words, xml};
-
-/// Dictionaries that a system defines: nodes of their entries.
-pub(crate) type Scope = BTreeMap<String, Arc<BTreeMap<Arc<str>, usize>>>;
 
 impl Tree<'_> {
     /// Makes nodes of all entries of the dictionaries that a system defines.

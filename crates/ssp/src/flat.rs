@@ -1,6 +1,6 @@
 //! Makes a flat system of all instances: follows each connection back to where its values come from.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::chain::{self, Link, Origin, Step};
@@ -102,8 +102,9 @@ impl Tree<'_> {
         let path = self.path(node)?;
         if let Some(value) = &self.nodes[node].value {
             let (place, label) = (&value.place, self.label(node));
-            self.notes
-                .add(format!("{place}: the value of `{label}` is ignored, since it is an output"));
+            self.notes.add(|| {
+                format!("{place}: the value of `{label}` is ignored, since it is an output")
+            });
         }
         let Role::Component(component) = self.nodes[path[0]].role else { return Ok(None) };
         let variable = self.nodes[path[0]].connector.name.to_string();
@@ -127,7 +128,7 @@ impl Tree<'_> {
             flat.inputs[*input].to.push((to, way));
         } else {
             let (place, label) = (&way.place, self.label(origin));
-            self.notes.add(format!("{place}: nothing is connected to `{label}` from outside"));
+            self.notes.add(|| format!("{place}: nothing is connected to `{label}` from outside"));
         }
         Ok(())
     }
@@ -138,22 +139,28 @@ impl Tree<'_> {
         let mut at = node;
         while let Some(edge) = &self.nodes[at].incoming {
             at = edge.from;
-            if path.contains(&at) {
-                let found = format!("a circle through `{}`", self.label(at));
-                let expected = "connections that begin at a component";
-                return Err(mistake(&edge.place, expected, found, "remove one of them"));
-            }
             path.push(at);
             if matches!(self.nodes[at].role, Role::Component(_)) {
                 break;
             }
             if path.len() > STATIONS {
-                let expected = format!("at most {STATIONS} connectors on the way of a connection");
-                return Err(mistake(&edge.place, expected, "one more", "connect more directly"));
+                return Err(self.too_long(&path, edge));
             }
         }
         path.reverse();
         Ok(path)
+    }
+
+    /// Why a path does not end.
+    fn too_long(&self, path: &[usize], edge: &Edge) -> Error {
+        let mut seen = BTreeSet::new();
+        if let Some(node) = path.iter().find(|node| !seen.insert(**node)) {
+            let found = format!("a circle through `{}`", self.label(*node));
+            let expected = "connections that begin at a component";
+            return mistake(&edge.place, expected, found, "remove one of them");
+        }
+        let expected = format!("at most {STATIONS} connectors on the way of a connection");
+        mistake(&edge.place, expected, "one more", "connect more directly")
     }
 
     /// The edges between the nodes of a path.
@@ -207,9 +214,9 @@ impl Tree<'_> {
         let Some(value) = &self.nodes[path[at]].value else { return Ok(None) };
         if matches!(self.nodes[path[0]].role, Role::Component(_)) {
             let (place, label) = (&value.place, self.label(path[at]));
-            self.notes.add(format!(
-                "{place}: the value of `{label}` is ignored, since a component gives it"
-            ));
+            self.notes.add(|| {
+                format!("{place}: the value of `{label}` is ignored, since a component gives it")
+            });
             return Ok(None);
         }
         let steps: Vec<_> = self.edges(&path[at..]).map(|(_, step)| step).collect();
@@ -232,10 +239,12 @@ impl Tree<'_> {
         let (Some(before), Some(now)) = (before, starts.get(&to.variable)) else { return };
         if before.value != now.value {
             let (fmu, variable) = (&self.fmus[to.component].name, &to.variable);
-            self.notes.add(format!(
-                "{}: the value of `{fmu}.{variable}` is replaced by that of its connection, {}",
-                before.place, now.place,
-            ));
+            self.notes.add(|| {
+                format!(
+                    "{}: the value of `{fmu}.{variable}` is replaced by that of its connection, {}",
+                    before.place, now.place,
+                )
+            });
         }
     }
 }

@@ -16,16 +16,16 @@ pub(crate) const ELEMENTS: usize = 100_000;
 pub(crate) const CONNECTORS: usize = 1_000_000;
 
 /// Parameter bindings may be looked up this often in all.
-pub(crate) const LOOKUPS: usize = 5_000_000;
+pub(crate) const LOOKUPS: usize = 2_000_000;
 
 /// A connection may pass through this many connectors of systems.
-pub(crate) const STATIONS: usize = 1_000;
+pub(crate) const STATIONS: usize = 300;
 
 /// All start values of a system together may have this many elements.
 pub(crate) const CELLS: usize = 1 << 20;
 
 /// So many notes are kept.
-pub(crate) const NOTES: usize = 500;
+pub(crate) const NOTES: usize = 1_000;
 
 /// A name may have this many bytes, with those of all systems around it.
-pub(crate) const NAME: usize = 4_000;
+pub(crate) const NAME: usize = 1_000;

@@ -1,26 +1,36 @@
 //! Collects sentences about what was read otherwise than one may think.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use crate::limits::NOTES;
 
 /// Sentences in the order of reading, each once.
 #[derive(Debug, Default)]
-pub(crate) struct Notes(RefCell<Vec<String>>);
+pub(crate) struct Notes {
+    notes: RefCell<Vec<String>>,
+    /// Sentences with places cost the reading of a file from its beginning, also those that are there already.
+    asked: Cell<usize>,
+}
 
 impl Notes {
-    pub(crate) fn add(&self, note: impl Into<String>) {
-        let mut notes = self.0.borrow_mut();
-        let note = note.into();
-        if notes.len() < NOTES && !notes.contains(&note) {
+    pub(crate) fn add(&self, note: impl FnOnce() -> String) {
+        let asked = self.asked.get() + 1;
+        self.asked.set(asked);
+        if asked > NOTES {
+            return;
+        }
+        let note = note();
+        let mut notes = self.notes.borrow_mut();
+        if !notes.contains(&note) {
             notes.push(note);
-            if notes.len() == NOTES {
-                notes.push(format!("more than {NOTES} notes: the others are left out"));
-            }
         }
     }
 
     pub(crate) fn take(self) -> Vec<String> {
-        self.0.into_inner()
+        let mut notes = self.notes.into_inner();
+        if self.asked.get() > NOTES {
+            notes.push(format!("these are the first of {} notes", self.asked.get()));
+        }
+        notes
     }
 }

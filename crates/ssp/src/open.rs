@@ -4,12 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::flat::Flat;
 use crate::notes::Notes;
-use crate::package::{Location, Store};
+use crate::package::{DEFAULT, Location, Store};
 use crate::tree::Tree;
 use crate::{Error, Experiment, System};
-
-/// The description that is meant when none is named.
-pub(crate) const DEFAULT: &str = "SystemStructure.ssd";
 
 /// A description of an archive or a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,11 +43,11 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
     let Flat { components, connections, inputs, outputs } = tree.flatten(outer)?;
     let experiment = Experiment { start: description.start, stop: description.stop };
     let shown = description.location.shown();
-    notes.add(match (experiment.start, experiment.stop) {
+    notes.add(|| match (experiment.start, experiment.stop) {
         (None, None) => format!("{} proposes no start and stop", shown.display()),
         _ => format!("start and stop are those of the DefaultExperiment of {}", shown.display()),
     });
-    notes.add("the standard says nothing of steps and coupling algorithms");
+    notes.add(|| "the standard says nothing of steps and coupling algorithms".to_owned());
     let folders = tree.store.folders();
     let name = description.name.clone();
     let notes = notes.take();
@@ -119,6 +116,6 @@ fn chosen(path: &Path, folder: &Path, wanted: &str, notes: &Notes) -> Result<Loc
         let (path, wanted) = (path.to_owned(), wanted.to_owned());
         return Err(Error::Variant { path, wanted, found: found.join(", ") });
     };
-    notes.add(format!("the variant {} is used", found.file));
+    notes.add(|| format!("the variant {} is used", found.file));
     Ok(Location::new(folder, path, &found.file))
 }

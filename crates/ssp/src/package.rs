@@ -13,7 +13,10 @@ use crate::limits::{LARGEST, LONGEST};
 use crate::place::Text;
 use crate::{Error, Place, archive};
 
-/// A folder that nothing is read outside of.
+/// The description that is meant when none is named.
+pub(crate) const DEFAULT: &str = "SystemStructure.ssd";
+
+/// A folder that nothing is read outside of, but for what links in a folder of the user lead to.
 #[derive(Debug)]
 struct Package {
     folder: PathBuf,

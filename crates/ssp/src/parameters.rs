@@ -75,7 +75,7 @@ impl ParameterSet {
         let mut names = BTreeSet::new();
         for element in root.listed("Parameters", "Parameter")? {
             element.known(&[&TYPES[..], &["Dimension"]].concat(), &["name"]);
-            let name = element.required("name")?;
+            let name = element.short("name")?;
             if !names.insert(name) {
                 return Err(element.wrong("name", "a name that no other parameter of the set has"));
             }
@@ -113,9 +113,9 @@ impl ParameterSet {
         for entry in &mapping.entries {
             let Some(parameter) = named.get(&entry.source) else {
                 let Entry { place, source, .. } = entry;
-                notes.add(format!(
-                    "{place}: the parameter `{source}` has no value, so nothing is mapped"
-                ));
+                notes.add(|| {
+                    format!("{place}: the parameter `{source}` has no value, so nothing is mapped")
+                });
                 continue;
             };
             if entry.transformation.apply(&parameter.value).is_none() {
@@ -148,12 +148,12 @@ impl ParameterMapping {
         let mut targets = BTreeSet::new();
         for element in root.all("MappingEntry") {
             element.known(&TRANSFORMATIONS, &["source", "target", "suppressUnitConversion"]);
-            let target = element.required("target")?;
+            let target = element.short("target")?;
             if !targets.insert(target) {
                 return Err(element.wrong("target", "a target that no other entry has"));
             }
             entries.push(Entry {
-                source: element.required("source")?.to_owned(),
+                source: element.short("source")?.to_owned(),
                 target: target.to_owned(),
                 transformation: Arc::new(transformation::read(element)?),
                 suppress: element.truth("suppressUnitConversion")?,

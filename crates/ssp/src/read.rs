@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::error::mistake;
-use crate::limits::{DEEPEST, NAME};
+use crate::limits::DEEPEST;
 use crate::package::Location;
 use crate::parameters::{ABOUT, ParameterMapping, ParameterSet, version};
 use crate::transformation::{self, TRANSFORMATIONS};
@@ -51,7 +51,7 @@ fn element(xml: Xml, definitions: &Definitions, depth: usize) -> Result<Element,
         let expected = format!("at most {DEEPEST} systems in each other");
         return Err(mistake(&xml.place(), expected, "one more", "nest them less"));
     }
-    let name = short(xml, "name")?;
+    let name = xml.short("name")?;
     let content = match xml.name() {
         "System" => Content::System(system(xml, definitions, depth)?),
         "Component" => {
@@ -71,15 +71,6 @@ fn element(xml: Xml, definitions: &Definitions, depth: usize) -> Result<Element,
         bindings: bindings(xml)?,
         content,
     })
-}
-
-/// A name that has a length.
-fn short<'a>(xml: Xml<'a>, attribute: &str) -> Result<&'a str, Error> {
-    let name = xml.required(attribute)?;
-    if name.is_empty() || name.len() > NAME {
-        return Err(xml.wrong(attribute, &format!("a name of 1 to {NAME} bytes")));
-    }
-    Ok(name)
 }
 
 fn system(xml: Xml, definitions: &Definitions, depth: usize) -> Result<System, Error> {
@@ -151,7 +142,7 @@ fn signal(xml: Xml, kind: Kind, definitions: &Definitions) -> Result<Connector, 
         size.map_err(|_| xml.wrong("size", "a whole number such as 3"))
     });
     Ok(Connector {
-        name: short(xml, "name")?.into(),
+        name: xml.short("name")?.into(),
         kind,
         carries: typed.map(|typed| read_type(typed, definitions)),
         unit: typed.and_then(|typed| definitions.unit(typed)),
@@ -229,7 +220,7 @@ fn binding(xml: Xml) -> Result<Binding, Error> {
     });
     let prefix = match xml.attribute("prefix") {
         None | Some("") => String::new(),
-        Some(_) => short(xml, "prefix")?.to_owned(),
+        Some(_) => xml.short("prefix")?.to_owned(),
     };
     Ok(Binding { values, mapping: mapping.transpose()?, prefix, place: xml.place() })
 }

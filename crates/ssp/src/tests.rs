@@ -1,6 +1,7 @@
 //! Reads small systems whose values can be computed by hand.
 
 mod bindings;
+mod chains;
 mod connections;
 mod damage;
 mod nested;

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::dictionary::Scope;
 use crate::error::mistake;
 use crate::limits::{CONNECTORS, DEEPEST, ELEMENTS, NAME};
 use crate::notes::Notes;
 use crate::package::{Location, Store};
 use crate::parameters::{Assignment, ParameterMapping, ParameterSet};
 use crate::words::{Content, Description, Element};
-use crate::{Error, Place, Transformation, archive, open, words, xml};
+use crate::{Error, Place, Transformation, archive, package, words, xml};
 
 /// A connector of an instance, or an entry of a dictionary.
 #[derive(Debug)]
@@ -80,6 +79,9 @@ pub(crate) struct Fmu {
     /// What the bindings give its variables.
     pub(crate) values: BTreeMap<String, Arc<Assignment>>,
 }
+
+/// Dictionaries that a system defines: nodes of their entries.
+pub(crate) type Scope = BTreeMap<String, Arc<BTreeMap<Arc<str>, usize>>>;
 
 /// Instances of everything that was read so far.
 #[derive(Debug)]
@@ -262,10 +264,9 @@ impl<'n> Tree<'n> {
         let untyped = element.connectors.iter().filter(|x| x.carries.is_none()).count();
         if untyped > 0 {
             let place = &element.place;
-            let note = format!(
+            self.notes.add(|| format!(
                 "{place}: {untyped} connectors of `{name}` have no type, so that of the FMU counts"
-            );
-            self.notes.add(note);
+            ));
         }
         let implementation = component.implementation.clone();
         let (place, values) = (element.place.clone(), BTreeMap::new());
@@ -294,8 +295,8 @@ impl<'n> Tree<'n> {
             return Ok((Some(self.description(&location)?), fragment));
         }
         let folder = self.store.unpacked(&path, &location.shown())?;
-        let inner = Location::new(&folder, &location.shown(), open::DEFAULT)
-            .follow(fragment.unwrap_or(open::DEFAULT), place)?;
+        let inner = Location::new(&folder, &location.shown(), package::DEFAULT)
+            .follow(fragment.unwrap_or(package::DEFAULT), place)?;
         Ok((Some(self.description(&inner)?), None))
     }
 
@@ -311,11 +312,12 @@ impl<'n> Tree<'n> {
             let inner = &self.nodes[ports.into].connector;
             if connector.unit.is_some() && inner.unit != connector.unit {
                 let place = &connector.place;
-                let note = format!(
-                    "{place}: the unit of `{}` is taken from {}",
-                    connector.name, inner.place
-                );
-                self.notes.add(note);
+                self.notes.add(|| {
+                    format!(
+                        "{place}: the unit of `{}` is taken from {}",
+                        connector.name, inner.place
+                    )
+                });
             }
         }
         Ok(())

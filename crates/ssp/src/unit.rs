@@ -90,7 +90,9 @@ impl Definitions {
         Some(self.units.get(name).map_or_else(
             || {
                 let place = element.place_of("unit");
-                element.notes().add(format!("{place}: the file does not define the unit `{name}`"));
+                element
+                    .notes()
+                    .add(|| format!("{place}: the file does not define the unit `{name}`"));
                 Arc::new(Unit { name: name.to_owned(), base: None })
             },
             Arc::clone,
@@ -103,8 +105,9 @@ impl Definitions {
         Some(self.enumerations.get(name).map_or_else(
             || {
                 let place = element.place_of("name");
-                let note = format!("{place}: the file does not define the enumeration `{name}`");
-                element.notes().add(note);
+                element
+                    .notes()
+                    .add(|| format!("{place}: the file does not define the enumeration `{name}`"));
                 Arc::new(Enumeration { name: name.to_owned(), items: Vec::new() })
             },
             Arc::clone,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::mistake;
+use crate::limits::NAME;
 use crate::notes::Notes;
 use crate::place::Text;
 use crate::{Error, Place};
@@ -112,6 +113,15 @@ impl<'a> Element<'a> {
         })
     }
 
+    /// A name: neither empty nor longer than names may be.
+    pub(crate) fn short(self, name: &str) -> Result<&'a str, Error> {
+        let text = self.required(name)?;
+        if text.is_empty() || text.len() > NAME {
+            return Err(self.wrong(name, &format!("a name of 1 to {NAME} bytes")));
+        }
+        Ok(text)
+    }
+
     /// Elements of the standard in this one.
     pub(crate) fn children(self) -> impl Iterator<Item = Element<'a>> {
         let elements = self.node.children().filter(Node::is_element);
@@ -187,7 +197,7 @@ impl<'a> Element<'a> {
     }
 
     fn note(self, place: Place, what: &str) {
-        self.notes.add(format!("{place}: {what} is not used here, it is ignored"));
+        self.notes.add(|| format!("{place}: {what} is not used here, it is ignored"));
     }
 
     /// Names the annotations of foreign tools, and what they say about steps and algorithms.
@@ -211,7 +221,7 @@ impl<'a> Element<'a> {
                 format!("; it says {}, which the standard does not define", said.join(", "))
             };
             let place = annotation.place();
-            self.notes.add(format!("{place}: the annotation {kind} is ignored{said}"));
+            self.notes.add(|| format!("{place}: the annotation {kind} is ignored{said}"));
         }
     }
 

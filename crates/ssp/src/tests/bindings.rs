@@ -26,9 +26,10 @@ fn outer_bindings_win_and_later_ones_among_their_siblings() {
     let (e, f) = (single("k", "5"), single("k", "6"));
     let [a, b, c, d, e, f] = [&a, &b, &c, &d, &e, &f].map(String::clone);
     assert_eq!(k(&[], &[], &[e.clone(), f.clone()]), 6.0);
-    assert_eq!(k(&[], &[c.clone(), d.clone()], &[e.clone()]), 4.0);
-    assert_eq!(k(&[], &[d.clone(), c.clone()], &[e.clone()]), 3.0);
-    assert_eq!(k(&[a.clone(), b.clone()], &[c.clone()], &[e.clone()]), 2.0);
+    let own = std::slice::from_ref(&e);
+    assert_eq!(k(&[], &[c.clone(), d.clone()], own), 4.0);
+    assert_eq!(k(&[], &[d.clone(), c.clone()], own), 3.0);
+    assert_eq!(k(&[a.clone(), b.clone()], std::slice::from_ref(&c), own), 2.0);
     assert_eq!(k(&[b, a], &[d, c], &[f, e]), 1.0);
 }
 

@@ -58,7 +58,7 @@ fn random_words_are_survived() {
     let words: Vec<&str> = text.split('"').skip(1).step_by(2).collect();
     let folder = folder(&[]);
     let mut survived = 0;
-    for _ in 0..5_000 {
+    for _ in 0..2_000 {
         let mut parts: Vec<&str> = text.split('"').collect();
         for _ in 0..random.random_range(1..5) {
             let at = 2 * random.random_range(0..parts.len() / 2) + 1;
@@ -67,7 +67,7 @@ fn random_words_are_survived() {
         let path = written(folder.path(), "x.ssd", parts.join("\"").as_bytes());
         survived += usize::from(open(&path, None).is_ok());
     }
-    assert!(survived > 100, "{survived}");
+    assert!(survived > 20, "{survived}");
 }
 
 /// The long version: `cargo test -p ssp --lib random_damage -- --ignored`.

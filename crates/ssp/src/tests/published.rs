@@ -6,13 +6,7 @@ use super::*;
 
 /// A folder of public systems; `TRACKSIDE_FMUS` names another one around it.
 fn published(name: &str) -> Option<PathBuf> {
-    let beside = || {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        PathBuf::from("/work/shared/fmus")
-            .is_dir()
-            .then(|| PathBuf::from("/work/shared/fmus"))
-            .unwrap_or_else(|| root.join("../../../shared/fmus"))
-    };
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/fmus");
     let folder = std::env::var_os("TRACKSIDE_FMUS").map_or_else(beside, PathBuf::from);
     let folder = folder.join("ssp").join(name);
     if folder.is_dir() {
@@ -29,7 +23,7 @@ fn published(name: &str) -> Option<PathBuf> {
 fn connector_values(folder: &Path) -> Vec<(String, Value)> {
     let notes = crate::notes::Notes::default();
     let mut tree = crate::tree::Tree::new(crate::package::Store::new(), &notes);
-    let file = crate::package::Location::new(folder, folder, crate::open::DEFAULT);
+    let file = crate::package::Location::new(folder, folder, crate::package::DEFAULT);
     let description = tree.description(&file).expect("a description");
     tree.element(&description, &description.system, String::new()).expect("a system");
     let values = tree.nodes.iter().enumerate().filter_map(|(node, found)| {
@@ -125,7 +119,7 @@ fn systems_have_bindings_of_their_own() {
 fn a_ship_without_its_fmus_is_refused_and_read_with_them() {
     let Some(source) = published("dp_ship_structure") else { return };
     let message = open(&source, None).expect_err("no FMUs").to_string();
-    assert!(message.contains("models/DPController.fmu") && message.contains(":11:"), "{message}");
+    assert!(message.contains("models/DPController.fmu") && message.contains(":10:51"), "{message}");
     let text = std::fs::read_to_string(source.join("SystemStructure.ssd")).expect("a text");
     let fmus = ["DPController", "NLPobserver", "ReferenceGenerator", "ThMPC", "OSOM"];
     let fmus = fmus.map(|name| format!("models/{name}.fmu"));

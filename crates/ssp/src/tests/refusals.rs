@@ -50,7 +50,7 @@ fn mistakes_have_places_expectations_and_cures() {
         (r#"factor="3""#, r#"factor="inf""#, "a finite number"),
         ("ssc:LinearTransformation", "ssc:CubicTransformation", "<CubicTransformation>"),
         (r#"endElement="c""#, r#"endElement="e""#, "`e`, the system has `c`"),
-        (r#"endConnector="u">"#, r#"endConnector="v">"#, "`v`, it has"),
+        (r#"endConnector="u""#, r#"endConnector="v""#, "`v`, it has"),
         (r#"kind="output""#, r#"kind="outlet""#, "one of input, output"),
         (r#"source="a.fmu""#, r#"source="b.fmu""#, "no such file"),
         (r#"source="a.fmu""#, r#"source="../a.fmu""#, "leaves that folder"),
