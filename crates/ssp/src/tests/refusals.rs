@@ -117,8 +117,10 @@ fn prefixes_and_versions_of_namespaces_do_not_matter() {
 fn deep_and_endless_systems_are_refused() {
     let deep = |depth: usize| {
         let open = r#"<ssd:Elements><ssd:System name="s">"#.repeat(depth);
-        wrong(&format!("{open}{}", "</ssd:System></ssd:Elements>".repeat(depth)))
+        format!("{open}{}", "</ssd:System></ssd:Elements>".repeat(depth))
     };
+    assert!(good(&deep(99)).components.is_empty());
+    let deep = |depth| wrong(&deep(depth));
     assert!(deep(100).contains("at most 100 systems"));
     assert!(deep(60_000).contains("at most 100 systems"));
     // Each of 30 systems holds the next one twice: more than a thousand million elements.
@@ -184,6 +186,15 @@ fn hostile_archives_are_refused() {
     let mut left = 4_999;
     let found = crate::archive::unpack(&path, &path, &into, &mut left);
     assert!(matches!(found, Err(Error::TooLarge { .. })));
+}
+
+#[test]
+fn descriptions_without_end_are_refused() {
+    let folder = folder(&[]);
+    let path = folder.path().join("SystemStructure.ssd");
+    let file = std::fs::File::create(&path).expect("a file");
+    file.set_len(crate::limits::LONGEST + 1).expect("a long file");
+    assert!(matches!(open(&path, None), Err(Error::TooLong { .. })));
 }
 
 #[test]
