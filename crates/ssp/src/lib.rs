@@ -34,6 +34,7 @@ mod archive;
 mod bind;
 mod chain;
 mod connect;
+mod crowd;
 mod dictionary;
 mod error;
 mod flat;

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
+use crate::crowd::crowded;
 use crate::error::mistake;
-use crate::limits::NAME;
+use crate::limits::{ATTRIBUTES, NAME};
 use crate::notes::Notes;
 use crate::place::Text;
 use crate::{Error, Place};
@@ -43,6 +44,11 @@ pub(crate) fn read<T>(
     notes: &Notes,
     reader: impl FnOnce(Element) -> Result<T, Error>,
 ) -> Result<T, Error> {
+    if let Some(offset) = crowded(&text.text) {
+        let place = Place::new(text, offset);
+        let expected = format!("at most {ATTRIBUTES} attributes and namespaces");
+        return Err(mistake(&place, expected, "more", "leave out what the system does not need"));
+    }
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document =
         Document::parse_with_options(&text.text, options).map_err(|error| not_xml(text, &error))?;

@@ -198,6 +198,23 @@ fn descriptions_without_end_are_refused() {
 }
 
 #[test]
+fn crowds_of_attributes_are_refused_at_once() {
+    let many = |prefix: &str| -> String {
+        (0..300_000).map(|index| format!(" {prefix}{index} = 'a>=<'")).collect()
+    };
+    for prefix in ["a", "xmlns:a"] {
+        let message = changed(
+            r#"<ssd:System name="sub""#,
+            &format!(r#"<!-- {} --><ssd:System name="sub"{}"#, "=".repeat(500), many(prefix)),
+        );
+        assert!(message.contains("at most 200 attributes"), "{}", &message[..200]);
+    }
+    // One namespace for each of many elements, each in the one before.
+    let deep: String = (0..50_000).map(|index| format!("<ssd:a xmlns:a{index}='b'>")).collect();
+    assert!(changed("<ssd:Elements>", &deep).contains("at most 200"));
+}
+
+#[test]
 fn texts_that_are_no_utf_8_have_a_place() {
     let folder = folder(&[]);
     let path = written(folder.path(), "SystemStructure.ssd", b"<a>\n \xff</a>");
