@@ -112,6 +112,9 @@ mod results;
 // States of FMUs that are saved and restored.
 #[path = "acceptance/state.rs"]
 mod state;
+// Systems of SSP.
+#[path = "acceptance/systems.rs"]
+mod systems;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
@@ -155,6 +158,7 @@ fn main() -> ExitCode {
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);
+    systems::register(&mut tests);
     types::register(&mut tests);
     units::register(&mut tests);
     validating::register(&mut tests);

@@ -78,7 +78,7 @@ const ARROWS: [(&str, &[&str]); 26] = [
     ("fmu-import", &["units"]),
     ("fmu-conformance", &["fmu-import"]),
     ("recording", &["diagnostics", "expression", "plugin", "units"]),
-    ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "units"]),
+    ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "ssp", "units"]),
     ("cosim", &["diagnostics", "expression", "fmu-import", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),

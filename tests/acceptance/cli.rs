@@ -282,7 +282,6 @@ fn view_opens_the_matching_viewer_or_explains_its_installation() {
 fn a_file_of_another_kind_is_named_as_such() {
     let lab = Lab::new();
     for (name, says) in [
-        ("system.ssp", "a system of SSP, which this program does not run"),
         ("car.FMU", "an FMU, which a scenario names"),
         ("log.csv", "a table, which a scenario names"),
         ("run.mcap", "a recording: `trackside view` shows it"),

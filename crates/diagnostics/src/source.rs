@@ -25,6 +25,17 @@ impl Source {
         Ok(Source { first: scenario(path)?, ..Source::default() })
     }
 
+    /// A text that was made of the file that the user named.
+    #[must_use]
+    pub fn made(first: TextFile) -> Self {
+        Source { first, ..Source::default() }
+    }
+
+    /// Adds a text that was made of a file.
+    pub fn add_made(&mut self, file: TextFile) {
+        self.others.push(file);
+    }
+
     /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
     #[must_use]
     pub fn recorded(first: TextFile, others: Vec<TextFile>, kept: Vec<TextFile>) -> Self {

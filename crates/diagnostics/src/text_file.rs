@@ -33,9 +33,7 @@ pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
 fn other(path: &Path) -> Option<&'static str> {
     let ending = path.extension()?.to_str()?.to_lowercase();
     Some(match ending.as_str() {
-        "ssp" | "ssd" => {
-            "a system of SSP, which this program does not run: write its FMUs as [[fmu]] and its connections as [[connect]]"
-        }
+        "ssp" | "ssd" => "a system of SSP: `trackside run` runs it, and a scenario `extends` it",
         "fmu" => "an FMU, which a scenario names: `[[fmu]]` with `name` and `path`",
         "mcap" | "rrd" => "a recording: `trackside view` shows it",
         "csv" => "a table, which a scenario names: `[[table]]` with `name`, `path` and `time`",

@@ -10,10 +10,11 @@ mod place;
 mod read;
 mod recorded_file;
 mod results;
+mod system;
 mod view;
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use diagnostics::{Error, Source, Spanned};
 use schemars::JsonSchema;
@@ -23,12 +24,13 @@ use crate::schema;
 use crate::signal::Part;
 pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
-pub use connect::{At, Connect, Convert};
+pub use connect::{At, Connect, Convert, Transform};
 pub use fault::Fault;
 pub use nodes::{Fmu, Table, Unconnected};
 pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
+pub use system::Imported;
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
 /// A scenario as it was written.
@@ -42,6 +44,8 @@ pub struct Scenario {
     pub document: Document,
     /// The scenarios of `[[validation]]`.
     pub validations: Vec<Scenario>,
+    /// Systems of SSP that it is made of.
+    pub systems: Vec<Arc<Imported>>,
 }
 
 /// A scenario is one TOML file: FMUs, signals and tables, their connections, and the checks on the run.
@@ -49,7 +53,7 @@ pub struct Scenario {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Scenario")]
 pub struct Document {
-    /// Another scenario that this one changes or adds to; the path is relative to the scenario file.
+    /// Another scenario, or a system of SSP, that this one changes or adds to; the path is relative to the scenario file.
     #[schemars(example = &"step_steer.toml")]
     pub extends: Option<Spanned<String>>,
     /// Entries of the extended scenario that are left out, by list. `*` stands for any letters.

@@ -47,7 +47,6 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
         (None, None) => format!("{} proposes no start and stop", shown.display()),
         _ => format!("start and stop are those of the DefaultExperiment of {}", shown.display()),
     });
-    notes.add(|| "the standard says nothing of steps and coupling algorithms".to_owned());
     let folders = tree.store.folders();
     let name = description.name.clone();
     let notes = notes.take();

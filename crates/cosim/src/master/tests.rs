@@ -142,6 +142,7 @@ fn link(source: usize, at: At) -> ResolvedConnection {
         offset: 0.0,
         effects: Chain::default(),
         faults: Vec::new(),
+        map: Vec::new(),
         accepts: Accepts::Real,
     };
     ResolvedConnection { source: Source { index: NumberIndex::new(source), at }, input_chain }

@@ -11,6 +11,8 @@ pub struct InputChain {
     pub factor: f64,
     /// Unit conversion: added after that.
     pub offset: f64,
+    /// Numbers that then become others.
+    pub map: Vec<[f64; 2]>,
     /// Sensor effects.
     pub effects: Chain,
     /// Faults with their times.
@@ -34,7 +36,9 @@ impl InputChain {
     /// The value in the unit of the input.
     #[must_use]
     pub fn convert(&self, value: f64) -> f64 {
-        value * self.factor + self.offset
+        let value = value * self.factor + self.offset;
+        let other = self.map.iter().find(|[from, _]| *from == value);
+        other.map_or(value, |[_, to]| *to)
     }
 
     /// The value of the input in the step that starts at `time` [s], when the output is `value`.

@@ -11,7 +11,7 @@ use super::port::{Side, find};
 use super::signal_units::{cure, key, signal_unit};
 use super::unit;
 use crate::plan::Body;
-use crate::words::{Connect, Scenario};
+use crate::words::{Connect, Scenario, Transform};
 
 /// Variables that a message lists.
 const LISTED: usize = 4;
@@ -61,6 +61,11 @@ pub(super) fn judge(
     mistakes: &mut Mistakes,
 ) -> Conversions {
     for connect in connects {
+        if let (Some(word), Some(_)) = (&connect.unit, &connect.transform) {
+            let message = "`transform` stands in place of a conversion of units: leave `unit` out";
+            mistakes.push(scenario.error(word, message));
+            continue;
+        }
         // A name that is wrong is told where it is connected.
         let Some(ends) = ends(scenario, nodes, connect) else { continue };
         mistakes.take(declare(scenario, connects, nodes, (connect, ends)));
@@ -68,6 +73,10 @@ pub(super) fn judge(
     let mut lacking: BTreeMap<usize, Vec<Lacking>> = BTreeMap::new();
     let conversions = connects.iter().map(|connect| {
         let ends @ (from, to) = ends(scenario, nodes, connect)?;
+        if let Some(transform) = &connect.transform {
+            let Transform { factor, offset, .. } = transform.get_ref();
+            return finite(scenario, transform, [*factor, *offset], mistakes);
+        }
         match fit(&nodes[from.0].outputs[from.1], &nodes[to.0].inputs[to.1]) {
             Fit::Converted(conversion) => return Some(conversion),
             Fit::Differ(a, b) => mistakes.push(differ(scenario, connect, &a, &b)),
@@ -91,6 +100,21 @@ pub(super) fn judge(
         }
     }
     conversions
+}
+
+/// Factor and offset that stand in the file.
+fn finite(
+    scenario: &Scenario,
+    word: &Spanned<Transform>,
+    [factor, offset]: [f64; 2],
+    mistakes: &mut Mistakes,
+) -> Option<(f64, f64)> {
+    if factor.is_finite() && offset.is_finite() {
+        return Some((factor, offset));
+    }
+    let message = format!("expected finite numbers, found factor {factor} and offset {offset}");
+    mistakes.push(scenario.error(word, message));
+    None
 }
 
 fn ends(scenario: &Scenario, nodes: &[UnplacedNode], connect: &Connect) -> Option<Ends> {

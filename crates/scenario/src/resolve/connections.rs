@@ -94,7 +94,8 @@ fn input_chain(
     };
     let converted = units.ok_or_else(Error::follow_up);
     let ((factor, offset), stages) = Mistakes::both(converted, stages())?;
-    Ok(InputChain { factor, offset, effects: stages.into(), faults: Vec::new(), accepts })
+    let map = connect.transform.as_ref().map(|it| it.get_ref().map.clone()).unwrap_or_default();
+    Ok(InputChain { factor, offset, map, effects: stages.into(), faults: Vec::new(), accepts })
 }
 
 /// Which end of the step the value is taken at.

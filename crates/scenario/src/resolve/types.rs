@@ -63,6 +63,11 @@ pub(super) fn fit(
     }
     Ok(Some(match to.kind {
         Type::String | Type::Binary => {
+            if let Some(word) = &connect.transform {
+                let message =
+                    format!("{names} carries texts, and `transform` acts on numbers only");
+                return Err(scenario.error(word, message));
+            }
             let Some((effect, place, _)) = connect.effects().into_iter().next() else {
                 return Ok(None);
             };

@@ -101,7 +101,8 @@ impl Scenario {
         let last = changes.len().saturating_sub(1);
         let document = document.map_err(|error| vec![wrong(last, error.message())])?;
         let (name, source) = (self.name.clone(), self.source.clone());
-        Ok(Scenario { name, source, document, validations: Vec::new() })
+        let systems = self.systems.clone();
+        Ok(Scenario { name, source, document, validations: Vec::new(), systems })
     }
 
     fn change<'t>(

@@ -36,6 +36,8 @@ macro_rules! connect {
             /// Unit of the end that has none, or one that cannot be read. Only one end may lack its unit.
             #[schemars(example = &"km/h")]
             pub unit: Option<Spanned<String>>,
+            /// What becomes of the number, in place of a conversion of units.
+            pub transform: Option<Spanned<Transform>>,
             /// Type conversion. Type conversions are explicit.
             #[schemars(example = &"boolean_to_integer")]
             pub convert: Option<Spanned<Convert>>,
@@ -71,6 +73,36 @@ pub enum At {
     Start,
     /// The value at the communication point where the step ends.
     End,
+}
+
+/// What becomes of a number in place of a conversion of units, from the first step and in the initialisation: `factor * value +
+/// offset`, then the other number of a pair of `map`.
+///
+/// ```toml
+/// [[connect]]
+/// from = "sensor.counts"
+/// to = "controller.pressure"
+/// transform = { factor = 12.5, offset = -100.0 }
+/// ```
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Transform {
+    /// Factor [unit of the input / unit of the output].
+    #[serde(default = "one")]
+    #[schemars(example = 12.5)]
+    pub factor: f64,
+    /// Added after that, in the unit of the input.
+    #[serde(default)]
+    #[schemars(example = -100.0)]
+    pub offset: f64,
+    /// Numbers that become others, each with the one that it becomes. All others stay. Boolean values are 0 and 1.
+    #[serde(default)]
+    #[schemars(example = [[0.0, 1.0], [1.0, 0.0]])]
+    pub map: Vec<[f64; 2]>,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// A change of type on a connection.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Source};
 use serde::Deserialize;
@@ -9,7 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::extend::Wrong;
-use super::{Document, Scenario, Validation, extend};
+use super::{Document, Imported, Scenario, Validation, extend, system};
 use crate::schema::{self, Finding};
 
 /// Keys and values of earlier versions, with their names of today.
@@ -21,7 +22,11 @@ impl Scenario {
     /// # Errors
     /// When one of them cannot be read or does not have the form of a scenario.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        read(Source::read(path).map_err(Error::input)?, &[])
+        if system::is_system(path) {
+            let (file, imported) = system::imported(path)?;
+            return read(Source::made(file), &[], vec![Arc::new(imported)]);
+        }
+        read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
     }
 
     /// The scenario that was kept with a recording, without those that it is validated by.
@@ -30,7 +35,8 @@ impl Scenario {
     /// When it does not have the form of a scenario, such as one of another version.
     pub fn recorded(name: &str, source: Source) -> Result<Self, Error> {
         let document = document(&source)?;
-        Ok(Scenario { name: name.to_owned(), source, document, validations: Vec::new() })
+        let (validations, systems) = (Vec::new(), Vec::new());
+        Ok(Scenario { name: name.to_owned(), source, document, validations, systems })
     }
 
     /// The merged values of its files as they are written, by their keys with dots in between. Entries of lists go by
@@ -77,15 +83,19 @@ fn collect_values(
 }
 
 /// The scenario whose file is the source; `above` are those that it validates.
-fn read(mut source: Source, above: &[PathBuf]) -> Result<Scenario, Error> {
+fn read(
+    mut source: Source,
+    above: &[PathBuf],
+    mut systems: Vec<Arc<Imported>>,
+) -> Result<Scenario, Error> {
     let path = source.path().to_owned();
-    follow(&mut source)?;
+    follow(&mut source, &mut systems)?;
     let document = document(&source)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let above = [above, &[path]].concat();
     let validations = document.validation.iter().map(|it| validating(&source, it, &above));
     let validations = Mistakes::all(validations)?;
-    Ok(Scenario { name, source, document, validations })
+    Ok(Scenario { name, source, document, validations, systems })
 }
 
 /// The scenario of a validation; `above` are those that it validates.
@@ -100,11 +110,11 @@ fn validating(
         return Err(source.error(word.span(), message, ""));
     }
     let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
-    read(other, above)
+    read(other, above, Vec::new())
 }
 
 /// Adds the file that the source extends, the one that this extends, and so on.
-fn follow(source: &mut Source) -> Result<(), Error> {
+fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), Error> {
     let mut paths = vec![source.path().to_owned()];
     loop {
         let text = source.shifted().pop().unwrap_or_default();
@@ -122,7 +132,17 @@ fn follow(source: &mut Source) -> Result<(), Error> {
             let message = format!("the scenario extends itself: {trail}");
             return Err(source.error(place, message, ""));
         }
-        source.add(&path, place)?;
+        if system::is_system(&path) {
+            let made = system::imported(&path).map_err(|error| {
+                let message = format!("the system cannot be used: {error}");
+                source.error(place.clone(), message, "")
+            });
+            let (file, imported) = made?;
+            source.add_made(file);
+            systems.push(Arc::new(imported));
+        } else {
+            source.add(&path, place)?;
+        }
         paths.push(path);
     }
 }

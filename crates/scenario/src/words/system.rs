@@ -1,0 +1,337 @@
+//! Makes a scenario of a system of SSP: its FMUs, start values and connections, with the step and the stop time of its FMUs.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use diagnostics::{Error, TextFile};
+use fmu_import::description::{Type, Variable};
+use fmu_import::{Causality, Fmu, Value};
+use ssp::{Connection, Place, Port, Start, Transformation, Way};
+use units::Unit;
+
+/// Steps of a run whose FMUs propose none, as fmpy takes them.
+const STEPS: f64 = 500.0;
+
+/// A system that a scenario is made of.
+#[derive(Debug)]
+pub struct Imported {
+    /// What was taken from where, and what was left out.
+    pub notes: Vec<String>,
+    /// Owns the unpacked archive, which the FMUs are in.
+    _system: ssp::System,
+}
+
+/// Whether a path is that of a system rather than of a scenario.
+pub(super) fn is_system(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let named = ["ssp", "ssd"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+    named || path.join("SystemStructure.ssd").is_file()
+}
+
+/// The system at a path as the text of a scenario.
+///
+/// # Errors
+/// When it is no system, one of its FMUs cannot be opened, or it has what a scenario cannot have.
+pub(super) fn imported(path: &Path) -> Result<(TextFile, Imported), Error> {
+    let system = ssp::open(path, None).map_err(|error| Error::input(error.to_string()))?;
+    let mut writer = Writer::new(&system)?;
+    writer.write()?;
+    let Writer { text, notes, .. } = writer;
+    let notes = system.notes.iter().cloned().chain(notes).collect();
+    Ok((TextFile { path: path.to_owned(), text }, Imported { notes, _system: system }))
+}
+
+/// A mistake at a place of the system.
+fn wrong(place: &Place, message: impl std::fmt::Display) -> Error {
+    Error::input(format!("{place}: {message}"))
+}
+
+struct Writer<'a> {
+    system: &'a ssp::System,
+    /// The name of the node of each component.
+    names: Vec<String>,
+    fmus: Vec<Fmu>,
+    text: String,
+    notes: Vec<String>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(system: &'a ssp::System) -> Result<Self, Error> {
+        let mut names: Vec<String> = Vec::new();
+        let mut fmus = Vec::new();
+        for component in &system.components {
+            let fmu =
+                Fmu::open(&component.source).map_err(|error| wrong(&component.place, error))?;
+            fmus.push(fmu);
+            // A dot ends the name of a node.
+            let mut name = component.name.replace(['.', '"', '\\'], "_");
+            while names.contains(&name) {
+                name.push('_');
+            }
+            names.push(name);
+        }
+        Ok(Writer { system, names, fmus, text: String::new(), notes: Vec::new() })
+    }
+
+    fn write(&mut self) -> Result<(), Error> {
+        let system = self.system;
+        self.line(format_args!("title = {}", quoted(&system.name)));
+        self.time()?;
+        let fed = system.connections.iter().map(|it| &it.to).collect::<Vec<_>>();
+        for index in 0..system.components.len() {
+            self.component(index, &fed)?;
+        }
+        system.connections.iter().try_for_each(|connection| self.connection(connection))
+    }
+
+    fn line(&mut self, line: std::fmt::Arguments) {
+        // Writing into a string cannot fail.
+        let _ = writeln!(self.text, "{line}");
+    }
+
+    /// SSP has no step and no algorithm: they are those of the FMUs and of this program.
+    fn time(&mut self) -> Result<(), Error> {
+        let name = &self.system.name;
+        let experiment = self.system.experiment;
+        if let Some(start) = experiment.start.filter(|start| *start != 0.0) {
+            return Err(Error::input(format!(
+                "`{name}`: expected the start time 0, found {start} s: a run starts at 0"
+            )));
+        }
+        let proposed = self.fmus.iter().filter_map(|fmu| fmu.description.default_stop);
+        let (stop, origin) = match (experiment.stop, proposed.reduce(f64::max)) {
+            (Some(stop), _) => (stop, "its DefaultExperiment"),
+            (None, Some(stop)) => (stop, "the latest one that its FMUs propose"),
+            (None, None) => (1.0, "neither the system nor an FMU proposes one"),
+        };
+        let steps = self.fmus.iter().filter_map(|fmu| fmu.description.default_step);
+        let steps = steps.filter(|step| *step > 0.0 && *step <= stop);
+        let (step, reason) = match steps.reduce(f64::min) {
+            Some(step) => (step, "the shortest one that its FMUs propose".to_owned()),
+            None => (stop / STEPS, format!("{STEPS} steps, since no FMU proposes one")),
+        };
+        // The stop time is a multiple of the step.
+        let stop = (stop / step).round().max(1.0) * step;
+        self.notes.push(format!(
+            "the system `{name}` runs to {stop} s ({origin}) with the step {step} s ({reason}), its FMUs one after the other in the order of the data (gauss_seidel); a scenario that `extends` it may say otherwise"
+        ));
+        self.line(format_args!("\n[time]\nstep = {step:?}\nstop = {stop:?}"));
+        Ok(())
+    }
+
+    fn variable(&self, Port { component, variable }: &Port) -> Option<&Variable> {
+        let description = &self.fmus.get(*component)?.description;
+        description.find(variable).map(|index| &description.variables[index])
+    }
+
+    fn component(&mut self, index: usize, fed: &[&Port]) -> Result<(), Error> {
+        let component = &self.system.components[index];
+        if !matches!(component.implementation.as_str(), "any" | "CoSimulation") {
+            let message = format!(
+                "expected the implementation any or CoSimulation, found {}: export the component for co-simulation",
+                component.implementation
+            );
+            return Err(wrong(&component.place, message));
+        }
+        // Relative to where the program was started, not to the system.
+        let source = std::path::absolute(&component.source);
+        let source = source.map_err(|error| wrong(&component.place, error))?;
+        let source = source.to_string_lossy();
+        self.line(format_args!(
+            "\n[[fmu]]\nname = {}\npath = {}\nunconnected = \"start\"\n\n[fmu.start]",
+            quoted(&self.names[index]),
+            quoted(&source)
+        ));
+        for start in &component.starts {
+            let port = Port { component: index, variable: start.variable.clone() };
+            let is_array = || {
+                let prefix = format!("{}[", start.variable);
+                let variables = &self.fmus[index].description.variables;
+                variables.iter().find(|variable| variable.name.starts_with(&prefix))
+            };
+            let Some(variable) = self.variable(&port).or_else(is_array) else {
+                // Section 5.2.3 of SSP 2.0.
+                let note = format!(
+                    "{}: `{}` has no variable `{}`, so its start value is left out",
+                    start.place, component.name, start.variable
+                );
+                self.notes.push(note);
+                continue;
+            };
+            if fed.contains(&&port) && variable.causality == Causality::Input {
+                continue;
+            }
+            let value = start_value(start, variable)?;
+            self.line(format_args!("{} = {value}", quoted(&start.variable)));
+        }
+        Ok(())
+    }
+
+    fn connection(&mut self, connection: &Connection) -> Result<(), Error> {
+        let Connection { from, to, way } = connection;
+        let ends = [from, to].map(|port| {
+            let absent = || {
+                let component = &self.system.components[port.component];
+                let message = format!(
+                    "expected a variable of `{}`, found `{}`, which its FMU does not have",
+                    component.name, port.variable
+                );
+                wrong(&way.place, message)
+            };
+            self.variable(port).ok_or_else(absent)
+        });
+        let [source, target] = ends;
+        let (source, target) = (source?, target?);
+        if target.causality != Causality::Input {
+            let message = format!(
+                "expected an input, found `{}`, which is {:?}: bind the value to it in a ParameterBinding",
+                to.variable, target.causality
+            );
+            return Err(wrong(&way.place, message));
+        }
+        let words = way_words(way, source, target)?;
+        let name =
+            |port: &Port| quoted(&format!("{}.{}", self.names[port.component], port.variable));
+        let (from, to) = (name(from), name(to));
+        self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
+        Ok(())
+    }
+}
+
+/// A text of TOML.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+fn numbers(of: Type) -> bool {
+    !matches!(of, Type::String | Type::Binary)
+}
+
+/// What stands in a connection besides its ends.
+fn way_words(way: &Way, source: &Variable, target: &Variable) -> Result<String, Error> {
+    let convert = match (source.kind, target.kind) {
+        (a, b) if a == b => "",
+        (Type::Boolean, Type::Integer) => "\nconvert = \"boolean_to_integer\"",
+        (Type::Integer, Type::Boolean) => "\nconvert = \"integer_to_boolean\"",
+        (Type::Enumeration, Type::Integer) => "\nconvert = \"enumeration_to_integer\"",
+        (Type::Integer, Type::Enumeration) => "\nconvert = \"integer_to_enumeration\"",
+        (Type::Integer, Type::Real) => "\nconvert = \"integer_to_real\"",
+        (a, b) => {
+            let message = format!("expected connectors of one type, found {a:?} and {b:?}");
+            return Err(wrong(&way.place, message));
+        }
+    };
+    if !numbers(target.kind) {
+        return match way.transformation.is_identity() {
+            true => Ok(String::new()),
+            false => Err(wrong(&way.place, "expected numbers for a transformation, found texts")),
+        };
+    }
+    let (factor, offset) = conversion(way, source, target)?;
+    let transform = match &way.transformation {
+        Transformation::Linear { factor: f, offset: o } => {
+            format!("factor = {:?}, offset = {:?}", f * factor, f * offset + o)
+        }
+        Transformation::Boolean(map) => {
+            let number = |truth: bool| f64::from(u8::from(truth));
+            pairs(map.iter().map(|(a, b)| [number(*a), number(*b)]))
+        }
+        Transformation::Integer(map) => pairs(map.iter().map(|(a, b)| [*a as f64, *b as f64])),
+        Transformation::Enumeration(map) => {
+            let item = |variable: &Variable, name: &str| {
+                let found = variable.items.iter().find(|item| item.name == *name);
+                found.map(|item| item.value as f64).ok_or_else(|| {
+                    wrong(&way.place, format!("`{}` has no item `{name}`", variable.name))
+                })
+            };
+            let mapped = map.iter().map(|(a, b)| Ok([item(source, a)?, item(target, b)?]));
+            pairs(mapped.collect::<Result<Vec<_>, Error>>()?.into_iter())
+        }
+    };
+    Ok(format!("\ntransform = {{ {transform} }}{convert}"))
+}
+
+fn pairs(pairs: impl Iterator<Item = [f64; 2]>) -> String {
+    let pairs: Vec<_> = pairs.map(|[from, to]| format!("[{from:?}, {to:?}]")).collect();
+    format!("map = [{}]", pairs.join(", "))
+}
+
+/// The unit of a connector, or else that of the variable behind it, with a name for messages.
+fn unit(of: Option<&ssp::Unit>, variable: &Variable) -> Option<(Unit, String)> {
+    match of {
+        Some(unit) => Some((known(unit)?, unit.name.clone())),
+        None => Some((variable.dimension?, variable.unit.clone().unwrap_or_default())),
+    }
+}
+
+fn known(unit: &ssp::Unit) -> Option<Unit> {
+    let Some(base) = unit.base else { return Unit::parse(&unit.name).ok() };
+    let exponents = base.exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
+    Some(Unit::from_base(exponents, base.factor, base.offset))
+}
+
+/// Factor and offset between the units of both ends; a unit that nobody knows is left as it is.
+fn conversion(way: &Way, source: &Variable, target: &Variable) -> Result<(f64, f64), Error> {
+    let same = (1.0, 0.0);
+    let (from, to) = &way.units;
+    let units = (unit(from.as_deref(), source), unit(to.as_deref(), target));
+    let (Some((a, from)), Some((b, to))) = units else { return Ok(same) };
+    if way.suppress_unit_conversion || source.kind != Type::Real {
+        return Ok(same);
+    }
+    let found = Unit::conversion(&a, &b).ok_or_else(|| {
+        let message = format!(
+            "expected units of one dimension, found [{from}] ({}) and [{to}] ({}): correct one of them, or set suppressUnitConversion",
+            a.dimension(),
+            b.dimension()
+        );
+        wrong(&way.place, message)
+    })?;
+    match way.assumes_equal_units && found != same {
+        true => Err(wrong(
+            &way.place,
+            format!(
+                "expected equal units at both ends, found [{from}] and [{to}]: give the connectors between them units"
+            ),
+        )),
+        false => Ok(found),
+    }
+}
+
+/// A start value in the unit and of the type of its variable, as TOML.
+fn start_value(start: &Start, variable: &Variable) -> Result<String, Error> {
+    let (mut factor, mut offset) = (1.0, 0.0);
+    if let Some(from) = &start.unit {
+        let to = unit(start.connector_unit.as_deref(), variable);
+        if let (Some(a), Some((b, to))) = (known(from), to) {
+            let message = || format!("[{}] is no unit of [{to}]", from.name);
+            (factor, offset) =
+                Unit::conversion(&a, &b).ok_or_else(|| wrong(&start.place, message()))?;
+        }
+    }
+    let value = start.converted(factor, offset).ok_or_else(|| {
+        wrong(&start.place, "expected a number for a conversion or transformation, found none")
+    })?;
+    Ok(toml(&value, variable))
+}
+
+fn toml(value: &ssp::Value, variable: &Variable) -> String {
+    match value {
+        ssp::Value::Real(number) if variable.kind == Type::Integer && number.fract() == 0.0 => {
+            format!("{number:.0}")
+        }
+        ssp::Value::Real(number) => format!("{number:?}").to_lowercase(),
+        ssp::Value::Integer(number) if variable.kind == Type::Real => format!("{number}.0"),
+        ssp::Value::Integer(number) if i64::try_from(*number).is_err() => {
+            quoted(&number.to_string())
+        }
+        ssp::Value::Integer(number) => number.to_string(),
+        ssp::Value::Boolean(truth) => truth.to_string(),
+        ssp::Value::String(text) | ssp::Value::Enumeration(text) => quoted(text),
+        ssp::Value::Binary(bytes) => Value::Binary(bytes.clone()).to_string(),
+        ssp::Value::Array { elements, .. } => {
+            let elements: Vec<_> = elements.iter().map(|element| toml(element, variable)).collect();
+            format!("[{}]", elements.join(", "))
+        }
+    }
+}
