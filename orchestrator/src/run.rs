@@ -164,7 +164,7 @@ impl Pace {
     /// Waits until communication point `tick` is due.
     fn wait(&self, tick: u64) {
         if let Some(factor) = self.factor {
-            let due = Duration::from_secs_f64(self.clock.at(tick) / factor);
+            let due = Duration::from_secs_f64((self.clock.at(tick) - self.clock.start) / factor);
             std::thread::sleep(due.saturating_sub(self.begin.elapsed()));
         }
     }

@@ -8,6 +8,7 @@ tests! {
     reference_fmus_reproduce_their_published_results: ReferenceFmus,
     reference_fmus_of_fmi_3_reproduce_their_published_results: ReferenceFmus,
     arrays_are_connected_as_a_whole_and_by_element: ReferenceFmus,
+    a_run_may_start_later_than_at_0: ReferenceFmus,
     values_of_all_types_pass_through_an_fmu: ReferenceFmus,
     an_fmu_without_co_simulation_is_refused_by_the_name_of_what_it_has: ReferenceFmus,
     reference_fmus_break_neither_runs_nor_the_standard: ReferenceFmus,
@@ -127,6 +128,31 @@ fn arrays_are_connected_as_a_whole_and_by_element() {
         "{}",
         ended.stderr
     );
+}
+
+/// The time that an FMU shows is its own.
+fn a_run_may_start_later_than_at_0() {
+    for version in ["2.0", "3.0"] {
+        let lab = Lab::new();
+        lab.add(&reference_fmus().join(version).join("Dahlquist.fmu"));
+        let scenario = Scenario::new().time(0.1, 100.5).key("start = 100.0");
+        let scenario = scenario.fmu("it", "Dahlquist.fmu", "").key("observe = [\"time\"]");
+        let scenario = scenario.check("late", "min(it.time) == 100 and count(it.time) == 6");
+        lab.write("case.toml", scenario.text());
+        lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+        let ours = lab.table("out/run.csv");
+        let (titles, rows) = table(&ours);
+        let time = titles.iter().position(|title| *title == "it.time").expect("the time");
+        let first = rows.first().map(|row| row[time].clone());
+        assert_eq!(first, Some(vec!["100"]), "FMI {version}");
+        for row in &rows {
+            let [shown, own] = [0, time].map(|place| row[place][0].parse::<f64>().expect("a time"));
+            assert!((shown - own).abs() < 1e-9, "{shown} {own}");
+        }
+        assert_eq!(lab.report("out")["sim_seconds"], 0.5);
+        lab.write("wrong.toml", lab.read("case.toml").replace("start = 100.0", "start = 101.0"));
+        lab.trackside(&["run", "wrong.toml"]).expect(2).says(&["wrong.toml:", "start time from 0"]);
+    }
 }
 
 fn values_of_all_types_pass_through_an_fmu() {

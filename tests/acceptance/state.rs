@@ -12,7 +12,7 @@ tests! {
     a_restored_plant_repeats_its_steps_bit_for_bit,
 }
 
-const CLOCK: Clock = Clock { step: 0.01, steps: 10 };
+const CLOCK: Clock = Clock { start: 0.0, step: 0.01, steps: 10 };
 
 /// The outputs after each of five steps from `first` on, as bits.
 fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {

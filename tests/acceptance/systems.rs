@@ -118,9 +118,10 @@ fn chain() -> String {
 
 fn a_system_runs_as_an_archive_a_folder_and_a_file() {
     let (lab, ended) = run(&chain());
-    ended
-        .expect(0)
-        .says(&["runs to 1 s (its DefaultExperiment)", "500 steps, since no FMU proposes one"]);
+    ended.expect(0).says(&[
+        "runs from 0 s to 1 s (its DefaultExperiment)",
+        "500 steps, since no FMU proposes one",
+    ]);
     assert_eq!(last(&lab, "b.x_out"), "7");
     let archived = lab.table("out/run.csv");
     lab.write("folder/SystemStructure.ssd", chain());
@@ -227,7 +228,11 @@ fn a_wrong_system_is_told_with_file_line_and_cure() {
     for (from, to, told) in [
         ("relay.fmu", "absent.fmu", &["case.ssp", "SystemStructure.ssd:8:", "absent.fmu"][..]),
         ("startConnector=\"x_out\"", "startConnector=\"y\"", &["SystemStructure.ssd:9:", "`y`"]),
-        ("startTime=\"0\"", "startTime=\"1\"", &["expected the start time 0, found 1 s"]),
+        (
+            "startTime=\"0\"",
+            "startTime=\"1\"",
+            &["expected a stop time after the start time 1 s, found 1 s"],
+        ),
         ("factor=\"2\"", "factor=\"two\"", &["SystemStructure.ssd:9:", "two"]),
         (
             "<ssd:Component name=\"a\"",

@@ -223,7 +223,7 @@ impl<'a> Exchange<'a> {
             }
         }
         let mut plans = self.plans.iter();
-        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, 0.0))
+        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, self.clock.start))
     }
 
     fn initial_call(
@@ -233,7 +233,7 @@ impl<'a> Exchange<'a> {
     ) -> Result<(), Error> {
         let plan = &self.plans[node];
         call(plan, self.nodes[node].as_mut(), &mut self.row)
-            .map_err(|error| failure(plan, error, 0.0))
+            .map_err(|error| failure(plan, error, self.clock.start))
     }
 
     /// Puts converted values into the inputs of a node, without effects and faults: they act from the first
@@ -244,7 +244,7 @@ impl<'a> Exchange<'a> {
             plan.connections.iter().zip(plan.inputs.indices())
         {
             row[input] = input_chain.convert(row[source.index]);
-            accept(input_chain, self.columns, (source.index, input), row, 0.0)?;
+            accept(input_chain, self.columns, (source.index, input), row, self.clock.start)?;
         }
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             row[input] = row[source.index].clone();

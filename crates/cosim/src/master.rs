@@ -51,9 +51,9 @@ fn drive(
 ) -> Result<(), Error> {
     let clock = exchange.clock();
     let initialised = exchange.initialise(coupling.initialisation_passes());
-    report_messages(exchange, sink, 0.0)?;
+    report_messages(exchange, sink, clock.start)?;
     initialised?;
-    sink.row(0, 0.0, exchange.row())?;
+    sink.row(0, clock.start, exchange.row())?;
     for k in 0..clock.steps {
         exchange.begin(k);
         if let Err(interruption) = coupling.step(exchange) {

@@ -35,9 +35,11 @@ pub fn is_reserved(name: &str) -> bool {
     name.starts_with("report.") || name.starts_with("run.")
 }
 
-/// The communication points of a run: `t = k h`, computed and never accumulated.
+/// The communication points of a run: `t = t_0 + k h`, computed and never accumulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
+    /// The first communication point [s].
+    pub start: f64,
     /// Communication step [s].
     pub step: f64,
     /// Number of steps.
@@ -49,13 +51,19 @@ impl Clock {
     #[must_use]
     pub fn at(&self, tick: u64) -> f64 {
         // Ticks stay far below 2^53.
-        tick as f64 * self.step
+        self.start + tick as f64 * self.step
     }
 
     /// The time of the last communication point [s].
     #[must_use]
     pub fn stop(&self) -> f64 {
         self.at(self.steps)
+    }
+
+    /// The time from the first communication point to the last one [s].
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.steps as f64 * self.step
     }
 
     /// The stop time that FMUs are told [s]: where the last step ends in their own sum of its start and its length. That can be a
@@ -237,12 +245,19 @@ mod tests {
     fn no_step_passes_the_announced_stop_time_and_the_last_one_ends_there() {
         for step in [0.1, 0.01, 0.001, 1.0 / 3.0] {
             for steps in 1..=10_000 {
-                let clock = Clock { step, steps };
+                let clock = Clock { start: 0.0, step, steps };
                 let stop = clock.announced_stop();
                 assert_eq!(clock.at(steps - 1) + step, stop);
                 assert!(steps < 2 || clock.at(steps - 2) + step < stop);
                 assert!((stop - clock.stop()).abs() <= stop * f64::EPSILON);
             }
         }
+    }
+
+    #[test]
+    fn a_run_that_starts_later_has_the_same_steps() {
+        let clock = Clock { start: 100.0, step: 0.1, steps: 3 };
+        assert_eq!([0, 1, 3].map(|tick| clock.at(tick)), [100.0, 100.1, 100.0 + 3.0 * 0.1]);
+        assert_eq!((clock.stop(), clock.duration()), (100.0 + 3.0 * 0.1, 3.0 * 0.1));
     }
 }

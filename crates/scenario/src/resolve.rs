@@ -34,7 +34,7 @@ use self::signal_units::SignalUnits;
 pub use self::view::layout;
 use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
-use crate::words::Scenario;
+use crate::words::{Scenario, Time};
 pub use overrides::Override;
 
 /// Takes the mistakes and the warnings.
@@ -183,7 +183,7 @@ fn clock(scenario: &Scenario) -> Result<Clock, Error> {
         let idle =
             document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
         if idle {
-            return Ok(Clock { step: 1.0, steps: 0 });
+            return Ok(Clock { start: 0.0, step: 1.0, steps: 0 });
         }
         let path = scenario.source.path().display();
         let error = Error::input(format!("{path}: the scenario does not say how long it runs"));
@@ -198,14 +198,31 @@ fn clock(scenario: &Scenario) -> Result<Clock, Error> {
     };
     let step = positive(&time.step, "communication step");
     let (step, stop) = Mistakes::both(step, positive(&time.stop, "stop time"))?;
-    let steps = (stop / step).round();
-    if steps < 1.0 || (steps * step - stop).abs() > 1e-6 * step {
-        let message = format!("the stop time {stop} s is no multiple of the step {step} s");
+    let start = start(scenario, time, stop)?;
+    let steps = ((stop - start) / step).round();
+    // Late times are rounded themselves.
+    let slack = 1e-6 * step + 4.0 * f64::EPSILON * stop;
+    if steps < 1.0 || (start + steps * step - stop).abs() > slack {
+        let after =
+            if start == 0.0 { String::new() } else { format!(" after the start {start} s") };
+        let message = format!("the stop time {stop} s is no multiple of the step {step} s{after}");
         return Err(scenario.error(&time.stop, message));
     }
     if steps > 1e12 {
         let message = format!("{steps} steps are more than a run can have");
         return Err(scenario.error(&time.step, message));
     }
-    Ok(Clock { step, steps: steps as u64 })
+    Ok(Clock { start, step, steps: steps as u64 })
+}
+
+/// The first communication point [s]. Recordings have no times before 0.
+fn start(scenario: &Scenario, time: &Time, stop: f64) -> Result<f64, Error> {
+    let Some(word) = &time.start else { return Ok(0.0) };
+    let start = *word.get_ref();
+    if (0.0..stop).contains(&start) {
+        return Ok(start);
+    }
+    let message =
+        format!("expected a start time from 0 to the stop time {stop} s, found {start} s");
+    Err(scenario.error(word, message))
 }

@@ -137,9 +137,12 @@ pub struct Time {
     /// Communication step [s].
     #[schemars(example = 0.01)]
     pub step: Spanned<f64>,
-    /// Last communication point [s], a multiple of the step.
+    /// Last communication point [s], a multiple of the step after the first one.
     #[schemars(example = 4.0)]
     pub stop: Spanned<f64>,
+    /// First communication point [s]; 0 without it.
+    #[schemars(example = 100.0)]
+    pub start: Option<Spanned<f64>>,
     /// Relative tolerance of the integration inside the FMUs [-]. Each FMU gets that of its own description without it.
     #[schemars(example = 1e-6)]
     pub tolerance: Option<Spanned<f64>>,

@@ -107,7 +107,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
     };
     System {
         coupling: Algorithm::GaussSeidel,
-        clock: Clock { step: STEP, steps },
+        clock: Clock { start: 0.0, step: STEP, steps },
         tolerance: None,
         nodes: plans,
         order: (0..nodes).collect(),

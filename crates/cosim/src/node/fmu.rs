@@ -13,6 +13,8 @@ use super::{Node, NodeState};
 /// An FMU as a node.
 pub struct FmuNode {
     name: String,
+    /// Time of the first communication point [s].
+    begin: f64,
     instance: Instance,
     inputs: Ports,
     outputs: Ports,
@@ -41,8 +43,19 @@ impl FmuNode {
         let instance = Instance::new(library, name, logging).map_err(failure)?;
         let kept_numbers = vec![Vec::new(); inputs.numbers.len()];
         let kept_texts = vec![Vec::new(); inputs.texts.len()];
-        let (name, starts, elements) = (name.to_owned(), Vec::new(), Vec::new());
-        Ok(FmuNode { name, instance, inputs, outputs, starts, kept_numbers, kept_texts, elements })
+        let (name, begin) = (name.to_owned(), 0.0);
+        let (starts, elements) = (Vec::new(), Vec::new());
+        Ok(FmuNode {
+            name,
+            begin,
+            instance,
+            inputs,
+            outputs,
+            starts,
+            kept_numbers,
+            kept_texts,
+            elements,
+        })
     }
 
     /// Tells the instance the experiment, and then its start values: some FMUs forget what they were told before it. Inputs get
@@ -57,28 +70,29 @@ impl FmuNode {
         tolerance: Option<f64>,
         starts: Vec<Start>,
     ) -> Result<(), Error> {
-        self.starts = starts;
+        (self.starts, self.begin) = (starts, clock.start);
         let tolerance = tolerance.or(self.instance.description().default_tolerance);
         let setup = self.instance.setup_experiment(clock.at(0), clock.announced_stop(), tolerance);
-        setup.map_err(|error| failure(&self.name, error))?;
-        let FmuNode { name, instance, starts, .. } = self;
+        let FmuNode { name, begin, instance, starts, .. } = self;
+        let node = (name.as_str(), *begin);
+        setup.map_err(|error| failure(node, error))?;
         let structural = |start: &&Start| start.causality == Causality::StructuralParameter;
         let sizes: Vec<_> = starts.iter().filter(structural).cloned().collect();
         if !sizes.is_empty() {
             let mut refused = Ok(());
             let configured = instance.configure(|instance| {
-                refused = sizes.chunks(1).try_for_each(|start| give(instance, name, start));
+                refused = sizes.chunks(1).try_for_each(|start| give(instance, node, start));
                 Ok(())
             });
             refused?;
-            configured.map_err(|error| failure(name, error))?;
+            configured.map_err(|error| failure(node, error))?;
         }
         let early = |start: &Start| {
             !matches!(start.causality, Causality::Input | Causality::StructuralParameter)
         };
         variables(starts)
             .filter(|variable| early(&variable[0]))
-            .try_for_each(|variable| give(instance, name, variable))
+            .try_for_each(|variable| give(instance, node, variable))
     }
 }
 
@@ -87,12 +101,12 @@ fn variables(starts: &[Start]) -> impl Iterator<Item = &[Start]> {
     starts.chunk_by(|one, next| one.reference == next.reference && one.element.1 > 1)
 }
 
-/// Gives the instance called `name` the start values of a variable. Elements without one take that of the description.
-fn give(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<(), Error> {
+/// Gives the instance of a node, named with its first time [s], the start values of a variable. Elements without one take that of the description.
+fn give(instance: &mut Instance, node: (&str, f64), starts: &[Start]) -> Result<(), Error> {
     let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(());
     };
-    let refused = |what: String| starts[0].refused(name, &what);
+    let refused = |what: String| starts[0].refused(node.0, &what);
     let mut values = Vec::with_capacity(*count);
     for element in 0..*count {
         let given = starts.iter().find(|start| start.element.0 == element);
@@ -117,16 +131,21 @@ fn described(instance: &Instance, reference: u32, element: usize) -> Result<Valu
 
 /// Gives a parameter its start values once more, if the instance did not keep them; what to tell if it does not keep them then.
 /// It may not be called after an error.
-fn insist(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<Vec<String>, Error> {
+fn insist(
+    instance: &mut Instance,
+    node: (&str, f64),
+    starts: &[Start],
+) -> Result<Vec<String>, Error> {
     let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(Vec::new());
     };
     let lost = |instance: &mut Instance| -> Result<Vec<(String, Value)>, Error> {
         let kept = instance.read(*storage, *reference, *count);
-        let kept = kept.map_err(|error| failure(name, error))?;
+        let kept = kept.map_err(|error| failure(node, error))?;
         let differs = |start: &Start| {
             let now = kept.get(start.element.0).filter(|now| **now != start.value)?;
             let Start { name: variable, value, .. } = start;
+            let name = node.0;
             let told = format!("`{name}` does not keep the start value {value} of `{variable}`");
             Some((told, now.clone()))
         };
@@ -135,13 +154,13 @@ fn insist(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<Vec<S
     if lost(instance)?.is_empty() {
         return Ok(Vec::new());
     }
-    give(instance, name, starts)?;
+    give(instance, node, starts)?;
     Ok(lost(instance)?.into_iter().map(|(told, now)| format!("{told}: it has {now}")).collect())
 }
 
 /// The error of a call before the first step.
-fn failure(name: &str, error: CallError) -> Error {
-    Error::component(name, error.call, Some(0.0), error.what)
+fn failure((name, begin): (&str, f64), error: CallError) -> Error {
+    Error::component(name, error.call, Some(begin), error.what)
 }
 
 impl FmuNode {
@@ -165,17 +184,18 @@ impl FmuNode {
 
 impl Node for FmuNode {
     fn enter(&mut self) -> Result<Vec<String>, Error> {
-        let FmuNode { name, instance, starts, .. } = self;
-        instance.enter_initialization().map_err(|error| failure(name, error))?;
+        let FmuNode { name, begin, instance, starts, .. } = self;
+        let node = (name.as_str(), *begin);
+        instance.enter_initialization().map_err(|error| failure(node, error))?;
         let mut notices = Vec::new();
         for variable in variables(&std::mem::take(starts)) {
             match variable[0].causality {
-                Causality::Input => give(instance, name, variable)?,
-                Causality::Parameter => notices.extend(insist(instance, name, variable)?),
+                Causality::Input => give(instance, node, variable)?,
+                Causality::Parameter => notices.extend(insist(instance, node, variable)?),
                 _ => {}
             }
         }
-        self.keep().map_err(|error| failure(&self.name, error))?;
+        self.keep().map_err(|error| failure((&self.name, self.begin), error))?;
         Ok(notices)
     }
 

@@ -8,7 +8,7 @@ use scenario::signal::Part;
 
 use super::{Node, NodeState, SourceNode};
 
-const CLOCK: Clock = Clock { step: 0.01, steps: 20 };
+const CLOCK: Clock = Clock { start: 0.0, step: 0.01, steps: 20 };
 
 /// The outputs after each of five steps from `first` on, as bits.
 fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {

@@ -77,11 +77,11 @@ fn during(
 ) -> Result<Option<[f64; 2]>, Error> {
     let Some(word) = &baseline.during else { return Ok(None) };
     let [from, to] = *word.get_ref();
-    let stop = clock.map_or(f64::INFINITY, |clock| clock.stop());
-    if 0.0 <= from && from < to && to <= stop {
+    let [start, stop] = clock.map_or([0.0, f64::INFINITY], |clock| [clock.start, clock.stop()]);
+    if start <= from && from < to && to <= stop {
         return Ok(Some([from, to]));
     }
-    let message = format!("expected a window from 0 to {stop} s, found {from} to {to} s");
+    let message = format!("expected a window from {start} to {stop} s, found {from} to {to} s");
     Err(scenario.error(word, message))
 }
 

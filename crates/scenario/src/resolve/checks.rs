@@ -170,15 +170,16 @@ fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
 
 fn during(scenario: &Scenario, check: &Check, clock: Option<Clock>) -> Result<[f64; 2], Error> {
     let clock = clock.ok_or_else(Error::follow_up)?;
-    let Some(written) = &check.during else { return Ok([0.0, clock.stop()]) };
+    let Some(written) = &check.during else { return Ok([clock.start, clock.stop()]) };
     let [from, to] = *written.get_ref();
     let stop = scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref());
     // Half a step of slack: a window that ends with the run may be written with fewer digits.
-    if from <= to && from >= 0.0 && to <= stop + 0.5 * clock.step {
+    let start = clock.start;
+    if from <= to && from >= start - 0.5 * clock.step && to <= stop + 0.5 * clock.step {
         return Ok([from, to]);
     }
     let message = format!(
-        "check `{}`: expected a window within 0 .. {stop} s, found {from} .. {to} s",
+        "check `{}`: expected a window within {start} .. {stop} s, found {from} .. {to} s",
         check.name.get_ref()
     );
     Err(scenario.error(written, message))

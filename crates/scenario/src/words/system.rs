@@ -93,29 +93,31 @@ impl<'a> Writer<'a> {
     fn time(&mut self) -> Result<(), Error> {
         let name = &self.system.name;
         let experiment = self.system.experiment;
-        if let Some(start) = experiment.start.filter(|start| *start != 0.0) {
-            return Err(Error::input(format!(
-                "`{name}`: expected the start time 0, found {start} s: a run starts at 0"
-            )));
-        }
+        let start = experiment.start.unwrap_or(0.0);
         let proposed = self.fmus.iter().filter_map(|fmu| fmu.description.default_stop);
         let (stop, origin) = match (experiment.stop, proposed.reduce(f64::max)) {
             (Some(stop), _) => (stop, "its DefaultExperiment"),
             (None, Some(stop)) => (stop, "the latest one that its FMUs propose"),
-            (None, None) => (1.0, "neither the system nor an FMU proposes one"),
+            (None, None) => (start + 1.0, "neither the system nor an FMU proposes one"),
         };
+        if stop <= start || stop.is_nan() {
+            return Err(Error::input(format!(
+                "`{name}`: expected a stop time after the start time {start} s, found {stop} s ({origin})"
+            )));
+        }
         let steps = self.fmus.iter().filter_map(|fmu| fmu.description.default_step);
-        let steps = steps.filter(|step| *step > 0.0 && *step <= stop);
+        let duration = stop - start;
+        let steps = steps.filter(|step| *step > 0.0 && *step <= duration);
         let (step, reason) = match steps.reduce(f64::min) {
             Some(step) => (step, "the shortest one that its FMUs propose".to_owned()),
-            None => (stop / STEPS, format!("{STEPS} steps, since no FMU proposes one")),
+            None => (duration / STEPS, format!("{STEPS} steps, since no FMU proposes one")),
         };
         // The stop time is a multiple of the step.
-        let stop = (stop / step).round().max(1.0) * step;
+        let stop = start + (duration / step).round().max(1.0) * step;
         self.notes.push(format!(
-            "the system `{name}` runs to {stop} s ({origin}) with the step {step} s ({reason}), its FMUs one after the other in the order of the data (gauss_seidel); a scenario that `extends` it may say otherwise"
+            "the system `{name}` runs from {start} s to {stop} s ({origin}) with the step {step} s ({reason}), its FMUs one after the other in the order of the data (gauss_seidel); a scenario that `extends` it may say otherwise"
         ));
-        self.line(format_args!("\n[time]\nstep = {step:?}\nstop = {stop:?}"));
+        self.line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
         Ok(())
     }
 
