@@ -103,12 +103,7 @@ fn write<M>(out: &mut dyn Write, guid: &str, table: &mut Table<M>) -> fmt::Resul
     )?;
     write_capabilities(out, name, *differentiable)?;
     write_units(out, variables)?;
-    writeln!(out, "  <LogCategories>")?;
-    for (name, description) in LOG_CATEGORIES.iter().chain(log_categories) {
-        let (name, description) = (Escaped(name), Escaped(description));
-        writeln!(out, r#"    <Category name="{name}" description="{description}"/>"#)?;
-    }
-    writeln!(out, "  </LogCategories>")?;
+    write_categories(out, log_categories)?;
     write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
     for (reference, variable) in variables.iter().enumerate() {
@@ -203,25 +198,34 @@ fn display_unit(row: &Row) -> Option<&'static str> {
     row.display_unit.or(usual).filter(|display| *display != row.unit)
 }
 
-fn write_variable<M>(
-    out: &mut dyn Write,
-    reference: usize,
-    variable: &Variable<M>,
-    start: &mut M,
-) -> fmt::Result {
-    let Variable { row, access } = variable;
+fn write_categories(out: &mut dyn Write, own: &[(&str, &str)]) -> fmt::Result {
+    writeln!(out, "  <LogCategories>")?;
+    for (name, description) in LOG_CATEGORIES.iter().chain(own) {
+        let (name, description) = (Escaped(name), Escaped(description));
+        writeln!(out, r#"    <Category name="{name}" description="{description}"/>"#)?;
+    }
+    writeln!(out, "  </LogCategories>")
+}
+
+/// The beginning of the element of a variable, with the attributes that all types have.
+fn write_head(out: &mut dyn Write, element: &str, reference: usize, row: &Row) -> fmt::Result {
     write!(
         out,
-        r#"    <ScalarVariable name="{}" valueReference="{reference}" description="{}" causality="{}" variability="{}""#,
+        r#"    <{element} name="{}" valueReference="{reference}" description="{}" causality="{}" variability="{}""#,
         Escaped(row.name),
         Escaped(row.description),
         causality(row.causality),
         variability(row.variability),
     )?;
-    if let Some(initial) = row.initial {
-        write!(out, r#" initial="{}""#, self::initial(initial))?;
+    match row.initial {
+        Some(initial) => write!(out, r#" initial="{}""#, self::initial(initial)),
+        None => Ok(()),
     }
-    write!(out, "><{:?}", access.kind())?;
+}
+
+/// Unit, limits and usual size of a variable.
+fn write_quantity<M>(out: &mut dyn Write, variable: &Variable<M>) -> fmt::Result {
+    let row = &variable.row;
     if has_unit(variable) {
         write!(out, r#" unit="{}""#, Escaped(row.unit))?;
         if let Some(display) = display_unit(row) {
@@ -233,6 +237,19 @@ fn write_variable<M>(
             write!(out, r#" {name}="{value}""#)?;
         }
     }
+    Ok(())
+}
+
+fn write_variable<M>(
+    out: &mut dyn Write,
+    reference: usize,
+    variable: &Variable<M>,
+    start: &mut M,
+) -> fmt::Result {
+    let Variable { row, access } = variable;
+    write_head(out, "ScalarVariable", reference, row)?;
+    write!(out, "><{:?}", access.kind())?;
+    write_quantity(out, variable)?;
     if row.has_start() {
         match access {
             Access::Real(at) => write!(out, r#" start="{}""#, *at(start))?,

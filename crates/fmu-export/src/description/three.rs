@@ -3,10 +3,9 @@
 use std::fmt::{self, Write};
 
 use super::{
-    Escaped, Joined, Table, causality, display_unit, guid, has_unit, initial, variability,
-    write_experiment, write_units,
+    Escaped, Joined, Table, guid, write_categories, write_experiment, write_head, write_quantity,
+    write_units,
 };
-use crate::log::LOG_CATEGORIES;
 use crate::model::Model;
 use crate::variable::{Access, Causality, Depends, Row, Variable};
 
@@ -46,12 +45,7 @@ fn write<M>(out: &mut dyn Write, token: &str, table: &mut Table<M>) -> fmt::Resu
     }
     writeln!(out, "/>")?;
     write_units(out, variables)?;
-    writeln!(out, "  <LogCategories>")?;
-    for (name, description) in LOG_CATEGORIES.iter().chain(info.log_categories) {
-        let (name, description) = (Escaped(name), Escaped(description));
-        writeln!(out, r#"    <Category name="{name}" description="{description}"/>"#)?;
-    }
-    writeln!(out, "  </LogCategories>")?;
+    write_categories(out, info.log_categories)?;
     write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
     for (reference, variable) in variables.iter().enumerate() {
@@ -91,28 +85,8 @@ fn write_variable<M>(
         Access::Boolean(_) => "Boolean",
         Access::String(_) => "String",
     };
-    write!(
-        out,
-        r#"    <{kind} name="{}" valueReference="{reference}" description="{}" causality="{}" variability="{}""#,
-        Escaped(row.name),
-        Escaped(row.description),
-        causality(row.causality),
-        variability(row.variability),
-    )?;
-    if let Some(initial) = row.initial {
-        write!(out, r#" initial="{}""#, self::initial(initial))?;
-    }
-    if has_unit(variable) {
-        write!(out, r#" unit="{}""#, Escaped(row.unit))?;
-        if let Some(display) = display_unit(row) {
-            write!(out, r#" displayUnit="{}""#, Escaped(display))?;
-        }
-    }
-    for (name, value) in [("min", row.min), ("max", row.max), ("nominal", row.nominal)] {
-        if let Some(value) = value {
-            write!(out, r#" {name}="{value}""#)?;
-        }
-    }
+    write_head(out, kind, reference, row)?;
+    write_quantity(out, variable)?;
     if row.has_start() {
         match access {
             Access::Real(at) => write!(out, r#" start="{}""#, *at(start))?,

@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_void};
 use super::logger::Callback;
 use super::{Call, Instance, Log, Model, do_step, make, proceed, setup_experiment, values, with};
 use crate::abi::{Component, LogMessage, Status, ValueReference};
-use crate::instance::{FmiResult, reject};
+use crate::instance::reject;
 use crate::memory::{Destination, read, text, write};
 pub use crate::value::ByteBoolean;
 use crate::value::Value;
@@ -104,25 +104,27 @@ pub unsafe fn step<M: Model>(component: Component, time: f64, step: f64, ended: 
     if terminate && status == Status::Discard { Status::Ok } else { status }
 }
 
-fn same_length(references: usize, values: usize) -> FmiResult {
-    match references == values {
-        true => Ok(()),
-        false => {
-            reject(format!("expected {references} values for {references} scalars, found {values}"))
-        }
-    }
-}
-
-/// Whether the arrays of a call have the same length; the message is that of a failed call.
+/// Runs a call on arrays of as many values as references, since all variables are scalars; any other call is refused.
 ///
 /// # Safety
 /// As `with` demands of `component`.
-unsafe fn lengths<M: Model>(component: Component, call: Call, counts: (usize, usize)) -> Status {
+unsafe fn scalars<M: Model>(
+    component: Component,
+    call: Call,
+    [references, values]: [usize; 2],
+    body: impl FnOnce() -> Status,
+) -> Status {
+    if references == values {
+        return body();
+    }
+    let refuse = |_: &mut Instance<M>, _: &mut Log| {
+        reject(format!("expected {references} values for {references} scalars, found {values}"))
+    };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, call, |_, _| same_length(counts.0, counts.1)) }
+    unsafe { with::<M>(component, call, refuse) }
 }
 
-/// `fmi3GetFloat64`, `fmi3GetInt32` and `fmi3GetBoolean`: all variables are scalars.
+/// `fmi3GetFloat64`, `fmi3GetInt32` and `fmi3GetBoolean`.
 ///
 /// # Safety
 /// `references` is valid for `count` values, `values` for `length`; as `with` demands of `component`.
@@ -132,13 +134,9 @@ pub unsafe fn get<M: Model, T: Value>(
     (values, length): (*mut T, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe {
-        if count == length {
-            values::get::<M, T>(component, references, count, values)
-        } else {
-            lengths::<M>(component, Call::Get, (count, length))
-        }
-    }
+    let body = || unsafe { values::get::<M, T>(component, references, count, values) };
+    // SAFETY: as the caller promises.
+    unsafe { scalars::<M>(component, Call::Get, [count, length], body) }
 }
 
 /// `fmi3SetFloat64`, `fmi3SetInt32` and `fmi3SetBoolean`.
@@ -151,13 +149,9 @@ pub unsafe fn set<M: Model, T: Value>(
     (values, length): (*const T, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe {
-        if count == length {
-            values::set::<M, T>(component, references, count, values)
-        } else {
-            lengths::<M>(component, Call::Set, (count, length))
-        }
-    }
+    let body = || unsafe { values::set::<M, T>(component, references, count, values) };
+    // SAFETY: as the caller promises.
+    unsafe { scalars::<M>(component, Call::Set, [count, length], body) }
 }
 
 /// `fmi3GetString`: the texts stay valid until the next call of this function.
@@ -170,13 +164,9 @@ pub unsafe fn get_string<M: Model>(
     (values, length): (*mut *const c_char, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe {
-        if count == length {
-            values::get_string::<M>(component, references, count, values)
-        } else {
-            lengths::<M>(component, Call::Get, (count, length))
-        }
-    }
+    let body = || unsafe { values::get_string::<M>(component, references, count, values) };
+    // SAFETY: as the caller promises.
+    unsafe { scalars::<M>(component, Call::Get, [count, length], body) }
 }
 
 /// `fmi3SetString`: the texts are copied.
@@ -189,13 +179,9 @@ pub unsafe fn set_string<M: Model>(
     (values, length): (*const *const c_char, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe {
-        if count == length {
-            values::set_string::<M>(component, references, count, values)
-        } else {
-            lengths::<M>(component, Call::Set, (count, length))
-        }
-    }
+    let body = || unsafe { values::set_string::<M>(component, references, count, values) };
+    // SAFETY: as the caller promises.
+    unsafe { scalars::<M>(component, Call::Set, [count, length], body) }
 }
 
 /// Functions for types that no variable of a model has: nothing to read or write is no mistake.
@@ -231,15 +217,19 @@ pub unsafe fn directional_derivative<M: Model>(
     (changes, seeds): (*const f64, usize),
     (responses, room): (*mut f64, usize),
 ) -> Status {
+    let body = || {
+        let (unknowns, knowns) = ((unknowns, rows), (knowns, columns));
+        // SAFETY: as the caller promises.
+        unsafe {
+            values::directional_derivative::<M>(component, unknowns, knowns, changes, responses)
+        }
+    };
     let call = Call::GetDirectionalDerivative;
     // SAFETY: as the caller promises.
     unsafe {
-        if (rows, columns) == (room, seeds) {
-            let (unknowns, knowns) = ((unknowns, rows), (knowns, columns));
-            values::directional_derivative::<M>(component, unknowns, knowns, changes, responses)
-        } else {
-            lengths::<M>(component, call, (rows + columns, room + seeds))
-        }
+        scalars::<M>(component, call, [columns, seeds], || {
+            scalars::<M>(component, call, [rows, room], body)
+        })
     }
 }
 
