@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use crate::LARGEST;
-
 /// Why an archive is no FMU that can run here.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
@@ -15,38 +13,9 @@ pub enum OpenError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file is no archive, or a broken one.
-    #[error("{path} is not an .fmu archive: {source}")]
-    Zip {
-        /// The archive.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: zip::result::ZipError,
-    },
-    /// An entry of the archive would leave the folder that it is unpacked to.
-    #[error("{path} contains the entry `{entry}`, which leaves the folder that it is unpacked to")]
-    Escapes {
-        /// The archive.
-        path: PathBuf,
-        /// The entry.
-        entry: String,
-    },
-    /// Two entries of the archive have the same name, so what is in it depends on who reads it.
-    #[error("{path} has {listed} entries, but only {different} different names")]
-    Ambiguous {
-        /// The archive.
-        path: PathBuf,
-        /// How many entries it lists.
-        listed: usize,
-        /// How many names there are.
-        different: usize,
-    },
-    /// The archive is too large.
-    #[error("{path} unpacks to more than {LARGEST} bytes")]
-    TooLarge {
-        /// The archive.
-        path: PathBuf,
-    },
+    /// The archive is broken, or would do harm.
+    #[error(transparent)]
+    Archive(#[from] archive::Error),
     /// The description is missing, broken or against the rules.
     #[error("{path}: modelDescription.xml: {what}")]
     Description {

@@ -56,7 +56,6 @@
 //! `cargo test -p fmu-import` runs the calls of an instance under valgrind where that is installed. Miri cannot run foreign
 //! code, but the rest: `cargo +nightly miri test -p fmu-import --lib mailbox`.
 
-mod archive;
 mod attributes;
 mod binding;
 mod call;
@@ -65,7 +64,6 @@ pub mod description;
 mod error;
 mod fmi2;
 mod fmi3;
-mod folder;
 mod value;
 
 use std::collections::BTreeMap;
@@ -73,6 +71,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use archive::Folder;
 use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
@@ -80,11 +79,7 @@ pub use binding::{FmuState, Instance, Library, STRANGER, watch};
 pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Storage, Type, Variable, Version};
 pub use error::OpenError;
-use folder::Folder;
 pub use value::{Value, bytes, hexadecimal};
-
-/// An archive may unpack to this many bytes, which is far more than any real one needs.
-const LARGEST: u64 = 4 << 30;
 
 /// A description may be this long; the longest real ones have some hundred thousand variables.
 const LONGEST: u64 = 64 << 20;
@@ -141,7 +136,7 @@ impl Fmu {
         let read = |source| OpenError::Read { path: path.to_owned(), source };
         let bytes = std::fs::read(path).map_err(read)?;
         let folder = Folder::new().map_err(read)?;
-        archive::unpack(path, &bytes, folder.path())?;
+        archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
         let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
         let xml = folder.path().join("modelDescription.xml");
         let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();

@@ -9,7 +9,7 @@ use crate::parameters::{Assignment, ParameterMapping, ParameterSet};
 use crate::place::Text;
 use crate::tree::{Tree, What};
 use crate::words::{Binding, Description, Source};
-use crate::{Error, Place, archive, xml};
+use crate::{Error, Place, xml};
 
 /// So many parameters without a target are named.
 const NAMED: usize = 8;

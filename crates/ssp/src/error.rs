@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::Place;
-use crate::limits::{LARGEST, LONGEST};
+use crate::limits::LONGEST;
 
 /// Why a file is no system that can be read.
 #[derive(Debug, thiserror::Error)]
@@ -16,38 +16,9 @@ pub enum Error {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file is no archive, or a broken one.
-    #[error("{path} is not an .ssp archive: {source}")]
-    Zip {
-        /// The archive.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: zip::result::ZipError,
-    },
-    /// An entry of the archive would leave the folder that it is unpacked to.
-    #[error("{path} contains the entry `{entry}`, which leaves the folder that it is unpacked to")]
-    Escapes {
-        /// The archive.
-        path: PathBuf,
-        /// The entry.
-        entry: String,
-    },
-    /// Two entries of the archive have the same name, so what is in it depends on who reads it.
-    #[error("{path} has {listed} entries, but only {different} different names")]
-    Ambiguous {
-        /// The archive.
-        path: PathBuf,
-        /// How many entries it lists.
-        listed: usize,
-        /// How many names there are.
-        different: usize,
-    },
-    /// The archives are too large.
-    #[error("{path} unpacks to more than {LARGEST} bytes")]
-    TooLarge {
-        /// The archive that went over the limit.
-        path: PathBuf,
-    },
+    /// An archive is broken, or would do harm.
+    #[error(transparent)]
+    Archive(#[from] archive::Error),
     /// The descriptions and parameters are too long.
     #[error(
         "{path}: the descriptions of a system may have {LONGEST} bytes in all, this one goes over it: leave out what the system does not need"

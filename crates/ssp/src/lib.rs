@@ -30,7 +30,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod archive;
 mod bind;
 mod chain;
 mod connect;
@@ -45,6 +44,7 @@ mod package;
 mod parameters;
 mod place;
 mod read;
+mod read_archive;
 mod transformation;
 mod tree;
 mod unit;
@@ -58,7 +58,7 @@ mod tests;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use tempfile::TempDir;
+use archive::Folder;
 
 pub use error::{Error, Mistake};
 pub use open::{Variant, open, variants};
@@ -85,13 +85,13 @@ pub struct System {
     /// Sentences about what was taken from where, and what was ignored.
     pub notes: Vec<String>,
     /// Folders of unpacked archives: the FMUs are in them.
-    folders: Vec<TempDir>,
+    folders: Vec<Folder>,
 }
 
 impl System {
     /// Folders that archives were unpacked to. They are removed with this system.
     pub fn folders(&self) -> impl Iterator<Item = &std::path::Path> {
-        self.folders.iter().map(TempDir::path)
+        self.folders.iter().map(Folder::path)
     }
 }
 

@@ -1,8 +1,5 @@
 //! Bounds what a hostile system can cost.
 
-/// All archives of a system may unpack to this many bytes together.
-pub(crate) const LARGEST: u64 = 4 << 30;
-
 /// All descriptions, parameters, mappings and dictionaries of a system may have this many bytes together.
 pub(crate) const LONGEST: u64 = 128 << 20;
 

@@ -6,12 +6,12 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use tempfile::TempDir;
+use archive::{Folder, LARGEST};
 
 use crate::error::mistake;
-use crate::limits::{LARGEST, LONGEST};
+use crate::limits::LONGEST;
 use crate::place::Text;
-use crate::{Error, Place, archive};
+use crate::{Error, Place, read_archive};
 
 /// The description that is meant when none is named.
 pub(crate) const DEFAULT: &str = "SystemStructure.ssd";
@@ -105,7 +105,7 @@ pub(crate) struct Store {
     /// How many bytes of texts may still be read.
     readable: u64,
     archives: BTreeMap<PathBuf, PathBuf>,
-    folders: Vec<TempDir>,
+    folders: Vec<Folder>,
 }
 
 impl Store {
@@ -119,7 +119,7 @@ impl Store {
     }
 
     /// The folders that archives were unpacked to: they vanish with them.
-    pub(crate) fn folders(self) -> Vec<TempDir> {
+    pub(crate) fn folders(self) -> Vec<Folder> {
         self.folders
     }
 
@@ -140,7 +140,7 @@ impl Store {
         address: &str,
         place: &Place,
     ) -> Result<Arc<Text>, Error> {
-        let bytes = archive::entry(&fmu.path(), address, self.readable).map_err(|error| {
+        let bytes = read_archive::entry(&fmu.path(), address, self.readable).map_err(|error| {
             let expected = format!("the file {address} in {}", fmu.shown().display());
             mistake(place, expected, error.to_string(), "correct the path inside of the FMU")
         })?;
@@ -167,8 +167,8 @@ impl Store {
             return Ok(folder.clone());
         }
         let failed = |source| Error::Read { path: std::env::temp_dir(), source };
-        let folder = TempDir::with_prefix("trackside-ssp-").map_err(failed)?;
-        archive::unpack(path, shown, folder.path(), &mut self.unpackable)?;
+        let folder = Folder::new().map_err(failed)?;
+        read_archive::unpack(path, shown, folder.path(), &mut self.unpackable)?;
         let unpacked = folder.path().to_owned();
         self.folders.push(folder);
         self.archives.insert(path.to_owned(), unpacked.clone());

@@ -10,7 +10,7 @@ use crate::notes::Notes;
 use crate::package::{Location, Store};
 use crate::parameters::{Assignment, ParameterMapping, ParameterSet};
 use crate::words::{Content, Description, Element};
-use crate::{Error, Place, Transformation, archive, package, words, xml};
+use crate::{Error, Place, Transformation, package, words, xml};
 
 /// A connector of an instance, or an entry of a dictionary.
 #[derive(Debug)]

@@ -170,22 +170,22 @@ fn hostile_archives_are_refused() {
         let path = written(folder.path(), name, bytes);
         open(&path, None).expect_err("an error")
     };
-    assert!(matches!(message("a.ssp", b"no archive"), Error::Zip { .. }));
+    assert!(matches!(message("a.ssp", b"no archive"), Error::Archive(archive::Error::Zip { .. })));
     let text = sample();
     let escaping = archive(&[("SystemStructure.ssd", text.as_bytes()), ("../a.fmu", b"")]);
-    assert!(matches!(message("b.ssp", &escaping), Error::Escapes { .. }));
+    assert!(matches!(message("b.ssp", &escaping), Error::Archive(archive::Error::Escapes { .. })));
     let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
     writer.add_symlink("a.fmu", "/etc/passwd", SimpleFileOptions::default()).expect("a link");
     let linked = writer.finish().expect("an archive").into_inner();
-    assert!(matches!(message("c.ssp", &linked), Error::Escapes { .. }));
+    assert!(matches!(message("c.ssp", &linked), Error::Archive(archive::Error::Escapes { .. })));
     assert!(matches!(message("d.ssp", &archive(&[("x", b"")])), Error::Read { .. }));
     assert!(matches!(open(&folder.path().join("none.ssp"), None), Err(Error::Read { .. })));
     // The limit is counted over what is written, not over what an entry claims.
     let path = written(folder.path(), "e.ssp", &archive(&[("x", &[0; 5_000])]));
     let into = folder.path().join("into");
     let mut left = 4_999;
-    let found = crate::archive::unpack(&path, &path, &into, &mut left);
-    assert!(matches!(found, Err(Error::TooLarge { .. })));
+    let found = crate::read_archive::unpack(&path, &path, &into, &mut left);
+    assert!(matches!(found, Err(Error::Archive(archive::Error::TooLarge { .. }))));
 }
 
 #[test]

@@ -8,13 +8,13 @@ use std::sync::Once;
 use tempfile::TempDir;
 
 /// What all of them are called at the beginning.
-const PREFIX: &str = "trackside-fmu-";
+const PREFIX: &str = "trackside-unpacked-";
 /// The file in each of them that its process holds locked: the system lets go of it however the process ends.
 const LOCK: &str = ".in-use";
 
 /// A folder that is removed when it is dropped, or by another process after this one died.
 #[derive(Debug)]
-pub(crate) struct Folder {
+pub struct Folder {
     folder: TempDir,
     _lock: File,
 }
@@ -24,7 +24,7 @@ impl Folder {
     ///
     /// # Errors
     /// When the system does not make one.
-    pub(crate) fn new() -> io::Result<Self> {
+    pub fn new() -> io::Result<Self> {
         static SWEPT: Once = Once::new();
         SWEPT.call_once(|| sweep(&std::env::temp_dir()));
         Self::within(&std::env::temp_dir())
@@ -40,7 +40,9 @@ impl Folder {
         Ok(Folder { folder, _lock: lock })
     }
 
-    pub(crate) fn path(&self) -> &Path {
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
         self.folder.path()
     }
 }

@@ -5,23 +5,33 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use crate::{LARGEST, OpenError};
+use crate::Error;
 
-pub(crate) fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenError> {
-    let broken = |source| OpenError::Zip { path: path.to_owned(), source };
-    let failed = |source| OpenError::Read { path: path.to_owned(), source };
+/// Unpacks the bytes of the archive `path`, which is of a kind such as `.fmu`, into a folder; `left` is how many bytes may still be
+/// unpacked.
+///
+/// # Errors
+/// When it is no archive, or one that would do harm.
+pub fn unpack(
+    path: &Path,
+    kind: &'static str,
+    bytes: &[u8],
+    into: &Path,
+    left: &mut u64,
+) -> Result<(), Error> {
+    let broken = |source| Error::Zip { path: path.to_owned(), kind, source };
+    let failed = |source| Error::Read { path: path.to_owned(), source };
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).map_err(broken)?;
     let different = archive.len();
     let listed = listed_entries(bytes);
     if let Some(listed) = listed.filter(|listed| *listed != different && !repeats(bytes, *listed)) {
-        return Err(OpenError::Ambiguous { path: path.to_owned(), listed, different });
+        return Err(Error::Ambiguous { path: path.to_owned(), listed, different });
     }
-    let mut left = LARGEST;
     for index in 0..archive.len() {
         let mut entry = archive.by_index(index).map_err(broken)?;
         let Some(inside) = entry.enclosed_name().filter(|_| !entry.is_symlink()) else {
             let entry = String::from_utf8_lossy(entry.name_raw()).into_owned();
-            return Err(OpenError::Escapes { path: path.to_owned(), entry });
+            return Err(Error::Escapes { path: path.to_owned(), entry });
         };
         let target = into.join(inside);
         if entry.is_dir() {
@@ -34,10 +44,9 @@ pub(crate) fn unpack(path: &Path, bytes: &[u8], into: &Path) -> Result<(), OpenE
         let mut file = File::create(&target).map_err(failed)?;
         // What the entry claims about its size is not believed: one byte over the limit is enough.
         let written =
-            std::io::copy(&mut entry.by_ref().take(left + 1), &mut file).map_err(failed)?;
-        left = left
-            .checked_sub(written)
-            .ok_or_else(|| OpenError::TooLarge { path: path.to_owned() })?;
+            std::io::copy(&mut entry.by_ref().take(*left + 1), &mut file).map_err(failed)?;
+        *left =
+            left.checked_sub(written).ok_or_else(|| Error::TooLarge { path: path.to_owned() })?;
     }
     Ok(())
 }
@@ -79,4 +88,14 @@ fn listed_entries(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(end + 10..end + 12)?;
     let count = u16::from_le_bytes([count[0], count[1]]);
     (count != u16::MAX).then_some(count.into())
+}
+
+/// Whether the file begins as archives do.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn is_archive(path: &Path) -> std::io::Result<bool> {
+    let mut start = Vec::new();
+    File::open(path)?.take(4).read_to_end(&mut start)?;
+    Ok(start.starts_with(b"PK\x03\x04") || start.starts_with(b"PK\x05\x06"))
 }

@@ -1,0 +1,61 @@
+//! Unpacks archives of others, FMUs and systems of SSP, into folders that vanish with their process.
+//!
+//! An archive may be hostile: nothing is written outside of its folder, and sizes are bounded.
+
+mod folder;
+mod unpack;
+
+use std::path::PathBuf;
+
+pub use folder::Folder;
+pub use unpack::{is_archive, unpack};
+
+/// An archive may unpack to this many bytes, which is far more than any real one needs.
+pub const LARGEST: u64 = 4 << 30;
+
+/// Why an archive is not unpacked.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file is not there or cannot be read, or its entries cannot be written.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The archive.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is no archive, or a broken one.
+    #[error("{path} is not an {kind} archive: {source}")]
+    Zip {
+        /// The archive.
+        path: PathBuf,
+        /// What it should be.
+        kind: &'static str,
+        /// What is wrong with it.
+        source: zip::result::ZipError,
+    },
+    /// An entry of the archive would leave the folder that it is unpacked to.
+    #[error("{path} contains the entry `{entry}`, which leaves the folder that it is unpacked to")]
+    Escapes {
+        /// The archive.
+        path: PathBuf,
+        /// The entry.
+        entry: String,
+    },
+    /// Two entries of the archive have the same name, so what is in it depends on who reads it.
+    #[error("{path} has {listed} entries, but only {different} different names")]
+    Ambiguous {
+        /// The archive.
+        path: PathBuf,
+        /// How many entries it lists.
+        listed: usize,
+        /// How many names there are.
+        different: usize,
+    },
+    /// The archive is too large.
+    #[error("{path} unpacks to more than {LARGEST} bytes")]
+    TooLarge {
+        /// The archive.
+        path: PathBuf,
+    },
+}

@@ -1,0 +1,37 @@
+//! Reads archives: a whole one, or one file of it.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use archive::Error;
+
+/// Unpacks the archive `path` into a folder; `left` is how many bytes all archives together may still unpack to.
+pub(crate) fn unpack(
+    path: &Path,
+    shown: &Path,
+    into: &Path,
+    left: &mut u64,
+) -> Result<(), crate::Error> {
+    let failed = |source| crate::Error::Read { path: shown.to_owned(), source };
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(failed)?;
+    // No archive of use is longer than what it may unpack to.
+    file.take(*left + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > *left {
+        return Err(Error::TooLarge { path: shown.to_owned() }.into());
+    }
+    Ok(archive::unpack(shown, ".ssp", &bytes, into, left)?)
+}
+
+/// One file of an archive, at most `limit` and one bytes of it.
+pub(crate) fn entry(path: &Path, name: &str, limit: u64) -> Result<Vec<u8>, Error> {
+    let broken = |source| Error::Zip { path: path.to_owned(), kind: ".fmu", source };
+    let failed = |source| Error::Read { path: path.to_owned(), source };
+    let file = File::open(path).map_err(failed)?;
+    let mut archive = zip::ZipArchive::new(file).map_err(broken)?;
+    let entry = archive.by_name(name).map_err(broken)?;
+    let mut bytes = Vec::new();
+    entry.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
+    Ok(bytes)
+}
