@@ -3,7 +3,7 @@
 use diagnostics::{Error, Mistakes, Spanned};
 
 use super::nodes::UnplacedNode;
-use super::port::Side;
+use super::port::{Side, find};
 use crate::words::{Connect, Scenario};
 
 /// The connections of a scenario, each of one output and one input. Names that are wrong stay as they are.
@@ -17,7 +17,8 @@ pub(super) fn expanded(
         let from = elements(unplaced, connect.from.get_ref(), Side::Output);
         let to = elements(unplaced, connect.to.get_ref(), Side::Input);
         if from.len() != to.len() {
-            mistakes.push(differ(scenario, connect, (from.len(), to.len())));
+            let sizes = (from.len(), to.len());
+            mistakes.push(wrong(scenario, unplaced, connect, sizes));
             continue;
         }
         if from.is_empty() {
@@ -43,6 +44,21 @@ fn elements(unplaced: &[UnplacedNode], full: &str, side: Side) -> Vec<String> {
     let of_array = |name: &str| name.strip_prefix(array).is_some_and(|rest| rest.starts_with('['));
     let is_element = |port: &&super::nodes::Port| port.element.1 > 1 && of_array(&port.name);
     ports.iter().filter(is_element).map(|port| format!("{node}.{}", port.name)).collect()
+}
+
+/// The error of two ends of different sizes, or of the one that is not there.
+fn wrong(
+    scenario: &Scenario,
+    unplaced: &[UnplacedNode],
+    connect: &Connect,
+    (from, to): (usize, usize),
+) -> Error {
+    let (word, side) = match from {
+        0 => (&connect.from, Side::Output),
+        _ => (&connect.to, Side::Input),
+    };
+    let absent = find(scenario, unplaced, word, side).err().filter(|_| from == 0 || to == 0);
+    absent.unwrap_or_else(|| differ(scenario, connect, (from, to)))
 }
 
 fn differ(scenario: &Scenario, connect: &Connect, (from, to): (usize, usize)) -> Error {

@@ -75,6 +75,14 @@ pub(super) fn sizes(
     sizes
 }
 
+/// The name of a variable, and that of the array for one of its elements.
+fn array_name(variable: &Variable) -> &str {
+    match variable.element {
+        (_, 1) => &variable.name,
+        _ => variable.name.rsplit_once('[').map_or(variable.name.as_str(), |(name, _)| name),
+    }
+}
+
 /// The values in nested lists, row by row.
 fn leaves<'a>(value: &'a toml::Value, found: &mut Vec<&'a toml::Value>) {
     match value {
@@ -106,15 +114,20 @@ impl Starts<'_> {
         let (first, count) = match self.variables.iter().position(of_array) {
             Some(first) => (first, self.variables[first].element.1),
             None => {
-                let known = self.variables.iter().map(|variable| variable.name.as_str());
-                return Err(suggest::unknown("variable", name, known).to_string());
+                let firsts = self.variables.iter().filter(|variable| variable.element.0 == 0);
+                let names = firsts.map(array_name);
+                let elements = self.variables.iter().filter(|it| it.element.1 > 1);
+                let elements = elements.map(|variable| variable.name.as_str());
+                return Err(suggest::unknown("variable", name, names.chain(elements)).to_string());
             }
         };
         let mut values = Vec::new();
         leaves(value, &mut values);
         if !value.is_array() || values.len() != count {
-            let found =
-                if value.is_array() { format!("{}", values.len()) } else { value.to_string() };
+            let found = match value.is_array() {
+                true => values.len().to_string(),
+                false => format!("{value}, which is no list"),
+            };
             return Err(format!(
                 "expected {count} values, row by row, for the array `{name}`, found {found}"
             ));
