@@ -101,6 +101,7 @@ fn versions_of_fmi_meet_in_one_scenario() {
     let (lab, ended) = run(scenario);
     ended.expect(0);
     assert_eq!(all(&lab, &["old.x_out", "one.y[1]"]), ["10", "10"]);
+    assert_eq!(lab.report("out")["versions"]["fmi"], "2.0, 3.0");
 }
 
 fn texts_and_bytes_travel_by_element() {

@@ -123,15 +123,15 @@ impl RunReport {
         row("Command", &made.command.join(" "));
         row("Set from outside", &made.set.join(", "));
         row("Seed", &format!("{} ({})", made.seed, made.generator));
+        let fmi = match versions.fmi.as_str() {
+            "" => String::new(),
+            fmi => format!(", FMI {fmi}"),
+        };
         row(
             "Versions",
             &format!(
-                "trackside {}, FMI {}, plugins {}, {} on {}",
-                versions.trackside,
-                versions.fmi,
-                versions.plugin_interface,
-                versions.os,
-                versions.arch
+                "trackside {}{fmi}, plugins {}, {} on {}",
+                versions.trackside, versions.plugin_interface, versions.os, versions.arch
             ),
         );
         html.push_str("</table>\n");

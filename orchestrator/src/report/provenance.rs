@@ -1,5 +1,6 @@
 //! Says what a run was made with: command line, versions, and hashes of all that it read.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -40,8 +41,8 @@ pub struct Provenance {
 pub struct Versions {
     /// Of this program.
     pub trackside: &'static str,
-    /// Of the interface to FMUs.
-    pub fmi: &'static str,
+    /// Of FMI, those of the FMUs that took part, such as `2.0, 3.0`; empty without one.
+    pub fmi: String,
     /// Of the interface to plugins.
     pub plugin_interface: u32,
     /// The operating system.
@@ -87,7 +88,7 @@ impl Provenance {
             begun: begun.map(|time| time.as_secs()).unwrap_or_default(),
             versions: Versions {
                 trackside: env!("CARGO_PKG_VERSION"),
-                fmi: "2.0",
+                fmi: fmi(system),
                 plugin_interface: plugin::abi::VERSION,
                 os: std::env::consts::OS,
                 arch: std::env::consts::ARCH,
@@ -112,6 +113,16 @@ fn fmus(system: &System) -> Vec<FmuReport> {
         _ => None,
     };
     system.nodes.iter().filter_map(fmu).collect()
+}
+
+/// The versions of FMI of all FMUs, each once.
+fn fmi(system: &System) -> String {
+    let version = |node: &scenario::plan::NodePlan| match &node.body {
+        Body::Fmu { fmu, .. } => Some(fmu.description.version.to_string()),
+        _ => None,
+    };
+    let versions: BTreeSet<String> = system.nodes.iter().filter_map(version).collect();
+    Vec::from_iter(versions).join(", ")
 }
 
 /// The hash of a file, unless it has gone since it was read.
