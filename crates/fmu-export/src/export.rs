@@ -10,9 +10,11 @@ use std::ptr;
 use std::sync::Arc;
 
 use crate::abi::{Boolean, CallbackFunctions, Component, Status};
-use crate::description::{self, guid};
-use crate::instance::{FmiError, FmiResult, Instance, reject};
-pub use crate::lifecycle::Call;
+use crate::co_simulation::CoSimulation;
+use crate::description;
+use crate::failure::{FmiError, FmiResult, reject};
+use crate::lifecycle::State;
+pub use crate::lifecycle::{Call, Course};
 use crate::log::{self, take_messages};
 use crate::memory::{read, text, write};
 use crate::model::Model;
@@ -34,9 +36,11 @@ pub use values::{directional_derivative, get, get_string, set, set_input_derivat
 const CO_SIMULATION: c_int = 1;
 
 /// What an `fmi2Component` points to.
-struct Exported<M: Model> {
-    instance: Instance<M>,
+struct Exported<S: CoSimulation> {
+    instance: S,
     log: Log,
+    /// What the last call for texts handed out; the importer holds their addresses.
+    texts: Vec<CString>,
 }
 
 /// The message of a panic. A payload of an unknown type is leaked: its destructor might panic in turn.
@@ -58,20 +62,21 @@ fn panic_message(panic: Box<dyn Any + Send>) -> String {
 ///
 /// # Safety
 /// `component` is null or comes from [`instantiate`] and has not been freed; no other call uses it.
-unsafe fn with<M: Model>(
+unsafe fn with<S: CoSimulation>(
     component: Component,
     call: Call,
-    body: impl FnOnce(&mut Instance<M>, &mut Log) -> FmiResult,
+    body: impl FnOnce(&mut Exported<S>) -> FmiResult,
 ) -> Status {
     let (status, delivery) = {
         // SAFETY: as the caller promises. The reference ends with this block, before foreign code runs.
-        let Some(exported) = (unsafe { component.cast::<Exported<M>>().as_mut() }) else {
+        let Some(exported) = (unsafe { component.cast::<Exported<S>>().as_mut() }) else {
             return Status::Error;
         };
-        let Exported { instance, log } = exported;
         // What a model logged outside of a call, in `Drop` or `Default`, belongs to none.
         take_messages();
-        let run = AssertUnwindSafe(|| instance.check(call).and_then(|()| body(instance, log)));
+        let run = AssertUnwindSafe(|| {
+            exported.instance.course().check(call).and_then(|()| body(exported))
+        });
         let result = catch_unwind(run);
         let error = match result {
             Ok(Ok(())) => None,
@@ -79,11 +84,11 @@ unsafe fn with<M: Model>(
             // model that failed is lost, and its state is set already.
             Ok(Err(error)) => Some(error),
             Err(panic) => {
-                instance.fail(Status::Fatal);
+                exported.instance.course().fail(Status::Fatal);
                 Some(FmiError { status: Status::Fatal, message: panic_message(panic) })
             }
         };
-        log.collect(error)
+        exported.log.collect(error)
     };
     delivery.deliver();
     status
@@ -93,10 +98,10 @@ unsafe fn with<M: Model>(
 ///
 /// # Safety
 /// The arguments are as FMI 2.0 demands of `fmi2Instantiate`.
-pub unsafe fn instantiate<M: Model>(
+pub unsafe fn instantiate<S: CoSimulation>(
     name: *const c_char,
     kind: c_int,
-    found: *const c_char,
+    (found, resources): (*const c_char, *const c_char),
     functions: *const CallbackFunctions,
     logging_on: Boolean,
 ) -> Component {
@@ -109,15 +114,21 @@ pub unsafe fn instantiate<M: Model>(
     };
     let Some(logger) = logger else { return ptr::null_mut() };
     // SAFETY: as the caller promises.
-    let (name, found) = unsafe { (text(name), text(found)) };
+    let (name, found, resources) = unsafe { (text(name), text(found), text(resources)) };
     let wrong = (kind != CO_SIMULATION).then_some("only co-simulation is supported");
-    make::<M>(name, found, wrong, (Callback::Two(logger), environment), logging_on != 0)
+    make::<S>(
+        name,
+        (found, resources),
+        wrong,
+        (Callback::Two(logger), environment),
+        logging_on != 0,
+    )
 }
 
 /// Makes an instance, unless something is wrong, for an importer with its logger and environment.
-fn make<M: Model>(
+fn make<S: CoSimulation>(
     name: FmiResult<String>,
-    found: FmiResult<String>,
+    (found, resources): (FmiResult<String>, FmiResult<String>),
     wrong: Option<&str>,
     (logger, environment): (Callback, *mut c_void),
     logging_on: bool,
@@ -127,17 +138,16 @@ fn make<M: Model>(
         Importer { name: CString::new(own_name).unwrap_or_default(), logger, environment };
     let log = Log {
         importer: Arc::new(importer),
-        own: M::INFO.log_categories,
+        own: S::log_categories(),
         enabled: if logging_on { u64::MAX } else { ALWAYS },
     };
     let instance = catch_unwind(AssertUnwindSafe(|| {
-        let expected = guid::<M>();
         match (name.as_deref(), found) {
             (Err(_) | Ok(""), _) => reject("the instance has no name in UTF-8"),
             _ if wrong.is_some() => reject(wrong.unwrap_or_default()),
-            (_, Ok(found)) if found == expected => Ok(Instance::<M>::new()),
-            (_, Ok(found)) => reject(format!("expected GUID {expected}, found {found}")),
-            (_, Err(_)) => reject(format!("expected GUID {expected}, found none")),
+            // FMI 2.0 allows no resources: the pointer may be null.
+            (_, Ok(found)) => S::instantiate(&found, resources.ok().as_deref()),
+            (_, Err(_)) => reject("expected the GUID of the description, found none"),
         }
     }));
     let (instance, error) = match instance {
@@ -153,7 +163,7 @@ fn make<M: Model>(
     }
     log.collect(error).1.deliver();
     instance.map_or(ptr::null_mut(), |instance| {
-        Box::into_raw(Box::new(Exported { instance, log })).cast()
+        Box::into_raw(Box::new(Exported { instance, log, texts: Vec::new() })).cast()
     })
 }
 
@@ -161,10 +171,10 @@ fn make<M: Model>(
 ///
 /// # Safety
 /// `component` is null or comes from [`instantiate`] and is not used again.
-pub unsafe fn free_instance<M: Model>(component: Component) {
+pub unsafe fn free_instance<S: CoSimulation>(component: Component) {
     if !component.is_null() {
         // SAFETY: `instantiate` made the box, and the caller gives it up.
-        let exported = unsafe { Box::from_raw(component.cast::<Exported<M>>()) };
+        let exported = unsafe { Box::from_raw(component.cast::<Exported<S>>()) };
         // A model whose destructor panics must not take the importer with it.
         let freed = catch_unwind(AssertUnwindSafe(|| drop(exported)));
         let _ = freed.map_err(panic_message);
@@ -177,13 +187,13 @@ pub unsafe fn free_instance<M: Model>(component: Component) {
 ///
 /// # Safety
 /// The arguments are as FMI 2.0 demands of `fmi2SetDebugLogging`.
-pub unsafe fn set_debug_logging<M: Model>(
+pub unsafe fn set_debug_logging<S: CoSimulation>(
     component: Component,
     logging_on: Boolean,
     length: usize,
     categories: *const *const c_char,
 ) -> Status {
-    let body = |_: &mut Instance<M>, log: &mut Log| {
+    let body = |Exported { log, .. }: &mut Exported<S>| {
         let mut chosen = 0;
         // SAFETY: as the caller promises.
         for category in unsafe { read(categories, length) }? {
@@ -199,24 +209,23 @@ pub unsafe fn set_debug_logging<M: Model>(
         Ok(())
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::SetDebugLogging, body) }
+    unsafe { with::<S>(component, Call::SetDebugLogging, body) }
 }
 
-/// `fmi2SetupExperiment`; the tolerance is for solvers, and there is none.
+/// `fmi2SetupExperiment`, with the tolerance and the stop time if they are defined.
 ///
 /// # Safety
 /// As `with` demands of `component`.
-pub unsafe fn setup_experiment<M: Model>(
+pub unsafe fn setup_experiment<S: CoSimulation>(
     component: Component,
+    tolerance: Option<f64>,
     start: f64,
-    stop_defined: Boolean,
-    stop: f64,
+    stop: Option<f64>,
 ) -> Status {
-    let stop = (stop_defined != 0).then_some(stop);
     // SAFETY: as the caller promises.
     unsafe {
-        with::<M>(component, Call::SetupExperiment, |instance, _| {
-            instance.setup_experiment(start, stop)
+        with::<S>(component, Call::SetupExperiment, |exported| {
+            exported.instance.course().setup_experiment(start, stop, tolerance)
         })
     }
 }
@@ -226,44 +235,54 @@ pub unsafe fn setup_experiment<M: Model>(
 ///
 /// # Safety
 /// As `with` demands of `component`.
-pub unsafe fn proceed<M: Model>(component: Component, call: Call) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| {
+pub unsafe fn proceed<S: CoSimulation>(component: Component, call: Call) -> Status {
+    let body = |Exported { instance, .. }: &mut Exported<S>| {
         match call {
-            Call::EnterInitializationMode => instance.enter_initialization(),
+            Call::EnterInitializationMode => {
+                instance.enter_initialization()?;
+                instance.course().state = State::Initialization;
+            }
             Call::ExitInitializationMode => {
                 if let Err(error) = instance.exit_initialization() {
-                    instance.fail(error.status);
+                    instance.course().fail(error.status);
                     return Err(error);
                 }
+                instance.course().state = State::StepComplete;
             }
-            Call::Terminate => instance.terminate(),
-            Call::Reset => instance.reset(),
+            Call::Terminate => {
+                instance.terminate()?;
+                instance.course().state = State::Terminated;
+            }
+            Call::Reset => {
+                instance.reset()?;
+                *instance.course() = Course::default();
+            }
             _ => return reject(format!("{call:?} is not supported")),
         }
         log::event(format!("{call:?}"));
         Ok(())
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, call, body) }
+    unsafe { with::<S>(component, call, body) }
 }
 
 /// `fmi2DoStep`.
 ///
 /// # Safety
 /// As `with` demands of `component`.
-pub unsafe fn do_step<M: Model>(component: Component, time: f64, step: f64) -> Status {
+pub unsafe fn do_step<S: CoSimulation>(component: Component, time: f64, step: f64) -> Status {
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::DoStep, |instance, _| instance.do_step(time, step)) }
+    unsafe { with::<S>(component, Call::DoStep, |exported| exported.instance.do_step(time, step)) }
 }
 
 /// Rejects the functions whose capability flags are not set.
 ///
 /// # Safety
 /// As `with` demands of `component`.
-pub unsafe fn unsupported<M: Model>(component: Component, call: Call, name: &str) -> Status {
-    let body = |_: &mut Instance<M>, _: &mut Log| reject(format!("{name} is not supported"));
+pub unsafe fn unsupported<S: CoSimulation>(component: Component, call: Call, name: &str) -> Status {
+    let body = |_: &mut Exported<S>| reject(format!("{name} is not supported"));
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, call, body) }
+    unsafe { with::<S>(component, call, body) }
 }
 
 /// `fmi2GetStatus`, `fmi2GetRealStatus` and `fmi2GetBooleanStatus`: `answer` gives the
@@ -271,14 +290,14 @@ pub unsafe fn unsupported<M: Model>(component: Component, call: Call, name: &str
 ///
 /// # Safety
 /// `value` is valid; as `with` demands of `component`.
-pub unsafe fn get_status<M: Model, T>(
+pub unsafe fn get_status<S: CoSimulation, T>(
     component: Component,
     kind: c_int,
     value: *mut T,
-    answer: fn(&dyn LastStep, c_int) -> Option<T>,
+    answer: fn(&Course, c_int) -> Option<T>,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| {
-        let Some(found) = answer(instance, kind) else {
+    let body = |Exported { instance, .. }: &mut Exported<S>| {
+        let Some(found) = answer(instance.course(), kind) else {
             return Err(FmiError {
                 status: Status::Discard,
                 message: format!("there is no status of kind {kind} of this type"),
@@ -288,29 +307,7 @@ pub unsafe fn get_status<M: Model, T>(
         unsafe { write(value, found) }
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::GetStatus, body) }
-}
-
-/// Status of the last step.
-pub trait LastStep {
-    /// `fmi2DoStepStatus`.
-    fn status(&self) -> Status;
-    /// `fmi2LastSuccessfulTime` [s].
-    fn last_successful_time(&self) -> f64;
-    /// `fmi2Terminated`.
-    fn terminated(&self) -> bool;
-}
-
-impl<M: Model> LastStep for Instance<M> {
-    fn status(&self) -> Status {
-        self.last_step()
-    }
-    fn last_successful_time(&self) -> f64 {
-        Instance::last_successful_time(self)
-    }
-    fn terminated(&self) -> bool {
-        Instance::terminated(self)
-    }
+    unsafe { with::<S>(component, Call::GetStatus, body) }
 }
 
 /// Gives the model's name, its `modelDescription.xml` of FMI 2.0, the mistakes in its table, and its description of FMI 3.0 to a

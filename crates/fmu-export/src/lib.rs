@@ -134,9 +134,11 @@
 #![allow(unsafe_code, reason = "the C interface of FMI")]
 
 pub mod abi;
+mod co_simulation;
 mod derivative;
 pub mod description;
 pub mod export;
+mod failure;
 mod info;
 mod instance;
 mod lifecycle;
@@ -149,8 +151,12 @@ mod table;
 mod value;
 mod variable;
 
+pub use co_simulation::{Categories, CoSimulation};
 pub use derivative::{Derivatives, Equations, Number};
+pub use failure::{FmiError, FmiResult, reject};
 pub use info::Info;
+pub use instance::{Instance, Snapshot};
+pub use lifecycle::{Course, State};
 pub use log::{LOG_CATEGORIES, log, warn};
 pub use model::{Model, ModelError};
 pub use units as unit;

@@ -1,4 +1,7 @@
-//! Lists the FMI functions that each state of an instance allows: table 4.2.4 of FMI 2.0.
+//! Lists the FMI functions that each state of an instance allows, table 4.2.4 of FMI 2.0, and keeps the state.
+
+use crate::abi::Status;
+use crate::failure::{FmiResult, reject};
 
 /// The state of a co-simulation instance.
 ///
@@ -73,7 +76,7 @@ const STEPPED: &[State] = &[StepComplete, StepFailed, Terminated, Error];
 
 impl Call {
     /// Whether the call is legal in `state`.
-    pub fn allowed(self, state: State) -> bool {
+    pub(crate) fn allowed(self, state: State) -> bool {
         let states = match self {
             Call::SetDebugLogging | Call::Reset | Call::FmuState => const { mask(ALIVE) },
             Call::SetupExperiment | Call::EnterInitializationMode => {
@@ -93,5 +96,106 @@ impl Call {
             Call::GetStatus => const { mask(&[StepComplete, StepFailed, Terminated]) },
         };
         states & state as u8 != 0
+    }
+}
+
+/// How far the communication point may be from the end of the last step, as a share of the step:
+/// masters that add up time are off by rounding, a master that skips a step is off by a whole one.
+const TIME_TOLERANCE: f64 = 1e-6;
+
+/// Where an instance stands: the calls that FMI allows, and the time that it has reached.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub struct Course {
+    /// Its state.
+    pub state: State,
+    /// `fmi2SetupExperiment` was called.
+    set_up: bool,
+    /// The end of the last step, or the start time [s].
+    pub now: f64,
+    /// Where the simulation stops, if the importer knows [s].
+    pub stop: Option<f64>,
+    /// Relative tolerance of the integration, if the importer has one [-].
+    pub tolerance: Option<f64>,
+    /// Whether the instance ended the simulation.
+    pub terminated: bool,
+}
+
+impl Default for Course {
+    fn default() -> Self {
+        Course {
+            state: Instantiated,
+            set_up: false,
+            now: 0.0,
+            stop: None,
+            tolerance: None,
+            terminated: false,
+        }
+    }
+}
+
+impl Course {
+    /// Rejects a call that the state of the instance does not allow.
+    pub(crate) fn check(&self, call: Call) -> FmiResult {
+        let state = self.state;
+        if !call.allowed(state) {
+            return reject(format!("{call:?} is not allowed in the state {state:?}"));
+        }
+        if call == Call::EnterInitializationMode && !self.set_up {
+            return reject("EnterInitializationMode is not allowed before SetupExperiment");
+        }
+        Ok(())
+    }
+
+    /// Notes a failure that ends the life of the instance.
+    pub fn fail(&mut self, status: Status) {
+        self.state = match status {
+            Status::Error => Error,
+            Status::Fatal => State::Fatal,
+            _ => self.state,
+        };
+    }
+
+    /// Notes the experiment.
+    pub(crate) fn setup_experiment(
+        &mut self,
+        start: f64,
+        stop: Option<f64>,
+        tolerance: Option<f64>,
+    ) -> FmiResult {
+        if !start.is_finite() || stop.is_some_and(|stop| stop <= start || stop.is_nan()) {
+            return reject(format!(
+                "start time {start} and stop time {stop:?} do not make an interval"
+            ));
+        }
+        *self = Course { now: start, stop, tolerance, set_up: true, ..self.clone() };
+        Ok(())
+    }
+
+    /// Rejects a step that does not begin where the last one ended, or that passes the stop time.
+    ///
+    /// # Errors
+    /// When it does so, or is not positive.
+    pub fn check_step(&self, time: f64, step: f64) -> FmiResult {
+        let Course { now, stop, .. } = *self;
+        if !(step > 0.0 && step.is_finite()) {
+            return reject(format!("communication step size {step} s is not positive"));
+        }
+        // Late in a long run with short steps the rounding of the time itself is the larger part.
+        let tolerance = TIME_TOLERANCE * step + 4.0 * f64::EPSILON * now.abs();
+        if time.is_nan() || (time - now).abs() > tolerance {
+            return reject(format!("expected communication point {now} s, found {time} s"));
+        }
+        match stop {
+            Some(stop) if time + step > stop + tolerance => {
+                reject(format!("a step of {step} s from {time} s passes the stop time {stop} s"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The status of the last step.
+    #[must_use]
+    pub fn last_step(&self) -> Status {
+        if self.state == StepFailed { Status::Discard } else { Status::Ok }
     }
 }

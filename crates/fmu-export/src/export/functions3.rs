@@ -13,86 +13,86 @@ macro_rules! export_fmi3 {
             use $crate::abi::{Component, FmuState, LogMessage, Status, ValueReference};
             use $crate::export::{self, Call, three};
 
-            use super::ExportedModel as Model;
+            use super::ExportedInstance as Instance;
 
             type References = *const ValueReference;
 
             $crate::c_functions! {
                 fmi3SetDebugLogging(c: Component, on: bool, n: usize, categories: *const *const c_char)
-                    => export::set_debug_logging::<Model>(c, on.into(), n, categories);
-                fmi3EnterInitializationMode(c: Component, _has_tolerance: bool, _tolerance: f64, start: f64, has_stop: bool, stop: f64)
-                    => three::enter_initialization::<Model>(c, start, has_stop, stop);
-                fmi3ExitInitializationMode(c: Component) => export::proceed::<Model>(c, Call::ExitInitializationMode);
-                fmi3Terminate(c: Component) => export::proceed::<Model>(c, Call::Terminate);
-                fmi3Reset(c: Component) => export::proceed::<Model>(c, Call::Reset);
+                    => export::set_debug_logging::<Instance>(c, on.into(), n, categories);
+                fmi3EnterInitializationMode(c: Component, has_tolerance: bool, tolerance: f64, start: f64, has_stop: bool, stop: f64)
+                    => three::enter_initialization::<Instance>(c, has_tolerance.then_some(tolerance), start, has_stop.then_some(stop));
+                fmi3ExitInitializationMode(c: Component) => export::proceed::<Instance>(c, Call::ExitInitializationMode);
+                fmi3Terminate(c: Component) => export::proceed::<Instance>(c, Call::Terminate);
+                fmi3Reset(c: Component) => export::proceed::<Instance>(c, Call::Reset);
                 fmi3DoStep(c: Component, time: f64, step: f64, _no_set_state_prior: bool, event: *mut bool, terminate: *mut bool, early: *mut bool, reached: *mut f64)
-                    => three::step::<Model>(c, time, step, three::Ended { event, terminate, early, reached });
+                    => three::step::<Instance>(c, time, step, three::Ended { event, terminate, early, reached });
                 fmi3GetFloat64(c: Component, r: References, n: usize, v: *mut f64, l: usize)
-                    => three::get::<Model, f64>(c, (r, n), (v, l));
+                    => three::get::<Instance, f64>(c, (r, n), (v, l));
                 fmi3GetInt32(c: Component, r: References, n: usize, v: *mut i32, l: usize)
-                    => three::get::<Model, i32>(c, (r, n), (v, l));
+                    => three::get::<Instance, i32>(c, (r, n), (v, l));
                 fmi3GetBoolean(c: Component, r: References, n: usize, v: *mut u8, l: usize)
-                    => three::get::<Model, three::ByteBoolean>(c, (r, n), (v.cast(), l));
+                    => three::get::<Instance, three::ByteBoolean>(c, (r, n), (v.cast(), l));
                 fmi3GetString(c: Component, r: References, n: usize, v: *mut *const c_char, l: usize)
-                    => three::get_string::<Model>(c, (r, n), (v, l));
+                    => three::get_string::<Instance>(c, (r, n), (v, l));
                 fmi3SetFloat64(c: Component, r: References, n: usize, v: *const f64, l: usize)
-                    => three::set::<Model, f64>(c, (r, n), (v, l));
+                    => three::set::<Instance, f64>(c, (r, n), (v, l));
                 fmi3SetInt32(c: Component, r: References, n: usize, v: *const i32, l: usize)
-                    => three::set::<Model, i32>(c, (r, n), (v, l));
+                    => three::set::<Instance, i32>(c, (r, n), (v, l));
                 fmi3SetBoolean(c: Component, r: References, n: usize, v: *const u8, l: usize)
-                    => three::set::<Model, three::ByteBoolean>(c, (r, n), (v.cast(), l));
+                    => three::set::<Instance, three::ByteBoolean>(c, (r, n), (v.cast(), l));
                 fmi3SetString(c: Component, r: References, n: usize, v: *const *const c_char, l: usize)
-                    => three::set_string::<Model>(c, (r, n), (v, l));
-                fmi3GetFMUState(c: Component, s: *mut FmuState) => export::get_fmu_state::<Model>(c, s);
-                fmi3SetFMUState(c: Component, s: FmuState) => export::set_fmu_state::<Model>(c, s);
-                fmi3FreeFMUState(c: Component, s: *mut FmuState) => export::free_fmu_state::<Model>(c, s);
+                    => three::set_string::<Instance>(c, (r, n), (v, l));
+                fmi3GetFMUState(c: Component, s: *mut FmuState) => export::get_fmu_state::<Instance>(c, s);
+                fmi3SetFMUState(c: Component, s: FmuState) => export::set_fmu_state::<Instance>(c, s);
+                fmi3FreeFMUState(c: Component, s: *mut FmuState) => export::free_fmu_state::<Instance>(c, s);
                 fmi3SerializedFMUStateSize(c: Component, s: FmuState, size: *mut usize)
-                    => export::serialized_size::<Model>(c, s, size);
+                    => export::serialized_size::<Instance>(c, s, size);
                 fmi3SerializeFMUState(c: Component, s: FmuState, bytes: *mut u8, n: usize)
-                    => export::serialize::<Model>(c, s, bytes, n);
+                    => export::serialize::<Instance>(c, s, bytes, n);
                 fmi3DeserializeFMUState(c: Component, bytes: *const u8, n: usize, s: *mut FmuState)
-                    => export::deserialize::<Model>(c, bytes, n, s);
+                    => export::deserialize::<Instance>(c, bytes, n, s);
                 fmi3GetDirectionalDerivative(c: Component, unknown: References, n: usize, known: References, m: usize, seed: *const f64, seeds: usize, response: *mut f64, room: usize)
-                    => three::directional_derivative::<Model>(c, (unknown, n), (known, m), (seed, seeds), (response, room));
+                    => three::directional_derivative::<Instance>(c, (unknown, n), (known, m), (seed, seeds), (response, room));
                 fmi3GetAdjointDerivative(c: Component, _u: References, _n: usize, _k: References, _m: usize, _s: *const f64, _ns: usize, _v: *mut f64, _nv: usize)
-                    => export::unsupported::<Model>(c, Call::GetDirectionalDerivative, "an adjoint derivative");
+                    => export::unsupported::<Instance>(c, Call::GetDirectionalDerivative, "an adjoint derivative");
                 fmi3GetOutputDerivatives(c: Component, _r: References, _n: usize, _order: *const i32, _v: *mut f64, _l: usize)
-                    => export::unsupported::<Model>(c, Call::GetRealOutputDerivatives, "an output derivative");
+                    => export::unsupported::<Instance>(c, Call::GetRealOutputDerivatives, "an output derivative");
                 fmi3GetNumberOfVariableDependencies(c: Component, _r: ValueReference, count: *mut usize)
-                    => three::none::<Model>(c, count, "a list of dependencies");
+                    => three::none::<Instance>(c, count, "a list of dependencies");
                 fmi3GetVariableDependencies(c: Component, _r: ValueReference, _e: *mut usize, _i: *mut ValueReference, _ei: *mut usize, _k: *mut i32, _n: usize)
-                    => three::none::<Model>(c, std::ptr::null_mut(), "a list of dependencies");
+                    => three::none::<Instance>(c, std::ptr::null_mut(), "a list of dependencies");
                 fmi3GetBinary(c: Component, r: References, n: usize, _s: *mut usize, _v: *mut *const u8, _l: usize)
-                    => three::no_such_type::<Model>(c, Call::Get, (r, n), "Binary");
+                    => three::no_such_type::<Instance>(c, Call::Get, (r, n), "Binary");
                 fmi3SetBinary(c: Component, r: References, n: usize, _s: *const usize, _v: *const *const u8, _l: usize)
-                    => three::no_such_type::<Model>(c, Call::Set, (r, n), "Binary");
+                    => three::no_such_type::<Instance>(c, Call::Set, (r, n), "Binary");
                 fmi3GetClock(c: Component, r: References, n: usize, _v: *mut bool)
-                    => three::no_such_type::<Model>(c, Call::Get, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
                 fmi3SetClock(c: Component, r: References, n: usize, _v: *const bool)
-                    => three::no_such_type::<Model>(c, Call::Set, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
                 fmi3GetIntervalDecimal(c: Component, r: References, n: usize, _v: *mut f64, _q: *mut i32)
-                    => three::no_such_type::<Model>(c, Call::Get, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
                 fmi3GetIntervalFraction(c: Component, r: References, n: usize, _i: *mut u64, _o: *mut u64, _q: *mut i32)
-                    => three::no_such_type::<Model>(c, Call::Get, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
                 fmi3GetShiftDecimal(c: Component, r: References, n: usize, _v: *mut f64)
-                    => three::no_such_type::<Model>(c, Call::Get, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
                 fmi3GetShiftFraction(c: Component, r: References, n: usize, _i: *mut u64, _o: *mut u64)
-                    => three::no_such_type::<Model>(c, Call::Get, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
                 fmi3SetIntervalDecimal(c: Component, r: References, n: usize, _v: *const f64)
-                    => three::no_such_type::<Model>(c, Call::Set, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
                 fmi3SetIntervalFraction(c: Component, r: References, n: usize, _i: *const u64, _o: *const u64)
-                    => three::no_such_type::<Model>(c, Call::Set, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
                 fmi3SetShiftDecimal(c: Component, r: References, n: usize, _v: *const f64)
-                    => three::no_such_type::<Model>(c, Call::Set, (r, n), "Clock");
+                    => three::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
                 fmi3SetShiftFraction(c: Component, r: References, n: usize, _i: *const u64, _o: *const u64)
-                    => three::no_such_type::<Model>(c, Call::Set, (r, n), "Clock");
-                fmi3EnterConfigurationMode(c: Component) => three::none::<Model>(c, std::ptr::null_mut(), "configuration mode");
-                fmi3ExitConfigurationMode(c: Component) => three::none::<Model>(c, std::ptr::null_mut(), "configuration mode");
-                fmi3EnterEventMode(c: Component) => three::none::<Model>(c, std::ptr::null_mut(), "event mode");
-                fmi3EnterStepMode(c: Component) => three::none::<Model>(c, std::ptr::null_mut(), "event mode");
-                fmi3EvaluateDiscreteStates(c: Component) => three::none::<Model>(c, std::ptr::null_mut(), "event mode");
+                    => three::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
+                fmi3EnterConfigurationMode(c: Component) => three::none::<Instance>(c, std::ptr::null_mut(), "configuration mode");
+                fmi3ExitConfigurationMode(c: Component) => three::none::<Instance>(c, std::ptr::null_mut(), "configuration mode");
+                fmi3EnterEventMode(c: Component) => three::none::<Instance>(c, std::ptr::null_mut(), "event mode");
+                fmi3EnterStepMode(c: Component) => three::none::<Instance>(c, std::ptr::null_mut(), "event mode");
+                fmi3EvaluateDiscreteStates(c: Component) => three::none::<Instance>(c, std::ptr::null_mut(), "event mode");
                 fmi3UpdateDiscreteStates(c: Component, _again: *mut bool, _end: *mut bool, _nominals: *mut bool, _states: *mut bool, _defined: *mut bool, _next: *mut f64)
-                    => three::none::<Model>(c, std::ptr::null_mut(), "event mode");
+                    => three::none::<Instance>(c, std::ptr::null_mut(), "event mode");
             }
 
             $crate::absent_interfaces! {
@@ -139,7 +139,7 @@ macro_rules! export_fmi3 {
             pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
                 name: *const c_char,
                 token: *const c_char,
-                _resources: *const c_char,
+                resources: *const c_char,
                 _visible: bool,
                 logging_on: bool,
                 event_mode: bool,
@@ -151,12 +151,12 @@ macro_rules! export_fmi3 {
                 _intermediate_update: *const c_void,
             ) -> Component {
                 let wishes = three::Wishes { logging_on, event_mode, intermediate };
-                unsafe { three::instantiate::<Model>(name, token, environment, log, wishes) }
+                unsafe { three::instantiate::<Instance>(name, (token, resources), environment, log, wishes) }
             }
 
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn fmi3FreeInstance(c: Component) {
-                unsafe { export::free_instance::<Model>(c) }
+                unsafe { export::free_instance::<Instance>(c) }
             }
         }
     };
@@ -170,7 +170,7 @@ macro_rules! absent_interfaces {
         $(
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $name(c: Component $(, $argument: $type)*) -> Status {
-                unsafe { three::none::<Model>(c, std::ptr::null_mut(), "any interface but co-simulation") }
+                unsafe { three::none::<Instance>(c, std::ptr::null_mut(), "any interface but co-simulation") }
             }
         )*
     };
@@ -184,11 +184,11 @@ macro_rules! absent_types {
         $(
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $get(c: Component, r: References, n: usize, _v: *mut $type, _l: usize) -> Status {
-                unsafe { three::no_such_type::<Model>(c, Call::Get, (r, n), $name) }
+                unsafe { three::no_such_type::<Instance>(c, Call::Get, (r, n), $name) }
             }
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $set(c: Component, r: References, n: usize, _v: *const $type, _l: usize) -> Status {
-                unsafe { three::no_such_type::<Model>(c, Call::Set, (r, n), $name) }
+                unsafe { three::no_such_type::<Instance>(c, Call::Set, (r, n), $name) }
             }
         )*
     };

@@ -4,7 +4,7 @@ use std::ffi::{CString, c_void};
 use std::sync::Arc;
 
 use crate::abi::{LogMessage, Logger, Status};
-use crate::instance::FmiError;
+use crate::failure::FmiError;
 use crate::log::{LOG_CATEGORIES, Message, take_messages};
 
 /// Categories that are on by default: without them a failure would be silent.

@@ -3,9 +3,10 @@
 use std::ffi::{c_char, c_void};
 
 use super::logger::Callback;
-use super::{Call, Instance, Log, Model, do_step, make, proceed, setup_experiment, values, with};
+use super::{Call, Exported, do_step, make, proceed, setup_experiment, values, with};
 use crate::abi::{Component, LogMessage, Status, ValueReference};
-use crate::instance::reject;
+use crate::co_simulation::CoSimulation;
+use crate::failure::reject;
 use crate::memory::{Destination, read, text, write};
 pub use crate::value::ByteBoolean;
 use crate::value::Value;
@@ -26,38 +27,44 @@ pub struct Wishes {
 ///
 /// # Safety
 /// The texts are null or C strings; `log` takes the arguments of `fmi3LogMessageCallback`.
-pub unsafe fn instantiate<M: Model>(
+pub unsafe fn instantiate<S: CoSimulation>(
     name: *const c_char,
-    token: *const c_char,
+    (token, resources): (*const c_char, *const c_char),
     environment: *mut c_void,
     log: Option<LogMessage>,
     wishes: Wishes,
 ) -> Component {
     let Some(log) = log else { return std::ptr::null_mut() };
     // SAFETY: as the caller promises.
-    let (name, token) = unsafe { (text(name), text(token)) };
+    let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
     let wrong = match wishes {
         Wishes { event_mode: true, .. } => Some("the FMU has no event mode"),
         Wishes { intermediate: 1.., .. } => Some("the FMU has no intermediate update"),
         _ => None,
     };
-    make::<M>(name, token, wrong, (Callback::Three(log), environment), wishes.logging_on)
+    make::<S>(
+        name,
+        (token, resources),
+        wrong,
+        (Callback::Three(log), environment),
+        wishes.logging_on,
+    )
 }
 
-/// `fmi3EnterInitializationMode`; the tolerance is for solvers, and there is none.
+/// `fmi3EnterInitializationMode`.
 ///
 /// # Safety
 /// As `with` demands of `component`.
-pub unsafe fn enter_initialization<M: Model>(
+pub unsafe fn enter_initialization<S: CoSimulation>(
     component: Component,
+    tolerance: Option<f64>,
     start: f64,
-    stop_defined: bool,
-    stop: f64,
+    stop: Option<f64>,
 ) -> Status {
     // SAFETY: as the caller promises.
     unsafe {
-        match setup_experiment::<M>(component, start, stop_defined.into(), stop) {
-            Status::Ok | Status::Warning => proceed::<M>(component, Call::EnterInitializationMode),
+        match setup_experiment::<S>(component, tolerance, start, stop) {
+            Status::Ok | Status::Warning => proceed::<S>(component, Call::EnterInitializationMode),
             status => status,
         }
     }
@@ -80,17 +87,23 @@ pub struct Ended {
 ///
 /// # Safety
 /// The members of `ended` are null or valid for a write; as `with` demands of `component`.
-pub unsafe fn step<M: Model>(component: Component, time: f64, step: f64, ended: Ended) -> Status {
+pub unsafe fn step<S: CoSimulation>(
+    component: Component,
+    time: f64,
+    step: f64,
+    ended: Ended,
+) -> Status {
     // SAFETY: as the caller promises.
-    let status = unsafe { do_step::<M>(component, time, step) };
+    let status = unsafe { do_step::<S>(component, time, step) };
     let (mut reached, mut terminate) = (time, false);
-    let look = |instance: &mut Instance<M>, _: &mut Log| {
-        (reached, terminate) = (instance.last_successful_time(), instance.terminated());
+    let look = |Exported { instance, .. }: &mut Exported<S>| {
+        let course = instance.course();
+        (reached, terminate) = (course.now, course.terminated);
         Ok(())
     };
     if status != Status::Fatal {
         // SAFETY: as the caller promises. States may be asked for in every state but that.
-        let _ = unsafe { with::<M>(component, Call::FmuState, look) };
+        let _ = unsafe { with::<S>(component, Call::FmuState, look) };
     }
     // SAFETY: as the caller promises. An importer that does not want an answer may hand over null.
     unsafe {
@@ -108,7 +121,7 @@ pub unsafe fn step<M: Model>(component: Component, time: f64, step: f64, ended: 
 ///
 /// # Safety
 /// As `with` demands of `component`.
-unsafe fn scalars<M: Model>(
+unsafe fn scalars<S: CoSimulation>(
     component: Component,
     call: Call,
     [references, values]: [usize; 2],
@@ -117,84 +130,84 @@ unsafe fn scalars<M: Model>(
     if references == values {
         return body();
     }
-    let refuse = |_: &mut Instance<M>, _: &mut Log| {
+    let refuse = |_: &mut Exported<S>| {
         reject(format!("expected {references} values for {references} scalars, found {values}"))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, call, refuse) }
+    unsafe { with::<S>(component, call, refuse) }
 }
 
 /// `fmi3GetFloat64`, `fmi3GetInt32` and `fmi3GetBoolean`.
 ///
 /// # Safety
 /// `references` is valid for `count` values, `values` for `length`; as `with` demands of `component`.
-pub unsafe fn get<M: Model, T: Value>(
+pub unsafe fn get<S: CoSimulation, T: Value>(
     component: Component,
     (references, count): (*const ValueReference, usize),
     (values, length): (*mut T, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::get::<M, T>(component, references, count, values) };
+    let body = || unsafe { values::get::<S, T>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<M>(component, Call::Get, [count, length], body) }
+    unsafe { scalars::<S>(component, Call::Get, [count, length], body) }
 }
 
 /// `fmi3SetFloat64`, `fmi3SetInt32` and `fmi3SetBoolean`.
 ///
 /// # Safety
 /// As [`get`].
-pub unsafe fn set<M: Model, T: Value>(
+pub unsafe fn set<S: CoSimulation, T: Value>(
     component: Component,
     (references, count): (*const ValueReference, usize),
     (values, length): (*const T, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::set::<M, T>(component, references, count, values) };
+    let body = || unsafe { values::set::<S, T>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<M>(component, Call::Set, [count, length], body) }
+    unsafe { scalars::<S>(component, Call::Set, [count, length], body) }
 }
 
 /// `fmi3GetString`: the texts stay valid until the next call of this function.
 ///
 /// # Safety
 /// As [`get`].
-pub unsafe fn get_string<M: Model>(
+pub unsafe fn get_string<S: CoSimulation>(
     component: Component,
     (references, count): (*const ValueReference, usize),
     (values, length): (*mut *const c_char, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::get_string::<M>(component, references, count, values) };
+    let body = || unsafe { values::get_string::<S>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<M>(component, Call::Get, [count, length], body) }
+    unsafe { scalars::<S>(component, Call::Get, [count, length], body) }
 }
 
 /// `fmi3SetString`: the texts are copied.
 ///
 /// # Safety
 /// As [`get`]; each of the values is null or points to a C string.
-pub unsafe fn set_string<M: Model>(
+pub unsafe fn set_string<S: CoSimulation>(
     component: Component,
     (references, count): (*const ValueReference, usize),
     (values, length): (*const *const c_char, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::set_string::<M>(component, references, count, values) };
+    let body = || unsafe { values::set_string::<S>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<M>(component, Call::Set, [count, length], body) }
+    unsafe { scalars::<S>(component, Call::Set, [count, length], body) }
 }
 
 /// Functions for types that no variable of a model has: nothing to read or write is no mistake.
 ///
 /// # Safety
 /// `references` is valid for `count` values; as `with` demands of `component`.
-pub unsafe fn no_such_type<M: Model>(
+pub unsafe fn no_such_type<S: CoSimulation>(
     component: Component,
     call: Call,
     (references, count): (*const ValueReference, usize),
     kind: &str,
 ) -> Status {
-    let body = |_: &mut Instance<M>, _: &mut Log| {
+    let body = |_: &mut Exported<S>| {
         // SAFETY: as the caller promises.
         match unsafe { read(references, count)? } {
             [] => Ok(()),
@@ -202,7 +215,7 @@ pub unsafe fn no_such_type<M: Model>(
         }
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, call, body) }
+    unsafe { with::<S>(component, call, body) }
 }
 
 /// `fmi3GetDirectionalDerivative`.
@@ -210,7 +223,7 @@ pub unsafe fn no_such_type<M: Model>(
 /// # Safety
 /// `unknowns` and `responses` are valid for their numbers of values, `knowns` and `changes` likewise; as `with` demands of
 /// `component`.
-pub unsafe fn directional_derivative<M: Model>(
+pub unsafe fn directional_derivative<S: CoSimulation>(
     component: Component,
     (unknowns, rows): (*const ValueReference, usize),
     (knowns, columns): (*const ValueReference, usize),
@@ -221,14 +234,14 @@ pub unsafe fn directional_derivative<M: Model>(
         let (unknowns, knowns) = ((unknowns, rows), (knowns, columns));
         // SAFETY: as the caller promises.
         unsafe {
-            values::directional_derivative::<M>(component, unknowns, knowns, changes, responses)
+            values::directional_derivative::<S>(component, unknowns, knowns, changes, responses)
         }
     };
     let call = Call::GetDirectionalDerivative;
     // SAFETY: as the caller promises.
     unsafe {
-        scalars::<M>(component, call, [columns, seeds], || {
-            scalars::<M>(component, call, [rows, room], body)
+        scalars::<S>(component, call, [columns, seeds], || {
+            scalars::<S>(component, call, [rows, room], body)
         })
     }
 }
@@ -238,10 +251,10 @@ pub unsafe fn directional_derivative<M: Model>(
 ///
 /// # Safety
 /// `count` is null or valid for a write; as `with` demands of `component`.
-pub unsafe fn none<M: Model>(component: Component, count: *mut usize, name: &str) -> Status {
+pub unsafe fn none<S: CoSimulation>(component: Component, count: *mut usize, name: &str) -> Status {
     // SAFETY: as the caller promises.
     let nothing = unsafe { Destination::new(count, usize::from(!count.is_null())) };
     let _ = nothing.and_then(|it| it.fill([Ok(0)]));
     // SAFETY: as the caller promises.
-    unsafe { super::unsupported::<M>(component, Call::FmuState, name) }
+    unsafe { super::unsupported::<S>(component, Call::FmuState, name) }
 }

@@ -2,25 +2,25 @@
 
 use std::ffi::{CString, c_char, c_int};
 
-use super::{Log, with};
+use super::{Exported, with};
 use crate::abi::{Component, Status, ValueReference};
-use crate::instance::{FmiResult, Instance, reject};
+use crate::co_simulation::CoSimulation;
+use crate::failure::{FmiResult, reject};
 use crate::lifecycle::Call;
 use crate::memory::{Destination, read, text};
-use crate::model::Model;
 use crate::value::Value;
 
 /// `fmi2GetReal`, `fmi2GetInteger` and `fmi2GetBoolean`.
 ///
 /// # Safety
 /// `references` and `values` are valid for `length` values; as `with` demands of `component`.
-pub unsafe fn get<M: Model, T: Value>(
+pub unsafe fn get<S: CoSimulation, T: Value>(
     component: Component,
     references: *const ValueReference,
     length: usize,
     values: *mut T,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| {
+    let body = |Exported { instance, .. }: &mut Exported<S>| {
         // SAFETY: as the caller promises.
         let references = unsafe { read(references, length)? };
         // SAFETY: as the caller promises.
@@ -29,67 +29,67 @@ pub unsafe fn get<M: Model, T: Value>(
         values.fill(references.iter().map(|reference| instance.get(*reference)))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::Get, body) }
+    unsafe { with::<S>(component, Call::Get, body) }
 }
 
 /// `fmi2GetString`: the texts stay valid until the next call of this function.
 ///
 /// # Safety
 /// As [`get`].
-pub unsafe fn get_string<M: Model>(
+pub unsafe fn get_string<S: CoSimulation>(
     component: Component,
     references: *const ValueReference,
     length: usize,
     values: *mut *const c_char,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| {
+    let body = |Exported { instance, texts, .. }: &mut Exported<S>| {
         // SAFETY: as the caller promises.
         let references = unsafe { read(references, length)? };
         // SAFETY: as the caller promises.
         let values = unsafe { Destination::new(values, length)? };
         instance.refresh()?;
-        let texts = references.iter().map(|reference| {
+        let found = references.iter().map(|reference| {
             CString::new(instance.get::<String>(*reference)?)
                 .or_else(|_| reject(format!("the text of variable {reference} has a zero in it")))
         });
-        instance.strings = texts.collect::<FmiResult<_>>()?;
+        *texts = found.collect::<FmiResult<_>>()?;
         // The texts are where they stay before their addresses are handed out.
-        values.fill(instance.strings.iter().map(|text| Ok(text.as_ptr())))
+        values.fill(texts.iter().map(|text| Ok(text.as_ptr())))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::Get, body) }
+    unsafe { with::<S>(component, Call::Get, body) }
 }
 
 /// `fmi2SetReal`, `fmi2SetInteger` and `fmi2SetBoolean`.
 ///
 /// # Safety
 /// As [`get`].
-pub unsafe fn set<M: Model, T: Value>(
+pub unsafe fn set<S: CoSimulation, T: Value>(
     component: Component,
     references: *const ValueReference,
     length: usize,
     values: *const T,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| {
+    let body = |Exported { instance, .. }: &mut Exported<S>| {
         // SAFETY: as the caller promises.
         let (references, values) = unsafe { (read(references, length)?, read(values, length)?) };
         instance.set(references, values)
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::Set, body) }
+    unsafe { with::<S>(component, Call::Set, body) }
 }
 
 /// `fmi2SetString`: the texts are copied.
 ///
 /// # Safety
 /// As [`get`]; each of the values is null or points to a C string.
-pub unsafe fn set_string<M: Model>(
+pub unsafe fn set_string<S: CoSimulation>(
     component: Component,
     references: *const ValueReference,
     length: usize,
     values: *const *const c_char,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| {
+    let body = |Exported { instance, .. }: &mut Exported<S>| {
         // SAFETY: as the caller promises.
         let (references, values) = unsafe { (read(references, length)?, read(values, length)?) };
         // SAFETY: as the caller promises.
@@ -97,7 +97,7 @@ pub unsafe fn set_string<M: Model>(
         instance.set(references, &texts.collect::<FmiResult<Vec<_>>>()?)
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::Set, body) }
+    unsafe { with::<S>(component, Call::Set, body) }
 }
 
 /// `fmi2SetRealInputDerivatives`: for the next step, and until the input is set.
@@ -105,21 +105,21 @@ pub unsafe fn set_string<M: Model>(
 /// # Safety
 /// `references`, `orders` and `values` are valid for `length` values; as `with` demands of
 /// `component`.
-pub unsafe fn set_input_derivatives<M: Model>(
+pub unsafe fn set_input_derivatives<S: CoSimulation>(
     component: Component,
     references: *const ValueReference,
     length: usize,
     orders: *const c_int,
     values: *const f64,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| {
+    let body = |Exported { instance, .. }: &mut Exported<S>| {
         // SAFETY: as the caller promises.
         let (references, orders, values) =
             unsafe { (read(references, length)?, read(orders, length)?, read(values, length)?) };
-        instance.set_slopes(references, orders, values)
+        instance.set_input_derivatives(references, orders, values)
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::SetRealInputDerivatives, body) }
+    unsafe { with::<S>(component, Call::SetRealInputDerivatives, body) }
 }
 
 /// `fmi2GetDirectionalDerivative`.
@@ -127,14 +127,14 @@ pub unsafe fn set_input_derivatives<M: Model>(
 /// # Safety
 /// `unknowns` and `responses` are valid for `rows` values, `knowns` and `changes` for `columns`; as
 /// `with` demands of `component`.
-pub unsafe fn directional_derivative<M: Model>(
+pub unsafe fn directional_derivative<S: CoSimulation>(
     component: Component,
     (unknowns, rows): (*const ValueReference, usize),
     (knowns, columns): (*const ValueReference, usize),
     changes: *const f64,
     responses: *mut f64,
 ) -> Status {
-    let body = |instance: &mut Instance<M>, _: &mut Log| -> FmiResult {
+    let body = |Exported { instance, .. }: &mut Exported<S>| -> FmiResult {
         // SAFETY: as the caller promises.
         let (unknowns, responses) =
             unsafe { (read(unknowns, rows)?, Destination::new(responses, rows)?) };
@@ -144,5 +144,5 @@ pub unsafe fn directional_derivative<M: Model>(
         responses.fill(found.into_iter().map(Ok))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<M>(component, Call::GetDirectionalDerivative, body) }
+    unsafe { with::<S>(component, Call::GetDirectionalDerivative, body) }
 }

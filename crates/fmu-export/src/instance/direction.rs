@@ -1,14 +1,16 @@
 //! Computes directional derivatives of outputs, where FMI 2.0 defines them.
 
-use super::{FmiResult, Instance, is_tunable, real, reject, variable, writable};
+use super::{Instance, is_tunable, real, variable, writable};
+use crate::co_simulation::CoSimulation as _;
 use crate::derivative::{Derivatives, Partial, partial};
+use crate::failure::{FmiResult, reject};
 use crate::lifecycle::State;
 use crate::model::Model;
 use crate::variable::{Causality, Kind, Row, Variable};
 
 impl<M: Model> Instance<M> {
     /// How `unknowns` change when `knowns` change by `changes`.
-    pub fn directional_derivative(
+    pub(super) fn along(
         &mut self,
         unknowns: &[u32],
         knowns: &[u32],
@@ -39,7 +41,7 @@ impl<M: Model> Instance<M> {
         unknowns: &[u32],
         knowns: &[u32],
     ) -> FmiResult<Vec<Option<usize>>> {
-        let state = self.current.state;
+        let state = self.current.course.state;
         let row = |reference: u32, may: fn(&Row, State) -> bool, part: &str| {
             let Variable { row, access } = variable::<M>(reference)?;
             if access.kind() == Kind::Real && may(row, state) {

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FmiResult, Instance, Snapshot, real, reject, variable};
+use super::{Instance, Snapshot, real, variable};
+use crate::failure::{FmiResult, reject};
 use crate::model::{Model, ModelError};
 use crate::variable::{Causality, Kind, Variability, Variable};
 
@@ -91,7 +92,12 @@ impl<M: Model> Snapshot<M> {
 
 impl<M: Model> Instance<M> {
     /// Takes derivatives of inputs for the next step: all of them, or none.
-    pub fn set_slopes(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> FmiResult {
+    pub(super) fn set_slopes(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> FmiResult {
         let slopes = references
             .iter()
             .zip(orders)

@@ -5,7 +5,9 @@
 use crate::support::{last_message, logged};
 use fmu_export::abi::Status;
 use fmu_export::export::{self, Call};
-use fmu_export::{Info, Model, ModelError, Variable, description, input, output, parameter};
+use fmu_export::{
+    Info, Instance, Model, ModelError, Variable, description, input, output, parameter,
+};
 use serde::{Deserialize, Serialize};
 
 /// A mass on a line. Its parameter `mishap` makes it panic, fail or end.
@@ -202,14 +204,16 @@ fn only_enabled_categories_are_logged() {
     instance.proceed(Call::EnterInitializationMode);
     assert_eq!(count(), before, "events are not logged unless they are asked for");
     let events = [c"logEvents".as_ptr()];
-    let status = unsafe { export::set_debug_logging::<Mass>(instance.0, 1, 1, events.as_ptr()) };
+    let status =
+        unsafe { export::set_debug_logging::<Instance<Mass>>(instance.0, 1, 1, events.as_ptr()) };
     assert_eq!(status, Status::Ok);
     instance.proceed(Call::ExitInitializationMode);
     assert_eq!(count(), before + 1);
     assert_eq!(instance.step(0.3, 0.1), Status::Error);
     assert_eq!(count(), before + 1, "errors are not among the categories that were asked for");
     let unknown = [c"gossip".as_ptr()];
-    let status = unsafe { export::set_debug_logging::<Mass>(instance.0, 1, 1, unknown.as_ptr()) };
+    let status =
+        unsafe { export::set_debug_logging::<Instance<Mass>>(instance.0, 1, 1, unknown.as_ptr()) };
     assert_eq!(status, Status::Error);
 }
 

@@ -6,7 +6,7 @@ use std::ptr;
 use crate::support::last_message;
 use fmu_export::abi::Status::{self, Discard, Error, Fatal, Ok as Fine};
 use fmu_export::export::{self, Call};
-use fmu_export::{Info, Model, ModelError, Variable, input, output, parameter};
+use fmu_export::{Info, Instance, Model, ModelError, Variable, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
 /// A model whose parameter `mood` makes it fail.
@@ -96,7 +96,7 @@ fn status<T>(result: Result<T, Status>) -> Status {
 
 const TABLE: &[Row] = &[
     ("SetDebugLogging", ALIVE, |s| unsafe {
-        export::set_debug_logging::<Moody>(s.0, 0, 0, ptr::null())
+        export::set_debug_logging::<Instance<Moody>>(s.0, 0, 0, ptr::null())
     }),
     ("Reset", ALIVE, |s| s.proceed(Call::Reset)),
     ("SetupExperiment", &[Instantiated], |s| s.setup(0.0, 10.0)),
@@ -123,7 +123,7 @@ const TABLE: &[Row] = &[
     ("GetDirectionalDerivative", &[], |s| status(s.derivative(&[1], &[0], &[1.0]))),
     ("GetRealOutputDerivatives", &[], |s| unsafe {
         let call = Call::GetRealOutputDerivatives;
-        export::unsupported::<Moody>(s.0, call, "an output derivative")
+        export::unsupported::<Instance<Moody>>(s.0, call, "an output derivative")
     }),
 ];
 

@@ -7,7 +7,7 @@ use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, Component, Logger, Status};
 use fmu_export::export::{self, Call};
-use fmu_export::{Info, Model, ModelError, Variable, description, log, output, warn};
+use fmu_export::{Info, Instance, Model, ModelError, Variable, description, log, output, warn};
 use serde::{Deserialize, Serialize};
 
 use crate::support::{TestInstance, logged, text_of};
@@ -104,9 +104,9 @@ unsafe extern "C" fn call_again(
     assert_eq!(unsafe { text_of(name) }, "again");
     let mut y = f64::NAN;
     let status = match &*text {
-        "first" => unsafe { export::get::<Talker, f64>(component, &0, 1, &raw mut y) },
+        "first" => unsafe { export::get::<Instance<Talker>, f64>(component, &0, 1, &raw mut y) },
         "second" => {
-            unsafe { export::free_instance::<Talker>(component) };
+            unsafe { export::free_instance::<Instance<Talker>>(component) };
             Status::Ok
         }
         other => panic!("{other}"),
@@ -125,14 +125,20 @@ fn a_logger_may_call_and_even_free_the_instance() {
     let guid = std::ffi::CString::new(description::guid::<Talker>()).expect("no zero in it");
     unsafe {
         let (name, guid) = (c"again".as_ptr(), guid.as_ptr());
-        let c = export::instantiate::<Talker>(name, 1, guid, &raw const functions, 0);
+        let c = export::instantiate::<Instance<Talker>>(
+            name,
+            1,
+            (guid, std::ptr::null()),
+            &raw const functions,
+            0,
+        );
         let one = [c"logStatusWarning".as_ptr()];
-        export::set_debug_logging::<Talker>(c, 1, 1, one.as_ptr());
-        export::setup_experiment::<Talker>(c, 0.0, 0, 0.0);
-        export::proceed::<Talker>(c, Call::EnterInitializationMode);
-        export::proceed::<Talker>(c, Call::ExitInitializationMode);
+        export::set_debug_logging::<Instance<Talker>>(c, 1, 1, one.as_ptr());
+        export::setup_experiment::<Instance<Talker>>(c, None, 0.0, None);
+        export::proceed::<Instance<Talker>>(c, Call::EnterInitializationMode);
+        export::proceed::<Instance<Talker>>(c, Call::ExitInitializationMode);
         SEEN.with_borrow_mut(|seen| seen.0 = c);
-        assert_eq!(export::do_step::<Talker>(c, 0.0, 0.1), Status::Warning);
+        assert_eq!(export::do_step::<Instance<Talker>>(c, 0.0, 0.1), Status::Warning);
     }
     let seen = SEEN.with_borrow(|seen| seen.1.clone());
     assert_eq!(seen, [("first 1".to_owned(), Status::Ok), ("second NaN".to_owned(), Status::Ok)]);

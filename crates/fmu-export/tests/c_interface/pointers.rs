@@ -6,8 +6,8 @@ use std::mem::MaybeUninit;
 use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, FmuState, Status};
-use fmu_export::export::{self, LastStep};
-use fmu_export::{Info, Model, ModelError, Value, Variable, description, input, output};
+use fmu_export::export::{self, Course};
+use fmu_export::{Info, Instance, Model, ModelError, Value, Variable, description, input, output};
 use serde::{Deserialize, Serialize};
 
 use crate::support::last_message;
@@ -39,11 +39,11 @@ impl Model for Echo {
 type TestInstance = crate::support::TestInstance<Echo>;
 
 fn get<T: Value>(c: &TestInstance, r: *const u32, length: usize, values: *mut T) -> Status {
-    unsafe { export::get::<Echo, T>(c.0, r, length, values) }
+    unsafe { export::get::<Instance<Echo>, T>(c.0, r, length, values) }
 }
 
 fn set<T: Value>(c: &TestInstance, r: *const u32, length: usize, values: *const T) -> Status {
-    unsafe { export::set::<Echo, T>(c.0, r, length, values) }
+    unsafe { export::set::<Instance<Echo>, T>(c.0, r, length, values) }
 }
 
 fn null_stands_for_an_empty_array_only() {
@@ -55,21 +55,30 @@ fn null_stands_for_an_empty_array_only() {
     assert_eq!(get(&instance, &0, 1, no_values), Status::Error);
     assert!(last_message().contains("null"), "{}", last_message());
     unsafe {
-        assert_eq!(export::do_step::<Echo>(ptr::null_mut(), 0.0, 0.1), Status::Error);
-        assert_eq!(export::get_fmu_state::<Echo>(instance.0, ptr::null_mut()), Status::Error);
-        assert_eq!(export::set_fmu_state::<Echo>(instance.0, ptr::null_mut()), Status::Error);
-        let state = instance.state().expect("a state");
+        assert_eq!(export::do_step::<Instance<Echo>>(ptr::null_mut(), 0.0, 0.1), Status::Error);
         assert_eq!(
-            export::serialized_size::<Echo>(instance.0, state, ptr::null_mut()),
+            export::get_fmu_state::<Instance<Echo>>(instance.0, ptr::null_mut()),
             Status::Error
         );
         assert_eq!(
-            export::serialize::<Echo>(instance.0, state, ptr::null_mut(), 99),
+            export::set_fmu_state::<Instance<Echo>>(instance.0, ptr::null_mut()),
+            Status::Error
+        );
+        let state = instance.state().expect("a state");
+        assert_eq!(
+            export::serialized_size::<Instance<Echo>>(instance.0, state, ptr::null_mut()),
+            Status::Error
+        );
+        assert_eq!(
+            export::serialize::<Instance<Echo>>(instance.0, state, ptr::null_mut(), 99),
             Status::Error
         );
         instance.free(state);
         let into: *mut FmuState = ptr::null_mut();
-        assert_eq!(export::deserialize::<Echo>(instance.0, [0].as_ptr(), 1, into), Status::Error);
+        assert_eq!(
+            export::deserialize::<Instance<Echo>>(instance.0, [0].as_ptr(), 1, into),
+            Status::Error
+        );
     }
 }
 
@@ -85,7 +94,12 @@ fn lengths_and_addresses_that_no_array_has_are_rejected() {
         let bytes = [0_u8; 4];
         let mut copy = ptr::null_mut();
         let status = unsafe {
-            export::deserialize::<Echo>(instance.0, bytes.as_ptr(), usize::MAX, &raw mut copy)
+            export::deserialize::<Instance<Echo>>(
+                instance.0,
+                bytes.as_ptr(),
+                usize::MAX,
+                &raw mut copy,
+            )
         };
         assert_eq!((status, copy.is_null()), (Status::Error, true));
         instance.free(state);
@@ -101,9 +115,10 @@ fn results_may_go_into_uninitialised_memory() {
     assert_eq!(get(&instance, &0, 1, value.as_mut_ptr()), Status::Ok);
     assert_eq!(unsafe { value.assume_init() }, 2.5);
     let mut status = MaybeUninit::<Status>::uninit();
-    let last: fn(&dyn LastStep, c_int) -> Option<Status> = |last, _| Some(last.status());
-    let called =
-        unsafe { export::get_status::<Echo, Status>(instance.0, 0, status.as_mut_ptr(), last) };
+    let last: fn(&Course, c_int) -> Option<Status> = |course, _| Some(course.last_step());
+    let called = unsafe {
+        export::get_status::<Instance<Echo>, Status>(instance.0, 0, status.as_mut_ptr(), last)
+    };
     assert_eq!((called, unsafe { status.assume_init() }), (Status::Ok, Status::Ok));
 }
 
@@ -114,8 +129,8 @@ fn one_array_may_be_both_argument_and_result() {
     let (start, length) = (bytes.as_mut_ptr(), bytes.len());
     let mut copy = ptr::null_mut();
     unsafe {
-        let read = export::deserialize::<Echo>(instance.0, start, length, &raw mut copy);
-        let written = export::serialize::<Echo>(instance.0, copy, start, length);
+        let read = export::deserialize::<Instance<Echo>>(instance.0, start, length, &raw mut copy);
+        let written = export::serialize::<Instance<Echo>>(instance.0, copy, start, length);
         assert_eq!((read, written), (Status::Ok, Status::Ok));
     }
     for state in [state, copy] {
@@ -130,8 +145,9 @@ fn texts_that_are_not_utf_8_are_rejected() {
     assert_eq!(instance.get_text(2).as_deref(), Ok(""));
     let unknown = [c"\xff".as_ptr(), ptr::null()];
     for category in unknown.as_slice().chunks(1) {
-        let status =
-            unsafe { export::set_debug_logging::<Echo>(instance.0, 1, 1, category.as_ptr()) };
+        let status = unsafe {
+            export::set_debug_logging::<Instance<Echo>>(instance.0, 1, 1, category.as_ptr())
+        };
         assert_eq!(status, Status::Error);
     }
 }
@@ -179,7 +195,7 @@ fn members_that_are_not_used_may_be_unset() {
     let mut functions = MaybeUninit::<CallbackFunctions>::uninit();
     let guid = CString::new(description::guid::<Echo>()).expect("no zero in it");
     let make = |functions: *const CallbackFunctions, name: *const c_char| unsafe {
-        export::instantiate::<Echo>(name, 1, guid.as_ptr(), functions, 0)
+        export::instantiate::<Instance<Echo>>(name, 1, (guid.as_ptr(), ptr::null()), functions, 0)
     };
     unsafe {
         let functions = functions.as_mut_ptr();
@@ -187,7 +203,7 @@ fn members_that_are_not_used_may_be_unset() {
         (&raw mut (*functions).environment).write(ptr::null_mut());
         let component = make(functions, c"instance".as_ptr());
         assert!(!component.is_null());
-        export::free_instance::<Echo>(component);
+        export::free_instance::<Instance<Echo>>(component);
         assert!(make(functions, ptr::null()).is_null(), "no name");
         assert!(make(ptr::null(), c"instance".as_ptr()).is_null(), "no functions");
     }

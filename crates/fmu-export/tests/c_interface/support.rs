@@ -9,7 +9,7 @@ use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, Component, FmuState, Logger, Status};
 use fmu_export::export::{self, Call, FmiBoolean};
-use fmu_export::{Model, Value, description};
+use fmu_export::{Instance, Model, Value, description};
 
 thread_local! {
     static LOG: RefCell<Vec<(Status, String, String)>> = const { RefCell::new(Vec::new()) };
@@ -72,10 +72,10 @@ impl<M: Model> TestInstance<M> {
         };
         let guid = CString::new(guid).expect("no zero in it");
         let component = unsafe {
-            export::instantiate::<M>(
+            export::instantiate::<Instance<M>>(
                 c"instance".as_ptr(),
                 1,
-                guid.as_ptr(),
+                (guid.as_ptr(), ptr::null()),
                 &raw const functions,
                 logging,
             )
@@ -99,24 +99,26 @@ impl<M: Model> TestInstance<M> {
     }
 
     pub fn setup(&self, start: f64, stop: f64) -> Status {
-        unsafe { export::setup_experiment::<M>(self.0, start, 1, stop) }
+        unsafe { export::setup_experiment::<Instance<M>>(self.0, None, start, Some(stop)) }
     }
 
     pub fn proceed(&self, call: Call) -> Status {
-        unsafe { export::proceed::<M>(self.0, call) }
+        unsafe { export::proceed::<Instance<M>>(self.0, call) }
     }
 
     pub fn step(&self, time: f64, step: f64) -> Status {
-        unsafe { export::do_step::<M>(self.0, time, step) }
+        unsafe { export::do_step::<Instance<M>>(self.0, time, step) }
     }
 
     pub fn set<T: Value>(&self, reference: u32, value: T) -> Status {
-        unsafe { export::set::<M, T>(self.0, &raw const reference, 1, &raw const value) }
+        unsafe { export::set::<Instance<M>, T>(self.0, &raw const reference, 1, &raw const value) }
     }
 
     pub fn set_text(&self, reference: u32, value: &CStr) -> Status {
         let value = value.as_ptr();
-        unsafe { export::set_string::<M>(self.0, &raw const reference, 1, &raw const value) }
+        unsafe {
+            export::set_string::<Instance<M>>(self.0, &raw const reference, 1, &raw const value)
+        }
     }
 
     pub fn get(&self, reference: u32) -> Result<f64, Status> {
@@ -124,8 +126,9 @@ impl<M: Model> TestInstance<M> {
     }
 
     pub fn get_as<T: Value>(&self, reference: u32, mut value: T) -> Result<T, Status> {
-        let status =
-            unsafe { export::get::<M, T>(self.0, &raw const reference, 1, &raw mut value) };
+        let status = unsafe {
+            export::get::<Instance<M>, T>(self.0, &raw const reference, 1, &raw mut value)
+        };
         if status == Status::Ok { Ok(value) } else { Err(status) }
     }
 
@@ -135,8 +138,9 @@ impl<M: Model> TestInstance<M> {
 
     pub fn get_text(&self, reference: u32) -> Result<String, Status> {
         let mut value = ptr::null();
-        let status =
-            unsafe { export::get_string::<M>(self.0, &raw const reference, 1, &raw mut value) };
+        let status = unsafe {
+            export::get_string::<Instance<M>>(self.0, &raw const reference, 1, &raw mut value)
+        };
         if status != Status::Ok {
             return Err(status);
         }
@@ -145,7 +149,7 @@ impl<M: Model> TestInstance<M> {
 
     pub fn slope(&self, reference: u32, order: i32, value: f64) -> Status {
         unsafe {
-            export::set_input_derivatives::<M>(
+            export::set_input_derivatives::<Instance<M>>(
                 self.0,
                 &raw const reference,
                 1,
@@ -164,7 +168,7 @@ impl<M: Model> TestInstance<M> {
         assert_eq!(knowns.len(), changes.len());
         let mut found = vec![f64::NAN; unknowns.len()];
         let status = unsafe {
-            export::directional_derivative::<M>(
+            export::directional_derivative::<Instance<M>>(
                 self.0,
                 (unknowns.as_ptr(), unknowns.len()),
                 (knowns.as_ptr(), knowns.len()),
@@ -177,26 +181,28 @@ impl<M: Model> TestInstance<M> {
 
     pub fn state(&self) -> Result<FmuState, Status> {
         let mut state = ptr::null_mut();
-        let status = unsafe { export::get_fmu_state::<M>(self.0, &raw mut state) };
+        let status = unsafe { export::get_fmu_state::<Instance<M>>(self.0, &raw mut state) };
         if status == Status::Ok { Ok(state) } else { Err(status) }
     }
 
     pub fn restore(&self, state: FmuState) -> Status {
-        unsafe { export::set_fmu_state::<M>(self.0, state) }
+        unsafe { export::set_fmu_state::<Instance<M>>(self.0, state) }
     }
 
     pub fn free(&self, mut state: FmuState) -> Status {
-        let status = unsafe { export::free_fmu_state::<M>(self.0, &raw mut state) };
+        let status = unsafe { export::free_fmu_state::<Instance<M>>(self.0, &raw mut state) };
         assert_eq!(state.is_null(), status == Status::Ok);
         status
     }
 
     pub fn bytes(&self, state: FmuState) -> Vec<u8> {
         let mut size = 0;
-        let status = unsafe { export::serialized_size::<M>(self.0, state, &raw mut size) };
+        let status =
+            unsafe { export::serialized_size::<Instance<M>>(self.0, state, &raw mut size) };
         assert_eq!(status, Status::Ok);
         let mut bytes = vec![0; size];
-        let status = unsafe { export::serialize::<M>(self.0, state, bytes.as_mut_ptr(), size) };
+        let status =
+            unsafe { export::serialize::<Instance<M>>(self.0, state, bytes.as_mut_ptr(), size) };
         assert_eq!(status, Status::Ok);
         bytes
     }
@@ -204,7 +210,7 @@ impl<M: Model> TestInstance<M> {
     pub fn state_of(&self, bytes: &[u8]) -> Result<FmuState, Status> {
         let mut state = ptr::null_mut();
         let status = unsafe {
-            export::deserialize::<M>(self.0, bytes.as_ptr(), bytes.len(), &raw mut state)
+            export::deserialize::<Instance<M>>(self.0, bytes.as_ptr(), bytes.len(), &raw mut state)
         };
         if status == Status::Ok { Ok(state) } else { Err(status) }
     }
@@ -215,11 +221,9 @@ impl<M: Model> TestInstance<M> {
         let status = unsafe {
             let time = &raw mut time;
             let ended = &raw mut ended;
-            let of = |last: &dyn export::LastStep, _| Some(i32::from(last.terminated()));
-            export::get_status::<M, f64>(self.0, 2, time, |last, _| {
-                Some(last.last_successful_time())
-            })
-            .max(export::get_status::<M, i32>(self.0, 3, ended, of))
+            let of = |course: &export::Course, _| Some(i32::from(course.terminated));
+            export::get_status::<Instance<M>, f64>(self.0, 2, time, |course, _| Some(course.now))
+                .max(export::get_status::<Instance<M>, i32>(self.0, 3, ended, of))
         };
         if status == Status::Ok { Ok((time, ended == 1)) } else { Err(status) }
     }
@@ -227,6 +231,6 @@ impl<M: Model> TestInstance<M> {
 
 impl<M: Model> Drop for TestInstance<M> {
     fn drop(&mut self) {
-        unsafe { export::free_instance::<M>(self.0) }
+        unsafe { export::free_instance::<Instance<M>>(self.0) }
     }
 }

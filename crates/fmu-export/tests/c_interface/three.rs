@@ -8,7 +8,9 @@ use std::ptr;
 use fmu_export::abi::{Component, Status};
 use fmu_export::export::three::{self, ByteBoolean, Ended, Wishes};
 use fmu_export::export::{self, Call};
-use fmu_export::{Info, Model, ModelError, Variable, description, input, output, parameter};
+use fmu_export::{
+    Info, Instance, Model, ModelError, Variable, description, input, output, parameter,
+};
 use serde::{Deserialize, Serialize};
 
 crate::tests![
@@ -78,7 +80,13 @@ fn instantiate(token: &str, wishes: Wishes) -> Component {
     let token = CString::new(token).expect("no zero in it");
     let environment = ptr::without_provenance_mut(7);
     unsafe {
-        three::instantiate::<Sum>(c"s".as_ptr(), token.as_ptr(), environment, Some(log), wishes)
+        three::instantiate::<Instance<Sum>>(
+            c"s".as_ptr(),
+            (token.as_ptr(), ptr::null()),
+            environment,
+            Some(log),
+            wishes,
+        )
     }
 }
 
@@ -87,26 +95,30 @@ fn ready() -> Component {
     let c = instantiate(&description::guid::<Sum>(), PLAIN);
     assert!(!c.is_null(), "{}", last_message());
     unsafe {
-        assert_eq!(three::enter_initialization::<Sum>(c, 0.0, true, 10.0), Status::Ok);
-        assert_eq!(export::proceed::<Sum>(c, Call::ExitInitializationMode), Status::Ok);
+        assert_eq!(
+            three::enter_initialization::<Instance<Sum>>(c, None, 0.0, Some(10.0)),
+            Status::Ok
+        );
+        assert_eq!(export::proceed::<Instance<Sum>>(c, Call::ExitInitializationMode), Status::Ok);
     }
     c
 }
 
 fn set(c: Component, reference: u32, value: f64) -> Status {
-    unsafe { three::set::<Sum, f64>(c, (&raw const reference, 1), (&raw const value, 1)) }
+    unsafe { three::set::<Instance<Sum>, f64>(c, (&raw const reference, 1), (&raw const value, 1)) }
 }
 
 fn get(c: Component, reference: u32) -> f64 {
     let mut value = f64::NAN;
-    let status =
-        unsafe { three::get::<Sum, f64>(c, (&raw const reference, 1), (&raw mut value, 1)) };
+    let status = unsafe {
+        three::get::<Instance<Sum>, f64>(c, (&raw const reference, 1), (&raw mut value, 1))
+    };
     assert_eq!(status, Status::Ok, "{}", last_message());
     value
 }
 
 fn set_mood(c: Component, mood: i32) {
-    let status = unsafe { three::set::<Sum, i32>(c, (&MOOD, 1), (&raw const mood, 1)) };
+    let status = unsafe { three::set::<Instance<Sum>, i32>(c, (&MOOD, 1), (&raw const mood, 1)) };
     assert_eq!(status, Status::Ok, "{}", last_message());
 }
 
@@ -119,7 +131,7 @@ fn step(c: Component, time: f64, size: f64) -> (Status, bool, f64) {
         early: &raw mut early,
         reached: &raw mut reached,
     };
-    let status = unsafe { three::step::<Sum>(c, time, size, ended) };
+    let status = unsafe { three::step::<Instance<Sum>>(c, time, size, ended) };
     assert!(!event && !early);
     (status, terminate, reached)
 }
@@ -136,8 +148,16 @@ fn an_importer_gets_no_instance_for_what_is_not_offered() {
     }
     let nothing = ptr::null_mut();
     assert!(
-        unsafe { three::instantiate::<Sum>(ptr::null(), ptr::null(), nothing, None, PLAIN) }
-            .is_null()
+        unsafe {
+            three::instantiate::<Instance<Sum>>(
+                ptr::null(),
+                (ptr::null(), ptr::null()),
+                nothing,
+                None,
+                PLAIN,
+            )
+        }
+        .is_null()
     );
 }
 
@@ -150,20 +170,20 @@ fn a_step_says_how_it_ended() {
     // It ends before the step, and nothing failed.
     assert_eq!(step(c, 0.5, 0.5), (Status::Ok, true, 0.5));
     assert_eq!(get(c, 1), 2.0);
-    assert_eq!(unsafe { export::proceed::<Sum>(c, Call::Reset) }, Status::Ok);
-    unsafe { export::free_instance::<Sum>(c) };
+    assert_eq!(unsafe { export::proceed::<Instance<Sum>>(c, Call::Reset) }, Status::Ok);
+    unsafe { export::free_instance::<Instance<Sum>>(c) };
 
     let c = ready();
     set_mood(c, 1);
     assert_eq!(step(c, 0.0, 0.5), (Status::Discard, false, 0.0));
     assert!(last_message().contains("too long"));
-    unsafe { export::free_instance::<Sum>(c) };
+    unsafe { export::free_instance::<Instance<Sum>>(c) };
 
     let c = ready();
     set_mood(c, 3);
     assert_eq!(step(c, 0.0, 0.5).0, Status::Error);
     assert!(last_message().contains("broken 100 %s"), "{}", last_message());
-    unsafe { export::free_instance::<Sum>(c) };
+    unsafe { export::free_instance::<Instance<Sum>>(c) };
     // Whoever does not want to know the end may say so.
     let c = ready();
     let ended = Ended {
@@ -172,8 +192,8 @@ fn a_step_says_how_it_ended() {
         early: ptr::null_mut(),
         reached: ptr::null_mut(),
     };
-    assert_eq!(unsafe { three::step::<Sum>(c, 0.0, 0.5, ended) }, Status::Ok);
-    unsafe { export::free_instance::<Sum>(c) };
+    assert_eq!(unsafe { three::step::<Instance<Sum>>(c, 0.0, 0.5, ended) }, Status::Ok);
+    unsafe { export::free_instance::<Instance<Sum>>(c) };
 }
 
 fn numbers_of_values_and_types_are_checked() {
@@ -181,7 +201,11 @@ fn numbers_of_values_and_types_are_checked() {
     let (references, mut values) = ([0_u32, 1], [f64::NAN; 3]);
     for length in [1, 3] {
         let status = unsafe {
-            three::get::<Sum, f64>(c, (references.as_ptr(), 2), (values.as_mut_ptr(), length))
+            three::get::<Instance<Sum>, f64>(
+                c,
+                (references.as_ptr(), 2),
+                (values.as_mut_ptr(), length),
+            )
         };
         assert_eq!(status, Status::Error);
         assert!(last_message().contains("expected 2 values"), "{}", last_message());
@@ -190,21 +214,26 @@ fn numbers_of_values_and_types_are_checked() {
     let (reference, value) = (0_u32, true);
     let on = |reference: u32, value: u8| unsafe {
         let value = ByteBoolean(value);
-        three::set::<Sum, ByteBoolean>(c, (&raw const reference, 1), (&raw const value, 1))
+        three::set::<Instance<Sum>, ByteBoolean>(
+            c,
+            (&raw const reference, 1),
+            (&raw const value, 1),
+        )
     };
     assert_eq!(
         (on(ON, 1), on(ON, 200), on(reference, value.into())),
         (Status::Ok, Status::Ok, Status::Error)
     );
     let mut boolean = ByteBoolean(7);
-    let status = unsafe { three::get::<Sum, ByteBoolean>(c, (&ON, 1), (&raw mut boolean, 1)) };
+    let status =
+        unsafe { three::get::<Instance<Sum>, ByteBoolean>(c, (&ON, 1), (&raw mut boolean, 1)) };
     assert_eq!((status, boolean), (Status::Ok, ByteBoolean(1)));
     let none = |count: usize| unsafe {
-        three::no_such_type::<Sum>(c, Call::Get, (references.as_ptr(), count), "Int8")
+        three::no_such_type::<Instance<Sum>>(c, Call::Get, (references.as_ptr(), count), "Int8")
     };
     assert_eq!((none(0), none(1)), (Status::Ok, Status::Error));
     assert!(last_message().contains("variable 0 is no Int8"), "{}", last_message());
-    unsafe { export::free_instance::<Sum>(c) };
+    unsafe { export::free_instance::<Instance<Sum>>(c) };
 }
 
 fn the_description_has_the_table_of_the_other_version() {

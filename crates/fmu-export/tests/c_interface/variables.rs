@@ -4,8 +4,8 @@ use crate::support::{last_message, logged};
 use fmu_export::abi::Status::{self, Error, Ok as Fine};
 use fmu_export::export::{self, Call, FmiBoolean};
 use fmu_export::{
-    Info, Model, ModelError, Variable, calculated_parameter, constant, description, independent,
-    input, local, log, output, parameter, warn,
+    Info, Instance, Model, ModelError, Variable, calculated_parameter, constant, description,
+    independent, input, local, log, output, parameter, warn,
 };
 use serde::{Deserialize, Serialize};
 
@@ -181,7 +181,7 @@ fn a_set_call_writes_all_or_nothing() {
         let (length, references) = (references.len(), references.as_ptr());
         #[allow(unsafe_code, reason = "the functions under test are those of a C interface")]
         unsafe {
-            export::set::<Counter, f64>(instance.0, references, length, values.as_ptr())
+            export::set::<Instance<Counter>, f64>(instance.0, references, length, values.as_ptr())
         }
     };
     assert_eq!(set(&[GAIN, STEP], &[9.0, 9.0]), Error, "step is fixed");
@@ -199,13 +199,26 @@ fn null_texts_are_rejected_and_no_texts_are_fine() {
     let null: *const std::ffi::c_char = std::ptr::null();
     #[allow(unsafe_code, reason = "the functions under test are those of a C interface")]
     unsafe {
-        let rejected =
-            export::set_string::<Counter>(instance.0, [WORD].as_ptr(), 1, &raw const null);
+        let rejected = export::set_string::<Instance<Counter>>(
+            instance.0,
+            [WORD].as_ptr(),
+            1,
+            &raw const null,
+        );
         assert_eq!(rejected, Error);
         let none = std::ptr::null();
-        assert_eq!(export::set_string::<Counter>(instance.0, none, 0, std::ptr::null()), Fine);
-        assert_eq!(export::get_string::<Counter>(instance.0, none, 0, std::ptr::null_mut()), Fine);
-        assert_eq!(export::set::<Counter, i32>(instance.0, none, 0, std::ptr::null()), Fine);
+        assert_eq!(
+            export::set_string::<Instance<Counter>>(instance.0, none, 0, std::ptr::null()),
+            Fine
+        );
+        assert_eq!(
+            export::get_string::<Instance<Counter>>(instance.0, none, 0, std::ptr::null_mut()),
+            Fine
+        );
+        assert_eq!(
+            export::set::<Instance<Counter>, i32>(instance.0, none, 0, std::ptr::null()),
+            Fine
+        );
     }
     assert_eq!(instance.get_text(WORD).as_deref(), Ok("100 %"));
 }
