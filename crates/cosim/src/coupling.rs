@@ -12,7 +12,7 @@ pub use jacobi::Jacobi;
 
 /// A coupling algorithm. A new one is a file with this trait and a line in [`of`]; the end of the step at which
 /// its inputs take values by default is a property of [`Algorithm`], since connections are checked before a run.
-pub trait Coupling {
+pub trait Coupling: Send {
     /// Passes over all nodes in the initialisation. On the first pass each node sees those before it in the
     /// order, on the second one the values that a broken loop hands back.
     fn initialisation_passes(&self) -> usize {

@@ -36,6 +36,33 @@ pub enum Interruption {
     Value(Error),
 }
 
+/// What an exchange remembers from one step to the next.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    start: Row<Full>,
+    /// The row at the last communication point.
+    pub row: Row<Full>,
+    efforts: Vec<Effort>,
+    notices: Vec<String>,
+    last: Option<(usize, CallError)>,
+}
+
+impl Memory {
+    /// Before the first step.
+    #[must_use]
+    pub fn new(system: &System) -> Self {
+        let row = system.columns.row();
+        let efforts = vec![Effort::default(); system.nodes.len()];
+        Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None }
+    }
+
+    /// What nodes did not keep of what they were told.
+    #[must_use]
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+}
+
 /// The nodes and values of a run during one communication step. Nodes are addressed by their index in the
 /// order of the file.
 pub struct Exchange<'a> {
@@ -60,11 +87,16 @@ impl<'a> Exchange<'a> {
     /// Prepares the exchange between the nodes of a system.
     #[must_use]
     pub fn new(system: &'a mut System, nodes: &'a mut [Box<dyn Node>]) -> Self {
+        let memory = Memory::new(system);
+        Self::resume(system, nodes, memory)
+    }
+
+    /// Goes on with what an exchange of the same system remembered.
+    #[must_use]
+    pub fn resume(system: &'a mut System, nodes: &'a mut [Box<dyn Node>], memory: Memory) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let row = columns.row();
-        let efforts = vec![Effort::default(); nodes.len()];
-        let (start, clock) = (row.clone(), *clock);
-        let (notices, last) = (Vec::new(), None);
+        let Memory { start, row, efforts, notices, last } = memory;
+        let clock = *clock;
         Exchange {
             plans,
             nodes,
@@ -80,10 +112,23 @@ impl<'a> Exchange<'a> {
         }
     }
 
+    /// What it remembers.
+    #[must_use]
+    pub fn into_memory(self) -> Memory {
+        let Exchange { start, row, efforts, notices, last, .. } = self;
+        Memory { start, row, efforts, notices, last }
+    }
+
     /// The nodes in the order in which they step.
     #[must_use]
     pub fn order(&self) -> &'a [usize] {
         self.order
+    }
+
+    /// The plans of the nodes.
+    #[must_use]
+    pub fn plans(&self) -> &[NodePlan] {
+        self.plans
     }
 
     /// The communication points.
@@ -205,7 +250,10 @@ impl<'a> Exchange<'a> {
 
     /// Lets the values of the first communication point settle: all nodes show their start values, then each
     /// pass hands them on in the order of the system.
-    pub(crate) fn initialise(&mut self, passes: usize) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// With the node, when one fails, or shows a value that is no number.
+    pub fn initialise(&mut self, passes: usize) -> Result<(), Error> {
         for node in 0..self.nodes.len() {
             self.notices.extend(self.nodes[node].enter()?);
             self.initial_call(node, get)?;
@@ -254,7 +302,8 @@ impl<'a> Exchange<'a> {
 }
 
 /// The failed call of a node at a time [s].
-pub(crate) fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
+#[must_use]
+pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
     Error::component(&plan.name, error.call, Some(time), error.what)
 }
 

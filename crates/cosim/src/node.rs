@@ -17,7 +17,7 @@ pub use source::{Source, SourceNode};
 /// A node of the run. The master calls [`enter`](Node::enter), then [`set`](Node::set) and
 /// [`get`](Node::get) in the order of the data flow, then [`ready`](Node::ready), then `set`,
 /// [`step`](Node::step), `get` for each communication step, and [`end`](Node::end).
-pub trait Node {
+pub trait Node: Send {
     /// Begins the initialisation; what the node did not keep of what it was told.
     fn enter(&mut self) -> Result<Vec<String>, Error> {
         Ok(Vec::new())
@@ -69,6 +69,21 @@ pub trait Node {
         Err(state_error("the node cannot restore its state"))
     }
 
+    /// Whether a saved state can be turned into bytes.
+    fn can_serialise(&self) -> bool {
+        false
+    }
+
+    /// A saved state as bytes.
+    fn serialise(&mut self, _state: &NodeState) -> Result<Vec<u8>, CallError> {
+        Err(state_error("the node cannot turn its state into bytes"))
+    }
+
+    /// The state that [`serialise`](Self::serialise) gave as bytes, also of another instance.
+    fn deserialise(&mut self, _bytes: &[u8]) -> Result<NodeState, CallError> {
+        Err(state_error("the node cannot read its state from bytes"))
+    }
+
     /// Takes the messages that the node logged since the last time.
     fn messages(&mut self) -> Vec<Message> {
         Vec::new()
@@ -106,16 +121,21 @@ fn state_error(what: &str) -> CallError {
 /// With the node's name, when an FMU does not load or refuses the experiment; at the word that gives it, when an FMU refuses a start
 /// value.
 pub fn instantiate(system: &mut System) -> Result<Vec<Box<dyn Node>>, Error> {
-    let (clock, tolerance) = (system.clock, system.tolerance);
-    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, clock, tolerance)))
+    let System { clock, announced_stop, tolerance, .. } = *system;
+    let times = (clock.start, announced_stop);
+    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, times, tolerance)))
 }
 
-fn node(plan: &mut NodePlan, clock: Clock, tolerance: Option<f64>) -> Result<Box<dyn Node>, Error> {
+fn node(
+    plan: &mut NodePlan,
+    times: (f64, Option<f64>),
+    tolerance: Option<f64>,
+) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
         Body::Fmu { fmu, starts, inputs, outputs, log } => {
             let ports = (inputs.clone(), outputs.clone());
             let mut node = FmuNode::new(fmu, &plan.name, *log, ports)?;
-            node.prepare(&clock, tolerance, starts.clone())?;
+            node.prepare(times, tolerance, starts.clone())?;
             Box::new(node)
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),

@@ -12,8 +12,6 @@ pub use crate::table::problems;
 use crate::unit::{self, Unit};
 use crate::variable::{Access, Causality, Depends, Initial, Kind, Row, Variability, Variable};
 
-pub use three::xml3;
-
 /// Units in which people read what is computed in the unit on the left.
 const DISPLAY_UNITS: [(&str, &str); 7] = [
     ("rad", "deg"),
@@ -25,42 +23,123 @@ const DISPLAY_UNITS: [(&str, &str); 7] = [
     ("J", "kWh"),
 ];
 
-/// The source of a description.
-struct Table<'a, M> {
-    info: &'a Info,
-    variables: &'a [Variable<M>],
-    start: M,
-    differentiable: bool,
+/// A variable as a description has it; its place in the list is its value reference.
+#[derive(Debug, Clone)]
+pub struct Described {
+    /// Its attributes.
+    pub row: Row,
+    /// Its type.
+    pub kind: Kind,
+    /// Its start value, if it has one.
+    pub start: Option<String>,
 }
 
-impl<M: Model> Table<'_, M> {
-    fn of_model() -> Self {
-        Table {
-            info: &const { M::INFO },
-            variables: M::VARIABLES,
-            start: M::default(),
-            differentiable: M::DERIVATIVES.is_some(),
-        }
+/// What an FMU can do besides steps.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Capabilities {
+    /// Steps of any size.
+    pub variable_step: bool,
+    /// Derivatives of inputs.
+    pub interpolates: bool,
+    /// Copies of the state.
+    pub state: bool,
+    /// The state as bytes.
+    pub serialized_state: bool,
+    /// Directional derivatives.
+    pub differentiable: bool,
+    /// Not more than one instance in a process.
+    pub only_once: bool,
+}
+
+/// The source of a description.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// The FMU as a whole.
+    pub info: Info,
+    /// Its variables.
+    pub variables: Vec<Described>,
+    /// Its capabilities.
+    pub capabilities: Capabilities,
+}
+
+impl Table {
+    fn of_model<M: Model>() -> Self {
+        Self::of_variables(M::INFO, M::VARIABLES, &mut M::default(), M::DERIVATIVES.is_some())
+    }
+
+    fn of_variables<M>(
+        info: Info,
+        variables: &[Variable<M>],
+        start: &mut M,
+        differentiable: bool,
+    ) -> Self {
+        let variables = variables.iter().map(|Variable { row, access }| Described {
+            row: *row,
+            kind: access.kind(),
+            start: row.has_start().then(|| match access {
+                Access::Real(at) => at(start).to_string(),
+                Access::Integer(at) => at(start).to_string(),
+                Access::Boolean(at) => at(start).to_string(),
+                Access::String(at) => at(start).clone(),
+            }),
+        });
+        let capabilities = Capabilities {
+            variable_step: true,
+            interpolates: true,
+            state: true,
+            serialized_state: true,
+            differentiable,
+            only_once: false,
+        };
+        Table { info, variables: variables.collect(), capabilities }
+    }
+
+    /// The text of the `modelDescription.xml` of FMI 2.0 with an identity.
+    #[must_use]
+    pub fn xml(&self, guid: &str) -> String {
+        let mut text = String::new();
+        // Writing into a string cannot fail.
+        let _ = write(&mut text, guid, self);
+        text
+    }
+
+    /// The same of FMI 3.0. Both may have one identity if they are one library.
+    #[must_use]
+    pub fn xml3(&self, token: &str) -> String {
+        let mut text = String::new();
+        // Writing into a string cannot fail.
+        let _ = three::write(&mut text, token, self);
+        text
+    }
+
+    /// An identity: a hash of the whole description, so that a library and a description of different builds do not fit together.
+    #[must_use]
+    pub fn guid(&self) -> String {
+        let mut hash = Fnv::default();
+        // Hashing cannot fail, and so neither can writing into the hash.
+        let _ = write(&mut hash, "", self);
+        format!("{{{:016x}{:016x}}}", hash.0[0], hash.0[1])
     }
 }
 
-/// The identity of a model: a hash of its whole description, so that a library and a description of
-/// different builds do not fit together.
+/// The identity of a model.
 #[must_use]
 pub fn guid<M: Model>() -> String {
-    let mut hash = Fnv::default();
-    // Hashing cannot fail, and so neither can writing into the hash.
-    let _ = write(&mut hash, "", &mut Table::<M>::of_model());
-    format!("{{{:016x}{:016x}}}", hash.0[0], hash.0[1])
+    Table::of_model::<M>().guid()
 }
 
 /// The text of `modelDescription.xml`.
 #[must_use]
 pub fn xml<M: Model>() -> String {
-    let mut text = String::new();
-    // Writing into a string cannot fail.
-    let _ = write(&mut text, &guid::<M>(), &mut Table::<M>::of_model());
-    text
+    let table = Table::of_model::<M>();
+    table.xml(&table.guid())
+}
+
+/// The text of the `modelDescription.xml` of FMI 3.0. Its token is the GUID of that of FMI 2.0: both are one library.
+#[must_use]
+pub fn xml3<M: Model>() -> String {
+    let table = Table::of_model::<M>();
+    table.xml3(&table.guid())
 }
 
 /// Two FNV-1a hashes with different offset bases, 128 bits in all.
@@ -83,9 +162,9 @@ impl Write for Fnv {
     }
 }
 
-fn write<M>(out: &mut dyn Write, guid: &str, table: &mut Table<M>) -> fmt::Result {
-    let Table { info, variables, start, differentiable } = table;
-    let Info { name, description, version, author, log_categories, .. } = **info;
+fn write(out: &mut dyn Write, guid: &str, table: &Table) -> fmt::Result {
+    let Table { info, variables, capabilities } = table;
+    let Info { name, description, version, author, log_categories, .. } = *info;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     write!(
         out,
@@ -101,13 +180,13 @@ fn write<M>(out: &mut dyn Write, guid: &str, table: &mut Table<M>) -> fmt::Resul
         r#" version="{}" generationTool="Trackside" variableNamingConvention="structured" numberOfEventIndicators="0">"#,
         Escaped(version),
     )?;
-    write_capabilities(out, name, *differentiable)?;
+    write_capabilities(out, name, *capabilities)?;
     write_units(out, variables)?;
     write_categories(out, log_categories)?;
     write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
     for (reference, variable) in variables.iter().enumerate() {
-        write_variable(out, reference, variable, start)?;
+        write_variable(out, reference, variable)?;
     }
     writeln!(out, "  </ModelVariables>")?;
     write_structure(out, variables)?;
@@ -116,14 +195,20 @@ fn write<M>(out: &mut dyn Write, guid: &str, table: &mut Table<M>) -> fmt::Resul
 
 /// The capabilities of the library. Its outputs have no time derivatives: `maxOutputDerivativeOrder` is 0, as
 /// when it is absent.
-fn write_capabilities(out: &mut dyn Write, name: &str, differentiable: bool) -> fmt::Result {
-    write!(
-        out,
-        r#"  <CoSimulation modelIdentifier="{}" canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true" canNotUseMemoryManagementFunctions="true" canGetAndSetFMUstate="true" canSerializeFMUstate="true""#,
-        Escaped(name),
-    )?;
-    if differentiable {
-        write!(out, r#" providesDirectionalDerivative="true""#)?;
+fn write_capabilities(out: &mut dyn Write, name: &str, can: Capabilities) -> fmt::Result {
+    write!(out, r#"  <CoSimulation modelIdentifier="{}""#, Escaped(name))?;
+    for (flag, set) in [
+        ("canHandleVariableCommunicationStepSize", can.variable_step),
+        ("canInterpolateInputs", can.interpolates),
+        ("canBeInstantiatedOnlyOncePerProcess", can.only_once),
+        ("canNotUseMemoryManagementFunctions", true),
+        ("canGetAndSetFMUstate", can.state),
+        ("canSerializeFMUstate", can.serialized_state),
+        ("providesDirectionalDerivative", can.differentiable),
+    ] {
+        if set {
+            write!(out, r#" {flag}="true""#)?;
+        }
     }
     writeln!(out, "/>")
 }
@@ -138,9 +223,9 @@ fn write_experiment(out: &mut dyn Write, info: &Info) -> fmt::Result {
     writeln!(out, r#" stepSize="{}"/>"#, info.step)
 }
 
-fn write_units<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result {
+fn write_units(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {
     let mut units = BTreeMap::<&str, BTreeSet<&str>>::new();
-    for Variable { row, .. } in rows.iter().filter(|variable| has_unit(variable)) {
+    for Described { row, .. } in rows.iter().filter(|variable| has_unit(variable)) {
         units.entry(row.unit).or_default().extend(display_unit(row));
     }
     if units.is_empty() {
@@ -188,8 +273,8 @@ fn write_display_unit(out: &mut dyn Write, unit: &Unit, display: &str) -> fmt::R
     writeln!(out, "/>")
 }
 
-fn has_unit<M>(Variable { row, access }: &Variable<M>) -> bool {
-    access.kind() == Kind::Real && !row.unit.is_empty()
+fn has_unit(Described { row, kind, .. }: &Described) -> bool {
+    *kind == Kind::Real && !row.unit.is_empty()
 }
 
 /// The unit that a variable is shown in, unless it is the one that it is in.
@@ -224,7 +309,7 @@ fn write_head(out: &mut dyn Write, element: &str, reference: usize, row: &Row) -
 }
 
 /// Unit, limits and usual size of a variable.
-fn write_quantity<M>(out: &mut dyn Write, variable: &Variable<M>) -> fmt::Result {
+fn write_quantity(out: &mut dyn Write, variable: &Described) -> fmt::Result {
     let row = &variable.row;
     if has_unit(variable) {
         write!(out, r#" unit="{}""#, Escaped(row.unit))?;
@@ -240,28 +325,17 @@ fn write_quantity<M>(out: &mut dyn Write, variable: &Variable<M>) -> fmt::Result
     Ok(())
 }
 
-fn write_variable<M>(
-    out: &mut dyn Write,
-    reference: usize,
-    variable: &Variable<M>,
-    start: &mut M,
-) -> fmt::Result {
-    let Variable { row, access } = variable;
-    write_head(out, "ScalarVariable", reference, row)?;
-    write!(out, "><{:?}", access.kind())?;
+fn write_variable(out: &mut dyn Write, reference: usize, variable: &Described) -> fmt::Result {
+    write_head(out, "ScalarVariable", reference, &variable.row)?;
+    write!(out, "><{:?}", variable.kind)?;
     write_quantity(out, variable)?;
-    if row.has_start() {
-        match access {
-            Access::Real(at) => write!(out, r#" start="{}""#, *at(start))?,
-            Access::Integer(at) => write!(out, r#" start="{}""#, *at(start))?,
-            Access::Boolean(at) => write!(out, r#" start="{}""#, *at(start))?,
-            Access::String(at) => write!(out, r#" start="{}""#, Escaped(at(start)))?,
-        }
+    if let Some(start) = &variable.start {
+        write!(out, r#" start="{}""#, Escaped(start))?;
     }
     writeln!(out, "/></ScalarVariable>")
 }
 
-fn write_structure<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result {
+fn write_structure(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {
     let indices = |selected: &dyn Fn(&Row) -> bool| -> Vec<usize> {
         (0..rows.len()).filter(|&i| selected(&rows[i].row)).map(|i| i + 1).collect()
     };

@@ -51,7 +51,8 @@ impl Version {
     }
 
     /// The end of the name of an archive.
-    const fn suffix(self) -> &'static str {
+    #[must_use]
+    pub const fn suffix(self) -> &'static str {
         match self {
             Version::Two => ".fmu",
             Version::Three => "_fmi3.fmu",
@@ -153,38 +154,61 @@ fn describe(library: &Path) -> Result<Description, PackError> {
 /// # Errors
 /// When the library is not made with this crate, or a file cannot be read or written.
 pub fn pack(library: &Path, into: &Path, version: Version) -> Result<PathBuf, PackError> {
-    let file = |path: &Path| {
-        let path = path.to_owned();
-        move |source| PackError::File { path, source }
-    };
     let Description { name, xml, xml3, .. } = describe(library)?;
     let xml = match version {
         Version::Two => xml,
         Version::Three => xml3,
     };
+    let path = into.join(format!("{name}{}", version.suffix()));
+    archive(&path, (&name, version), &xml, library, &[])?;
+    Ok(path)
+}
+
+/// Writes the archive at `path`: a description of this version, the library under the model's name, and files of the folder
+/// `resources` by their paths in it.
+///
+/// The same content gives the same bytes. The archive appears under its name when it is complete; one with the same content is left
+/// alone.
+///
+/// # Errors
+/// When a file cannot be read or written.
+pub fn archive(
+    path: &Path,
+    (name, version): (&str, Version),
+    xml: &str,
+    library: &Path,
+    resources: &[(String, Vec<u8>)],
+) -> Result<(), PackError> {
+    let file = |path: &Path| {
+        let path = path.to_owned();
+        move |source| PackError::File { path, source }
+    };
     let binary = std::fs::read(library).map_err(file(library))?;
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
     archive.start_file("modelDescription.xml", options)?;
-    archive.write_all(xml.as_bytes()).map_err(file(into))?;
+    archive.write_all(xml.as_bytes()).map_err(file(path))?;
     let extension = std::env::consts::DLL_EXTENSION;
     let entry = format!("binaries/{}/{name}.{extension}", version.platform());
     archive.start_file(entry, options.unix_permissions(0o755))?;
-    archive.write_all(&binary).map_err(file(into))?;
+    archive.write_all(&binary).map_err(file(path))?;
+    for (name, bytes) in resources {
+        archive.start_file(format!("resources/{name}"), options)?;
+        archive.write_all(bytes).map_err(file(path))?;
+    }
     let bytes = archive.finish()?.into_inner();
 
-    let suffix = version.suffix();
-    let path = into.join(format!("{name}{suffix}"));
-    if std::fs::read(&path).is_ok_and(|old| old == bytes) {
-        return Ok(path);
+    if std::fs::read(path).is_ok_and(|old| old == bytes) {
+        return Ok(());
     }
+    let into = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(into).map_err(file(into))?;
     // Another process may pack the same archive at the same time: each writes its own file, and
     // the last one to rename wins.
-    let partial = into.join(format!(".{name}{suffix}.{}", std::process::id()));
+    let shown = path.file_name().unwrap_or_default().to_string_lossy();
+    let partial = into.join(format!(".{shown}.{}", std::process::id()));
     std::fs::write(&partial, bytes).map_err(file(&partial))?;
-    std::fs::rename(&partial, &path).map_err(file(&path))?;
-    Ok(path)
+    std::fs::rename(&partial, path).map_err(file(path))
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ mod variables;
 use std::ffi::{CString, c_int, c_void};
 
 use crate::CallError;
-pub use activity::watch;
+pub use activity::{leave_signals_alone, watch};
 pub use instance::Instance;
 pub use library::Library;
 pub use mailbox::STRANGER;

@@ -75,7 +75,7 @@ use archive::Folder;
 use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
-pub use binding::{FmuState, Instance, Library, STRANGER, watch};
+pub use binding::{FmuState, Instance, Library, STRANGER, leave_signals_alone, watch};
 pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Storage, Type, Variable, Version};
 pub use error::OpenError;

@@ -5,7 +5,7 @@
 mod build_request;
 pub mod effect;
 pub mod fault;
-mod pattern;
+pub mod pattern;
 pub mod plan;
 pub mod reference;
 pub mod resolve;

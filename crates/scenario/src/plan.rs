@@ -215,6 +215,8 @@ pub struct System {
     pub coupling: Algorithm,
     /// The communication points.
     pub clock: Clock,
+    /// The stop time that FMUs are told [s]; none when nobody knows it.
+    pub announced_stop: Option<f64>,
     /// Relative tolerance that all FMUs are told [-].
     pub tolerance: Option<f64>,
     /// The nodes, in the order of the file.

@@ -134,6 +134,7 @@ impl System {
         Ok(System {
             coupling: document.coupling.algorithm,
             clock,
+            announced_stop: Some(clock.announced_stop()),
             tolerance,
             nodes,
             order,

@@ -58,7 +58,7 @@ impl FmuNode {
         })
     }
 
-    /// Tells the instance the experiment, and then its start values: some FMUs forget what they were told before it. Inputs get
+    /// Tells the instance the experiment, its start and stop [s], and then its start values: some FMUs forget what they were told before it. Inputs get
     /// theirs in [`enter`](Node::enter), since before that only what is exact or approximate may be set (FMI 2.0.4, section
     /// 4.2.4). The tolerance is that of the description unless there is another.
     ///
@@ -66,13 +66,13 @@ impl FmuNode {
     /// When the FMU refuses the experiment, and, at the word that gives it, when it refuses a start value.
     pub fn prepare(
         &mut self,
-        clock: &Clock,
+        (start, stop): (f64, Option<f64>),
         tolerance: Option<f64>,
         starts: Vec<Start>,
     ) -> Result<(), Error> {
-        (self.starts, self.begin) = (starts, clock.start);
+        (self.starts, self.begin) = (starts, start);
         let tolerance = tolerance.or(self.instance.description().default_tolerance);
-        let setup = self.instance.setup_experiment(clock.at(0), clock.announced_stop(), tolerance);
+        let setup = self.instance.setup_experiment(start, stop, tolerance);
         let FmuNode { name, begin, instance, starts, .. } = self;
         let node = (name.as_str(), *begin);
         setup.map_err(|error| failure(node, error))?;
@@ -288,6 +288,18 @@ impl Node for FmuNode {
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
         self.instance.restore(state.get()?)
+    }
+
+    fn can_serialise(&self) -> bool {
+        self.instance.description().serialised_state
+    }
+
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        self.instance.serialise(state.get()?)
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        self.instance.deserialise(bytes).map(NodeState::new)
     }
 
     fn messages(&mut self) -> Vec<Message> {

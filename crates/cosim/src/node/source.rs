@@ -5,10 +5,10 @@ use recording::table::Table;
 use scenario::plan::Clock;
 use scenario::signal::Signal;
 
-use super::{Node, NodeState};
+use super::{Node, NodeState, state_error};
 
 /// Values over time, without memory.
-pub trait Source {
+pub trait Source: Send {
     /// Fills the outputs with the values at `time` [s].
     fn values(&mut self, time: f64, outputs: &mut [f64]);
 }
@@ -68,5 +68,18 @@ impl<S: Source> Node for SourceNode<S> {
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
         self.time = *state.get()?;
         Ok(())
+    }
+
+    fn can_serialise(&self) -> bool {
+        true
+    }
+
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        state.get::<f64>().map(|time| time.to_le_bytes().to_vec())
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        let time = bytes.try_into().map(f64::from_le_bytes);
+        time.map(NodeState::new).map_err(|_| state_error("these bytes are no time"))
     }
 }

@@ -218,16 +218,14 @@ fn any_legal_table_reads_back_equal_and_valid() {
         assert_eq!(table_problems(&variables, &mut zoo), Vec::<String>::new());
         let info = Info::new("zoo", random.of(TEXTS), 0.01).stop(random.number().abs() + 1.0);
         let info = info.tolerance(1e-6).author("A & B").log_categories(&[("logZoo", "<animals>")]);
-        let mut text = String::new();
-        let mut table =
-            Table { info: &info, variables: &variables, start: zoo, differentiable: random.flip() };
-        write(&mut text, "{0}", &mut table).expect("a string takes it");
+        let table = Table::of_variables(info, &variables, &mut zoo, random.flip());
+        let text = table.xml("{0}");
         let read = ModelDescription::from_string(&text).expect(&text);
         let found: Vec<_> = read.validate().into_iter().map(|problem| problem.message).collect();
         assert_eq!(found, Vec::<String>::new(), "{text}");
         for (i, (found, variable)) in read.modelVariables.iter().zip(&variables).enumerate() {
             assert_eq!(found.valueReference as usize, i);
-            assert_equal(found, variable, &mut table.start);
+            assert_equal(found, variable, &mut zoo);
         }
         assert_eq!(read.modelVariables.len(), variables.len());
         assert_structure(&read, &variables);
@@ -240,7 +238,7 @@ fn any_legal_table_reads_back_equal_and_valid() {
         );
         assert_eq!(read.logCategories.last().map(|category| &*category.name), Some("logZoo"));
         let library = read.coSimulation.expect("co-simulation");
-        assert_eq!(library.providesDirectionalDerivative, table.differentiable);
+        assert_eq!(library.providesDirectionalDerivative, table.capabilities.differentiable);
         assert!(library.canInterpolateInputs && library.maxOutputDerivativeOrder == 0);
     }
 }

@@ -3,23 +3,13 @@
 use std::fmt::{self, Write};
 
 use super::{
-    Escaped, Joined, Table, guid, write_categories, write_experiment, write_head, write_quantity,
-    write_units,
+    Described, Escaped, Joined, Table, write_categories, write_experiment, write_head,
+    write_quantity, write_units,
 };
-use crate::model::Model;
-use crate::variable::{Access, Causality, Depends, Row, Variable};
+use crate::variable::{Causality, Depends, Kind, Row};
 
-/// The text of the `modelDescription.xml` of FMI 3.0. Its token is the GUID of that of FMI 2.0: both are one library.
-#[must_use]
-pub fn xml3<M: Model>() -> String {
-    let mut text = String::new();
-    // Writing into a string cannot fail.
-    let _ = write(&mut text, &guid::<M>(), &mut Table::<M>::of_model());
-    text
-}
-
-fn write<M>(out: &mut dyn Write, token: &str, table: &mut Table<M>) -> fmt::Result {
-    let Table { info, variables, start, differentiable } = table;
+pub(super) fn write(out: &mut dyn Write, token: &str, table: &Table) -> fmt::Result {
+    let Table { info, variables, capabilities } = table;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     write!(
         out,
@@ -35,13 +25,17 @@ fn write<M>(out: &mut dyn Write, token: &str, table: &mut Table<M>) -> fmt::Resu
         r#" version="{}" generationTool="Trackside" variableNamingConvention="structured">"#,
         Escaped(info.version),
     )?;
-    write!(
-        out,
-        r#"  <CoSimulation modelIdentifier="{}" canGetAndSetFMUState="true" canSerializeFMUState="true" canHandleVariableCommunicationStepSize="true""#,
-        Escaped(info.name),
-    )?;
-    if *differentiable {
-        write!(out, r#" providesDirectionalDerivatives="true""#)?;
+    write!(out, r#"  <CoSimulation modelIdentifier="{}""#, Escaped(info.name))?;
+    for (flag, set) in [
+        ("canBeInstantiatedOnlyOncePerProcess", capabilities.only_once),
+        ("canGetAndSetFMUState", capabilities.state),
+        ("canSerializeFMUState", capabilities.serialized_state),
+        ("canHandleVariableCommunicationStepSize", capabilities.variable_step),
+        ("providesDirectionalDerivatives", capabilities.differentiable),
+    ] {
+        if set {
+            write!(out, r#" {flag}="true""#)?;
+        }
     }
     writeln!(out, "/>")?;
     write_units(out, variables)?;
@@ -49,7 +43,7 @@ fn write<M>(out: &mut dyn Write, token: &str, table: &mut Table<M>) -> fmt::Resu
     write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
     for (reference, variable) in variables.iter().enumerate() {
-        write_variable(out, reference, variable, start)?;
+        write_variable(out, reference, variable)?;
     }
     if !variables.iter().any(|it| it.row.causality == Causality::Independent) {
         let (name, reference) = (time_name(variables), variables.len());
@@ -64,7 +58,7 @@ fn write<M>(out: &mut dyn Write, token: &str, table: &mut Table<M>) -> fmt::Resu
 }
 
 /// A name for the time, which FMI 3.0 wants to be a variable.
-fn time_name<M>(variables: &[Variable<M>]) -> String {
+fn time_name(variables: &[Described]) -> String {
     let mut name = "time".to_owned();
     while variables.iter().any(|it| it.row.name == name) {
         name.push('_');
@@ -72,35 +66,25 @@ fn time_name<M>(variables: &[Variable<M>]) -> String {
     name
 }
 
-fn write_variable<M>(
-    out: &mut dyn Write,
-    reference: usize,
-    variable: &Variable<M>,
-    start: &mut M,
-) -> fmt::Result {
-    let Variable { row, access } = variable;
-    let kind = match access {
-        Access::Real(_) => "Float64",
-        Access::Integer(_) => "Int32",
-        Access::Boolean(_) => "Boolean",
-        Access::String(_) => "String",
+fn write_variable(out: &mut dyn Write, reference: usize, variable: &Described) -> fmt::Result {
+    let kind = match variable.kind {
+        Kind::Real => "Float64",
+        Kind::Integer => "Int32",
+        Kind::Boolean => "Boolean",
+        Kind::String => "String",
     };
-    write_head(out, kind, reference, row)?;
+    write_head(out, kind, reference, &variable.row)?;
     write_quantity(out, variable)?;
-    if row.has_start() {
-        match access {
-            Access::Real(at) => write!(out, r#" start="{}""#, *at(start))?,
-            Access::Integer(at) => write!(out, r#" start="{}""#, *at(start))?,
-            Access::Boolean(at) => write!(out, r#" start="{}""#, *at(start))?,
-            Access::String(at) => {
-                return writeln!(out, r#"><Start value="{}"/></{kind}>"#, Escaped(at(start)));
-            }
+    match (&variable.start, variable.kind) {
+        (Some(start), Kind::String) => {
+            writeln!(out, r#"><Start value="{}"/></{kind}>"#, Escaped(start))
         }
+        (Some(start), _) => writeln!(out, r#" start="{start}"/>"#),
+        (None, _) => writeln!(out, "/>"),
     }
-    writeln!(out, "/>")
 }
 
-fn write_structure<M>(out: &mut dyn Write, rows: &[Variable<M>]) -> fmt::Result {
+fn write_structure(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {
     let references = |selected: &dyn Fn(&Row) -> bool| -> Vec<usize> {
         (0..rows.len()).filter(|&i| selected(&rows[i].row)).collect()
     };

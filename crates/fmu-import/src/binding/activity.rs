@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
-use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, Once, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
@@ -101,9 +101,20 @@ impl Drop for Activity {
     }
 }
 
+/// Whether the signals of the process are somebody else's.
+static GUEST: AtomicBool = AtomicBool::new(false);
+
+/// Leaves the signals of the process alone from here on, for a library in a program of others: crashes are not reported.
+pub fn leave_signals_alone() {
+    GUEST.store(true, Relaxed);
+}
+
 /// Lets the program say which call of which FMU it dies in.
 pub(super) fn watch_crashes() {
     static WATCHED: Once = Once::new();
+    if GUEST.load(Relaxed) {
+        return;
+    }
     // SAFETY: the function installs handlers that live as long as the program.
     WATCHED.call_once(|| unsafe { trackside_watch_crashes() });
 }

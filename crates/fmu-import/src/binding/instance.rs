@@ -46,6 +46,9 @@ pub struct Instance {
     pub(super) library: Arc<Library>,
 }
 
+// SAFETY: FMI lets an importer call an instance on any of its threads, one call at a time; `&mut self` sees to the latter.
+unsafe impl Send for Instance {}
+
 impl Instance {
     /// Makes an instance called `name`, which logs all it has to say when `logging` is set.
     ///
@@ -177,17 +180,19 @@ impl Instance {
     pub fn setup_experiment(
         &mut self,
         start: f64,
-        stop: f64,
+        stop: impl Into<Option<f64>>,
         tolerance: Option<f64>,
     ) -> Result<(), CallError> {
-        self.experiment = Experiment { start, stop: Some(stop), tolerance };
+        let stop = stop.into();
+        self.experiment = Experiment { start, stop, tolerance };
         self.activity.at(start);
         let Own::Two(own) = &self.library.own else { return Ok(()) };
         let function = own.setup_experiment;
         let (defined, tolerance) = (tolerance.is_some().into(), tolerance.unwrap_or(0.0));
+        let (stops, stop) = (stop.is_some().into(), stop.unwrap_or(0.0));
         // SAFETY: the component is alive, and nobody else calls it.
         self.run(c"fmi2SetupExperiment", |c| unsafe {
-            function(c, defined, tolerance, start, 1, stop)
+            function(c, defined, tolerance, start, stops, stop)
         })
     }
 

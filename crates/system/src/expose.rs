@@ -1,0 +1,363 @@
+//! Chooses the variables of a scenario that its FMU has, and describes them.
+
+use std::fmt::Write as _;
+
+use diagnostics::{Error, Mistakes, suggest};
+use fmu_export::description::{Capabilities, Described, Table};
+use fmu_export::{Causality, Depends, Info, Initial, Row, Variability};
+use fmu_import::Value;
+use fmu_import::description::{self, Storage};
+use recording::{Column, Direction, ValueKind};
+use scenario::pattern::matches;
+use scenario::plan::{Body, NodePlan, System};
+
+use crate::interface::{Cell, Exposed, Interface, Role};
+use crate::state::forgets;
+
+/// The choice of variables; `*` stands for any letters.
+#[derive(Debug, Clone, Default)]
+pub struct Choice {
+    /// Name of the FMU.
+    pub name: String,
+    /// Inputs of FMUs, and outputs of signals and tables, `node.variable`.
+    pub inputs: Vec<String>,
+    /// Outputs; those of all FMUs if there is none.
+    pub outputs: Vec<String>,
+}
+
+/// A chosen input, and the output of a signal or table that it takes the place of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChosenInput {
+    name: String,
+    signal: String,
+}
+
+/// The chosen inputs, and the text of a scenario that extends the one in the file `base`: it has a signal for each chosen input of an
+/// FMU, and nothing that judges a run.
+///
+/// # Errors
+/// When a choice is no input of an FMU and no output of a signal or table.
+pub fn guided(
+    system: &System,
+    lists: &[&str],
+    base: &str,
+    choice: &Choice,
+) -> Result<(Vec<ChosenInput>, String), Error> {
+    let mut inputs = Vec::new();
+    let mut mistakes = Mistakes::default();
+    let (mut without, mut added) = (String::new(), String::new());
+    let mut node = "inputs".to_owned();
+    while system.nodes.iter().any(|plan| plan.name == node) {
+        node.push('_');
+    }
+    let known = known_inputs(system);
+    for pattern in &choice.inputs {
+        let found: Vec<_> = known.iter().filter(|it| matches(pattern, &it.name)).collect();
+        if found.is_empty() {
+            mistakes.push(unknown(
+                "--inputs",
+                "input of an FMU, signal or column of a table",
+                pattern,
+                known.iter().map(|it| it.name.as_str()),
+            ));
+        }
+        for input in found {
+            if inputs.iter().any(|it: &ChosenInput| it.name == input.name) {
+                continue;
+            }
+            let name = input.name.clone();
+            let Some(inner) = &input.inner else {
+                inputs.push(ChosenInput { signal: name.clone(), name });
+                continue;
+            };
+            let signal = format!("{node}.{name}");
+            if inner.connected {
+                let _ = write!(without, "{}, ", quoted(&name));
+            }
+            let unit = inner.unit.as_ref();
+            let unit = unit.map(|unit| format!("unit = {}\n", quoted(unit))).unwrap_or_default();
+            let (quoted_signal, to, start) = (quoted(&signal), quoted(&name), inner.start);
+            // Writing into a string cannot fail.
+            let _ = write!(
+                added,
+                "\n[[signal]]\nname = {quoted_signal}\nconstant = {start:?}\n{unit}\n[[connect]]\nfrom = {quoted_signal}\nto = {to}\n"
+            );
+            inputs.push(ChosenInput { name, signal });
+        }
+    }
+    mistakes.finish()?;
+    let mut text = format!("extends = {}\n\n[without]\n", quoted(base));
+    for list in lists {
+        let _ = writeln!(text, "{list} = [\"*\"]");
+    }
+    if !without.is_empty() {
+        let _ = writeln!(text, "connect = [{}]", without.trim_end_matches(", "));
+    }
+    Ok((inputs, text + &added))
+}
+
+/// What may become an input of the FMU.
+struct Known {
+    name: String,
+    /// Nothing for an output of a signal or table.
+    inner: Option<Inner>,
+}
+
+/// An input of an FMU of the scenario.
+struct Inner {
+    connected: bool,
+    unit: Option<String>,
+    start: f64,
+}
+
+fn known_inputs(system: &System) -> Vec<Known> {
+    let mut known = Vec::new();
+    for plan in &system.nodes {
+        let Body::Fmu { fmu, starts, .. } = &plan.body else {
+            let outputs = plan
+                .outputs
+                .indices()
+                .map(|index| Known { name: system.columns[index].name(), inner: None });
+            known.extend(outputs);
+            continue;
+        };
+        let inputs = fmu.description.with(fmu_import::Causality::Input);
+        for variable in inputs.map(|index| &fmu.description.variables[index]) {
+            if matches!(variable.storage, Storage::String | Storage::Binary | Storage::Clock) {
+                continue;
+            }
+            let name = format!("{}.{}", plan.name, variable.name);
+            let columns = plan.inputs.indices().map(|index| &system.columns[index]);
+            let mut columns = columns.filter(|column| column.variable == variable.name);
+            let given = starts.iter().find(|start| start.name == variable.name);
+            let start = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
+            let start = start.as_ref().and_then(number).unwrap_or_default();
+            let inner =
+                Inner { connected: columns.next().is_some(), unit: variable.unit.clone(), start };
+            known.push(Known { name, inner: Some(inner) });
+        }
+    }
+    known
+}
+
+/// The interface of the FMU of a scenario that [`guided`] wrote, without identity, and its description; and what was left out.
+///
+/// # Errors
+/// When a choice is no output, or nothing is left that the FMU shows.
+pub fn interface(
+    system: &mut System,
+    choice: &Choice,
+    inputs: &[ChosenInput],
+) -> Result<(Interface, Table, Vec<String>), Error> {
+    let mut list = List::default();
+    for input in inputs {
+        list.input(system, input);
+    }
+    let outputs = system.columns.iter().filter(|column| column.direction == Direction::Output);
+    let outputs: Vec<_> = outputs.cloned().collect();
+    let mut mistakes = Mistakes::default();
+    let of_fmu = |column: &Column| {
+        let mut nodes = system.nodes.iter();
+        nodes.any(|plan| plan.name == column.node && matches!(plan.body, Body::Fmu { .. }))
+    };
+    for pattern in &choice.outputs {
+        if !outputs.iter().any(|column| matches(pattern, &column.name())) {
+            let names: Vec<_> = outputs.iter().map(Column::name).collect();
+            mistakes.push(unknown(
+                "--outputs",
+                "output",
+                pattern,
+                names.iter().map(String::as_str),
+            ));
+        }
+    }
+    mistakes.finish()?;
+    for column in &outputs {
+        let chosen = match choice.outputs.as_slice() {
+            [] => of_fmu(column),
+            patterns => patterns.iter().any(|pattern| matches(pattern, &column.name())),
+        };
+        if chosen {
+            list.output(system, column);
+        }
+    }
+    for plan in &system.nodes {
+        list.parameters(plan);
+    }
+    let clock = system.clock;
+    let name: &'static str = choice.name.clone().leak();
+    let title: &'static str = system.header.title.clone().leak();
+    let info = Info::new(name, title, clock.step).start(clock.start).stop(clock.stop());
+    let fmus = || {
+        system.nodes.iter().filter_map(|plan| match &plan.body {
+            Body::Fmu { fmu, .. } => Some(&fmu.description),
+            _ => None,
+        })
+    };
+    let state = fmus().all(|about| about.state || about.serialised_state);
+    let capabilities = Capabilities {
+        state,
+        serialized_state: fmus().all(|about| about.serialised_state) && forgets(&system.nodes),
+        only_once: fmus().any(|about| about.only_once),
+        ..Capabilities::default()
+    };
+    let List { variables, described, left_out } = list;
+    let interface =
+        Interface { name: choice.name.clone(), guid: String::new(), step: clock.step, variables };
+    Ok((interface, Table { info, variables: described, capabilities }, left_out))
+}
+
+/// The variables so far.
+#[derive(Default)]
+struct List {
+    variables: Vec<Exposed>,
+    described: Vec<Described>,
+    left_out: Vec<String>,
+}
+
+impl List {
+    fn push(&mut self, exposed: Exposed, row: Row) {
+        let kind = exposed.start.kind();
+        let start = (!matches!(exposed.role, Role::Output)).then(|| exposed.start.start());
+        self.described.push(Described { row, kind, start });
+        self.variables.push(exposed);
+    }
+
+    fn input(&mut self, system: &mut System, ChosenInput { name, signal }: &ChosenInput) {
+        let (node, output) = signal.split_once('.').unwrap_or_default();
+        let start = first_value(system, node, output);
+        let inner = find(system, name);
+        let column = system.columns.iter().find(|column| column.name() == *signal);
+        let cell = match inner.map(|variable| variable.storage) {
+            Some(Storage::Boolean) => Cell::Boolean(start != 0.0),
+            Some(storage) if is_integer(storage) => Cell::Integer(start as i32),
+            _ => Cell::Real(start),
+        };
+        let unit = inner.and_then(|it| it.unit.clone()).or(column.and_then(|it| it.unit.clone()));
+        let about = inner.and_then(|it| it.description.clone());
+        let row = row(name, unit, about, &cell);
+        let row = Row { causality: Causality::Input, initial: None, ..row };
+        let exposed =
+            Exposed { name: name.clone(), role: Role::Input(signal.clone()), start: cell };
+        self.push(exposed, row);
+    }
+
+    fn output(&mut self, system: &System, column: &Column) {
+        let name = column.name();
+        let storage = find(system, &name).map(|variable| variable.storage);
+        let cell = match (column.kind, storage) {
+            (ValueKind::String, _) => Cell::String(String::new()),
+            (ValueKind::Boolean, _) => Cell::Boolean(false),
+            (ValueKind::Integer, Some(storage)) if is_integer(storage) => Cell::Integer(0),
+            // Integers of 64 bits are numbers outside.
+            _ => Cell::Real(0.0),
+        };
+        // The output of an input would be the input once more.
+        if self.variables.iter().any(|it| it.name == name) {
+            return;
+        }
+        let row = row(&name, column.unit.clone(), column.description.clone(), &cell);
+        let row = Row { depends: Depends::On(&[]), ..row };
+        self.push(Exposed { name, role: Role::Output, start: cell }, row);
+    }
+
+    fn parameters(&mut self, plan: &NodePlan) {
+        let Body::Fmu { fmu, starts, .. } = &plan.body else { return };
+        let parameters = fmu.description.with(fmu_import::Causality::Parameter);
+        for variable in parameters.map(|index| &fmu.description.variables[index]) {
+            let name = format!("{}.{}", plan.name, variable.name);
+            let given = starts.iter().find(|start| start.name == variable.name);
+            let value = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
+            let cell = match value {
+                Some(Value::Real(value)) if value.is_finite() => Cell::Real(value),
+                Some(Value::Integer(value)) if is_integer(variable.storage) => {
+                    Cell::Integer(i32::try_from(value).unwrap_or_default())
+                }
+                Some(Value::Boolean(value)) => Cell::Boolean(value),
+                Some(Value::String(value)) => Cell::String(value),
+                _ => {
+                    self.left_out.push(name);
+                    continue;
+                }
+            };
+            let row = row(&name, variable.unit.clone(), variable.description.clone(), &cell);
+            let row = Row {
+                causality: Causality::Parameter,
+                variability: Variability::Fixed,
+                initial: Some(Initial::Exact),
+                min: variable.min,
+                max: variable.max,
+                ..row
+            };
+            self.push(Exposed { name, role: Role::Parameter, start: cell }, row);
+        }
+    }
+}
+
+/// A row of an output. Its texts live as long as the program, which packs one FMU.
+fn row(name: &str, unit: Option<String>, about: Option<String>, cell: &Cell) -> Row {
+    let text = |text: String| -> &'static str { text.leak() };
+    let unit = unit.filter(|_| matches!(cell, Cell::Real(_)));
+    let row = fmu_export::output(
+        text(name.to_owned()),
+        text(unit.unwrap_or_default()),
+        text(about.unwrap_or_default()),
+    );
+    match cell {
+        Cell::Real(_) => row,
+        _ => row.discrete(),
+    }
+}
+
+/// Whether all integers of this form are integers of both versions of FMI.
+fn is_integer(storage: Storage) -> bool {
+    let inside = |[low, high]: [i128; 2]| low >= i32::MIN.into() && high <= i32::MAX.into();
+    storage.integers().is_some_and(inside)
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Real(value) => Some(*value),
+        Value::Integer(value) => Some(*value as f64),
+        Value::Boolean(value) => Some(f64::from(u8::from(*value))),
+        Value::String(_) | Value::Binary(_) => None,
+    }
+}
+
+/// The variable of an FMU behind a name.
+fn find<'a>(system: &'a System, name: &str) -> Option<&'a description::Variable> {
+    let (node, variable) = name.split_once('.')?;
+    let plan = system.nodes.iter().find(|plan| plan.name == node)?;
+    let Body::Fmu { fmu, .. } = &plan.body else { return None };
+    fmu.description.find(variable).map(|index| &fmu.description.variables[index])
+}
+
+/// The value of a signal or of a column of a table at the first communication point.
+fn first_value(system: &mut System, node: &str, output: &str) -> f64 {
+    let (start, columns) = (system.clock.start, &system.columns);
+    let Some(plan) = system.nodes.iter_mut().find(|plan| plan.name == node) else { return 0.0 };
+    let mut places = plan.outputs.indices();
+    let Some(place) = places.position(|index| columns[index].variable == output) else {
+        return 0.0;
+    };
+    match &mut plan.body {
+        Body::Signals(signals) => signals[place].value(start),
+        Body::Table(table) => table.value(place, start),
+        Body::Fmu { .. } => 0.0,
+    }
+}
+
+fn unknown<'a>(
+    option: &str,
+    what: &str,
+    pattern: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> Error {
+    let unknown = suggest::unknown(what, pattern, known);
+    Error::input(format!("{option}: {}", unknown.message)).hint(unknown.help)
+}
+
+/// A text of TOML.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}

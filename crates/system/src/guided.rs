@@ -1,0 +1,98 @@
+//! Puts values from outside in the place of some outputs of a node.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use cosim::node::{Node, NodeState};
+use diagnostics::Error;
+use fmu_import::{CallError, Message};
+use scenario::plan::Clock;
+
+/// Values from outside, by their places among the outputs of one node.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Held(Arc<Mutex<Vec<(usize, f64)>>>);
+
+impl Held {
+    /// The values of these outputs, 0 at first.
+    pub fn new(outputs: impl Iterator<Item = usize>) -> Self {
+        Held(Arc::new(Mutex::new(outputs.map(|output| (output, 0.0)).collect())))
+    }
+
+    /// Holds these values from here on, in the order of the outputs.
+    pub fn hold(&self, values: impl Iterator<Item = f64>) {
+        self.lock().iter_mut().zip(values).for_each(|((_, held), value)| *held = value);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<(usize, f64)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A node, some outputs of which come from outside.
+pub(crate) struct Guided {
+    pub node: Box<dyn Node>,
+    pub held: Held,
+}
+
+impl Node for Guided {
+    fn enter(&mut self) -> Result<Vec<String>, Error> {
+        self.node.enter()
+    }
+
+    fn ready(&mut self) -> Result<(), CallError> {
+        self.node.ready()
+    }
+
+    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.node.set(inputs)
+    }
+
+    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+        self.node.get(outputs)?;
+        self.held.lock().iter().for_each(|(output, value)| outputs[*output] = *value);
+        Ok(())
+    }
+
+    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        self.node.set_texts(inputs)
+    }
+
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        self.node.get_texts(outputs)
+    }
+
+    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        self.node.step(clock, tick)
+    }
+
+    fn end(&mut self) -> Result<(), CallError> {
+        self.node.end()
+    }
+
+    fn can_save(&self) -> bool {
+        self.node.can_save()
+    }
+
+    fn save(&mut self) -> Result<NodeState, CallError> {
+        self.node.save()
+    }
+
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        self.node.restore(state)
+    }
+
+    fn can_serialise(&self) -> bool {
+        self.node.can_serialise()
+    }
+
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        self.node.serialise(state)
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        self.node.deserialise(bytes)
+    }
+
+    fn messages(&mut self) -> Vec<Message> {
+        self.node.messages()
+    }
+}

@@ -1,0 +1,21 @@
+//! Makes one FMU of a scenario: the master runs inside it, and the FMUs of the scenario lie in its `resources`.
+//!
+//! [`expose`] says which variables of the scenario the FMU has, for its description and for the library in it. That library is
+//! the package `system-fmu`; all that it does is [`Nested`], an instance that steps the scenario.
+#![forbid(unsafe_code)]
+
+pub mod expose;
+mod guided;
+mod interface;
+mod nested;
+mod running;
+mod state;
+
+pub use interface::{Cell, Exposed, Interface, Role};
+pub use nested::Nested;
+
+/// The scenario in the folder of resources.
+pub const SCENARIO: &str = "system.toml";
+
+/// The interface in the folder of resources.
+pub const INTERFACE: &str = "interface.json";

@@ -1,0 +1,285 @@
+//! Drives the scenario as an instance of FMI: variables, times, and the calls of its importer.
+
+use std::path::{Path, PathBuf};
+
+use fmu_export::abi::Status;
+use fmu_export::{
+    Access, Categories, CoSimulation, Course, FmiError, FmiResult, State, Value, reject,
+};
+
+use crate::INTERFACE;
+use crate::interface::{Cell, Exposed, Interface, Role};
+use crate::running::{Ended, Running, sentences};
+use crate::state::{Parts, Saved};
+
+/// The log category of what the FMUs of the scenario say.
+pub(crate) const NODES: &str = "logNodes";
+
+/// Share of a communication step that times may differ by and still be the same.
+const SAME: f64 = 1e-6;
+
+/// A scenario as an instance.
+pub struct Nested {
+    resources: PathBuf,
+    pub(crate) interface: Interface,
+    pub(crate) course: Course,
+    /// The value of each variable, by reference.
+    pub(crate) values: Vec<Cell>,
+    /// Whether an input or parameter was set since the nodes were initialised.
+    pub(crate) stale: bool,
+    /// Nodes that the importer may have states of, of before the last reset.
+    pub(crate) retired: Option<Parts>,
+    pub(crate) parts: Option<Parts>,
+    /// The number of the next nodes.
+    next: u64,
+}
+
+/// A failure that ends the life of the instance.
+pub(crate) fn lost(error: diagnostics::Error) -> FmiError {
+    FmiError { status: Status::Error, message: sentences(error) }
+}
+
+impl Nested {
+    /// An instance of the FMU with this folder of resources.
+    ///
+    /// # Errors
+    /// When the resources are not those of the FMU with this identity.
+    pub fn open(identifier: &str, resources: &Path) -> FmiResult<Self> {
+        // The process belongs to the importer.
+        fmu_import::leave_signals_alone();
+        let path = resources.join(INTERFACE);
+        let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
+        let text = std::fs::read_to_string(&path).or_else(|error| reject(wrong(&error)))?;
+        let interface: Interface =
+            serde_json::from_str(&text).or_else(|error| reject(wrong(&error)))?;
+        if interface.guid != identifier {
+            return reject(format!("expected GUID {}, found {identifier}", interface.guid));
+        }
+        Ok(Nested {
+            resources: resources.to_owned(),
+            course: Course::default(),
+            values: interface.variables.iter().map(|exposed| exposed.start.clone()).collect(),
+            interface,
+            stale: true,
+            retired: None,
+            parts: None,
+            next: 0,
+        })
+    }
+
+    /// Nodes with the parameters as they are now.
+    pub(crate) fn assemble(&mut self) -> FmiResult<Parts> {
+        let Nested { resources, interface, values, course, .. } = self;
+        let running = Running::assemble(resources, interface, values, course).map_err(lost)?;
+        self.next += 1;
+        Ok(Parts { number: self.next, running })
+    }
+
+    fn check_set<T: Value>(&self, reference: u32) -> FmiResult {
+        let exposed = self.exposed(reference)?;
+        let state = self.course.state;
+        let may = match exposed.role {
+            Role::Input(_) => {
+                matches!(state, State::Instantiated | State::Initialization | State::StepComplete)
+            }
+            Role::Parameter => matches!(state, State::Instantiated | State::Initialization),
+            Role::Output => false,
+        };
+        if exposed.start.kind() != T::KIND {
+            return other_type(exposed, T::KIND);
+        }
+        match may {
+            true => Ok(()),
+            false => reject(format!("{} cannot be set in the state {state:?}", exposed.name)),
+        }
+    }
+
+    fn exposed(&self, reference: u32) -> FmiResult<&Exposed> {
+        self.interface.variables.get(reference as usize).ok_or_else(|| FmiError {
+            status: Status::Error,
+            message: format!("no variable has the value reference {reference}"),
+        })
+    }
+}
+
+fn other_type<T>(exposed: &Exposed, expected: fmu_export::Kind) -> FmiResult<T> {
+    reject(format!("{} is of type {:?}, not {expected:?}", exposed.name, exposed.start.kind()))
+}
+
+impl CoSimulation for Nested {
+    type State = Saved;
+
+    fn log_categories() -> Categories {
+        &[(NODES, "Messages of the FMUs inside")]
+    }
+
+    fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self> {
+        match resources.and_then(folder) {
+            Some(folder) => Self::open(identifier, &folder),
+            None => {
+                reject(format!("expected the place of the folder `resources`, found {resources:?}"))
+            }
+        }
+    }
+
+    fn course(&mut self) -> &mut Course {
+        &mut self.course
+    }
+
+    fn reset(&mut self) -> FmiResult {
+        self.retired = self.parts.take().filter(Parts::can_save).or(self.retired.take());
+        self.values = self.interface.variables.iter().map(|it| it.start.clone()).collect();
+        self.stale = true;
+        Ok(())
+    }
+
+    fn enter_initialization(&mut self) -> FmiResult {
+        self.stale = true;
+        Ok(())
+    }
+
+    fn exit_initialization(&mut self) -> FmiResult {
+        self.refresh()
+    }
+
+    fn refresh(&mut self) -> FmiResult {
+        if self.course.state != State::Initialization || !self.stale {
+            return Ok(());
+        }
+        // Of some FMUs a process holds one instance only.
+        self.parts = None;
+        let mut parts = self.assemble()?;
+        parts.running.initialise(&self.values).map_err(lost)?;
+        parts.running.show(&mut self.values);
+        (self.parts, self.stale) = (Some(parts), false);
+        Ok(())
+    }
+
+    fn do_step(&mut self, time: f64, step: f64) -> FmiResult {
+        self.course.check_step(time, step)?;
+        let inner = self.interface.step;
+        let steps = (step / inner).round();
+        if steps < 1.0 || (steps * inner - step).abs() > SAME * inner {
+            return reject(format!(
+                "expected a multiple of the communication step {inner} s of the scenario, found {step} s"
+            ));
+        }
+        let Some(Parts { running, .. }) = &mut self.parts else {
+            return reject("the scenario is not initialised");
+        };
+        let done = running.step(&self.values, steps as u64);
+        running.show(&mut self.values);
+        let (message, status, state) = match done {
+            Ok(()) => {
+                self.course.now = time + step;
+                return Ok(());
+            }
+            Err(Ended::Terminated(message)) => {
+                self.course.terminated = true;
+                (message, Status::Discard, State::StepFailed)
+            }
+            Err(Ended::Failed(message)) => (message, Status::Error, State::Error),
+        };
+        self.course.state = state;
+        Err(FmiError { status, message })
+    }
+
+    fn terminate(&mut self) -> FmiResult {
+        self.parts.as_mut().map_or(Ok(()), |parts| parts.running.end().map_err(lost))
+    }
+
+    fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
+        // The time of the description of FMI 3.0.
+        if reference as usize == self.values.len() {
+            let mut now = self.course.now;
+            let time = T::read(&Access::Real(|now: &mut f64| now), &mut now);
+            return time.map_or_else(|| reject("the time is of type Real"), Ok);
+        }
+        let value = self.values.get_mut(reference as usize).and_then(Cell::read);
+        match value {
+            Some(value) => Ok(value),
+            None => other_type(self.exposed(reference)?, T::KIND),
+        }
+    }
+
+    fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
+        references.iter().try_for_each(|reference| self.check_set::<T>(*reference))?;
+        for (reference, value) in references.iter().zip(values) {
+            self.values[*reference as usize].write(value);
+            self.stale = true;
+        }
+        Ok(())
+    }
+
+    fn set_input_derivatives(&mut self, _: &[u32], _: &[i32], _: &[f64]) -> FmiResult {
+        reject("derivatives of inputs are not supported")
+    }
+
+    fn directional_derivative(&mut self, _: &[u32], _: &[u32], _: &[f64]) -> FmiResult<Vec<f64>> {
+        reject("a directional derivative is not supported")
+    }
+
+    fn save(&mut self) -> FmiResult<Saved> {
+        self.copy()
+    }
+
+    fn restore(&mut self, state: &Saved) -> FmiResult {
+        self.go_back(state)
+    }
+
+    fn serialize(&mut self, state: &Saved) -> FmiResult<Vec<u8>> {
+        self.bytes_of(state)
+    }
+
+    fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<Saved> {
+        self.state_of(bytes)
+    }
+}
+
+/// The folder behind the place that an importer gives: a path, or a URI (RFC 8089).
+fn folder(place: &str) -> Option<PathBuf> {
+    let Some(rest) = place.strip_prefix("file:") else {
+        return (!place.is_empty()).then(|| PathBuf::from(place));
+    };
+    // `file:///path`, `file://localhost/path` and `file:/path` are all in use.
+    let path = match rest.strip_prefix("//") {
+        Some(rest) => &rest[rest.find('/')?..],
+        None => rest,
+    };
+    let mut bytes = Vec::with_capacity(path.len());
+    let mut rest = path.bytes();
+    while let Some(byte) = rest.next() {
+        bytes.push(match byte {
+            b'%' => {
+                let digits = [rest.next()?, rest.next()?];
+                u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()?
+            }
+            byte => byte,
+        });
+    }
+    // In `file:///C:/path` the drive follows a slash.
+    let path = String::from_utf8(bytes).ok()?;
+    let drive = path.as_bytes().get(2) == Some(&b':');
+    Some(PathBuf::from(if drive { &path[1..] } else { &path }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn resources_are_found_by_path_and_by_any_uri() {
+        for (place, found) in [
+            ("/tmp/a b/resources/", "/tmp/a b/resources/"),
+            ("file:///tmp/a%20b/resources", "/tmp/a b/resources"),
+            ("file://localhost/tmp/%C3%A4", "/tmp/ä"),
+            ("file:/tmp/x", "/tmp/x"),
+            ("file:///C:/tmp", "C:/tmp"),
+        ] {
+            assert_eq!(folder(place), Some(PathBuf::from(found)), "{place}");
+        }
+        for wrong in ["", "file://", "file:///tmp/%zz", "file:///tmp/%4"] {
+            assert_eq!(folder(wrong), None, "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! Steps the scenario inside the FMU.
+
+use std::path::Path;
+
+use cosim::coupling::{self, Coupling};
+use cosim::exchange::{Exchange, Interruption, Memory, failure};
+use cosim::node::{self, Node};
+use diagnostics::Error;
+use fmu_export::{Course, log};
+use fmu_import::CallError;
+use recording::{ColumnIndex, Full, NumberIndex};
+use scenario::plan::{Body, System};
+use scenario::resolve::{Override, Overrides};
+use scenario::{Built, Scenario};
+
+use crate::guided::{Guided, Held};
+use crate::interface::{Cell, Interface, Role};
+use crate::{SCENARIO, nested};
+
+/// The nodes of the scenario between two calls.
+pub(crate) struct Running {
+    pub system: System,
+    pub nodes: Vec<Box<dyn Node>>,
+    /// Taken while an exchange has it.
+    pub memory: Option<Memory>,
+    /// Communication points since the start.
+    pub tick: u64,
+    coupling: Box<dyn Coupling>,
+    /// Inputs by node: their values, references and places in the row.
+    inputs: Vec<(Held, Vec<(usize, NumberIndex<Full>)>)>,
+    /// Outputs: their references and places in the row.
+    outputs: Vec<(usize, ColumnIndex<Full>)>,
+}
+
+/// Why a step of the scenario did not come to its end.
+pub(crate) enum Ended {
+    /// A node ended the run, as planned.
+    Terminated(String),
+    /// A node failed, or a value fits no input.
+    Failed(String),
+}
+
+/// The sentences of an error.
+pub(crate) fn sentences(error: Error) -> String {
+    let all: Vec<_> = error.split().iter().map(ToString::to_string).collect();
+    all.join("; ")
+}
+
+impl Running {
+    /// Reads the scenario among the resources and makes its nodes, with these values as start values.
+    ///
+    /// # Errors
+    /// When the scenario cannot be resolved here, or an FMU makes no instance.
+    pub fn assemble(
+        resources: &Path,
+        interface: &Interface,
+        values: &[Cell],
+        course: &Course,
+    ) -> Result<Self, Error> {
+        let scenario = Scenario::read(&resources.join(SCENARIO))?;
+        let parameters = interface.variables.iter().zip(values);
+        let changed = parameters
+            .filter(|(exposed, value)| exposed.role == Role::Parameter && **value != exposed.start);
+        let starts = changed.filter_map(|(exposed, value)| {
+            let (node, variable) = exposed.name.split_once('.')?;
+            let (node, variable) = (node.to_owned(), variable.to_owned());
+            Some(Override { node, variable, value: value.text(), place: None })
+        });
+        let tolerance = course.tolerance.filter(|tolerance| (0.0..1.0).contains(tolerance));
+        let overrides = Overrides {
+            starts: starts.collect(),
+            tolerance: tolerance.filter(|tolerance| *tolerance > 0.0),
+            ..Overrides::default()
+        };
+        let folder = resources.to_owned();
+        let mut system = System::resolve(&scenario, &Built::default(), &overrides, folder)?;
+        system.clock.start = course.now;
+        system.announced_stop = course.stop;
+        let mut nodes = node::instantiate(&mut system)?;
+        let (inputs, outputs) = guide(&system, &mut nodes, interface)?;
+        let memory = Some(Memory::new(&system));
+        let coupling = coupling::of(system.coupling);
+        Ok(Running { system, nodes, memory, tick: 0, coupling, inputs, outputs })
+    }
+
+    /// Initialises the nodes with these values of the inputs.
+    ///
+    /// # Errors
+    /// When a node fails.
+    pub fn initialise(&mut self, values: &[Cell]) -> Result<(), Error> {
+        self.hold(values);
+        let passes = self.coupling.initialisation_passes();
+        self.exchange(|exchange, _| exchange.initialise(passes))?;
+        for notice in self.memory.iter().flat_map(Memory::notices) {
+            fmu_export::warn(notice.clone());
+        }
+        Ok(())
+    }
+
+    /// Goes on by a number of communication steps, with the inputs held.
+    ///
+    /// # Errors
+    /// When a step does not come to its end.
+    pub fn step(&mut self, values: &[Cell], steps: u64) -> Result<(), Ended> {
+        for _ in 0..steps {
+            self.hold(values);
+            let tick = self.tick;
+            let clock = self.system.clock;
+            let done = self.exchange(|exchange, coupling| {
+                exchange.begin(tick);
+                let done = coupling.step(exchange);
+                done.map_err(|interruption| match interruption {
+                    Interruption::Value(error) => Ended::Failed(sentences(error)),
+                    Interruption::Call { node, error } => {
+                        let time = clock.at(tick + u64::from(error.at_end_of_step()));
+                        ended(exchange, node, error, time)
+                    }
+                })?;
+                match exchange.last().cloned() {
+                    Some((node, error)) => Err(ended(exchange, node, error, clock.at(tick + 1))),
+                    None => Ok(()),
+                }
+            });
+            self.tick += 1;
+            done?;
+        }
+        Ok(())
+    }
+
+    /// Reads the outputs.
+    pub fn show(&self, values: &mut [Cell]) {
+        let Some(memory) = &self.memory else { return };
+        for (reference, index) in &self.outputs {
+            match (&mut values[*reference], index) {
+                (Cell::String(text), ColumnIndex::Text(index)) => {
+                    text.clone_from(&memory.row[*index]);
+                }
+                (cell, ColumnIndex::Number(index)) => cell.set_number(memory.row[*index]),
+                _ => {}
+            }
+        }
+    }
+
+    /// Ends the run of all nodes.
+    ///
+    /// # Errors
+    /// With the first node that refuses.
+    pub fn end(&mut self) -> Result<(), Error> {
+        let time = self.system.clock.at(self.tick);
+        let mut all = self.system.nodes.iter().zip(&mut self.nodes);
+        all.try_for_each(|(plan, node)| node.end().map_err(|error| failure(plan, error, time)))
+    }
+
+    /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
+    fn hold(&mut self, values: &[Cell]) {
+        let Some(memory) = &mut self.memory else { return };
+        for (held, places) in &self.inputs {
+            let number = |reference: usize| values[reference].number().unwrap_or_default();
+            held.hold(places.iter().map(|(reference, _)| number(*reference)));
+            places.iter().for_each(|(reference, at)| memory.row[*at] = number(*reference));
+        }
+    }
+
+    /// Works on the nodes, and hands over what they logged meanwhile.
+    fn exchange<T>(&mut self, work: impl FnOnce(&mut Exchange, &mut dyn Coupling) -> T) -> T {
+        let memory = self.memory.take().unwrap_or_else(|| Memory::new(&self.system));
+        let mut exchange = Exchange::resume(&mut self.system, &mut self.nodes, memory);
+        let done = work(&mut exchange, self.coupling.as_mut());
+        self.memory = Some(exchange.into_memory());
+        for (plan, node) in self.system.nodes.iter().zip(&mut self.nodes) {
+            for message in node.messages() {
+                log(nested::NODES, format!("{}: {}", plan.name, message.text));
+            }
+        }
+        done
+    }
+}
+
+/// How a node that did not come to the end of a step ended it, at a time [s].
+fn ended(exchange: &Exchange, node: usize, error: CallError, time: f64) -> Ended {
+    let plan = &exchange.plans()[node];
+    match error.terminated {
+        Some(reached) => {
+            let name = &plan.name;
+            Ended::Terminated(format!("`{name}` ended the run at {reached} s: {}", error.what))
+        }
+        None => Ended::Failed(sentences(failure(plan, error, time))),
+    }
+}
+
+/// Inputs by node, and outputs, with their references and places in the row.
+type Places = (Vec<(Held, Vec<(usize, NumberIndex<Full>)>)>, Vec<(usize, ColumnIndex<Full>)>);
+
+/// Puts the values of the interface in the place of the signals that they take the place of.
+fn guide(
+    system: &System,
+    nodes: &mut Vec<Box<dyn Node>>,
+    interface: &Interface,
+) -> Result<Places, Error> {
+    let find = |name: &str| {
+        let found = system.columns.find(name);
+        found.ok_or_else(|| Error::input(format!("the scenario has no `{name}`")))
+    };
+    let mut wanted = Vec::new();
+    let mut outputs = Vec::new();
+    for (reference, exposed) in interface.variables.iter().enumerate() {
+        match &exposed.role {
+            Role::Input(signal) => match find(signal)? {
+                ColumnIndex::Number(index) => wanted.push((reference, index)),
+                ColumnIndex::Text(_) => {
+                    return Err(Error::input(format!(
+                        "`{signal}` is a text, which no input holds"
+                    )));
+                }
+            },
+            Role::Output => outputs.push((reference, find(&exposed.name)?)),
+            Role::Parameter => {}
+        }
+    }
+    let mut inputs = Vec::new();
+    let guided = std::mem::take(nodes).into_iter().zip(&system.nodes).map(|(node, plan)| {
+        let is_source = !matches!(plan.body, Body::Fmu { .. });
+        let place = |at: NumberIndex<Full>| plan.outputs.indices().position(|it| it == at);
+        let own: Vec<_> =
+            wanted.iter().filter(|(_, at)| is_source && place(*at).is_some()).collect();
+        if own.is_empty() {
+            return node;
+        }
+        let held = Held::new(own.iter().filter_map(|(_, at)| place(*at)));
+        inputs.push((held.clone(), own.into_iter().copied().collect()));
+        Box::new(Guided { node, held }) as Box<dyn Node>
+    });
+    *nodes = guided.collect();
+    Ok((inputs, outputs))
+}

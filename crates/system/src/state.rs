@@ -1,0 +1,207 @@
+//! Copies the state of the scenario inside the FMU: its nodes, its values, and what its connections remember.
+
+use cosim::exchange::Memory;
+use cosim::node::NodeState;
+use fmu_export::{Course, FmiResult, reject};
+use fmu_import::CallError;
+use recording::{Full, Row};
+use scenario::plan::{InputChain, NodePlan};
+use serde::{Deserialize, Serialize};
+
+use crate::interface::Cell;
+use crate::nested::Nested;
+use crate::running::Running;
+
+/// The nodes of an instance between two resets.
+pub(crate) struct Parts {
+    /// States of nodes with another number are those of other nodes.
+    pub number: u64,
+    pub running: Running,
+}
+
+impl Parts {
+    /// Whether all nodes can save their states.
+    pub fn can_save(&self) -> bool {
+        self.running.nodes.iter().all(|node| node.can_save())
+    }
+}
+
+/// A state of an instance.
+pub struct Saved {
+    course: Course,
+    values: Vec<Cell>,
+    stale: bool,
+    /// Nothing before the initialisation.
+    parts: Option<SavedParts>,
+}
+
+/// A state of the nodes.
+struct SavedParts {
+    number: u64,
+    tick: u64,
+    nodes: Vec<NodeState>,
+    memory: Memory,
+    /// What sensor effects and faults remember, by node and connection.
+    chains: Vec<Vec<InputChain>>,
+}
+
+/// A state as bytes.
+#[derive(Serialize, Deserialize)]
+struct Bytes {
+    guid: String,
+    course: Course,
+    values: Vec<Cell>,
+    stale: bool,
+    parts: Option<PartBytes>,
+}
+
+/// A state of the nodes as bytes.
+#[derive(Serialize, Deserialize)]
+struct PartBytes {
+    /// The first communication point [s].
+    start: f64,
+    tick: u64,
+    nodes: Vec<Vec<u8>>,
+    numbers: Vec<f64>,
+    texts: Vec<String>,
+}
+
+/// The failure of a node's call, which does no harm to the instance.
+fn refused<T>(plan: &NodePlan, error: &CallError) -> FmiResult<T> {
+    reject(format!("`{}`: {} {}", plan.name, error.call, error.what))
+}
+
+impl Nested {
+    pub(crate) fn copy(&mut self) -> FmiResult<Saved> {
+        let parts = match &mut self.parts {
+            None => None,
+            Some(Parts { number, running }) => {
+                let nodes = running.nodes.iter_mut().zip(&running.system.nodes);
+                let nodes = nodes
+                    .map(|(node, plan)| node.save().or_else(|error| refused(plan, &error)))
+                    .collect::<FmiResult<Vec<_>>>()?;
+                let chains =
+                    running.system.nodes.iter().map(|plan| {
+                        plan.connections.iter().map(|it| it.input_chain.clone()).collect()
+                    });
+                let memory = running.memory.clone();
+                let memory = memory.unwrap_or_else(|| Memory::new(&running.system));
+                let (number, tick) = (*number, running.tick);
+                Some(SavedParts { number, tick, nodes, memory, chains: chains.collect() })
+            }
+        };
+        let (course, values) = (self.course.clone(), self.values.clone());
+        Ok(Saved { course, values, stale: self.stale, parts })
+    }
+
+    pub(crate) fn go_back(&mut self, saved: &Saved) -> FmiResult {
+        match &saved.parts {
+            None => self.parts = None,
+            Some(parts) => {
+                let number = parts.number;
+                if self.parts.as_ref().is_none_or(|it| it.number != number) {
+                    if self.retired.as_ref().is_none_or(|it| it.number != number) {
+                        return reject("the state is that of an initialisation that is gone");
+                    }
+                    std::mem::swap(&mut self.parts, &mut self.retired);
+                }
+                let Some(Parts { running, .. }) = &mut self.parts else { return Ok(()) };
+                let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
+                for ((node, state), plan) in nodes {
+                    node.restore(state).or_else(|error| refused(plan, &error))?;
+                }
+                let plans = running.system.nodes.iter_mut().zip(&parts.chains);
+                for (connection, chain) in
+                    plans.flat_map(|(plan, chains)| plan.connections.iter_mut().zip(chains))
+                {
+                    connection.input_chain.clone_from(chain);
+                }
+                (running.tick, running.memory) = (parts.tick, Some(parts.memory.clone()));
+            }
+        }
+        self.course.clone_from(&saved.course);
+        self.values.clone_from(&saved.values);
+        self.stale = saved.stale;
+        Ok(())
+    }
+
+    pub(crate) fn bytes_of(&mut self, saved: &Saved) -> FmiResult<Vec<u8>> {
+        let parts = match (&saved.parts, &mut self.parts) {
+            (None, _) => None,
+            (Some(parts), Some(own)) if own.number == parts.number => {
+                let running = &mut own.running;
+                if !forgets(&running.system.nodes) {
+                    return reject("sensor effects and faults cannot be turned into bytes");
+                }
+                let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
+                let nodes = nodes.map(|((node, state), plan)| {
+                    node.serialise(state).or_else(|error| refused(plan, &error))
+                });
+                let nodes = nodes.collect::<FmiResult<_>>()?;
+                let row = &parts.memory.row;
+                let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
+                let start = running.system.clock.start;
+                Some(PartBytes { start, tick: parts.tick, nodes, numbers, texts })
+            }
+            _ => return reject("the state is that of an initialisation that is gone"),
+        };
+        let Saved { course, values, stale, .. } = saved;
+        let (course, values, stale) = (course.clone(), values.clone(), *stale);
+        let bytes = Bytes { guid: self.interface.guid.clone(), course, values, stale, parts };
+        postcard::to_stdvec(&bytes).or_else(|error| reject(error.to_string()))
+    }
+
+    pub(crate) fn state_of(&mut self, bytes: &[u8]) -> FmiResult<Saved> {
+        let Bytes { guid, course, values, stale, parts } = postcard::from_bytes(bytes)
+            .or_else(|error| reject(format!("these bytes are no FMU state: {error}")))?;
+        if guid != self.interface.guid {
+            let own = &self.interface.guid;
+            return reject(format!("expected a state of {own}, found one of {guid}"));
+        }
+        let fits = values.len() == self.values.len()
+            && values.iter().zip(&self.values).all(|(one, other)| one.kind() == other.kind());
+        let impossible = "these bytes are no state that the FMU can be in";
+        if !fits {
+            return reject(impossible);
+        }
+        let Some(PartBytes { start, tick, nodes, numbers, texts }) = parts else {
+            return Ok(Saved { course, values, stale, parts: None });
+        };
+        if self.parts.is_none() {
+            // The nodes of another instance, or of before a reset: these have the same parameters and times.
+            let before = (self.course.clone(), self.values.clone());
+            self.course = course.clone();
+            self.course.now = start;
+            self.values.clone_from(&values);
+            let assembled = self.assemble();
+            (self.course, self.values) = before;
+            self.parts = Some(assembled?);
+        }
+        let Some(Parts { number, running }) = &mut self.parts else { return reject(impossible) };
+        let row = &running.system.columns.row();
+        let same = [row.numbers().len(), row.texts().len(), running.nodes.len()]
+            == [numbers.len(), texts.len(), nodes.len()];
+        if !same {
+            return reject(impossible);
+        }
+        let nodes = running.nodes.iter_mut().zip(&nodes).zip(&running.system.nodes);
+        let nodes = nodes.map(|((node, bytes), plan)| {
+            node.deserialise(bytes).or_else(|error| refused(plan, &error))
+        });
+        let nodes = nodes.collect::<FmiResult<_>>()?;
+        let mut memory = Memory::new(&running.system);
+        memory.row = Row::<Full>::from_values(numbers, texts);
+        let chains = running.system.nodes.iter();
+        let chains = chains
+            .map(|plan| plan.connections.iter().map(|it| it.input_chain.clone()).collect())
+            .collect();
+        let parts = Some(SavedParts { number: *number, tick, nodes, memory, chains });
+        Ok(Saved { course, values, stale, parts })
+    }
+}
+
+/// Whether no connection remembers anything from one step to the next.
+pub(crate) fn forgets(plans: &[NodePlan]) -> bool {
+    let mut connections = plans.iter().flat_map(|plan| &plan.connections);
+    connections.all(|it| it.input_chain.effects.is_empty() && it.input_chain.faults.is_empty())
+}
