@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod build_request;
+pub mod bundle;
 pub mod effect;
 pub mod fault;
 mod pattern;

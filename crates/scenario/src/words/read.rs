@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use diagnostics::{Error, Mistakes, Source};
+use diagnostics::{Error, Mistakes, Source, TextFile};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
@@ -27,6 +27,15 @@ impl Scenario {
             return read(Source::made(file), &[], vec![Arc::new(imported)]);
         }
         read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
+    }
+
+    /// The scenario whose text was gathered, with its files in `folder`. Messages name `path`, and its stem names the run.
+    ///
+    /// # Errors
+    /// As for a file.
+    pub fn bundled(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
+        let (path, folder) = (path.to_owned(), Some(folder.to_owned()));
+        read(Source::made(TextFile { path, text, folder }), &[], Vec::new())
     }
 
     /// The scenario that was kept with a recording, without those that it is validated by.
@@ -156,7 +165,7 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
 }
 
 /// The tables of all files, merged; `texts` are the shifted ones.
-pub(super) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+pub(crate) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
     let mut mistakes = Mistakes::default();
     let merged = merge(source, texts, &mut mistakes)?;
     mistakes.finish().map(|()| merged)
@@ -231,14 +240,12 @@ fn told(source: &Source, Finding { span, unknown, message, help }: Finding) -> E
 
 #[cfg(test)]
 mod tests {
-    use diagnostics::TextFile;
-
     use super::*;
 
     #[test]
     fn a_place_is_found_by_the_keys_that_lead_to_it() {
         let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
-        let file = TextFile { path: "case.toml".into(), text: text.to_owned() };
+        let file = TextFile { path: "case.toml".into(), text: text.to_owned(), folder: None };
         let source = Source::recorded(file, Vec::new(), Vec::new());
         let scenario = Scenario::recorded("case", source).expect("a scenario");
         for (path, word) in [

@@ -38,7 +38,10 @@ pub(super) fn imported(path: &Path) -> Result<(TextFile, Imported), Error> {
     writer.write()?;
     let Writer { text, notes, .. } = writer;
     let notes = system.notes.iter().cloned().chain(notes).collect();
-    Ok((TextFile { path: path.to_owned(), text }, Imported { notes, _system: system }))
+    Ok((
+        TextFile { path: path.to_owned(), text, folder: None },
+        Imported { notes, _system: system },
+    ))
 }
 
 /// A mistake at a place of the system.
