@@ -50,6 +50,7 @@ mod tree;
 mod unit;
 mod value;
 mod words;
+pub mod write;
 mod xml;
 
 #[cfg(test)]
@@ -82,6 +83,8 @@ pub struct System {
     pub outputs: Vec<Output>,
     /// The time that its description proposes.
     pub experiment: Experiment,
+    /// Annotations of its description as a whole.
+    pub annotations: Vec<Annotation>,
     /// Sentences about what was taken from where, and what was ignored.
     pub notes: Vec<String>,
     /// Folders of unpacked archives: the FMUs are in them.
@@ -93,6 +96,17 @@ impl System {
     pub fn folders(&self) -> impl Iterator<Item = &std::path::Path> {
         self.folders.iter().map(Folder::path)
     }
+}
+
+/// What a tool wrote down for itself, section 4.4.4: one element.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Annotation {
+    /// Its type, which begins with a reversed domain name.
+    pub kind: String,
+    /// Names and values of the attributes of the element.
+    pub attributes: Vec<(String, String)>,
+    /// The text in the element.
+    pub text: String,
 }
 
 /// Start and stop of a run, section 5.1.1: the standard says nothing of steps and algorithms.

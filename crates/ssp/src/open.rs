@@ -48,9 +48,19 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
         _ => format!("start and stop are those of the DefaultExperiment of {}", shown.display()),
     });
     let folders = tree.store.folders();
-    let name = description.name.clone();
+    let (name, annotations) = (description.name.clone(), description.annotations.clone());
     let notes = notes.take();
-    Ok(System { name, components, connections, inputs, outputs, experiment, notes, folders })
+    Ok(System {
+        name,
+        components,
+        connections,
+        inputs,
+        outputs,
+        experiment,
+        annotations,
+        notes,
+        folders,
+    })
 }
 
 /// Descriptions in an archive or a folder, that which is meant without a name first.
