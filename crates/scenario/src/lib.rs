@@ -5,6 +5,7 @@
 mod build_request;
 pub mod bundle;
 pub mod effect;
+pub mod export;
 pub mod fault;
 mod pattern;
 pub mod plan;

@@ -1,5 +1,6 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
+mod annotated;
 mod baseline;
 mod change;
 mod connect;
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::schema;
 use crate::signal::Part;
+pub(crate) use annotated::Annotated;
 pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert, Transform};

@@ -36,6 +36,7 @@ mod connect;
 mod crowd;
 mod dictionary;
 mod error;
+mod fingerprint;
 mod flat;
 mod limits;
 mod notes;
@@ -56,7 +57,7 @@ mod xml;
 #[cfg(test)]
 mod tests;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use archive::Folder;
@@ -87,13 +88,21 @@ pub struct System {
     pub annotations: Vec<Annotation>,
     /// Sentences about what was taken from where, and what was ignored.
     pub notes: Vec<String>,
+    /// The folder of its description.
+    folder: PathBuf,
     /// Folders of unpacked archives: the FMUs are in them.
     folders: Vec<Folder>,
 }
 
 impl System {
+    /// The folder that its description lies in, of an archive the one that it was unpacked to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Folders that archives were unpacked to. They are removed with this system.
-    pub fn folders(&self) -> impl Iterator<Item = &std::path::Path> {
+    pub fn folders(&self) -> impl Iterator<Item = &Path> {
         self.folders.iter().map(Folder::path)
     }
 }

@@ -27,8 +27,8 @@ pub struct Variant {
 pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
     let notes = Notes::default();
     let mut store = Store::new();
-    let folder = folder(path, &mut store)?;
-    let file = match (&folder, variant) {
+    let within = folder(path, &mut store)?;
+    let file = match (&within, variant) {
         (None, None) => single(path),
         (None, Some(wanted)) => {
             let found = path.display().to_string();
@@ -59,6 +59,7 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
         experiment,
         annotations,
         notes,
+        folder: within.unwrap_or_else(|| path.parent().unwrap_or(Path::new("")).to_owned()),
         folders,
     })
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::{Enumeration, Experiment, Kind, Transformation, Type, Unit, Value};
 
-pub use archive::{Content, pack};
+pub use self::archive::{Content, pack, rehearse};
 pub use structure::structure;
 pub use values::parameter_set;
 

@@ -9,6 +9,8 @@ use fmu_import::{Causality, Fmu, Value};
 use ssp::{Connection, Place, Port, Start, Transformation, Way};
 use units::Unit;
 
+use super::Annotated;
+
 /// Steps of a run whose FMUs propose none, as fmpy takes them.
 const STEPS: f64 = 500.0;
 

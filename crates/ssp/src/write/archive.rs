@@ -5,8 +5,11 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
+use archive::Folder;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::{Error, System};
 
 /// What an entry of an archive holds.
 #[derive(Debug, Clone)]
@@ -33,6 +36,29 @@ pub fn pack(path: &Path, entries: &BTreeMap<String, Content>) -> std::io::Result
         let _ = std::fs::remove_file(&partial);
     }
     done
+}
+
+/// The system of these entries as it will be read, with empty files in place of copies. They are gone when this returns.
+///
+/// # Errors
+/// When the entries make no system, or a file cannot be written.
+pub fn rehearse(entries: &BTreeMap<String, Content>) -> Result<System, Error> {
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Error::Read { path, source }
+    };
+    let folder = Folder::new().map_err(failed(&std::env::temp_dir()))?;
+    for (name, content) in entries {
+        let path = folder.path().join(name);
+        let parent = path.parent().unwrap_or(folder.path());
+        std::fs::create_dir_all(parent).map_err(failed(parent))?;
+        let text = match content {
+            Content::Text(text) => text.as_str(),
+            Content::File(_) => "",
+        };
+        std::fs::write(&path, text).map_err(failed(&path))?;
+    }
+    crate::open(folder.path(), None)
 }
 
 fn write(path: &Path, entries: &BTreeMap<String, Content>) -> std::io::Result<()> {
