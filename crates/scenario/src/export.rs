@@ -24,6 +24,8 @@ use definitions::Definitions;
 use ends::Ends;
 
 const STRUCTURE: &str = "SystemStructure.ssd";
+/// The name of all sets of start values: Ecos applies those of one name.
+const VALUES: &str = "start_values";
 const LAYOUT: Layout = Layout { fmus: "resources", others: "extra/org.trackside.scenario" };
 
 /// What an export wrote.
@@ -98,15 +100,13 @@ fn draft(
             })
         })
         .collect();
-    let inputs = ends.inputs(&links, &mut definitions);
-    let connections =
-        connections::connections(&ends, &links, (&components, &inputs), &definitions, notes);
+    let connections = connections::connections(&ends, &links, &components, &definitions, notes);
     let clock = system.clock;
     let experiment = Experiment { start: Some(clock.start), stop: Some(clock.stop()) };
     let mut draft = Draft {
         name: scenario.name.clone(),
         components: components.clone(),
-        connectors: inputs,
+        connectors: Vec::new(),
         connections,
         units: definitions.units,
         experiment,
@@ -118,7 +118,7 @@ fn draft(
         let values = values::values(&ends, node, &component.connectors, &links, notes);
         if !values.is_empty() {
             let name = free(entries, node);
-            let text = parameter_set(&node.name, version, &values);
+            let text = parameter_set(VALUES, version, &values);
             entries.insert(name.clone(), Content::Text(text));
             component.values = Some(name);
         }

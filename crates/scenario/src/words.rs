@@ -59,6 +59,9 @@ pub struct Document {
     /// Another scenario, or a system of SSP, that this one changes or adds to; the path is relative to the scenario file.
     #[schemars(example = &"step_steer.toml")]
     pub extends: Option<Spanned<String>>,
+    /// The description of the extended system that counts, by its file or its name; `SystemStructure.ssd` without it.
+    #[schemars(example = &"winter.ssd")]
+    pub variant: Option<Spanned<String>>,
     /// Entries of the extended scenario that are left out, by list. `*` stands for any letters.
     ///
     /// ```toml

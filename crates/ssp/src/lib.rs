@@ -50,6 +50,7 @@ mod transformation;
 mod tree;
 mod unit;
 mod value;
+mod variant;
 mod words;
 pub mod write;
 mod xml;
@@ -63,11 +64,12 @@ use std::sync::Arc;
 use archive::Folder;
 
 pub use error::{Error, Mistake};
-pub use open::{Variant, open, variants};
+pub use open::{open, variants};
 pub use place::Place;
 pub use transformation::Transformation;
 pub use unit::{BASES, BaseUnit, Enumeration, Unit};
 pub use value::{Type, Value, Width};
+pub use variant::Variant;
 
 /// A system without systems in it.
 #[derive(Debug)]
@@ -86,6 +88,8 @@ pub struct System {
     pub experiment: Experiment,
     /// Annotations of its description as a whole.
     pub annotations: Vec<Annotation>,
+    /// Files of other descriptions beside it.
+    pub others: Vec<String>,
     /// Sentences about what was taken from where, and what was ignored.
     pub notes: Vec<String>,
     /// The folder of its description.

@@ -1,56 +1,39 @@
 //! Writes connections with their transformations.
 
-use std::collections::BTreeMap;
-
 use fmu_import::Variable;
 use fmu_import::description::Type;
-use ssp::write::{DraftComponent, DraftConnection, DraftConnector};
+use ssp::write::{DraftComponent, DraftConnection};
 use ssp::{Transformation, Unit};
 
 use super::definitions::Definitions;
-use super::ends::{End, Ends, Link, is_real};
+use super::ends::{End, Ends, Link};
 use crate::plan::InputChain;
 
-/// The connections of the system. What has no words in the standard is left out, with a note.
+/// The connections between components. What has no words in the standard is left out, with a note. So are signals and tables,
+/// since tools refuse connectors of the system itself; their first values are start values.
 pub(super) fn connections(
     ends: &Ends,
     links: &[Link],
-    (components, inputs): (&[DraftComponent], &[DraftConnector]),
+    components: &[DraftComponent],
     definitions: &Definitions,
     notes: &mut Vec<String>,
 ) -> Vec<DraftConnection> {
-    let mut by_target: BTreeMap<(Option<String>, String), Vec<&Link>> = BTreeMap::new();
-    let mut order = Vec::new();
-    for link in links {
-        let to = ends.end(link.to);
-        let key = (to.component, to.connector);
-        if !by_target.contains_key(&key) {
-            order.push(key.clone());
-        }
-        by_target.entry(key).or_default().push(link);
-    }
-    let connector = |end: &End| {
-        let own = match &end.component {
-            None => inputs,
-            Some(name) => components.iter().find(|it| it.name == *name)?.connectors.as_slice(),
-        };
-        own.iter().find(|connector| connector.name == end.connector)
+    let unit = |end: &End| {
+        let component = components.iter().find(|it| it.name == end.component)?;
+        let connector = component.connectors.iter().find(|it| it.name == end.connector)?;
+        definitions.find(connector.unit.as_deref())
     };
     let mut connections = Vec::new();
-    for key in &order {
-        let of_target = by_target[key].as_slice();
-        let Some(first) = of_target.first() else { continue };
-        let (from, to) = (ends.end(first.from), ends.end(first.to));
-        let unit = |end| definitions.find(connector(end).and_then(|it| it.unit.as_deref()));
-        let made = match is_whole(ends, of_target, (&from, &to)) {
-            true => transformation(ends, first, (unit(&from), unit(&to)))
-                .and_then(|made| typed(ends, first, connector(&from)).map(|()| made)),
+    for of_target in by_target(ends, links) {
+        let Some((first, from, to)) = of_target.first() else { continue };
+        let made = match is_whole(&of_target) {
+            true => transformation(ends, first, (unit(from), unit(to))),
             false => Err("it connects elements of arrays"),
         };
         match made {
             Ok(transformation) => connections.push(DraftConnection {
-                from: (from.component, from.connector),
-                to: (to.component, to.connector),
+                from: (Some(from.component.clone()), from.connector.clone()),
+                to: (Some(to.component.clone()), to.connector.clone()),
                 transformation,
             }),
             Err(reason) => notes.push(format!(
@@ -63,30 +46,36 @@ pub(super) fn connections(
     connections
 }
 
-/// Whether the links connect one whole connector to another, each element to that in the same place.
-fn is_whole(ends: &Ends, links: &[&Link], (from, to): (&End, &End)) -> bool {
-    let change = |link: &Link| link.chain.map(|it| (it.factor, it.offset, it.map.clone()));
-    let first = links.first().map(|link| change(link));
-    links.len() == to.element.1
-        && from.element.1 == to.element.1
-        && links.iter().enumerate().all(|(place, link)| {
-            let (source, target) = (ends.end(link.from), ends.end(link.to));
-            source.connector == from.connector
-                && source.component == from.component
-                && (source.element.0, target.element.0) == (place, place)
-                && Some(change(link)) == first
-        })
+/// A connection with both of its ends.
+type Ended<'l, 'a> = (&'l Link<'a>, End, End);
+
+/// The connections between components, those to elements of one array together.
+fn by_target<'l, 'a>(ends: &Ends, links: &'l [Link<'a>]) -> Vec<Vec<Ended<'l, 'a>>> {
+    let mut groups: Vec<Vec<Ended>> = Vec::new();
+    for link in links {
+        let (Some(from), Some(to)) = (ends.end(link.from), ends.end(link.to)) else { continue };
+        let same = |(_, _, known): &Ended| {
+            (&known.component, &known.connector) == (&to.component, &to.connector)
+        };
+        match groups.iter_mut().find(|group| group.iter().any(same)) {
+            Some(group) => group.push((link, from, to)),
+            None => groups.push(vec![(link, from, to)]),
+        }
+    }
+    groups
 }
 
-/// A number of a signal has the type of the connector.
-fn typed(ends: &Ends, link: &Link, from: Option<&DraftConnector>) -> Result<(), &'static str> {
-    let signal = ends.variable(&link.from.node, &link.from.variable).is_none();
-    let target = ends.variable(&link.to.node, &link.to.variable);
-    let real = from.is_some_and(|it| it.carries == ssp::Type::Float64);
-    match signal && real && target.is_some_and(|it| !is_real(it.kind)) {
-        true => Err("it leads one signal to inputs of several types"),
-        false => Ok(()),
-    }
+/// Whether the links connect one whole connector to another, each element to that in the same place.
+fn is_whole(links: &[Ended]) -> bool {
+    let change = |link: &Link| link.chain.map(|it| (it.factor, it.offset, it.map.clone()));
+    let Some((first, from, to)) = links.first() else { return false };
+    links.len() == to.element.1
+        && from.element.1 == to.element.1
+        && links.iter().enumerate().all(|(place, (link, source, target))| {
+            (&source.component, &source.connector) == (&from.component, &from.connector)
+                && (source.element.0, target.element.0) == (place, place)
+                && change(link) == change(first)
+        })
 }
 
 /// What happens on the way in place of a conversion of units. None where a tool that converts units and one that does not
@@ -100,7 +89,7 @@ fn transformation(
     let target = ends.variable(&link.to.node, &link.to.variable);
     let source = ends.variable(&link.from.node, &link.from.variable);
     if !chain.map.is_empty() {
-        return mapped(chain, source.or(target), target).map(Some);
+        return mapped(chain, source, target).map(Some);
     }
     let (factor, offset) = (chain.factor, chain.offset);
     let kept = (factor, offset) == (1.0, 0.0);
@@ -108,7 +97,7 @@ fn transformation(
         (Some(from), Some(to)) => from.to(to) != Some((1.0, 0.0)),
         _ => false,
     };
-    let real = |variable: Option<&Variable>| variable.is_none_or(|it| is_real(it.kind));
+    let real = |variable: Option<&Variable>| variable.is_some_and(|it| it.kind == Type::Real);
     match (kept && !is_converted, real(source) && real(target)) {
         (true, _) => Ok(None),
         (false, true) => Ok(Some(Transformation::Linear { factor, offset })),

@@ -1,6 +1,5 @@
 //! Finds the ends of connections, and the connectors of components and of the system.
 
-use fmu_import::description::Type;
 use fmu_import::{Causality, Fmu, Variable};
 use recording::{Column, Direction};
 use ssp::Kind;
@@ -18,11 +17,11 @@ pub(super) struct Link<'a> {
     pub chain: Option<&'a InputChain>,
 }
 
-/// A variable, an element of an array, or an output of a signal or a table.
+/// A variable or an element of an array.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct End {
-    /// The component; none for a connector of the system.
-    pub component: Option<String>,
+    /// The component.
+    pub component: String,
     /// The variable or the whole array.
     pub connector: String,
     /// The place of the element and the number of elements.
@@ -69,16 +68,14 @@ impl<'a> Ends<'a> {
         fmu.description.variables.iter().find(|variable| variable.name == name)
     }
 
-    /// The end that a column is.
-    pub fn end(&self, column: &Column) -> End {
-        match self.variable(&column.node, &column.variable) {
-            Some(variable) => End {
-                component: Some(column.node.clone()),
-                connector: array_name(variable).to_owned(),
-                element: variable.element,
-            },
-            None => End { component: None, connector: column.name(), element: (0, 1) },
-        }
+    /// The end that a column is; none for a signal or a column of a table.
+    pub fn end(&self, column: &Column) -> Option<End> {
+        let variable = self.variable(&column.node, &column.variable)?;
+        Some(End {
+            component: column.node.clone(),
+            connector: array_name(variable).to_owned(),
+            element: variable.element,
+        })
     }
 
     /// The connectors of an FMU: inputs, outputs, what is connected, and what has a start value in the scenario.
@@ -133,35 +130,6 @@ impl<'a> Ends<'a> {
         let (name, unit) = own.or_else(declared)?;
         Some(definitions.unit(&node.name, name, unit))
     }
-
-    /// Signals and tables as inputs of the system. They are numbers of no type: they get that of all inputs that they lead to, or
-    /// else they are real.
-    pub fn inputs(&self, links: &[Link], definitions: &mut Definitions) -> Vec<DraftConnector> {
-        let mut inputs: Vec<DraftConnector> = Vec::new();
-        for link in links {
-            let End { component: None, connector, .. } = self.end(link.from) else { continue };
-            let target = self.variable(&link.to.node, &link.to.variable);
-            let carries = target.and_then(|it| definitions.carries(&link.to.node, it));
-            let carries = carries.unwrap_or(ssp::Type::Float64);
-            if let Some(known) = inputs.iter_mut().find(|known| known.name == connector) {
-                if known.carries != carries {
-                    known.carries = ssp::Type::Float64;
-                }
-                continue;
-            }
-            let unit = link.from.unit.as_deref();
-            let unit = unit.and_then(|name| Some((name, Unit::parse(name).ok()?)));
-            let unit = unit.map(|(name, unit)| definitions.unit(&link.from.node, name, unit));
-            let (kind, dimensions) = (Kind::Input, Vec::new());
-            inputs.push(DraftConnector { name: connector, kind, carries, unit, dimensions });
-        }
-        for input in &mut inputs {
-            // A unit belongs to real numbers.
-            let real = matches!(input.carries, ssp::Type::Float64 | ssp::Type::Float32);
-            input.unit = input.unit.take().filter(|_| real);
-        }
-        inputs
-    }
 }
 
 /// The name of a variable, and that of the array for one of its elements.
@@ -194,9 +162,4 @@ fn dimensions(fmu: &Fmu, first: &Variable) -> Vec<usize> {
         true => sizes,
         false => vec![first.element.1],
     }
-}
-
-/// Whether a linear transformation fits the type.
-pub(super) fn is_real(kind: Type) -> bool {
-    kind == Type::Real
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use diagnostics::{Error, TextFile};
+use diagnostics::{Error, TextFile, suggest};
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Fmu, Value};
 use ssp::{Connection, Place, Port, Start, Transformation, Way};
@@ -30,20 +30,75 @@ pub(super) fn is_system(path: &Path) -> bool {
     named || path.join("SystemStructure.ssd").is_file()
 }
 
-/// The system at a path as the text of a scenario.
+/// The system at a path as the text of a scenario; `variant` chooses another description of it.
 ///
 /// # Errors
 /// When it is no system, one of its FMUs cannot be opened, or it has what a scenario cannot have.
-pub(super) fn imported(path: &Path) -> Result<(TextFile, Imported), Error> {
-    let system = ssp::open(path, None).map_err(|error| Error::input(error.to_string()))?;
+pub(super) fn imported(
+    path: &Path,
+    variant: Option<&str>,
+) -> Result<(TextFile, Imported), Unusable> {
+    let system = ssp::open(path, variant).map_err(|error| Unusable::new(&error))?;
+    let mut notes = Vec::new();
+    if variant.is_none() && !system.others.is_empty() {
+        let others = system.others.join(", ");
+        notes.push(format!(
+            "{} has the variants {others} besides: `--variant NAME` runs one, `variant = \"NAME\"` beside `extends` takes one",
+            path.display()
+        ));
+    }
+    let annotated = Annotated::of(&system, path);
+    if let Some(Annotated::Current(text)) = annotated {
+        notes.push(format!("{}: the scenario in its annotation is used", path.display()));
+        let folder = Some(system.folder().to_owned());
+        let file = TextFile { path: path.to_owned(), text: text.to_owned(), folder };
+        return Ok((file, Imported { notes, _system: system }));
+    }
+    if let Some(Annotated::Stale(note)) = annotated {
+        notes.push(note);
+    }
     let mut writer = Writer::new(&system)?;
     writer.write()?;
-    let Writer { text, notes, .. } = writer;
-    let notes = system.notes.iter().cloned().chain(notes).collect();
-    Ok((
-        TextFile { path: path.to_owned(), text, folder: None },
-        Imported { notes, _system: system },
-    ))
+    let Writer { text, notes: more, .. } = writer;
+    let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
+    let file = TextFile { path: path.to_owned(), text, folder: None };
+    Ok((file, Imported { notes, _system: system }))
+}
+
+/// Why a system cannot be used.
+pub(super) struct Unusable {
+    pub error: Error,
+    /// A variant that is similar to the one that it does not have.
+    pub hint: Option<String>,
+    /// Whether it does not have the variant.
+    pub variant: bool,
+}
+
+impl Unusable {
+    fn new(error: &ssp::Error) -> Self {
+        let hint = match error {
+            ssp::Error::Variant { wanted, found, .. } => {
+                let stems = found.iter().map(|it| it.file.strip_suffix(".ssd").unwrap_or(&it.file));
+                let names = found.iter().map(|it| it.name.as_str()).filter(|name| !name.is_empty());
+                suggest::closest_question(wanted, stems.chain(names))
+            }
+            _ => None,
+        };
+        let variant = matches!(error, ssp::Error::Variant { .. });
+        Unusable { error: Error::input(error.to_string()), hint, variant }
+    }
+}
+
+impl From<Error> for Unusable {
+    fn from(error: Error) -> Self {
+        Unusable { error, hint: None, variant: false }
+    }
+}
+
+impl From<Unusable> for Error {
+    fn from(Unusable { error, hint, .. }: Unusable) -> Self {
+        error.hint(hint)
+    }
 }
 
 /// A mistake at a place of the system.
