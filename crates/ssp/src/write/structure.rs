@@ -6,21 +6,27 @@ use crate::{BASES, Kind, Transformation, Type, Unit};
 
 const SPACE: &str = "http://ssp-standard.org/SSP1/";
 
+/// The namespace of annotations of OMSimulator.
+const OMS: &str =
+    "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
+/// The namespace of annotations of libcosim.
+const OSP: &str = "http://opensimulationplatform.com/SSP/OSPAnnotations";
+const TOOL: &str = concat!("Trackside ", env!("CARGO_PKG_VERSION"));
+
 /// The text of an `.ssd` file.
 #[must_use]
 pub fn structure(draft: &Draft) -> String {
     let mut xml = Document::new();
     let space = |name: &str| format!("{SPACE}{name}");
-    xml.open(
-        "ssd:SystemStructureDescription",
-        &[
-            ("xmlns:ssd", &space("SystemStructureDescription")),
-            ("xmlns:ssc", &space("SystemStructureCommon")),
-            ("version", draft.version().text()),
-            ("name", &draft.name),
-            ("generationTool", concat!("Trackside ", env!("CARGO_PKG_VERSION"))),
-        ],
-    );
+    let (structure, common) = (space("SystemStructureDescription"), space("SystemStructureCommon"));
+    let mut attributes = vec![("xmlns:ssd", structure.as_str()), ("xmlns:ssc", common.as_str())];
+    if draft.step.is_some() {
+        // At the root: libcosim takes an attribute of its element for the name of an algorithm.
+        attributes.extend([("xmlns:oms", OMS), ("xmlns:osp", OSP)]);
+    }
+    let version = draft.version().text();
+    attributes.extend([("version", version), ("name", &draft.name), ("generationTool", TOOL)]);
+    xml.open("ssd:SystemStructureDescription", &attributes);
     xml.open("ssd:System", &[("name", &draft.name)]);
     connectors(&mut xml, &draft.connectors);
     if !draft.components.is_empty() {
@@ -173,8 +179,7 @@ fn master(xml: &mut Document, draft: &Draft) {
     let Some(step) = draft.step else { return };
     xml.open("ssd:Annotations", &[]);
     xml.open("ssc:Annotation", &[("type", "org.openmodelica")]);
-    let space = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
-    xml.open("oms:Annotations", &[("xmlns:oms", space)]);
+    xml.open("oms:Annotations", &[]);
     xml.open("oms:SimulationInformation", &[]);
     let step = types::number(step);
     let attributes = [
@@ -201,8 +206,7 @@ fn experiment(xml: &mut Document, draft: &Draft) {
     xml.open("ssd:DefaultExperiment", &times);
     xml.open("ssd:Annotations", &[]);
     xml.open("ssc:Annotation", &[("type", "com.opensimulationplatform")]);
-    let space = "http://opensimulationplatform.com/SSP/OSPAnnotations";
-    xml.open("osp:Algorithm", &[("xmlns:osp", space)]);
+    xml.open("osp:Algorithm", &[]);
     xml.empty("osp:FixedStepAlgorithm", &[("baseStepSize", &types::number(step))]);
     (0..4).for_each(|_| xml.close());
 }
