@@ -112,6 +112,9 @@ mod results;
 // States of FMUs that are saved and restored.
 #[path = "acceptance/state.rs"]
 mod state;
+// Scenarios that are packed as systems of SSP, and read back.
+#[path = "acceptance/ssp_export.rs"]
+mod ssp_export;
 // Systems of SSP.
 #[path = "acceptance/systems.rs"]
 mod systems;
@@ -158,6 +161,7 @@ fn main() -> ExitCode {
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);
+    ssp_export::register(&mut tests);
     systems::register(&mut tests);
     types::register(&mut tests);
     units::register(&mut tests);

@@ -30,6 +30,8 @@ pub struct RunOptions {
     pub csv: bool,
     /// Whether the recordings of the run become its baselines, instead of a comparison with them.
     pub bless: bool,
+    /// The variant of a system of SSP with several descriptions.
+    pub variant: Option<String>,
     /// Start values and seed.
     pub overrides: Overrides,
     /// Where the replay goes.

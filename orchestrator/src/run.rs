@@ -36,7 +36,7 @@ type Events<'a> = &'a mut dyn FnMut(ProgressEvent);
 pub fn run(path: &Path, options: &RunOptions, events: Events) -> Result<Run, Error> {
     let default = || Path::new("target/runs").join(path.file_stem().unwrap_or_default());
     let folder = options.out.clone().unwrap_or_else(default);
-    let scenario = &Scenario::read(path)?;
+    let scenario = &Scenario::read_variant(path, options.variant.as_deref())?;
     run_folder::check(&folder, scenario)?;
     let building =
         &mut |progress: package::BuildProgress| events(ProgressEvent::Building(progress));

@@ -61,6 +61,7 @@ impl Source {
         let named = |file: &TextFile| TextFile {
             path: file.path.strip_prefix(folder).unwrap_or(&file.path).to_owned(),
             text: file.text.clone(),
+            folder: None,
         };
         [self.files().map(named).collect(), self.kept.iter().map(named).collect()]
     }
@@ -136,10 +137,12 @@ impl Source {
         self.folder(word.span()).join(word.get_ref())
     }
 
-    /// The folder of the file that a place is in.
+    /// The folder that paths are relative to in the file that a place is in.
     #[must_use]
     pub fn folder(&self, place: Range<usize>) -> &Path {
-        self.find(place.start).1.path.parent().unwrap_or(Path::new(""))
+        let file = self.find(place.start).1;
+        let own = || file.path.parent().unwrap_or(Path::new(""));
+        file.folder.as_deref().unwrap_or_else(own)
     }
 
     /// An error at a place, with `label` under it.

@@ -9,6 +9,8 @@ pub struct TextFile {
     pub path: PathBuf,
     /// Its contents.
     pub text: String,
+    /// The folder that paths in it are relative to; that of the file without it.
+    pub folder: Option<PathBuf>,
 }
 
 /// Reads a scenario, and says what another kind of file is.
@@ -23,7 +25,8 @@ pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
     match std::fs::read_to_string(path) {
         // A byte order mark is known to parsers at the beginning only, where the text may not be.
         Ok(text) => {
-            Ok(TextFile { path: path.to_owned(), text: text.replacen('\u{feff}', "   ", 1) })
+            let text = text.replacen('\u{feff}', "   ", 1);
+            Ok(TextFile { path: path.to_owned(), text, folder: None })
         }
         Err(error) => Err(format!("cannot read the scenario {}: {error}", path.display())),
     }

@@ -186,7 +186,7 @@ impl Metadata {
             Record::Metadata(it) if it.name == RUN => self.run = Some(it.metadata),
             Record::Attachment { header, data, .. } => {
                 let text = String::from_utf8_lossy(&data).into_owned();
-                let file = TextFile { path: PathBuf::from(&header.name), text };
+                let file = TextFile { path: PathBuf::from(&header.name), text, folder: None };
                 match header.media_type.as_str() {
                     SCENARIO => self.scenario.push(file),
                     KEPT => self.kept.push(file),

@@ -3,7 +3,9 @@
 #![forbid(unsafe_code)]
 
 mod build_request;
+pub mod bundle;
 pub mod effect;
+pub mod export;
 pub mod fault;
 pub mod pattern;
 pub mod plan;

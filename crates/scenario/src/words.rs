@@ -1,5 +1,6 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
+mod annotated;
 mod baseline;
 mod change;
 mod connect;
@@ -22,11 +23,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::schema;
 use crate::signal::Part;
+pub(crate) use annotated::Annotated;
 pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert, Transform};
 pub use fault::Fault;
 pub use nodes::{Fmu, Table, Unconnected};
+pub(crate) use read::merged;
 pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
@@ -56,6 +59,9 @@ pub struct Document {
     /// Another scenario, or a system of SSP, that this one changes or adds to; the path is relative to the scenario file.
     #[schemars(example = &"step_steer.toml")]
     pub extends: Option<Spanned<String>>,
+    /// The description of the extended system that counts, by its file or its name; `SystemStructure.ssd` without it.
+    #[schemars(example = &"winter.ssd")]
+    pub variant: Option<Spanned<String>>,
     /// Entries of the extended scenario that are left out, by list. `*` stands for any letters.
     ///
     /// ```toml

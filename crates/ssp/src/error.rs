@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::Place;
 use crate::limits::LONGEST;
+use crate::variant::Variant;
 
 /// Why a file is no system that can be read.
 #[derive(Debug, thiserror::Error)]
@@ -28,18 +29,26 @@ pub enum Error {
         path: PathBuf,
     },
     /// There is no such variant.
-    #[error("{path}: expected a description called `{wanted}`, found {found}: choose one of these")]
+    #[error("{path}: expected a description called `{wanted}`, found {}: choose one of these", listed(.found))]
     Variant {
         /// The archive or folder.
         path: PathBuf,
         /// The variant that was asked for.
         wanted: String,
         /// The variants that there are.
-        found: String,
+        found: Vec<Variant>,
     },
     /// A file breaks the rules of the standard, or asks for something that this reader does not have.
     #[error(transparent)]
     Mistake(Box<Mistake>),
+}
+
+fn listed(variants: &[Variant]) -> String {
+    let all = variants.iter().map(|it| match it.name.is_empty() {
+        true => it.file.clone(),
+        false => format!("{} ({})", it.file, it.name),
+    });
+    all.collect::<Vec<_>>().join(", ")
 }
 
 /// Something in a file that cannot stay as it is.

@@ -36,6 +36,7 @@ mod connect;
 mod crowd;
 mod dictionary;
 mod error;
+mod fingerprint;
 mod flat;
 mod limits;
 mod notes;
@@ -49,23 +50,26 @@ mod transformation;
 mod tree;
 mod unit;
 mod value;
+mod variant;
 mod words;
+pub mod write;
 mod xml;
 
 #[cfg(test)]
 mod tests;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use archive::Folder;
 
 pub use error::{Error, Mistake};
-pub use open::{Variant, open, variants};
+pub use open::{open, variants};
 pub use place::Place;
 pub use transformation::Transformation;
 pub use unit::{BASES, BaseUnit, Enumeration, Unit};
 pub use value::{Type, Value, Width};
+pub use variant::Variant;
 
 /// A system without systems in it.
 #[derive(Debug)]
@@ -82,17 +86,40 @@ pub struct System {
     pub outputs: Vec<Output>,
     /// The time that its description proposes.
     pub experiment: Experiment,
+    /// Annotations of its description as a whole.
+    pub annotations: Vec<Annotation>,
+    /// Files of other descriptions beside it.
+    pub others: Vec<String>,
     /// Sentences about what was taken from where, and what was ignored.
     pub notes: Vec<String>,
+    /// The folder of its description.
+    folder: PathBuf,
     /// Folders of unpacked archives: the FMUs are in them.
     folders: Vec<Folder>,
 }
 
 impl System {
+    /// The folder that its description lies in, of an archive the one that it was unpacked to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Folders that archives were unpacked to. They are removed with this system.
-    pub fn folders(&self) -> impl Iterator<Item = &std::path::Path> {
+    pub fn folders(&self) -> impl Iterator<Item = &Path> {
         self.folders.iter().map(Folder::path)
     }
+}
+
+/// What a tool wrote down for itself, section 4.4.4: one element.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Annotation {
+    /// Its type, which begins with a reversed domain name.
+    pub kind: String,
+    /// Names and values of the attributes of the element.
+    pub attributes: Vec<(String, String)>,
+    /// The text in the element.
+    pub text: String,
 }
 
 /// Start and stop of a run, section 5.1.1: the standard says nothing of steps and algorithms.

@@ -6,16 +6,7 @@ use crate::flat::Flat;
 use crate::notes::Notes;
 use crate::package::{DEFAULT, Location, Store};
 use crate::tree::Tree;
-use crate::{Error, Experiment, System};
-
-/// A description of an archive or a folder.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Variant {
-    /// Its file.
-    pub file: String,
-    /// What it is called in it.
-    pub name: String,
-}
+use crate::{Error, Experiment, System, Variant};
 
 /// Opens an `.ssp` archive, a folder with a `SystemStructure.ssd`, or an `.ssd` file.
 ///
@@ -27,16 +18,22 @@ pub struct Variant {
 pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
     let notes = Notes::default();
     let mut store = Store::new();
-    let folder = folder(path, &mut store)?;
-    let file = match (&folder, variant) {
+    let within = folder(path, &mut store)?;
+    let file = match (&within, variant) {
         (None, None) => single(path),
         (None, Some(wanted)) => {
-            let found = path.display().to_string();
+            let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let found = vec![Variant { file, name: String::new() }];
             return Err(Error::Variant { path: path.to_owned(), wanted: wanted.to_owned(), found });
         }
         (Some(folder), None) => Location::new(folder, path, DEFAULT),
         (Some(folder), Some(wanted)) => chosen(path, folder, wanted, &notes)?,
     };
+    let mut others = match &within {
+        Some(folder) => files(path, folder)?,
+        None => Vec::new(),
+    };
+    others.retain(|other| file.path().file_name().is_none_or(|used| *used != **other));
     let mut tree = Tree::new(store, &notes);
     let description = tree.description(&file)?;
     let outer = tree.element(&description, &description.system, String::new())?;
@@ -48,9 +45,21 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
         _ => format!("start and stop are those of the DefaultExperiment of {}", shown.display()),
     });
     let folders = tree.store.folders();
-    let name = description.name.clone();
+    let (name, annotations) = (description.name.clone(), description.annotations.clone());
     let notes = notes.take();
-    Ok(System { name, components, connections, inputs, outputs, experiment, notes, folders })
+    Ok(System {
+        name,
+        components,
+        connections,
+        inputs,
+        outputs,
+        experiment,
+        annotations,
+        others,
+        notes,
+        folder: within.unwrap_or_else(|| path.parent().unwrap_or(Path::new("")).to_owned()),
+        folders,
+    })
 }
 
 /// Descriptions in an archive or a folder, that which is meant without a name first.
@@ -86,7 +95,8 @@ fn single(path: &Path) -> Location {
     Location::new(folder, folder, &path.file_name().unwrap_or_default().to_string_lossy())
 }
 
-fn within(path: &Path, folder: &Path, notes: &Notes) -> Result<Vec<Variant>, Error> {
+/// The files of descriptions in a folder, that which is meant without a name first.
+fn files(path: &Path, folder: &Path) -> Result<Vec<String>, Error> {
     let failed = |source| Error::Read { path: path.to_owned(), source };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
@@ -96,9 +106,13 @@ fn within(path: &Path, folder: &Path, notes: &Notes) -> Result<Vec<Variant>, Err
         }
     }
     files.sort_by_key(|file| (file != DEFAULT, file.clone()));
+    Ok(files)
+}
+
+fn within(path: &Path, folder: &Path, notes: &Notes) -> Result<Vec<Variant>, Error> {
     // A store of its own: texts are read once more when one of them is chosen.
     let mut tree = Tree::new(Store::new(), notes);
-    let variants = files.into_iter().map(|file| {
+    let variants = files(path, folder)?.into_iter().map(|file| {
         let name = tree.description(&Location::new(folder, path, &file))?.name.clone();
         Ok(Variant { file, name })
     });
@@ -111,9 +125,8 @@ fn chosen(path: &Path, folder: &Path, wanted: &str, notes: &Notes) -> Result<Loc
     let stem = |file: &str| file.strip_suffix(".ssd").unwrap_or(file).to_owned();
     let by_file = variants.iter().find(|x| x.file == wanted || stem(&x.file) == wanted);
     let Some(found) = by_file.or_else(|| variants.iter().find(|x| x.name == wanted)) else {
-        let found: Vec<_> = variants.iter().map(|x| format!("{} ({})", x.file, x.name)).collect();
         let (path, wanted) = (path.to_owned(), wanted.to_owned());
-        return Err(Error::Variant { path, wanted, found: found.join(", ") });
+        return Err(Error::Variant { path, wanted, found: variants });
     };
     notes.add(|| format!("the variant {} is used", found.file));
     Ok(Location::new(folder, path, &found.file))

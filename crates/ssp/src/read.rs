@@ -42,6 +42,7 @@ impl Description {
             system: element(system, &definitions, 1)?,
             start,
             stop,
+            annotations: root.annotations(),
         })
     }
 }

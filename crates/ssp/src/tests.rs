@@ -7,6 +7,7 @@ mod damage;
 mod nested;
 mod published;
 mod refusals;
+mod written;
 
 use std::io::{Cursor, Write as _};
 use std::path::Path;

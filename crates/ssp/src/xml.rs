@@ -9,7 +9,7 @@ use crate::error::mistake;
 use crate::limits::{ATTRIBUTES, NAME};
 use crate::notes::Notes;
 use crate::place::Text;
-use crate::{Error, Place};
+use crate::{Annotation, Error, Place};
 
 /// The last parts of the namespaces of the standard. What stands before them may change with its versions.
 const SPACES: [&str; 5] = [
@@ -186,7 +186,7 @@ impl<'a> Element<'a> {
         for node in self.node.children().filter(Node::is_element) {
             let child = Element { node, ..self };
             match child.name() {
-                "Annotations" if child.standard() => child.annotations(),
+                "Annotations" if child.standard() => child.note_annotations(),
                 name if child.standard() && elements.contains(&name) => {}
                 name => self.note(child.place(), &format!("the element <{name}>")),
             }
@@ -207,7 +207,7 @@ impl<'a> Element<'a> {
     }
 
     /// Names the annotations of foreign tools, and what they say about steps and algorithms.
-    fn annotations(self) {
+    fn note_annotations(self) {
         for annotation in self.all("Annotation") {
             let kind = annotation.attribute("type").unwrap_or("without a type");
             let mut said = Vec::new();
@@ -229,6 +229,24 @@ impl<'a> Element<'a> {
             let place = annotation.place();
             self.notes.add(|| format!("{place}: the annotation {kind} is ignored{said}"));
         }
+    }
+
+    /// The annotations of this element that have an element in them.
+    pub(crate) fn annotations(self) -> Vec<Annotation> {
+        let all = self.all("Annotations").flat_map(|list| list.all("Annotation"));
+        let annotations = all.filter_map(|annotation| {
+            let content = annotation.node.first_element_child()?;
+            let attributes = content.attributes().take(ATTRIBUTES);
+            let texts = content.children().filter_map(|child| child.text());
+            Some(Annotation {
+                kind: annotation.attribute("type")?.to_owned(),
+                attributes: attributes
+                    .map(|x| (x.name().to_owned(), x.value().to_owned()))
+                    .collect(),
+                text: texts.collect(),
+            })
+        });
+        annotations.collect()
     }
 
     pub(crate) fn notes(self) -> &'a Notes {

@@ -1,4 +1,6 @@
-//! `trackside pack`: builds FMU packages of the workspace and packs them.
+//! `trackside pack`: builds FMU packages of the workspace and packs them, or packs a scenario as a system of SSP.
+
+mod ssp;
 
 use std::path::{Path, PathBuf};
 
@@ -17,17 +19,21 @@ const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
 /// Arguments of `trackside pack`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The packages [default: plant-fmu controller estimator].
+    /// The packages [default: plant-fmu controller estimator], or with `--ssp` the scenario files.
+    #[arg(value_name = "PACKAGES|SCENARIOS")]
     packages: Vec<String>,
+    /// Pack each scenario as an archive of SSP: its FMUs, start values and connections, and the scenario itself for this program.
+    #[arg(long, conflicts_with_all = ["example", "fmi"])]
+    ssp: bool,
     /// Pack an example instead, of the given packages or of any. May be repeated.
     #[arg(long, value_name = "NAME")]
     example: Vec<String>,
     /// The version of FMI; archives of 3.0 end in `_fmi3.fmu`.
     #[arg(long, value_name = "VERSION", default_value = "2")]
     fmi: Fmi,
-    /// The folder for the archives.
-    #[arg(long, default_value = "target/fmu")]
-    out: PathBuf,
+    /// The folder for the archives [default: target/fmu, with `--ssp` target/ssp]; with `--ssp` also the `.ssp` file itself.
+    #[arg(long)]
+    out: Option<PathBuf>,
 }
 
 /// A version of FMI.
@@ -55,17 +61,32 @@ impl From<Fmi> for Version {
 /// # Errors
 /// When a package is unknown, does not compile, or makes no FMU.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    if arguments.ssp {
+        return ssp::run(&arguments.packages, arguments.out.as_deref());
+    }
+    refuse_scenarios(&arguments.packages)?;
+    let out = arguments.out.as_deref().unwrap_or(Path::new("target/fmu"));
     let mut building = BuildLine::default();
     let archives = Workspace::around(Path::new(".")).and_then(|workspace| {
         let products = products(&workspace, arguments)?;
         let mut progress = |progress: BuildProgress| building.show(&progress);
-        workspace.pack(&products, (Some(&arguments.out), arguments.fmi.into()), &mut progress)
+        workspace.pack(&products, (Some(out), arguments.fmi.into()), &mut progress)
     });
     let archives = archives.map_err(|error| Error::input(error.to_string()))?;
     for archive in archives.values() {
         print(&format!("{}\n", archive.display()));
     }
     Ok(0)
+}
+
+/// Packages have names without endings.
+fn refuse_scenarios(packages: &[String]) -> Result<(), Error> {
+    let scenario = packages.iter().find(|name| {
+        Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+    });
+    let Some(scenario) = scenario else { return Ok(()) };
+    let error = Error::input(format!("expected a package, found the scenario {scenario}"));
+    Err(error.help(format!("to pack it as a system of SSP: trackside pack {scenario} --ssp")))
 }
 
 fn products(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<BuildRequest>, BuildError> {

@@ -33,6 +33,9 @@ pub struct Arguments {
     /// `estimator.a_y.fault.value=0`. `@FILE` is a TOML file of values. May be repeated.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
+    /// Of a system of SSP with several descriptions, take this one: its file or its name.
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
     /// Relative tolerance of the integration inside the FMUs, instead of the scenario's and the FMUs' own.
     #[arg(long, value_name = "RELATIVE")]
     tolerance: Option<f64>,
@@ -98,6 +101,7 @@ impl Arguments {
             out: None,
             csv: self.csv,
             bless: self.bless,
+            variant: self.variant.clone(),
             overrides: Overrides {
                 starts,
                 seed: self.seed,

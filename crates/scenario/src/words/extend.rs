@@ -30,7 +30,7 @@ pub(super) fn extend<'a>(
     mistakes: Mistakes,
 ) -> Spanned<DeTable<'a>> {
     let mut merged = base.into_inner();
-    for key in ["extends", "without"] {
+    for key in ["extends", "variant", "without"] {
         merged.remove(key);
     }
     let (place, changes) = (changes.span(), changes.into_inner());

@@ -1,10 +1,11 @@
 //! Reads a scenario with its base files and its validation scenarios.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use diagnostics::{Error, Mistakes, Source};
+use diagnostics::{Error, Mistakes, Source, TextFile};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
@@ -22,11 +23,36 @@ impl Scenario {
     /// # Errors
     /// When one of them cannot be read or does not have the form of a scenario.
     pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::read_variant(path, None)
+    }
+
+    /// The same; of a system of SSP with several descriptions, `variant` chooses one by its file or its name.
+    ///
+    /// # Errors
+    /// As for [`Scenario::read`], and when there is no such variant.
+    pub fn read_variant(path: &Path, variant: Option<&str>) -> Result<Self, Error> {
         if system::is_system(path) {
-            let (file, imported) = system::imported(path)?;
+            let (file, imported) = system::imported(path, variant)?;
             return read(Source::made(file), &[], vec![Arc::new(imported)]);
         }
+        if let Some(variant) = variant {
+            let message = format!(
+                "expected a system of SSP for the variant `{variant}`, found {}, which has none",
+                path.display()
+            );
+            return Err(Error::input(message)
+                .help("a scenario chooses one with `variant` beside `extends`"));
+        }
         read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
+    }
+
+    /// The scenario whose text was gathered, with its files in `folder`. Messages name `path`, and its stem names the run.
+    ///
+    /// # Errors
+    /// As for a file.
+    pub fn bundled(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
+        let (path, folder) = (path.to_owned(), Some(folder.to_owned()));
+        read(Source::made(TextFile { path, text, folder }), &[], Vec::new())
     }
 
     /// The scenario that was kept with a recording, without those that it is validated by.
@@ -119,7 +145,14 @@ fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), E
     loop {
         let text = source.shifted().pop().unwrap_or_default();
         let table = parsed(source, &text)?;
-        let Some(extends) = table.get_ref().get("extends") else { return Ok(()) };
+        let variant = table.get_ref().get("variant");
+        let Some(extends) = table.get_ref().get("extends") else {
+            let message = "there is no system to choose a variant of: the scenario extends none";
+            return match variant {
+                Some(variant) => Err(source.error(variant.span(), message, "here")),
+                None => Ok(()),
+            };
+        };
         let place = extends.span();
         let Some(name) = extends.get_ref().as_str() else {
             // What the other file would have brought is not missing.
@@ -133,18 +166,34 @@ fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), E
             return Err(source.error(place, message, ""));
         }
         if system::is_system(&path) {
-            let made = system::imported(&path).map_err(|error| {
-                let message = format!("the system cannot be used: {error}");
-                source.error(place.clone(), message, "")
-            });
-            let (file, imported) = made?;
+            let (file, imported) = extended_system(source, &path, place, variant)?;
             source.add_made(file);
             systems.push(Arc::new(imported));
         } else {
+            if let Some(variant) = variant {
+                let message =
+                    "a variant is one of a system of SSP, and the extended file is a scenario";
+                return Err(source.error(variant.span(), message, "here"));
+            }
             source.add(&path, place)?;
         }
         paths.push(path);
     }
+}
+
+/// The system that a scenario extends, as a text.
+fn extended_system(
+    source: &Source,
+    path: &Path,
+    place: Range<usize>,
+    variant: Option<&Spanned<DeValue>>,
+) -> Result<(TextFile, Imported), Error> {
+    let name = variant.and_then(|variant| variant.get_ref().as_str());
+    system::imported(path, name).map_err(|found| {
+        let word = variant.filter(|_| found.variant);
+        let message = format!("the system cannot be used: {}", found.error);
+        source.error(word.map_or(place, Spanned::span), message, "").hint(found.hint)
+    })
 }
 
 /// The circle from one of `paths` to `path`, if there is one.
@@ -156,7 +205,7 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
 }
 
 /// The tables of all files, merged; `texts` are the shifted ones.
-pub(super) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+pub(crate) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
     let mut mistakes = Mistakes::default();
     let merged = merge(source, texts, &mut mistakes)?;
     mistakes.finish().map(|()| merged)
@@ -231,14 +280,12 @@ fn told(source: &Source, Finding { span, unknown, message, help }: Finding) -> E
 
 #[cfg(test)]
 mod tests {
-    use diagnostics::TextFile;
-
     use super::*;
 
     #[test]
     fn a_place_is_found_by_the_keys_that_lead_to_it() {
         let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
-        let file = TextFile { path: "case.toml".into(), text: text.to_owned() };
+        let file = TextFile { path: "case.toml".into(), text: text.to_owned(), folder: None };
         let source = Source::recorded(file, Vec::new(), Vec::new());
         let scenario = Scenario::recorded("case", source).expect("a scenario");
         for (path, word) in [

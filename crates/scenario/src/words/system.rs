@@ -1,13 +1,19 @@
 //! Makes a scenario of a system of SSP: its FMUs, start values and connections, with the step and the stop time of its FMUs.
 
+mod parameters;
+mod ways;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
-use diagnostics::{Error, TextFile};
+use diagnostics::{Error, TextFile, suggest};
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Fmu, Value};
-use ssp::{Connection, Place, Port, Start, Transformation, Way};
+use ssp::{Connection, Place, Port, Start};
 use units::Unit;
+
+use super::Annotated;
+use ways::{conversion, known, unit, way_words};
 
 /// Steps of a run whose FMUs propose none, as fmpy takes them.
 const STEPS: f64 = 500.0;
@@ -28,17 +34,75 @@ pub(super) fn is_system(path: &Path) -> bool {
     named || path.join("SystemStructure.ssd").is_file()
 }
 
-/// The system at a path as the text of a scenario.
+/// The system at a path as the text of a scenario; `variant` chooses another description of it.
 ///
 /// # Errors
 /// When it is no system, one of its FMUs cannot be opened, or it has what a scenario cannot have.
-pub(super) fn imported(path: &Path) -> Result<(TextFile, Imported), Error> {
-    let system = ssp::open(path, None).map_err(|error| Error::input(error.to_string()))?;
+pub(super) fn imported(
+    path: &Path,
+    variant: Option<&str>,
+) -> Result<(TextFile, Imported), Unusable> {
+    let system = ssp::open(path, variant).map_err(|error| Unusable::new(&error))?;
+    let mut notes = Vec::new();
+    if variant.is_none() && !system.others.is_empty() {
+        let others = system.others.join(", ");
+        notes.push(format!(
+            "{} has the variants {others} besides: `--variant NAME` runs one, `variant = \"NAME\"` beside `extends` takes one",
+            path.display()
+        ));
+    }
+    let annotated = Annotated::of(&system, path);
+    if let Some(Annotated::Current(text)) = annotated {
+        notes.push(format!("{}: the scenario in its annotation is used", path.display()));
+        let folder = Some(system.folder().to_owned());
+        let file = TextFile { path: path.to_owned(), text: text.to_owned(), folder };
+        return Ok((file, Imported { notes, _system: system }));
+    }
+    if let Some(Annotated::Stale(note)) = annotated {
+        notes.push(note);
+    }
     let mut writer = Writer::new(&system)?;
     writer.write()?;
-    let Writer { text, notes, .. } = writer;
-    let notes = system.notes.iter().cloned().chain(notes).collect();
-    Ok((TextFile { path: path.to_owned(), text }, Imported { notes, _system: system }))
+    let Writer { text, notes: more, .. } = writer;
+    let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
+    let file = TextFile { path: path.to_owned(), text, folder: None };
+    Ok((file, Imported { notes, _system: system }))
+}
+
+/// Why a system cannot be used.
+pub(super) struct Unusable {
+    pub error: Error,
+    /// A variant that is similar to the one that it does not have.
+    pub hint: Option<String>,
+    /// Whether it does not have the variant.
+    pub variant: bool,
+}
+
+impl Unusable {
+    fn new(error: &ssp::Error) -> Self {
+        let hint = match error {
+            ssp::Error::Variant { wanted, found, .. } => {
+                let stems = found.iter().map(|it| it.file.strip_suffix(".ssd").unwrap_or(&it.file));
+                let names = found.iter().map(|it| it.name.as_str()).filter(|name| !name.is_empty());
+                suggest::closest_question(wanted, stems.chain(names))
+            }
+            _ => None,
+        };
+        let variant = matches!(error, ssp::Error::Variant { .. });
+        Unusable { error: Error::input(error.to_string()), hint, variant }
+    }
+}
+
+impl From<Error> for Unusable {
+    fn from(error: Error) -> Self {
+        Unusable { error, hint: None, variant: false }
+    }
+}
+
+impl From<Unusable> for Error {
+    fn from(Unusable { error, hint, .. }: Unusable) -> Self {
+        error.hint(hint)
+    }
 }
 
 /// A mistake at a place of the system.
@@ -160,18 +224,30 @@ impl<'a> Writer<'a> {
                 self.notes.push(note);
                 continue;
             };
-            if fed.contains(&&port) && variable.causality == Causality::Input {
+            let takes =
+                variable.causality == Causality::Input || parameters::is_parameter(variable);
+            if fed.contains(&&port) && takes {
                 continue;
             }
             let value = start_value(start, variable)?;
             self.line(format_args!("{} = {value}", quoted(&start.variable)));
         }
+        for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
+            let (source, target) = self.ends(connection)?;
+            if parameters::is_parameter(target) {
+                let value = parameters::value(self.system, connection, (source, target))?;
+                self.line(format_args!("{} = {value}", quoted(&connection.to.variable)));
+            }
+        }
         Ok(())
     }
 
-    fn connection(&mut self, connection: &Connection) -> Result<(), Error> {
-        let Connection { from, to, way } = connection;
-        let ends = [from, to].map(|port| {
+    /// The variables at both ends of a connection.
+    fn ends(
+        &self,
+        Connection { from, to, way }: &Connection,
+    ) -> Result<(&Variable, &Variable), Error> {
+        let [source, target] = [from, to].map(|port| {
             let absent = || {
                 let component = &self.system.components[port.component];
                 let message = format!(
@@ -182,8 +258,15 @@ impl<'a> Writer<'a> {
             };
             self.variable(port).ok_or_else(absent)
         });
-        let [source, target] = ends;
-        let (source, target) = (source?, target?);
+        Ok((source?, target?))
+    }
+
+    fn connection(&mut self, connection: &Connection) -> Result<(), Error> {
+        let Connection { from, to, way } = connection;
+        let (source, target) = self.ends(connection)?;
+        if parameters::is_parameter(target) {
+            return Ok(());
+        }
         if target.causality != Causality::Input {
             let message = format!(
                 "expected an input, found `{}`, which is {:?}: bind the value to it in a ParameterBinding",
@@ -205,103 +288,13 @@ fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-fn numbers(of: Type) -> bool {
-    !matches!(of, Type::String | Type::Binary)
-}
-
-/// What stands in a connection besides its ends.
-fn way_words(way: &Way, source: &Variable, target: &Variable) -> Result<String, Error> {
-    let convert = match (source.kind, target.kind) {
-        (a, b) if a == b => "",
-        (Type::Boolean, Type::Integer) => "\nconvert = \"boolean_to_integer\"",
-        (Type::Integer, Type::Boolean) => "\nconvert = \"integer_to_boolean\"",
-        (Type::Enumeration, Type::Integer) => "\nconvert = \"enumeration_to_integer\"",
-        (Type::Integer, Type::Enumeration) => "\nconvert = \"integer_to_enumeration\"",
-        (Type::Integer, Type::Real) => "\nconvert = \"integer_to_real\"",
-        (a, b) => {
-            let message = format!("expected connectors of one type, found {a:?} and {b:?}");
-            return Err(wrong(&way.place, message));
-        }
-    };
-    if !numbers(target.kind) {
-        return match way.transformation.is_identity() {
-            true => Ok(String::new()),
-            false => Err(wrong(&way.place, "expected numbers for a transformation, found texts")),
-        };
-    }
-    let (factor, offset) = conversion(way, source, target)?;
-    let transform = match &way.transformation {
-        Transformation::Linear { factor: f, offset: o } => {
-            format!("factor = {:?}, offset = {:?}", f * factor, f * offset + o)
-        }
-        Transformation::Boolean(map) => {
-            let number = |truth: bool| f64::from(u8::from(truth));
-            pairs(map.iter().map(|(a, b)| [number(*a), number(*b)]))
-        }
-        Transformation::Integer(map) => pairs(map.iter().map(|(a, b)| [*a as f64, *b as f64])),
-        Transformation::Enumeration(map) => {
-            let item = |variable: &Variable, name: &str| {
-                let found = variable.items.iter().find(|item| item.name == *name);
-                found.map(|item| item.value as f64).ok_or_else(|| {
-                    wrong(&way.place, format!("`{}` has no item `{name}`", variable.name))
-                })
-            };
-            let mapped = map.iter().map(|(a, b)| Ok([item(source, a)?, item(target, b)?]));
-            pairs(mapped.collect::<Result<Vec<_>, Error>>()?.into_iter())
-        }
-    };
-    Ok(format!("\ntransform = {{ {transform} }}{convert}"))
-}
-
-fn pairs(pairs: impl Iterator<Item = [f64; 2]>) -> String {
-    let pairs: Vec<_> = pairs.map(|[from, to]| format!("[{from:?}, {to:?}]")).collect();
-    format!("map = [{}]", pairs.join(", "))
-}
-
-/// The unit of a connector, or else that of the variable behind it, with a name for messages.
-fn unit(of: Option<&ssp::Unit>, variable: &Variable) -> Option<(Unit, String)> {
-    match of {
-        Some(unit) => Some((known(unit)?, unit.name.clone())),
-        None => Some((variable.dimension?, variable.unit.clone().unwrap_or_default())),
-    }
-}
-
-fn known(unit: &ssp::Unit) -> Option<Unit> {
-    let Some(base) = unit.base else { return Unit::parse(&unit.name).ok() };
-    let exponents = base.exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
-    Some(Unit::from_base(exponents, base.factor, base.offset))
-}
-
-/// Factor and offset between the units of both ends; a unit that nobody knows is left as it is.
-fn conversion(way: &Way, source: &Variable, target: &Variable) -> Result<(f64, f64), Error> {
-    let same = (1.0, 0.0);
-    let (from, to) = &way.units;
-    let units = (unit(from.as_deref(), source), unit(to.as_deref(), target));
-    let (Some((a, from)), Some((b, to))) = units else { return Ok(same) };
-    if way.suppress_unit_conversion || source.kind != Type::Real {
-        return Ok(same);
-    }
-    let found = Unit::conversion(&a, &b).ok_or_else(|| {
-        let message = format!(
-            "expected units of one dimension, found [{from}] ({}) and [{to}] ({}): correct one of them, or set suppressUnitConversion",
-            a.dimension(),
-            b.dimension()
-        );
-        wrong(&way.place, message)
-    })?;
-    match way.assumes_equal_units && found != same {
-        true => Err(wrong(
-            &way.place,
-            format!(
-                "expected equal units at both ends, found [{from}] and [{to}]: give the connectors between them units"
-            ),
-        )),
-        false => Ok(found),
-    }
-}
-
 /// A start value in the unit and of the type of its variable, as TOML.
 fn start_value(start: &Start, variable: &Variable) -> Result<String, Error> {
+    Ok(toml(&start_number(start, variable)?, variable))
+}
+
+/// A start value in the unit of its variable.
+fn start_number(start: &Start, variable: &Variable) -> Result<ssp::Value, Error> {
     let (mut factor, mut offset) = (1.0, 0.0);
     if let Some(from) = &start.unit {
         let to = unit(start.connector_unit.as_deref(), variable);
@@ -311,10 +304,9 @@ fn start_value(start: &Start, variable: &Variable) -> Result<String, Error> {
                 Unit::conversion(&a, &b).ok_or_else(|| wrong(&start.place, message()))?;
         }
     }
-    let value = start.converted(factor, offset).ok_or_else(|| {
+    start.converted(factor, offset).ok_or_else(|| {
         wrong(&start.place, "expected a number for a conversion or transformation, found none")
-    })?;
-    Ok(toml(&value, variable))
+    })
 }
 
 fn toml(value: &ssp::Value, variable: &Variable) -> String {

@@ -1,0 +1,227 @@
+//! Gathers a scenario: one text that extends nothing, and all files that it names under portable paths in one folder.
+
+mod files;
+mod paths;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use diagnostics::{Error, Mistakes};
+use serde::Deserialize as _;
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue, Deserializer};
+
+use crate::build_request::Built;
+use crate::words::{self, Scenario};
+use files::Files;
+use paths::Role;
+
+/// The name of the text of a bundle that is written to a folder.
+pub const SCENARIO: &str = "scenario.toml";
+
+/// Where the files of a bundle lie: folders with `/` in between, relative to that of the bundle.
+#[derive(Debug, Clone, Copy)]
+pub struct Layout<'a> {
+    /// The folder of FMUs.
+    pub fmus: &'a str,
+    /// The folder of all other files.
+    pub others: &'a str,
+}
+
+/// A file of a bundle.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Content {
+    /// A copy of this file.
+    File(PathBuf),
+    /// A text, such as that of a scenario that validates.
+    Text(String),
+}
+
+/// A scenario that needs nothing but its own files, and the packages of its plugins.
+#[derive(Debug)]
+pub struct Bundle {
+    /// The name of the run.
+    pub name: String,
+    /// The text of the scenario. Its paths are relative to the folder of the bundle.
+    pub text: String,
+    /// Files by their paths in the folder, with `/`. Letters, digits, `.`, `_` and `-` are in them; no two differ by case alone.
+    pub files: BTreeMap<String, Content>,
+    /// The path in the folder of each FMU, by the name of its node; without those of validations.
+    pub fmus: BTreeMap<String, String>,
+    /// What the bundle needs besides, such as packages of plugins.
+    pub notes: Vec<String>,
+}
+
+impl Bundle {
+    /// Gathers a scenario with what it extends and with the scenarios that it is validated by. FMUs of packages are those that were
+    /// `built`. Plugins of packages stay packages.
+    ///
+    /// # Errors
+    /// At each word that names a file that is not there, or a package that was not built.
+    pub fn gather(scenario: &Scenario, built: &Built, layout: Layout) -> Result<Self, Error> {
+        let mut gathering = Gathering { built, layout, files: Files::new(), notes: Vec::new() };
+        gathering.files.reserve(SCENARIO);
+        let (text, fmus) = gathering.text(scenario, Beside::ROOT)?;
+        let (files, notes) = (gathering.files.all, gathering.notes);
+        Ok(Bundle { name: scenario.name.clone(), text, files, fmus, notes })
+    }
+
+    /// Writes the text as [`SCENARIO`] and all files into a folder that is there.
+    ///
+    /// # Errors
+    /// When a file cannot be read or written.
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        let written = |path: &Path, done: std::io::Result<()>| {
+            done.map_err(|error| Error::output(path, error))
+        };
+        let text = folder.join(SCENARIO);
+        written(&text, std::fs::write(&text, &self.text))?;
+        for (name, content) in &self.files {
+            let path = folder.join(name);
+            if let Some(parent) = path.parent() {
+                written(parent, std::fs::create_dir_all(parent))?;
+            }
+            written(
+                &path,
+                match content {
+                    Content::File(from) => std::fs::copy(from, &path).map(drop),
+                    Content::Text(text) => std::fs::write(&path, text),
+                },
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Where a text lies in the bundle.
+#[derive(Clone, Copy)]
+struct Beside<'a> {
+    /// The folder of the text, empty or with `/` at its end.
+    folder: &'a str,
+    /// The way from there to the folder of the bundle.
+    back: &'a str,
+}
+
+impl Beside<'_> {
+    const ROOT: Self = Beside { folder: "", back: "" };
+}
+
+struct Gathering<'a> {
+    built: &'a Built,
+    layout: Layout<'a>,
+    files: Files,
+    notes: Vec<String>,
+}
+
+impl Gathering<'_> {
+    /// The text of a scenario and the paths of its FMUs by node; their files join the others.
+    fn text(
+        &mut self,
+        scenario: &Scenario,
+        beside: Beside,
+    ) -> Result<(String, BTreeMap<String, String>), Error> {
+        let texts = scenario.source.shifted();
+        let mut table = words::merged(&scenario.source, &texts)?;
+        ["extends", "variant", "without"].iter().for_each(|key| drop(table.remove(*key)));
+        let mut mistakes = Mistakes::default();
+        let fmus = self.fmus(scenario, &mut table, beside, &mut mistakes);
+        self.note_packages(scenario);
+        paths::each(&mut table, &mut |role, word| {
+            mistakes.take(self.file(scenario, role, word, beside));
+        });
+        mistakes.finish()?;
+        let table = toml::Table::deserialize(Deserializer::from(Spanned::new(0..0, table)));
+        let wrong = |what: &dyn std::fmt::Display| {
+            Error::input(format!("{}: {what}", scenario.source.path().display()))
+        };
+        let table = table.map_err(|error| wrong(&error.message()))?;
+        let text = toml::to_string(&table).map_err(|error| wrong(&error))?;
+        Ok((text, fmus))
+    }
+
+    /// Replaces packages of FMUs by archives, and gathers the archives.
+    fn fmus(
+        &mut self,
+        scenario: &Scenario,
+        table: &mut DeTable,
+        beside: Beside,
+        mistakes: &mut Mistakes,
+    ) -> BTreeMap<String, String> {
+        let mut paths = BTreeMap::new();
+        let words = scenario.document.fmu.iter();
+        for (fmu, entry) in words.zip(paths::entries(table, "fmu")) {
+            let archive = fmu.build_request().and_then(|it| self.built.archives.get(&it).cloned());
+            let (word, path) = match (&fmu.path, archive) {
+                (Some(path), _) => (path, scenario.source.resolve(path)),
+                (None, Some(archive)) => (&fmu.name, archive),
+                (None, None) => {
+                    let message = "expected a built package or `path`, found neither";
+                    mistakes.push(scenario.error(&fmu.name, message));
+                    continue;
+                }
+            };
+            let added = self.files.add(&path, self.layout.fmus);
+            let added = added.map_err(|what| scenario.error(word, what));
+            let Some(inside) = mistakes.take(added) else { continue };
+            ["crate", "example"].iter().for_each(|key| drop(entry.remove(*key)));
+            let key = Spanned::new(0..0, DeString::from("path"));
+            let value = DeValue::String(format!("{}{inside}", beside.back).into());
+            entry.insert(key, Spanned::new(0..0, value));
+            paths.insert(fmu.name.get_ref().clone(), inside);
+        }
+        paths
+    }
+
+    fn note_packages(&mut self, scenario: &Scenario) {
+        for analysis in &scenario.document.analysis {
+            let Some(request) = analysis.build_request() else { continue };
+            let name = analysis.name.get_ref();
+            self.notes.push(format!(
+                "the analysis `{name}` needs the package `{}` of a workspace, which is not gathered",
+                request.package
+            ));
+        }
+    }
+
+    /// Gathers the file that a word names, and writes its path in the bundle in place of the word.
+    fn file(
+        &mut self,
+        scenario: &Scenario,
+        role: Role,
+        word: &mut Spanned<DeValue>,
+        beside: Beside,
+    ) -> Result<(), Error> {
+        let Some(text) = word.get_ref().as_str() else { return Ok(()) };
+        let path = scenario.source.folder(word.span()).join(text.trim_start_matches('@'));
+        let wrong = |what: String| scenario.source.error(word.span(), what, "");
+        let others = self.layout.others;
+        let inside = match role {
+            Role::File => self.files.add(&path, others).map_err(wrong)?,
+            Role::Validation(index) => {
+                let Some(child) = scenario.validations.get(index) else { return Ok(()) };
+                let folder = format!("{}/", others.trim_end_matches('/'));
+                let back = "../".repeat(folder.split('/').filter(|part| !part.is_empty()).count());
+                let (text, _) = self.text(child, Beside { folder: &folder, back: &back })?;
+                self.files.add_text(&format!("{}.toml", child.name), others, text)
+            }
+            Role::Values if !text.starts_with('@') || !path.is_file() => return Ok(()),
+            // An analysis may leave a file of this name, which goes before the one that is there.
+            Role::Values if !text.contains(['/', '\\']) => {
+                let name = text.trim_start_matches('@');
+                return self
+                    .files
+                    .add_as(&path, &format!("{}{name}", beside.folder))
+                    .map_err(wrong);
+            }
+            Role::Values => {
+                let inside = self.files.add(&path, others).map_err(wrong)?;
+                *word.get_mut() = DeValue::String(format!("@{}{inside}", beside.back).into());
+                return Ok(());
+            }
+        };
+        *word.get_mut() = DeValue::String(format!("{}{inside}", beside.back).into());
+        Ok(())
+    }
+}

@@ -1,0 +1,76 @@
+//! Finds the words of a scenario that name files, but for those of FMUs.
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// What a word that names a file is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    /// A file that is read as it is.
+    File,
+    /// The scenario of a validation, by its place among them.
+    Validation(usize),
+    /// An entry of `set`: a file behind `@`, or a value.
+    Values,
+}
+
+/// The entries of a list of tables.
+pub(super) fn entries<'t, 'a>(
+    root: &'t mut DeTable<'a>,
+    list: &str,
+) -> impl Iterator<Item = &'t mut DeTable<'a>> {
+    let list = root.get_mut(list).and_then(|value| match value.get_mut() {
+        DeValue::Array(list) => Some(list.iter_mut()),
+        _ => None,
+    });
+    list.into_iter().flatten().filter_map(|entry| match entry.get_mut() {
+        DeValue::Table(table) => Some(table),
+        _ => None,
+    })
+}
+
+/// Calls `take` for each of the words.
+pub(super) fn each<'a>(
+    root: &mut DeTable<'a>,
+    take: &mut dyn FnMut(Role, &mut Spanned<DeValue<'a>>),
+) {
+    for (list, key) in [("table", "path"), ("baseline", "recording"), ("analysis", "path")] {
+        entries(root, list).for_each(|entry| one(entry, key, Role::File, take));
+    }
+    for analysis in entries(root, "analysis") {
+        if let Some(table) = inner(analysis, "table") {
+            one(table, "path", Role::File, take);
+        }
+        if let Some(files) = inner(analysis, "files") {
+            files.iter_mut().for_each(|(_, file)| take(Role::File, file));
+        }
+    }
+    let track = inner(root, "view").and_then(|view| inner(view, "track"));
+    if let Some(track) = track {
+        one(track, "path", Role::File, take);
+    }
+    for (index, validation) in entries(root, "validation").enumerate() {
+        one(validation, "scenario", Role::Validation(index), take);
+        if let Some(DeValue::Array(set)) = validation.get_mut("set").map(Spanned::get_mut) {
+            set.iter_mut().for_each(|entry| take(Role::Values, entry));
+        }
+    }
+}
+
+fn one<'a>(
+    table: &mut DeTable<'a>,
+    key: &str,
+    role: Role,
+    take: &mut dyn FnMut(Role, &mut Spanned<DeValue<'a>>),
+) {
+    if let Some(value) = table.get_mut(key) {
+        take(role, value);
+    }
+}
+
+fn inner<'t, 'a>(table: &'t mut DeTable<'a>, key: &str) -> Option<&'t mut DeTable<'a>> {
+    match table.get_mut(key)?.get_mut() {
+        DeValue::Table(inner) => Some(inner),
+        _ => None,
+    }
+}

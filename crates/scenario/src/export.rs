@@ -1,0 +1,170 @@
+//! Makes an archive of SSP of a scenario: FMUs, start values and connections in the words of the standard, and the scenario itself in
+//! an annotation, so that nothing of it is lost.
+
+mod connections;
+mod definitions;
+mod ends;
+mod values;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use diagnostics::Error;
+use ssp::Experiment;
+use ssp::write::{
+    Content, Draft, DraftAnnotation, DraftComponent, Version, pack, parameter_set, rehearse,
+    structure,
+};
+
+use crate::build_request::Built;
+use crate::bundle::{self, Bundle, Layout};
+use crate::plan::{Body, NodePlan, System};
+use crate::words::{Annotated, Scenario};
+use definitions::Definitions;
+use ends::Ends;
+
+const STRUCTURE: &str = "SystemStructure.ssd";
+/// The name of all sets of start values: Ecos applies those of one name.
+const VALUES: &str = "start_values";
+const LAYOUT: Layout = Layout { fmus: "resources", others: "extra/org.trackside.scenario" };
+
+/// What an export wrote.
+#[derive(Debug)]
+pub struct Exported {
+    /// What other tools do not get, and what the archive needs besides.
+    pub notes: Vec<String>,
+    /// The version of SSP.
+    pub version: &'static str,
+}
+
+/// Writes the archive `path` of a scenario that was resolved to `system`. It appears under its name when it is complete.
+///
+/// # Errors
+/// When a file of the scenario is missing, or the archive cannot be written.
+pub fn export(
+    scenario: &Scenario,
+    built: &Built,
+    system: &System,
+    path: &Path,
+) -> Result<Exported, Error> {
+    let Bundle { text, mut files, fmus, mut notes, .. } = Bundle::gather(scenario, built, LAYOUT)?;
+    files.remove(bundle::SCENARIO);
+    let mut entries: BTreeMap<String, Content> = files
+        .into_iter()
+        .map(|(name, content)| match content {
+            bundle::Content::File(path) => (name, Content::File(path)),
+            bundle::Content::Text(text) => (name, Content::Text(text)),
+        })
+        .collect();
+    let mut draft = draft(scenario, system, &fmus, &mut entries, &mut notes);
+    notes.extend(own_words(scenario));
+    entries.insert(STRUCTURE.to_owned(), Content::Text(structure(&draft)));
+    let read = rehearse(&entries)
+        .map_err(|error| Error::output(path, format!("the system cannot be read back: {error}")))?;
+    let attributes = [("version", "1".to_owned()), ("system", read.fingerprint())];
+    draft.annotation = Some(DraftAnnotation {
+        kind: Annotated::KIND.to_owned(),
+        namespace: Annotated::NAMESPACE.to_owned(),
+        element: "Scenario".to_owned(),
+        attributes: attributes.map(|(key, value)| (key.to_owned(), value)).to_vec(),
+        text,
+    });
+    entries.insert(STRUCTURE.to_owned(), Content::Text(structure(&draft)));
+    pack(path, &entries).map_err(|error| Error::output(path, error))?;
+    let version = match draft.version() {
+        Version::One => "1.0",
+        Version::Two => "2.0",
+    };
+    Ok(Exported { notes, version })
+}
+
+/// The system in the words of the standard; files of start values join the entries.
+fn draft(
+    scenario: &Scenario,
+    system: &System,
+    fmus: &BTreeMap<String, String>,
+    entries: &mut BTreeMap<String, Content>,
+    notes: &mut Vec<String>,
+) -> Draft {
+    let ends = Ends::new(system);
+    let mut definitions = Definitions::default();
+    let links = ends.links();
+    let nodes = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
+    let mut components: Vec<_> = nodes()
+        .filter_map(|node| {
+            Some(DraftComponent {
+                name: node.name.clone(),
+                source: fmus.get(&node.name)?.clone(),
+                values: None,
+                connectors: ends.connectors(node, &links, &mut definitions),
+            })
+        })
+        .collect();
+    let connections = connections::connections(&ends, &links, &components, &definitions, notes);
+    let clock = system.clock;
+    let experiment = Experiment { start: Some(clock.start), stop: Some(clock.stop()) };
+    let mut draft = Draft {
+        name: scenario.name.clone(),
+        components: components.clone(),
+        connectors: Vec::new(),
+        connections,
+        units: definitions.units,
+        experiment,
+        step: Some(clock.step),
+        annotation: None,
+    };
+    let version = draft.version();
+    for (component, node) in components.iter_mut().zip(nodes()) {
+        let values = values::values(&ends, node, &component.connectors, &links, notes);
+        if !values.is_empty() {
+            let name = free(entries, node);
+            let text = parameter_set(VALUES, version, &values);
+            entries.insert(name.clone(), Content::Text(text));
+            component.values = Some(name);
+        }
+    }
+    draft.components = components;
+    draft
+}
+
+/// A path for the start values of a node that no other entry has.
+fn free(entries: &BTreeMap<String, Content>, node: &NodePlan) -> String {
+    let kept = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    let stem: String = node.name.chars().map(|c| if kept(c) { c } else { '_' }).collect();
+    let taken = |name: &str| entries.keys().any(|known| known.eq_ignore_ascii_case(name));
+    let names = (1..).map(|number| match number {
+        1 => format!("resources/{stem}.ssv"),
+        number => format!("resources/{stem}_{number}.ssv"),
+    });
+    let mut free = names.skip_while(|name| taken(name));
+    free.next().unwrap_or_default()
+}
+
+/// What the scenario has that the standard has no words for.
+fn own_words(scenario: &Scenario) -> Option<String> {
+    let document = &scenario.document;
+    let effects = document.connect.iter().map(|connect| connect.effects().len()).sum();
+    let held = document.connect.iter().filter(|connect| connect.at.is_some()).count();
+    let view = &document.view;
+    let views = view.plot.len() + view.xy_plot.len() + view.arrow.len();
+    let counts = [
+        (document.signal.len(), "[[signal]]"),
+        (document.table.len(), "[[table]]"),
+        (effects, "sensor effects"),
+        (held, "`at` of [[connect]]"),
+        (document.fault.len(), "[[fault]]"),
+        (document.check.len(), "[[check]]"),
+        (document.baseline.len(), "[[baseline]]"),
+        (document.analysis.len(), "[[analysis]]"),
+        (document.validation.len(), "[[validation]]"),
+        (views, "drawings of [view]"),
+    ];
+    let counts = counts.iter().filter(|(count, _)| *count > 0);
+    let words: Vec<_> = counts.map(|(count, what)| format!("{count} {what}")).collect();
+    (!words.is_empty()).then(|| {
+        format!(
+            "SSP has no words for {}: they are in an annotation, which other tools ignore",
+            words.join(", ")
+        )
+    })
+}

@@ -1,0 +1,165 @@
+//! Finds the ends of connections, and the connectors of components and of the system.
+
+use fmu_import::{Causality, Fmu, Variable};
+use recording::{Column, Direction};
+use ssp::Kind;
+use ssp::write::DraftConnector;
+use units::Unit;
+
+use super::definitions::Definitions;
+use crate::plan::{Body, InputChain, NodePlan, System};
+
+/// A connection of two elements, by the columns of the run.
+pub(super) struct Link<'a> {
+    pub from: &'a Column,
+    pub to: &'a Column,
+    /// The way of a number; a text arrives unchanged.
+    pub chain: Option<&'a InputChain>,
+}
+
+/// A variable or an element of an array.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct End {
+    /// The component.
+    pub component: String,
+    /// The variable or the whole array.
+    pub connector: String,
+    /// The place of the element and the number of elements.
+    pub element: (usize, usize),
+}
+
+/// The nodes of a system, for look-ups.
+pub(super) struct Ends<'a> {
+    pub system: &'a System,
+}
+
+impl<'a> Ends<'a> {
+    pub fn new(system: &'a System) -> Self {
+        Ends { system }
+    }
+
+    /// All connections to FMUs.
+    pub fn links(&self) -> Vec<Link<'a>> {
+        let columns = &self.system.columns;
+        let mut links = Vec::new();
+        for node in &self.system.nodes {
+            let own =
+                |column: &Column| column.node == node.name && column.direction == Direction::Input;
+            let numbers = columns.numbers().filter(|(_, column)| own(column));
+            for ((_, to), connection) in numbers.zip(&node.connections) {
+                let from = &columns[connection.source.index];
+                links.push(Link { from, to, chain: Some(&connection.input_chain) });
+            }
+            let texts = columns.texts().filter(|(_, column)| own(column));
+            for ((_, to), source) in texts.zip(&node.texts.connections) {
+                links.push(Link { from: &columns[source.index], to, chain: None });
+            }
+        }
+        links
+    }
+
+    pub fn node(&self, name: &str) -> Option<&'a NodePlan> {
+        self.system.nodes.iter().find(|node| node.name == name)
+    }
+
+    /// The variable of an FMU.
+    pub fn variable(&self, node: &str, name: &str) -> Option<&'a Variable> {
+        let Body::Fmu { fmu, .. } = &self.node(node)?.body else { return None };
+        fmu.description.variables.iter().find(|variable| variable.name == name)
+    }
+
+    /// The end that a column is; none for a signal or a column of a table.
+    pub fn end(&self, column: &Column) -> Option<End> {
+        let variable = self.variable(&column.node, &column.variable)?;
+        Some(End {
+            component: column.node.clone(),
+            connector: array_name(variable).to_owned(),
+            element: variable.element,
+        })
+    }
+
+    /// The connectors of an FMU: inputs, outputs, what is connected, and what has a start value in the scenario.
+    pub fn connectors(
+        &self,
+        node: &NodePlan,
+        links: &[Link],
+        definitions: &mut Definitions,
+    ) -> Vec<DraftConnector> {
+        let Body::Fmu { fmu, starts, .. } = &node.body else { return Vec::new() };
+        let firsts = fmu.description.variables.iter().filter(|variable| variable.element.0 == 0);
+        let connectors = firsts.filter_map(|variable| {
+            let is_source = links.iter().any(|link| {
+                link.from.node == node.name
+                    && array_of(fmu, &link.from.variable) == array_name(variable)
+            });
+            let started = starts.iter().any(|it| array_of(fmu, &it.name) == array_name(variable));
+            let kind = match variable.causality {
+                Causality::Input => Kind::Input,
+                _ if is_source => Kind::Output,
+                Causality::Output => Kind::Output,
+                _ if !started => return None,
+                Causality::StructuralParameter => Kind::StructuralParameter,
+                _ => Kind::Parameter,
+            };
+            Some(DraftConnector {
+                name: array_name(variable).to_owned(),
+                kind,
+                carries: definitions.carries(&node.name, variable)?,
+                unit: self.unit(node, variable, definitions),
+                dimensions: dimensions(fmu, variable),
+            })
+        });
+        connectors.collect()
+    }
+
+    /// The name of a variable's unit: that of the description, or else the one that the scenario declares.
+    fn unit(
+        &self,
+        node: &NodePlan,
+        variable: &Variable,
+        definitions: &mut Definitions,
+    ) -> Option<String> {
+        let own = variable.unit.as_deref().zip(variable.dimension);
+        let declared = || {
+            let mut columns = self.system.columns.iter();
+            let column = columns
+                .find(|column| column.node == node.name && column.variable == variable.name)?;
+            let unit = column.unit.as_deref()?;
+            Some((unit, Unit::parse(unit).ok()?))
+        };
+        let (name, unit) = own.or_else(declared)?;
+        Some(definitions.unit(&node.name, name, unit))
+    }
+}
+
+/// The name of a variable, and that of the array for one of its elements.
+pub(super) fn array_name(variable: &Variable) -> &str {
+    match variable.element {
+        (_, 1) => &variable.name,
+        _ => variable.name.rsplit_once('[').map_or(variable.name.as_str(), |(name, _)| name),
+    }
+}
+
+fn array_of<'v>(fmu: &'v Fmu, name: &'v str) -> &'v str {
+    let variable = fmu.description.variables.iter().find(|variable| variable.name == name);
+    variable.map_or(name, array_name)
+}
+
+/// The sizes of an array: the indices of its last element.
+fn dimensions(fmu: &Fmu, first: &Variable) -> Vec<usize> {
+    if first.element.1 == 1 {
+        return Vec::new();
+    }
+    let own = fmu.description.variables.iter().filter(|variable| {
+        variable.element.1 == first.element.1 && array_name(variable) == array_name(first)
+    });
+    let last = own.max_by_key(|variable| variable.element.0);
+    let indices = last.and_then(|last| last.name.rsplit_once('['));
+    let indices = indices.map_or("", |(_, indices)| indices.trim_end_matches(']'));
+    let sizes: Vec<usize> =
+        indices.split(',').filter_map(|size| size.trim().parse().ok()).collect();
+    match sizes.iter().product::<usize>() == first.element.1 {
+        true => sizes,
+        false => vec![first.element.1],
+    }
+}

@@ -1,0 +1,10 @@
+//! Names a description of an archive.
+
+/// A description of an archive or a folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variant {
+    /// Its file.
+    pub file: String,
+    /// What it is called in it.
+    pub name: String,
+}

@@ -1,0 +1,62 @@
+//! `trackside pack --ssp`: packs scenarios as archives of SSP.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::{Error, Mistakes};
+use orchestrator::package::{self, BuildProgress};
+use orchestrator::{suite, validation};
+use scenario::Scenario;
+use scenario::export::export;
+use scenario::plan::System;
+use scenario::resolve::Overrides;
+
+use crate::command::print;
+use crate::command::progress::BuildLine;
+
+/// The folder of the archives when none is named.
+const FOLDER: &str = "target/ssp";
+
+/// Packs each scenario and prints the paths of the archives.
+///
+/// # Errors
+/// When a scenario is wrong, or its archive cannot be written.
+pub fn run(scenarios: &[String], out: Option<&Path>) -> Result<u8, Error> {
+    let scenarios: Vec<PathBuf> = scenarios.iter().map(PathBuf::from).collect();
+    if scenarios.is_empty() {
+        let error = Error::input("expected a scenario to pack, found none");
+        return Err(error.help("trackside pack SCENARIO.toml --ssp"));
+    }
+    suite::check_names(&scenarios)?;
+    let is_archive = |path: &&Path| {
+        path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ssp")) && !path.is_dir()
+    };
+    let archive = out.filter(is_archive);
+    if let (Some(archive), [_, _, ..]) = (archive, scenarios.as_slice()) {
+        let message = format!(
+            "--out: expected a folder for {} scenarios, found {}",
+            scenarios.len(),
+            archive.display()
+        );
+        return Err(Error::input(message));
+    }
+    let packed = scenarios.iter().map(|scenario| {
+        let name = scenario.file_stem().unwrap_or_default().to_string_lossy();
+        let default = out.unwrap_or(Path::new(FOLDER)).join(format!("{name}.ssp"));
+        pack(scenario, archive.unwrap_or(&default))
+    });
+    Mistakes::all(packed).map(|_| 0)
+}
+
+fn pack(path: &Path, archive: &Path) -> Result<(), Error> {
+    let scenario = Scenario::read(path)?;
+    let mut building = BuildLine::default();
+    let built = package::build(&scenario, &mut |progress: BuildProgress| building.show(&progress))?;
+    let system = System::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
+    validation::rehearse(&scenario, &built, &system)?;
+    let exported = export(&scenario, &built, &system, archive)?;
+    for note in &exported.notes {
+        eprintln!("note: {note}");
+    }
+    print(&format!("{} (SSP {})\n", archive.display(), exported.version));
+    Ok(())
+}
