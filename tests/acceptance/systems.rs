@@ -13,6 +13,7 @@ tests! {
     fmus_of_both_versions_meet_in_a_system: Compiler,
     a_wrong_system_is_told_with_file_line_and_cure: Compiler,
     public_systems_give_the_values_that_one_computes_by_hand: ReferenceFmus,
+    connections_between_parameters_are_start_values: ReferenceFmus,
 }
 
 /// A description with these elements, connections and bindings of the system, and things behind it.
@@ -262,4 +263,34 @@ fn public_systems_give_the_values_that_one_computes_by_hand() {
         lab.trackside(&["run", path, "--out", "out", "--csv"]).expect(0);
         assert_eq!(last(&lab, column), expected, "{system}");
     }
+}
+
+fn connections_between_parameters_are_start_values() {
+    let gain = |name: &str, kind: &str| {
+        format!(
+            "<ssd:Component name=\"{name}\" source=\"Gain.fmu\"><ssd:Connectors><ssd:Connector name=\"k\" kind=\"{kind}\"><ssc:Real/></ssd:Connector></ssd:Connectors></ssd:Component>"
+        )
+    };
+    let system = |source: &str, bound: &str| {
+        let elements = gain("a", "unspecified") + &gain("b", "parameter");
+        let factor = "<ssc:LinearTransformation factor=\"2\" offset=\"1\"/>";
+        let connection = connection(source, "b.k", factor);
+        let bindings =
+            binding(&[(bound, "<ssv:Real value=\"3\"/>"), ("b.u", "<ssv:Real value=\"2\"/>")]);
+        description(&elements, &connection, &bindings, STOP)
+            .replace("version=\"1.0\" name=\"case\"", "version=\"2.0\" name=\"case\"")
+    };
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join("../ssp/LinearTransformation3/resources/Gain.fmu"));
+    // 2 k + 1 times u = 2; k is 3, or the 1 of the description.
+    for (bound, expected) in [("a.k", "14"), ("a.u", "6")] {
+        lab.write("SystemStructure.ssd", system("a.k", bound));
+        lab.trackside(&["run", "SystemStructure.ssd", "--out", "out", "--csv"]).expect(0);
+        assert_eq!(last(&lab, "b.y"), expected, "{bound}");
+    }
+    // An output of the FMU is known too late, whatever its connector is called.
+    let late = system("a.y", "a.k").replacen("name=\"k\"", "name=\"y\"", 1);
+    lab.write("SystemStructure.ssd", late);
+    let told = ["SystemStructure.ssd:", "a constant or a parameter", "`y`", "ParameterBinding"];
+    lab.trackside(&["run", "SystemStructure.ssd"]).expect(2).says(&told);
 }
