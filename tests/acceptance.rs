@@ -89,6 +89,8 @@ mod lengths;
 #[path = "acceptance/live.rs"]
 mod live;
 // The report as a page.
+#[path = "acceptance/packed_system.rs"]
+mod packed_system;
 #[path = "acceptance/pages.rs"]
 mod pages;
 // Recordings of runs and of other people's programs, played back.
@@ -155,6 +157,7 @@ fn main() -> ExitCode {
     live::register(&mut tests);
     lengths::register(&mut tests);
     memory::register(&mut tests);
+    packed_system::register(&mut tests);
     pages::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);

@@ -63,7 +63,7 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 27] = [
+const ARROWS: [(&str, &[&str]); 29] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
@@ -87,10 +87,12 @@ const ARROWS: [(&str, &[&str]); 27] = [
     ("tire-inference", &["numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
     ("identify", &["drive-doctor", "drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "units", "vehicle"]),
+    ("system", &["cosim", "diagnostics", "fmu-export", "fmu-import", "recording", "scenario"]),
+    ("system-fmu", &["fmu-export", "system"]),
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "recording", "replay", "scenario", "unified-features", "units"]),
+    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "recording", "replay", "scenario", "system", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -55,7 +55,7 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     };
     let starts =
         vec![start("start.v_x", Causality::Parameter, 20.0), start("F_x", Causality::Input, 0.0)];
-    node.prepare(&CLOCK, None, starts).expect("start values");
+    node.prepare((CLOCK.start, Some(CLOCK.announced_stop())), None, starts).expect("start values");
     assert!(node.enter().expect("it starts").is_empty());
     node.ready().expect("it starts");
     assert!(node.can_save());

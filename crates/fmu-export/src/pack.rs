@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 
 use crate::memory;
+pub use crate::table::is_identifier;
 
 /// Name of the function by which a library describes itself; [`crate::export!`] makes it.
 pub const DESCRIBE: &str = "fmu_export_describe";

@@ -160,7 +160,9 @@ fn dependency_problems<M>(variables: &[Variable<M>], row: &Row) -> impl Iterator
         .map(|name| format!("depends on `{name}`, which is no input"))
 }
 
-fn is_identifier(name: &str) -> bool {
+/// Whether a name is a C identifier, as that of a model must be.
+#[must_use]
+pub fn is_identifier(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }

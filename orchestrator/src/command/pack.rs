@@ -1,9 +1,11 @@
-//! `trackside pack`: builds FMU packages of the workspace and packs them, or packs a scenario as a system of SSP.
+//! `trackside pack`: builds FMU packages of the workspace and packs them, or packs a scenario as a system of SSP or as one FMU.
 
 mod ssp;
+mod system;
 
 use std::path::{Path, PathBuf};
 
+use ::system::expose::Choice;
 use clap::{Args, ValueEnum};
 use diagnostics::Error;
 use fmu_export::pack::Version;
@@ -16,15 +18,27 @@ use super::progress::BuildLine;
 /// The packages whose FMUs make the closed loop.
 const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
 
+/// The folder of the archives when none is named.
+const FOLDER: &str = "target/fmu";
+
 /// Arguments of `trackside pack`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The packages [default: plant-fmu controller estimator], or with `--ssp` the scenario files.
+    /// The packages [default: plant-fmu controller estimator], or with `--ssp` the scenario files, with `--fmu` one of them.
     #[arg(value_name = "PACKAGES|SCENARIOS")]
     packages: Vec<String>,
     /// Pack each scenario as an archive of SSP: its FMUs, start values and connections, and the scenario itself for this program.
     #[arg(long, conflicts_with_all = ["example", "fmi"])]
     ssp: bool,
+    /// Pack the scenario as one FMU of this name: its FMUs, connections and coupling behind one description.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["example", "ssp"])]
+    fmu: Option<String>,
+    /// Inputs of the FMU: inputs of the FMUs inside, signals, or columns of tables. `*` stands for any letters.
+    #[arg(long, value_name = "NODE.VARIABLE", num_args = 1.., requires = "fmu")]
+    inputs: Vec<String>,
+    /// Outputs of the FMU [default: those of all FMUs inside]. `*` stands for any letters.
+    #[arg(long, value_name = "NODE.VARIABLE", num_args = 1.., requires = "fmu")]
+    outputs: Vec<String>,
     /// Pack an example instead, of the given packages or of any. May be repeated.
     #[arg(long, value_name = "NAME")]
     example: Vec<String>,
@@ -64,8 +78,17 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     if arguments.ssp {
         return ssp::run(&arguments.packages, arguments.out.as_deref());
     }
+    if let Some(name) = &arguments.fmu {
+        let (inputs, outputs) = (arguments.inputs.clone(), arguments.outputs.clone());
+        return system::run(&system::Order {
+            scenarios: &arguments.packages,
+            choice: Choice { name: name.clone(), inputs, outputs },
+            version: arguments.fmi.into(),
+            out: arguments.out.as_deref().unwrap_or(Path::new(FOLDER)),
+        });
+    }
     refuse_scenarios(&arguments.packages)?;
-    let out = arguments.out.as_deref().unwrap_or(Path::new("target/fmu"));
+    let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
     let mut building = BuildLine::default();
     let archives = Workspace::around(Path::new(".")).and_then(|workspace| {
         let products = products(&workspace, arguments)?;
@@ -86,7 +109,9 @@ fn refuse_scenarios(packages: &[String]) -> Result<(), Error> {
     });
     let Some(scenario) = scenario else { return Ok(()) };
     let error = Error::input(format!("expected a package, found the scenario {scenario}"));
-    Err(error.help(format!("to pack it as a system of SSP: trackside pack {scenario} --ssp")))
+    Err(error.help(format!(
+        "to pack it as a system of SSP: trackside pack {scenario} --ssp; as one FMU: --fmu NAME"
+    )))
 }
 
 fn products(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<BuildRequest>, BuildError> {

@@ -25,7 +25,7 @@ struct Mock<F> {
     output: Result<f64, CallError>,
 }
 
-impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError>> Node for Mock<F> {
+impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError> + Send> Node for Mock<F> {
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs = inputs.to_vec();
         Ok(())
@@ -47,7 +47,9 @@ impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError>> Node for Mock<F> {
     }
 }
 
-fn mock(compute: impl FnMut(f64, &[f64]) -> Result<f64, CallError> + 'static) -> Box<dyn Node> {
+fn mock(
+    compute: impl FnMut(f64, &[f64]) -> Result<f64, CallError> + Send + 'static,
+) -> Box<dyn Node> {
     Box::new(Mock { compute, time: 0.0, inputs: Vec::new(), output: Ok(0.0) })
 }
 
@@ -108,6 +110,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
     System {
         coupling: Algorithm::GaussSeidel,
         clock: Clock { start: 0.0, step: STEP, steps },
+        announced_stop: None,
         tolerance: None,
         nodes: plans,
         order: (0..nodes).collect(),

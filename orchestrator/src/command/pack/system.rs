@@ -1,0 +1,155 @@
+//! `trackside pack --fmu`: packs a scenario as one FMU.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ::system::expose::{self, Choice};
+use diagnostics::{Error, Mistakes};
+use fmu_export::pack::{Version, archive, is_identifier};
+use orchestrator::package::{self, BuildProgress, Workspace};
+use scenario::bundle::{Bundle, Layout, SCENARIO};
+use scenario::plan::System;
+use scenario::resolve::Overrides;
+use scenario::{BuildRequest, Built, Scenario};
+
+use crate::command::progress::BuildLine;
+use crate::command::{print, this_program};
+
+/// The package whose library steps a scenario.
+const LIBRARY: &str = "system-fmu";
+
+/// What is in the scenario, and what becomes of it.
+pub struct Order<'a> {
+    pub scenarios: &'a [String],
+    pub choice: Choice,
+    pub version: Version,
+    pub out: &'a Path,
+}
+
+/// Packs a scenario and prints the path of the archive.
+///
+/// # Errors
+/// When the scenario is wrong, a chosen variable is none, or the archive cannot be written.
+pub fn run(order: &Order) -> Result<u8, Error> {
+    let [path] = order.scenarios else {
+        let found = order.scenarios.len();
+        let error = Error::input(format!("--fmu: expected one scenario, found {found}"));
+        return Err(error.help(
+            "trackside pack SCENARIO.toml --fmu NAME --inputs plant.delta --outputs 'plant.*'",
+        ));
+    };
+    let name = &order.choice.name;
+    if !is_identifier(name) {
+        return Err(Error::input(format!(
+            "--fmu: expected letters, digits and `_` without a digit in front, found `{name}`"
+        )));
+    }
+    let scenario = Scenario::read(Path::new(path))?;
+    let mut building = BuildLine::default();
+    let progress = &mut |progress: BuildProgress| building.show(&progress);
+    let built = package::build(&scenario, progress)?;
+    let library = library(progress)?;
+    let folder = tempfile::tempdir().map_err(|error| Error::output(Path::new("."), error))?;
+    let made = gather(&scenario, &built, &order.choice, folder.path())?;
+    let mut resources = files(folder.path(), folder.path())?;
+    let Made { mut interface, table, left_out } = made;
+    // The identity is that of all that is in the archive: a library and a scenario of different builds do not fit together.
+    let mut identity = table.guid().into_bytes();
+    resources.iter().for_each(|(name, bytes)| {
+        identity.extend(name.bytes());
+        identity.extend(fmu_import::sha256(bytes).bytes());
+    });
+    interface.guid = format!("{{{}}}", &fmu_import::sha256(&identity)[..32]);
+    let text = serde_json::to_string_pretty(&interface).unwrap_or_default();
+    resources.insert(::system::INTERFACE.to_owned(), text.into_bytes());
+    let xml = match order.version {
+        Version::Two => table.xml(&interface.guid),
+        Version::Three => table.xml3(&interface.guid),
+    };
+    let path = order.out.join(format!("{name}{}", order.version.suffix()));
+    let resources: Vec<_> = resources.into_iter().collect();
+    let packed = archive(&path, (name, order.version), &xml, &library, &resources);
+    packed.map_err(|error| Error::input(error.to_string()))?;
+    if !left_out.is_empty() {
+        let names = left_out.join(", ");
+        eprintln!(
+            "note: these parameters keep their values, since FMI 2.0 has no type for them: {names}"
+        );
+    }
+    print(&format!("{}\n", path.display()));
+    Ok(0)
+}
+
+/// What the scenario looks like from outside.
+struct Made {
+    interface: ::system::Interface,
+    table: fmu_export::description::Table,
+    left_out: Vec<String>,
+}
+
+/// Gathers the scenario and all its files in a folder, with the chosen inputs free.
+fn gather(
+    scenario: &Scenario,
+    built: &Built,
+    choice: &Choice,
+    folder: &Path,
+) -> Result<Made, Error> {
+    let overrides = Overrides::default();
+    let original = System::resolve(scenario, built, &overrides, PathBuf::new())?;
+    let layout = Layout { fmus: "fmus", others: "files" };
+    Bundle::gather(scenario, built, layout)?.write(folder)?;
+    let document = &scenario.document;
+    let judging = [
+        ("check", document.check.is_empty()),
+        ("analysis", document.analysis.is_empty()),
+        ("validation", document.validation.is_empty()),
+        ("baseline", document.baseline.is_empty()),
+    ];
+    let judging: Vec<_> =
+        judging.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
+    let (inputs, text) = expose::guided(&original, &judging, SCENARIO, choice)?;
+    let path = folder.join(::system::SCENARIO);
+    std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
+    let guided = Scenario::read(&path)?;
+    let mut plan = System::resolve(&guided, &Built::default(), &overrides, PathBuf::new())?;
+    let (interface, table, left_out) = expose::interface(&mut plan, choice, &inputs)?;
+    Ok(Made { interface, table, left_out })
+}
+
+/// The built library that steps a scenario.
+fn library(progress: package::OnProgress) -> Result<PathBuf, Error> {
+    let request = BuildRequest { package: LIBRARY.to_owned(), example: None };
+    // Whoever works elsewhere has the workspace that this program was built in.
+    let program = this_program()?;
+    let folders = [Path::new("."), program.parent().unwrap_or(Path::new("."))];
+    let mut first = None;
+    for folder in folders {
+        let built = Workspace::around(folder)
+            .and_then(|workspace| workspace.make(&[], std::slice::from_ref(&request), progress));
+        match built.map(|mut built| built.plugins.remove(&request)) {
+            Ok(Some(library)) => return Ok(library),
+            Ok(None) => {}
+            Err(error) => drop(first.get_or_insert(error)),
+        }
+    }
+    let what = first.map_or_else(String::new, |error| format!(": {error}"));
+    Err(Error::input(format!("expected a library of the package {LIBRARY}, found none{what}")))
+}
+
+/// All files below a folder, by their paths in `root` with `/`.
+fn files(root: &Path, folder: &Path) -> Result<BTreeMap<String, Vec<u8>>, Error> {
+    let failed = |error| Error::output(folder, error);
+    let mut all = BTreeMap::new();
+    let mut mistakes = Mistakes::default();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.is_dir() {
+            all.extend(mistakes.take(files(root, &path)).unwrap_or_default());
+            continue;
+        }
+        let parts = path.strip_prefix(root).unwrap_or(&path).components();
+        let parts: Vec<_> = parts.map(|part| part.as_os_str().to_string_lossy()).collect();
+        all.insert(parts.join("/"), std::fs::read(&path).map_err(failed)?);
+    }
+    mistakes.finish().map(|()| all)
+}
