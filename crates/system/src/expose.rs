@@ -12,7 +12,7 @@ use scenario::pattern::matches;
 use scenario::plan::{Body, NodePlan, System};
 
 use crate::interface::{Cell, Exposed, Interface, Role};
-use crate::state::forgets;
+use crate::running::forgets;
 
 /// The choice of variables; `*` stands for any letters.
 #[derive(Debug, Clone, Default)]

@@ -9,7 +9,6 @@ mod guided;
 mod interface;
 mod nested;
 mod running;
-mod state;
 
 pub use interface::{Cell, Exposed, Interface, Role};
 pub use nested::Nested;

@@ -1,5 +1,7 @@
 //! Drives the scenario as an instance of FMI: variables, times, and the calls of its importer.
 
+mod state;
+
 use std::path::{Path, PathBuf};
 
 use fmu_export::abi::Status;
@@ -9,11 +11,8 @@ use fmu_export::{
 
 use crate::INTERFACE;
 use crate::interface::{Cell, Exposed, Interface, Role};
-use crate::running::{Ended, Running, sentences};
-use crate::state::{Parts, Saved};
-
-/// The log category of what the FMUs of the scenario say.
-pub(crate) const NODES: &str = "logNodes";
+use crate::running::{Ended, NODES, Running, sentences};
+use state::{Parts, Saved};
 
 /// Share of a communication step that times may differ by and still be the same.
 const SAME: f64 = 1e-6;

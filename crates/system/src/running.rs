@@ -9,13 +9,16 @@ use diagnostics::Error;
 use fmu_export::{Course, log};
 use fmu_import::CallError;
 use recording::{ColumnIndex, Full, NumberIndex};
-use scenario::plan::{Body, System};
+use scenario::plan::{Body, NodePlan, System};
 use scenario::resolve::{Override, Overrides};
 use scenario::{Built, Scenario};
 
+use crate::SCENARIO;
 use crate::guided::{Guided, Held};
 use crate::interface::{Cell, Interface, Role};
-use crate::{SCENARIO, nested};
+
+/// The log category of what the FMUs of the scenario say.
+pub(crate) const NODES: &str = "logNodes";
 
 /// The nodes of the scenario between two calls.
 pub(crate) struct Running {
@@ -169,7 +172,7 @@ impl Running {
         self.memory = Some(exchange.into_memory());
         for (plan, node) in self.system.nodes.iter().zip(&mut self.nodes) {
             for message in node.messages() {
-                log(nested::NODES, format!("{}: {}", plan.name, message.text));
+                log(NODES, format!("{}: {}", plan.name, message.text));
             }
         }
         done
@@ -232,4 +235,10 @@ fn guide(
     });
     *nodes = guided.collect();
     Ok((inputs, outputs))
+}
+
+/// Whether no connection remembers anything from one step to the next.
+pub(crate) fn forgets(plans: &[NodePlan]) -> bool {
+    let mut connections = plans.iter().flat_map(|plan| &plan.connections);
+    connections.all(|it| it.input_chain.effects.is_empty() && it.input_chain.faults.is_empty())
 }

@@ -8,9 +8,9 @@ use recording::{Full, Row};
 use scenario::plan::{InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
 
+use super::Nested;
 use crate::interface::Cell;
-use crate::nested::Nested;
-use crate::running::Running;
+use crate::running::{Running, forgets};
 
 /// The nodes of an instance between two resets.
 pub(crate) struct Parts {
@@ -198,10 +198,4 @@ impl Nested {
         let parts = Some(SavedParts { number: *number, tick, nodes, memory, chains });
         Ok(Saved { course, values, stale, parts })
     }
-}
-
-/// Whether no connection remembers anything from one step to the next.
-pub(crate) fn forgets(plans: &[NodePlan]) -> bool {
-    let mut connections = plans.iter().flat_map(|plan| &plan.connections);
-    connections.all(|it| it.input_chain.effects.is_empty() && it.input_chain.faults.is_empty())
 }
