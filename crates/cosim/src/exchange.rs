@@ -55,12 +55,6 @@ impl Memory {
         let efforts = vec![Effort::default(); system.nodes.len()];
         Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None }
     }
-
-    /// What nodes did not keep of what they were told.
-    #[must_use]
-    pub fn notices(&self) -> &[String] {
-        &self.notices
-    }
 }
 
 /// The nodes and values of a run during one communication step. Nodes are addressed by their index in the

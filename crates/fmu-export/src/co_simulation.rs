@@ -31,6 +31,9 @@ pub trait CoSimulation: Sized + Send + 'static {
     /// Where the instance stands.
     fn course(&mut self) -> &mut Course;
 
+    /// The value reference of the time that only the description of FMI 3.0 has, which needs one; none when a variable is the time.
+    fn added_time(&self) -> Option<u32>;
+
     /// Goes back to the state after [`instantiate`](Self::instantiate).
     ///
     /// # Errors

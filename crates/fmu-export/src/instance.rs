@@ -117,6 +117,10 @@ impl<M: Model> CoSimulation for Instance<M> {
         &mut self.current.course
     }
 
+    fn added_time(&self) -> Option<u32> {
+        Snapshot::<M>::TIME.is_none().then_some(M::VARIABLES.len() as u32)
+    }
+
     fn reset(&mut self) -> FmiResult {
         self.current = Self::new().current;
         Ok(())
@@ -178,12 +182,6 @@ impl<M: Model> CoSimulation for Instance<M> {
     }
 
     fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
-        // The time of the description of FMI 3.0, which has one whether the table does or not.
-        if Snapshot::<M>::TIME.is_none() && reference as usize == M::VARIABLES.len() {
-            let mut now = self.current.course.now;
-            let time = T::read(&Access::Real(|now: &mut f64| now), &mut now);
-            return time.map_or_else(|| reject("the time is of type Real"), Ok);
-        }
         let variable = variable::<M>(reference)?;
         match T::read(&variable.access, &mut self.current.model) {
             Some(value) => Ok(value),

@@ -98,8 +98,7 @@ impl System {
         let converted = (connects.as_slice(), &conversions);
         let connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
-        let notes = scenario.systems.iter().flat_map(|system| &system.notes);
-        warnings.extend(notes.cloned());
+        warnings.extend(scenario.systems.iter().flat_map(|system| &system.notes).cloned());
         warnings.extend(connections::kept(scenario, &connects, &unplaced));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));

@@ -33,7 +33,7 @@ pub(crate) use read::merged;
 pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
-pub use system::Imported;
+pub use system::{Imported, quoted};
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
 /// A scenario as it was written.

@@ -10,6 +10,7 @@ use fmu_import::description::{self, Storage};
 use recording::{Column, Direction, ValueKind};
 use scenario::pattern::matches;
 use scenario::plan::{Body, NodePlan, System};
+use scenario::words::quoted;
 
 use crate::interface::{Cell, Exposed, Interface, Role};
 use crate::running::forgets;
@@ -252,7 +253,7 @@ impl List {
             // Integers of 64 bits are numbers outside.
             _ => Cell::Real(0.0),
         };
-        // The output of an input would be the input once more.
+        // A signal that is an input now is none of the outputs.
         if self.variables.iter().any(|it| it.name == name) {
             return;
         }
@@ -355,9 +356,4 @@ fn unknown<'a>(
 ) -> Error {
     let unknown = suggest::unknown(what, pattern, known);
     Error::input(format!("{option}: {}", unknown.message)).hint(unknown.help)
-}
-
-/// A text of TOML.
-fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
 }

@@ -5,13 +5,11 @@ mod state;
 use std::path::{Path, PathBuf};
 
 use fmu_export::abi::Status;
-use fmu_export::{
-    Access, Categories, CoSimulation, Course, FmiError, FmiResult, State, Value, reject,
-};
+use fmu_export::{Categories, CoSimulation, Course, FmiError, FmiResult, State, Value, reject};
 
 use crate::INTERFACE;
 use crate::interface::{Cell, Exposed, Interface, Role};
-use crate::running::{Ended, NODES, Running, sentences};
+use crate::running::{Ended, NODES, Running};
 use state::{Parts, Saved};
 
 /// Share of a communication step that times may differ by and still be the same.
@@ -35,7 +33,7 @@ pub struct Nested {
 
 /// A failure that ends the life of the instance.
 pub(crate) fn lost(error: diagnostics::Error) -> FmiError {
-    FmiError { status: Status::Error, message: sentences(error) }
+    FmiError { status: Status::Error, message: error.to_string() }
 }
 
 impl Nested {
@@ -125,8 +123,12 @@ impl CoSimulation for Nested {
         &mut self.course
     }
 
+    fn added_time(&self) -> Option<u32> {
+        u32::try_from(self.values.len()).ok()
+    }
+
     fn reset(&mut self) -> FmiResult {
-        self.retired = self.parts.take().filter(Parts::can_save).or(self.retired.take());
+        self.retired = self.parts.take().filter(Parts::may_return).or(self.retired.take());
         self.values = self.interface.variables.iter().map(|it| it.start.clone()).collect();
         self.stale = true;
         Ok(())
@@ -188,12 +190,6 @@ impl CoSimulation for Nested {
     }
 
     fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
-        // The time of the description of FMI 3.0.
-        if reference as usize == self.values.len() {
-            let mut now = self.course.now;
-            let time = T::read(&Access::Real(|now: &mut f64| now), &mut now);
-            return time.map_or_else(|| reject("the time is of type Real"), Ok);
-        }
         let value = self.values.get_mut(reference as usize).and_then(Cell::read);
         match value {
             Some(value) => Ok(value),

@@ -43,12 +43,6 @@ pub(crate) enum Ended {
     Failed(String),
 }
 
-/// The sentences of an error.
-pub(crate) fn sentences(error: Error) -> String {
-    let all: Vec<_> = error.split().iter().map(ToString::to_string).collect();
-    all.join("; ")
-}
-
 impl Running {
     /// Reads the scenario among the resources and makes its nodes, with these values as start values.
     ///
@@ -93,11 +87,11 @@ impl Running {
     pub fn initialise(&mut self, values: &[Cell]) -> Result<(), Error> {
         self.hold(values);
         let passes = self.coupling.initialisation_passes();
-        self.exchange(|exchange, _| exchange.initialise(passes))?;
-        for notice in self.memory.iter().flat_map(Memory::notices) {
-            fmu_export::warn(notice.clone());
-        }
-        Ok(())
+        self.exchange(|exchange, _| {
+            exchange.initialise(passes)?;
+            exchange.notices().iter().for_each(|notice| fmu_export::warn(notice.clone()));
+            Ok(())
+        })
     }
 
     /// Goes on by a number of communication steps, with the inputs held.
@@ -113,7 +107,7 @@ impl Running {
                 exchange.begin(tick);
                 let done = coupling.step(exchange);
                 done.map_err(|interruption| match interruption {
-                    Interruption::Value(error) => Ended::Failed(sentences(error)),
+                    Interruption::Value(error) => Ended::Failed(error.to_string()),
                     Interruption::Call { node, error } => {
                         let time = clock.at(tick + u64::from(error.at_end_of_step()));
                         ended(exchange, node, error, time)
@@ -187,7 +181,7 @@ fn ended(exchange: &Exchange, node: usize, error: CallError, time: f64) -> Ended
             let name = &plan.name;
             Ended::Terminated(format!("`{name}` ended the run at {reached} s: {}", error.what))
         }
-        None => Ended::Failed(sentences(failure(plan, error, time))),
+        None => Ended::Failed(failure(plan, error, time).to_string()),
     }
 }
 

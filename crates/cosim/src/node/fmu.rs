@@ -58,9 +58,9 @@ impl FmuNode {
         })
     }
 
-    /// Tells the instance the experiment, its start and stop [s], and then its start values: some FMUs forget what they were told before it. Inputs get
-    /// theirs in [`enter`](Node::enter), since before that only what is exact or approximate may be set (FMI 2.0.4, section
-    /// 4.2.4). The tolerance is that of the description unless there is another.
+    /// Tells the instance the experiment with its start and stop [s], and then its start values: some FMUs forget what they were
+    /// told before it. Inputs get theirs in [`enter`](Node::enter), since before that only what is exact or approximate may be set
+    /// (FMI 2.0.4, section 4.2.4). The tolerance is that of the description unless there is another.
     ///
     /// # Errors
     /// When the FMU refuses the experiment, and, at the word that gives it, when it refuses a start value.

@@ -4,6 +4,7 @@ use fmi_rs::model_description::fmi2::{self, ModelDescription, VariableType};
 
 use super::*;
 use crate::table::table_problems;
+use crate::unit::Unit;
 use crate::{calculated_parameter, constant, independent, input, local, output, parameter};
 
 /// Members for variables of each type.

@@ -6,10 +6,11 @@ use super::logger::Callback;
 use super::{Call, Exported, do_step, make, proceed, setup_experiment, values, with};
 use crate::abi::{Component, LogMessage, Status, ValueReference};
 use crate::co_simulation::CoSimulation;
-use crate::failure::reject;
+use crate::failure::{FmiResult, reject};
 use crate::memory::{Destination, read, text, write};
 pub use crate::value::ByteBoolean;
 use crate::value::Value;
+use crate::variable::Access;
 
 /// What an importer wants of the instance besides steps.
 #[derive(Debug, Clone, Copy)]
@@ -147,9 +148,20 @@ pub unsafe fn get<S: CoSimulation, T: Value>(
     (values, length): (*mut T, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::get::<S, T>(component, references, count, values) };
+    let body =
+        || unsafe { values::get_by::<S, T>(component, (references, count), values, get_or_time) };
     // SAFETY: as the caller promises.
     unsafe { scalars::<S>(component, Call::Get, [count, length], body) }
+}
+
+/// Reads a variable, or the time that only this version has.
+fn get_or_time<S: CoSimulation, T: Value>(instance: &mut S, reference: u32) -> FmiResult<T> {
+    if instance.added_time() != Some(reference) {
+        return instance.get(reference);
+    }
+    let mut now = instance.course().now;
+    let time = T::read(&Access::Real(|now: &mut f64| now), &mut now);
+    time.map_or_else(|| reject("the time is of type Real"), Ok)
 }
 
 /// `fmi3SetFloat64`, `fmi3SetInt32` and `fmi3SetBoolean`.

@@ -20,13 +20,27 @@ pub unsafe fn get<S: CoSimulation, T: Value>(
     length: usize,
     values: *mut T,
 ) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe { get_by::<S, T>(component, (references, length), values, S::get) }
+}
+
+/// Reads variables one by one in the given way.
+///
+/// # Safety
+/// As [`get`].
+pub(super) unsafe fn get_by<S: CoSimulation, T: Value>(
+    component: Component,
+    (references, length): (*const ValueReference, usize),
+    values: *mut T,
+    read_one: fn(&mut S, u32) -> FmiResult<T>,
+) -> Status {
     let body = |Exported { instance, .. }: &mut Exported<S>| {
         // SAFETY: as the caller promises.
         let references = unsafe { read(references, length)? };
         // SAFETY: as the caller promises.
         let values = unsafe { Destination::new(values, length)? };
         instance.refresh()?;
-        values.fill(references.iter().map(|reference| instance.get(*reference)))
+        values.fill(references.iter().map(|reference| read_one(instance, *reference)))
     };
     // SAFETY: as the caller promises.
     unsafe { with::<S>(component, Call::Get, body) }

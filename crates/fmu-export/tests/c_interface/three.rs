@@ -17,6 +17,7 @@ crate::tests![
     an_importer_gets_no_instance_for_what_is_not_offered,
     a_step_says_how_it_ended,
     numbers_of_values_and_types_are_checked,
+    the_time_that_the_description_adds_is_read_and_not_set,
     the_description_has_the_table_of_the_other_version,
 ];
 
@@ -193,6 +194,23 @@ fn a_step_says_how_it_ended() {
         reached: ptr::null_mut(),
     };
     assert_eq!(unsafe { three::step::<Instance<Sum>>(c, 0.0, 0.5, ended) }, Status::Ok);
+    unsafe { export::free_instance::<Instance<Sum>>(c) };
+}
+
+fn the_time_that_the_description_adds_is_read_and_not_set() {
+    let time = 5;
+    let added = format!(r#"name="time" valueReference="{time}" causality="independent""#);
+    assert!(description::xml3::<Sum>().contains(&added));
+    let c = ready();
+    assert_eq!(get(c, time), 0.0);
+    assert_eq!(step(c, 0.0, 0.25), (Status::Ok, false, 0.25));
+    assert_eq!(get(c, time), 0.25);
+    assert_eq!(set(c, time, 1.0), Status::Error);
+    // FMI 2.0 has no such variable.
+    let mut value = 0.0;
+    let status =
+        unsafe { export::get::<Instance<Sum>, f64>(c, &raw const time, 1, &raw mut value) };
+    assert_eq!(status, Status::Error);
     unsafe { export::free_instance::<Instance<Sum>>(c) };
 }
 

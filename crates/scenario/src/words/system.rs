@@ -284,7 +284,8 @@ impl<'a> Writer<'a> {
 }
 
 /// A text of TOML.
-fn quoted(text: &str) -> String {
+#[must_use]
+pub fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 

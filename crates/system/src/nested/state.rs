@@ -5,7 +5,7 @@ use cosim::node::NodeState;
 use fmu_export::{Course, FmiResult, reject};
 use fmu_import::CallError;
 use recording::{Full, Row};
-use scenario::plan::{InputChain, NodePlan};
+use scenario::plan::{Body, InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
 
 use super::Nested;
@@ -20,9 +20,11 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// Whether all nodes can save their states.
-    pub fn can_save(&self) -> bool {
-        self.running.nodes.iter().all(|node| node.can_save())
+    /// Whether the importer may have states of all nodes, and the process holds them beside others of the same FMUs.
+    pub fn may_return(&self) -> bool {
+        let Running { nodes, system, .. } = &self.running;
+        let only_once = |plan: &NodePlan| matches!(&plan.body, Body::Fmu { fmu, .. } if fmu.description.only_once);
+        nodes.iter().all(|node| node.can_save()) && !system.nodes.iter().any(only_once)
     }
 }
 

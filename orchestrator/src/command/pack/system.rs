@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::system::expose::{self, Choice};
-use diagnostics::{Error, Mistakes};
+use diagnostics::Error;
 use fmu_export::pack::{Version, archive, is_identifier};
 use orchestrator::package::{self, BuildProgress, Workspace};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
@@ -18,11 +18,15 @@ use crate::command::{print, this_program};
 /// The package whose library steps a scenario.
 const LIBRARY: &str = "system-fmu";
 
-/// What is in the scenario, and what becomes of it.
+/// What to pack, and how.
 pub struct Order<'a> {
+    /// One scenario.
     pub scenarios: &'a [String],
+    /// Name, inputs and outputs of the FMU.
     pub choice: Choice,
+    /// Its version of FMI.
     pub version: Version,
+    /// The folder of the archive.
     pub out: &'a Path,
 }
 
@@ -51,8 +55,7 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let library = library(progress)?;
     let folder = tempfile::tempdir().map_err(|error| Error::output(Path::new("."), error))?;
     let made = gather(&scenario, &built, &order.choice, folder.path())?;
-    let mut resources = files(folder.path(), folder.path())?;
-    let Made { mut interface, table, left_out } = made;
+    let Made { mut interface, table, left_out, mut resources } = made;
     // The identity is that of all that is in the archive: a library and a scenario of different builds do not fit together.
     let mut identity = table.guid().into_bytes();
     resources.iter().for_each(|(name, bytes)| {
@@ -73,7 +76,7 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     if !left_out.is_empty() {
         let names = left_out.join(", ");
         eprintln!(
-            "note: these parameters keep their values, since FMI 2.0 has no type for them: {names}"
+            "note: these parameters are none of the FMU, since they have no start value that FMI 2.0 can hold: {names}"
         );
     }
     print(&format!("{}\n", path.display()));
@@ -85,6 +88,8 @@ struct Made {
     interface: ::system::Interface,
     table: fmu_export::description::Table,
     left_out: Vec<String>,
+    /// The files of the scenario, by their paths.
+    resources: BTreeMap<String, Vec<u8>>,
 }
 
 /// Gathers the scenario and all its files in a folder, with the chosen inputs free.
@@ -97,7 +102,8 @@ fn gather(
     let overrides = Overrides::default();
     let original = System::resolve(scenario, built, &overrides, PathBuf::new())?;
     let layout = Layout { fmus: "fmus", others: "files" };
-    Bundle::gather(scenario, built, layout)?.write(folder)?;
+    let bundle = Bundle::gather(scenario, built, layout)?;
+    bundle.write(folder)?;
     let document = &scenario.document;
     let judging = [
         ("check", document.check.is_empty()),
@@ -113,7 +119,14 @@ fn gather(
     let guided = Scenario::read(&path)?;
     let mut plan = System::resolve(&guided, &Built::default(), &overrides, PathBuf::new())?;
     let (interface, table, left_out) = expose::interface(&mut plan, choice, &inputs)?;
-    Ok(Made { interface, table, left_out })
+    let names = bundle.files.keys().map(String::as_str).chain([SCENARIO, ::system::SCENARIO]);
+    let read = |name: &str| {
+        let path = folder.join(name);
+        let bytes = std::fs::read(&path).map_err(|error| Error::output(&path, error))?;
+        Ok((name.to_owned(), bytes))
+    };
+    let resources = names.map(read).collect::<Result<_, Error>>()?;
+    Ok(Made { interface, table, left_out, resources })
 }
 
 /// The built library that steps a scenario.
@@ -134,22 +147,4 @@ fn library(progress: package::OnProgress) -> Result<PathBuf, Error> {
     }
     let what = first.map_or_else(String::new, |error| format!(": {error}"));
     Err(Error::input(format!("expected a library of the package {LIBRARY}, found none{what}")))
-}
-
-/// All files below a folder, by their paths in `root` with `/`.
-fn files(root: &Path, folder: &Path) -> Result<BTreeMap<String, Vec<u8>>, Error> {
-    let failed = |error| Error::output(folder, error);
-    let mut all = BTreeMap::new();
-    let mut mistakes = Mistakes::default();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.is_dir() {
-            all.extend(mistakes.take(files(root, &path)).unwrap_or_default());
-            continue;
-        }
-        let parts = path.strip_prefix(root).unwrap_or(&path).components();
-        let parts: Vec<_> = parts.map(|part| part.as_os_str().to_string_lossy()).collect();
-        all.insert(parts.join("/"), std::fs::read(&path).map_err(failed)?);
-    }
-    mistakes.finish().map(|()| all)
 }
