@@ -27,6 +27,8 @@ fn a_closed_loop_in_one_fmu_has_the_bits_of_its_run() {
         assert_eq!(python().run("validate.py", &[&fmu]).stdout.trim(), "[]");
         python().run("system.py", &[&fmu, &lab.path("out/run.csv")]);
     }
+    // Sensor effects of the scenario go back, too.
+    python().run("state.py", &[&lab.path("out/lane_change.fmu")]);
 }
 
 /// Two relays: a signal and a connection with a sensor effect that a state has to keep.

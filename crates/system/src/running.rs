@@ -29,10 +29,18 @@ pub(crate) struct Running {
     /// Communication points since the start.
     pub tick: u64,
     coupling: Box<dyn Coupling>,
-    /// Inputs by node: their values, references and places in the row.
-    inputs: Vec<(Held, Vec<(usize, NumberIndex<Full>)>)>,
+    /// Inputs by node.
+    inputs: Vec<Inputs>,
     /// Outputs: their references and places in the row.
     outputs: Vec<(usize, ColumnIndex<Full>)>,
+}
+
+/// Inputs that take the place of outputs of one node.
+struct Inputs {
+    /// Their values for the node.
+    held: Held,
+    /// Their references and places in the row.
+    places: Vec<(usize, NumberIndex<Full>)>,
 }
 
 /// Why a step of the scenario did not come to its end.
@@ -151,7 +159,7 @@ impl Running {
     /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
     fn hold(&mut self, values: &[Cell]) {
         let Some(memory) = &mut self.memory else { return };
-        for (held, places) in &self.inputs {
+        for Inputs { held, places } in &self.inputs {
             let number = |reference: usize| values[reference].number().unwrap_or_default();
             held.hold(places.iter().map(|(reference, _)| number(*reference)));
             places.iter().for_each(|(reference, at)| memory.row[*at] = number(*reference));
@@ -185,8 +193,8 @@ fn ended(exchange: &Exchange, node: usize, error: CallError, time: f64) -> Ended
     }
 }
 
-/// Inputs by node, and outputs, with their references and places in the row.
-type Places = (Vec<(Held, Vec<(usize, NumberIndex<Full>)>)>, Vec<(usize, ColumnIndex<Full>)>);
+/// Inputs by node, and outputs with their references and places in the row.
+type Places = (Vec<Inputs>, Vec<(usize, ColumnIndex<Full>)>);
 
 /// Puts the values of the interface in the place of the signals that they take the place of.
 fn guide(
@@ -224,7 +232,8 @@ fn guide(
             return node;
         }
         let held = Held::new(own.iter().filter_map(|(_, at)| place(*at)));
-        inputs.push((held.clone(), own.into_iter().copied().collect()));
+        let places = own.into_iter().copied().collect();
+        inputs.push(Inputs { held: held.clone(), places });
         Box::new(Guided { node, held }) as Box<dyn Node>
     });
     *nodes = guided.collect();
