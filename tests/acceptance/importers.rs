@@ -1,17 +1,20 @@
 //! Lets libcosim and Ecos simulate our FMUs, alone and in their own coupling, and compares every value with
 //! ours; and runs an FMU that another tool made.
 
+use std::path::Path;
+
 use serde_json::json;
 
 use super::fixture::Scenario;
 use super::fmus::{example, ours};
-use super::harness::{Ended, Lab, record, trackside};
+use super::harness::{Ended, Lab, ROOT, record, trackside};
 use super::python::{Python, python};
 
 tests! {
     the_plant_gives_equal_results_in_other_importers: Python,
     the_jacobi_closed_loop_gives_equal_results_in_other_importers: Python,
     the_example_gives_equal_results_in_other_importers: Python,
+    a_scenario_in_one_fmu_gives_equal_results_in_other_importers: Python,
     two_fmus_made_in_python_exchange_values_of_all_types: PythonLibrary,
     an_fmu_made_in_python_runs: PythonLibrary,
 }
@@ -121,6 +124,34 @@ fn the_jacobi_closed_loop_gives_equal_results_in_other_importers() {
         "start": { "controller.v_ref": 25.0, "controller.r_ref": 0.2, "controller.psi_ref": 0.0 },
         "connections": LOOP,
         "inputs": [],
+    });
+    compare(&scenario, system);
+}
+
+/// libcosim unloads the library of an FMU before its threads end.
+fn a_scenario_in_one_fmu_gives_equal_results_in_other_importers() {
+    let packed = Lab::new();
+    let mut pack = trackside(Path::new(ROOT));
+    pack.args(["pack", "scenarios/double_lane_change.toml", "--fmu", "rig"]);
+    pack.args(["--inputs", "reference.v", "--outputs", "plant.*", "controller.*", "--out"]);
+    Ended::of(pack.arg(packed.path("")).output().expect("it starts")).expect(0);
+    let path = packed.path("rig.fmu");
+    let scenario = head(4.0).fmu("rig", &path.display().to_string(), "").text()
+        + "
+[[signal]]
+name = 'driver.v'
+unit = 'km/h'
+ramp = { before = 70.0, after = 76.0, start = 0.5, end = 3.5 }
+[[connect]]
+from = 'driver.v'
+to = 'rig.reference.v'
+";
+    let system = json!({
+        "step": 0.01,
+        "fmus": { "rig": path },
+        "start": {},
+        "connections": [],
+        "inputs": ["rig.reference.v"],
     });
     compare(&scenario, system);
 }
