@@ -26,7 +26,7 @@ pub enum Command {
     Run(run::Arguments),
     /// Run scenarios as tests, several at a time, a line for each.
     Test(test::Arguments),
-    /// Build FMU packages of the workspace and pack them.
+    /// Build FMU packages of the workspace and pack them, or pack a scenario as a system of SSP or as one FMU.
     Pack(pack::Arguments),
     /// Print the description of an FMU.
     Inspect(inspect::Arguments),
