@@ -86,9 +86,15 @@ fn set(driver: &TestDriver) -> Verdict {
 }
 
 pub(super) fn set_wrongly(driver: &TestDriver) -> Verdict {
-    attempts(driver, false, |what, result, lost| match result {
-        Ok(()) => Some(format!("{}: {what}", driver.instead("success"))),
+    let verdict = attempts(driver, false, |what, result, lost| match result {
+        Ok(()) => Some(what.to_owned()),
         Err(_) => lost.then(|| format!("{} for {what}", driver.fmi("Fatal"))),
+    });
+    verdict.map_err(|objection| match objection {
+        Objection::Broken(what) => {
+            Objection::Broken(format!("{}: {what}", driver.instead("success")))
+        }
+        other => other,
     })
 }
 

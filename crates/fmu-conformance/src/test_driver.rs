@@ -36,8 +36,8 @@ pub(super) struct TestDriver<'a> {
     /// The text of the description.
     pub(super) xml: String,
     pub(super) limit: Duration,
-    /// The communication step [s].
-    step: f64,
+    /// The communication step that the description asks for [s].
+    pub(super) asked_step: Option<f64>,
     log: &'a ProgressLog,
 }
 
@@ -57,8 +57,8 @@ impl<'a> TestDriver<'a> {
         limit: Duration,
     ) -> Self {
         let asked = library.description().default_step.or_else(|| internal_step(&xml));
-        let step = asked.filter(|step| *step > 0.0).unwrap_or(STEP);
-        TestDriver { library, xml, limit, step, log }
+        let asked_step = asked.filter(|step| *step > 0.0);
+        TestDriver { library, xml, limit, asked_step, log }
     }
 
     /// The version of FMI.
@@ -96,7 +96,7 @@ impl<'a> TestDriver<'a> {
 
     /// The communication step [s].
     pub(super) fn step(&self) -> f64 {
-        self.step
+        self.asked_step.unwrap_or(STEP)
     }
 
     /// The time of a communication point [s].

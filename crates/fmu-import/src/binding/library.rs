@@ -63,6 +63,12 @@ impl Library {
         Ok([absent(&library, version).collect(), lacking(&library, besides).collect()])
     }
 
+    /// The FMU that it is the library of.
+    #[must_use]
+    pub fn fmu(&self) -> &Fmu {
+        &self.fmu
+    }
+
     /// What the FMU says about itself.
     #[must_use]
     pub fn description(&self) -> &Description {
