@@ -62,7 +62,9 @@ fn mistakes(xml: &str) -> Vec<String> {
             walker.walk(root, "fmiModelDescription");
         }
         found => {
-            let what = format!("expected <fmiModelDescription>, found <{found}>");
+            let space = root.tag_name().namespace();
+            let of = space.map(|space| format!(" of the namespace {space:?}")).unwrap_or_default();
+            let what = format!("expected <fmiModelDescription>, found <{found}>{of}");
             walker.tell(root, &what);
         }
     }
