@@ -87,10 +87,12 @@ pub(super) fn difference(word: &str, expected: &Value, found: &Value, scale: f64
     match (expected, found) {
         (expected, found) if expected == found => 0.0,
         (Value::Real(expected), Value::Real(found)) => {
-            let beyond = ((expected - found).abs() - half_digit(word)).max(0.0);
-            let difference = beyond / scale.max(expected.abs());
-            // NaN is no agreement.
-            if difference.is_finite() { difference } else { f64::INFINITY }
+            let apart = (expected - found).abs();
+            if !apart.is_finite() {
+                return f64::INFINITY;
+            }
+            let beyond = (apart - half_digit(word)).max(0.0);
+            if beyond == 0.0 { 0.0 } else { beyond / scale.max(expected.abs()) }
         }
         _ => f64::INFINITY,
     }
