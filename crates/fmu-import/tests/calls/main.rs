@@ -35,6 +35,7 @@ const TESTS: &[(&str, fn())] = &[
     ("a_text_with_nul_is_refused", nul),
     ("damaged_descriptions_are_opened_or_refused", damaged_descriptions),
     ("legal_calls_stay_legal", walk::legal_calls_stay_legal),
+    ("a_refused_reset_names_the_state", walk::a_refused_reset_names_the_state),
     ("an_illegal_call_is_told_with_its_state", walk::an_illegal_call_is_told_with_its_state),
     ("a_crash_is_reported_with_its_time_however_large", processes::crash),
     ("a_handler_that_the_fmu_installs_goes_on_recovering", processes::handler_of_the_fmu),
@@ -47,7 +48,7 @@ const TESTS: &[(&str, fn())] = &[
 
 /// The long version is the example of the same name.
 fn damaged_descriptions() {
-    let outcome = damage::open_damaged(2_000, 0);
+    let outcome = damage::open_damaged(300, 0);
     assert!(
         outcome.panicked.is_empty() && outcome.opened > 0 && outcome.refused > 0,
         "{outcome:?}"

@@ -78,6 +78,34 @@ pub fn an_illegal_call_is_told_with_its_state() {
     }
 }
 
+/// The standard asks for a reset in every state, so that a refusal needs the state to be understood.
+pub fn a_refused_reset_names_the_state() {
+    for (xml, platform, arguments) in [
+        (XML_2, "linux64", &["-DSTUBBORN"][..]),
+        (XML_3, "x86_64-linux", &["-DSTUBBORN", "-DTHREE"]),
+    ] {
+        let folder = archived("lawful", (xml, platform), arguments);
+        let fmu = Arc::new(Fmu::open(&folder.path().join("lawful.fmu")).expect("an FMU"));
+        let library = fmu.load().expect("a library");
+        let reset = |walk: &mut Walk| walk.instance.reset().expect_err("a refusal").to_string();
+        let mut walk = Walk::new(&library, 0).expect("an instance");
+        let said = reset(&mut walk);
+        assert!(said.contains("Reset before the initialization returned fmi"), "{said}");
+        // After the error it is another state.
+        let said = reset(&mut walk);
+        assert!(said.contains("Reset after an error of fmi"), "{said}");
+        let mut walk = Walk::new(&library, 0).expect("an instance");
+        walk.initialise().expect("an initialization");
+        let said = reset(&mut walk);
+        assert!(said.contains("Reset between two steps returned fmi"), "{said}");
+        let mut walk = Walk::new(&library, 0).expect("an instance");
+        walk.initialise().expect("an initialization");
+        walk.instance.terminate().expect("an end");
+        let said = reset(&mut walk);
+        assert!(said.contains("Reset after the end of the simulation returned fmi"), "{said}");
+    }
+}
+
 type Done = Result<(), Box<dyn std::error::Error>>;
 
 #[derive(Clone, Copy, PartialEq)]
