@@ -133,7 +133,7 @@ fn third(text: &str) -> bool {
     let counted = |part: &&str| digits(part) && (*part == "0" || !part.starts_with('0'));
     parts.first() == Some(&"3")
         && (2..=3).contains(&parts.len())
-        && parts.iter().all(|part| counted(part))
+        && parts.iter().all(counted)
         && rest.is_none_or(|rest| !rest.is_empty())
 }
 
