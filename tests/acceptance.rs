@@ -42,6 +42,9 @@ mod cli;
 // Our FMUs and one that breaks rules, judged by the rules of FMI 2.0.
 #[path = "acceptance/conform.rs"]
 mod conform;
+// The same for FMI 3.0; references in archives, descriptions that cannot be read.
+#[path = "acceptance/conform3.rs"]
+mod conform3;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
@@ -139,6 +142,7 @@ fn main() -> ExitCode {
     #[cfg(feature = "rerun")]
     comparing::register(&mut tests);
     conform::register(&mut tests);
+    conform3::register(&mut tests);
     determinism::register(&mut tests);
     doctor::register(&mut tests);
     documents::register(&mut tests);

@@ -30,7 +30,7 @@ pub enum Command {
     Pack(pack::Arguments),
     /// Print the description of an FMU.
     Inspect(inspect::Arguments),
-    /// Judge an FMU by the rules of FMI 2.0, a line for each; exit code 0 when it breaks none, 1 when it
+    /// Judge an FMU by the rules of its version of FMI, a line for each; exit code 0 when it breaks none, 1 when it
     /// breaks one, 2 when it cannot be opened.
     Conform(conform::Arguments),
     /// Look for errors in the log of a drive: units, signs, clocks, offsets; exit code 0 when nothing certain or likely is

@@ -13,7 +13,6 @@ tests! {
     steps_end_as_the_fmu_says: Compiler,
     wrong_sizes_and_values_are_told_at_their_words: Compiler,
     inspect_shows_the_version_and_the_types: Compiler,
-    rules_of_fmi_2_are_not_asked_of_an_fmu_of_fmi_3: Compiler,
     our_fmus_run_with_the_same_bits_in_both_versions,
 }
 
@@ -155,12 +154,6 @@ fn inspect_shows_the_version_and_the_types() {
     for part in ["FMI                3.0", "UInt64", "structuralparameter", "u[2]"] {
         assert!(ended.stdout.contains(part), "{part}: {}", ended.stdout);
     }
-}
-
-fn rules_of_fmi_2_are_not_asked_of_an_fmu_of_fmi_3() {
-    let lab = Lab::new();
-    lab.write("resizable.fmu", resizable());
-    lab.trackside(&["conform", "resizable.fmu"]).expect(2).says(&["FMI 2.0", "FMI 3.0"]);
 }
 
 /// The manoeuvre of the repository, with archives of FMI 3.0 in the place of those of FMI 2.0, one after the other.

@@ -54,6 +54,11 @@ pub fn deviate(arguments: &[&str]) -> Vec<u8> {
     build("deviate", arguments)
 }
 
+/// The FMU of `fmu/deviate3.c`, compiled with these arguments: the same for FMI 3.0.
+pub fn deviate3(arguments: &[&str]) -> Vec<u8> {
+    build("deviate3", arguments)
+}
+
 /// The FMU of `fmu/relay.c`, compiled once: its outputs repeat its inputs, of every type.
 pub fn relay() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();

@@ -1,48 +1,57 @@
 //! Checks in which states variables can be set, and that unknown references do no harm.
 
 use fmu_import::description::{Type, Variable};
-use fmu_import::{CallError, Causality, Initial, Instance, Variability};
+use fmu_import::{CallError, Causality, Initial, Instance, Storage, Value, Variability, Version};
 
 use super::Rank::{BreaksStandard, NotRobust};
 use super::order::{
-    InitializationMode, Instantiated, State, StepComplete, Terminated, after_reset, bring,
+    InitializationMode, Instantiated, STATES, State, StepComplete, Terminated, after_reset, bring,
 };
-use super::test_driver::{TestDriver, set_start};
-use super::{Check, Objection, Rule, Verdict, broken};
+use super::test_driver::{TestDriver, firsts, set_start};
+use super::{BOTH, Check, Objection, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "variable-access",
         rank: BreaksStandard,
         sentence: "variables can be set when they may be",
+        versions: BOTH,
         check: Check::Runs(set),
     },
     Rule {
         name: "illegal-access",
         rank: NotRobust,
         sentence: "variables cannot be set when they may not be",
+        versions: BOTH,
         check: Check::Runs(set_wrongly),
     },
     Rule {
         name: "unknown-references",
         rank: NotRobust,
         sentence: "references to no variable are refused, and do no harm",
+        versions: BOTH,
         check: Check::Runs(references),
     },
 ];
 
-const STATES: [State; 4] = [Instantiated, InitializationMode, StepComplete, Terminated];
-
-/// Whether a variable may be set in a state (FMI 2.0, notes below table 4.2.4), where the standard says so:
-/// it can be read in two ways about inputs before initialization.
-fn settable(variable: &Variable, state: State) -> Option<bool> {
+/// Whether a variable may be set in a state (FMI 2.0, notes below table 4.2.4; FMI 3.0, sections 2.3.2, 2.3.3 and 4.2.1), where the
+/// standard says so: FMI 2.0 can be read in two ways about inputs before initialization.
+fn settable(driver: &TestDriver, variable: &Variable, state: State) -> Option<bool> {
     let Variable { causality, variability, initial, .. } = variable;
     let input = *causality == Causality::Input;
     if *variability == Variability::Constant || *causality == Causality::Independent {
         return Some(false);
     }
+    // It is set in configuration mode only.
+    if *causality == Causality::StructuralParameter {
+        return Some(false);
+    }
+    // Clocks tick in event mode; an array of no elements has no values.
+    if variable.kind == Type::Clock || variable.element.1 == 0 {
+        return None;
+    }
     Some(match state {
-        Instantiated if input => return None,
+        Instantiated if input && driver.version() == Version::Two => return None,
         Instantiated => matches!(initial, Some(Initial::Exact | Initial::Approx)),
         InitializationMode => input || *initial == Some(Initial::Exact),
         StepComplete => {
@@ -56,10 +65,10 @@ fn settable(variable: &Variable, state: State) -> Option<bool> {
 fn sorts<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
     let mut sorts: Vec<&Variable> = Vec::new();
     let same = |a: &Variable, b: &Variable| {
-        (a.causality, a.variability, a.initial, a.kind)
-            == (b.causality, b.variability, b.initial, b.kind)
+        (a.causality, a.variability, a.initial, a.kind, a.storage, a.element.1 > 1)
+            == (b.causality, b.variability, b.initial, b.kind, b.storage, b.element.1 > 1)
     };
-    for variable in &driver.about().variables {
+    for variable in firsts(driver.about().variables.iter()) {
         if !sorts.iter().any(|other| same(other, variable)) {
             sorts.push(variable);
         }
@@ -77,9 +86,15 @@ fn set(driver: &TestDriver) -> Verdict {
 }
 
 pub(super) fn set_wrongly(driver: &TestDriver) -> Verdict {
-    attempts(driver, false, |what, result, lost| match result {
-        Ok(()) => Some(format!("expected fmi2Error, found success: {what}")),
-        Err(_) => lost.then(|| format!("fmi2Fatal for {what}")),
+    let verdict = attempts(driver, false, |what, result, lost| match result {
+        Ok(()) => Some(what.to_owned()),
+        Err(_) => lost.then(|| format!("{} for {what}", driver.fmi("Fatal"))),
+    });
+    verdict.map_err(|objection| match objection {
+        Objection::Broken(what) => {
+            Objection::Broken(format!("{}: {what}", driver.instead("success")))
+        }
+        other => other,
     })
 }
 
@@ -94,17 +109,20 @@ fn attempts(
     for (variable, state) in
         sorts(driver).into_iter().flat_map(|it| STATES.map(|state| (it, state)))
     {
-        if settable(variable, state) != Some(legal) {
+        if settable(driver, variable, state) != Some(legal) {
             continue;
         }
         let mut instance = bring(driver, state)?;
         let what = format!(
-            "`{}` ({:?} {:?}) in {state:?}",
-            variable.name, variable.variability, variable.causality
+            "`{}` ({:?} {:?}) in {}",
+            variable.name,
+            variable.variability,
+            variable.causality,
+            state.name(driver.version())
         );
         driver.note(&format!("setting {what}"));
         count += 1;
-        let result = set_start(&mut instance, variable);
+        let result = set_start(driver, &mut instance, variable);
         mistakes.extend(wrong(&what, result, instance.is_lost()));
         // After fmi2Fatal nothing can be tried any more.
         if driver.library.is_lost() {
@@ -114,43 +132,81 @@ fn attempts(
     if mistakes.is_empty() { Ok(format!("{count} calls")) } else { broken(mistakes.join("; ")) }
 }
 
-type Call = fn(&mut Instance, u32) -> Result<(), CallError>;
+/// The forms of values that a version has functions for, with the ends of the names of these functions.
+pub(super) fn forms(version: Version) -> &'static [(Storage, &'static str)] {
+    match version {
+        Version::Two => &[
+            (Storage::Float64, "Real"),
+            (Storage::Int32, "Integer"),
+            (Storage::Boolean, "Boolean"),
+            (Storage::String, "String"),
+        ],
+        Version::Three => &[
+            (Storage::Float64, "Float64"),
+            (Storage::Float32, "Float32"),
+            (Storage::Int8, "Int8"),
+            (Storage::UInt8, "UInt8"),
+            (Storage::Int16, "Int16"),
+            (Storage::UInt16, "UInt16"),
+            (Storage::Int32, "Int32"),
+            (Storage::UInt32, "UInt32"),
+            (Storage::Int64, "Int64"),
+            (Storage::UInt64, "UInt64"),
+            (Storage::Boolean, "Boolean"),
+            (Storage::String, "String"),
+            (Storage::Binary, "Binary"),
+        ],
+    }
+}
 
-#[rustfmt::skip]
-const CALLS: [(&str, Type, Call); 8] = [
-    ("fmi2GetReal", Type::Real, |instance, reference| instance.get_real(&[reference], &mut [0.0])),
-    ("fmi2SetReal", Type::Real, |instance, reference| instance.set_real(&[reference], &[0.0])),
-    ("fmi2GetInteger", Type::Integer, |instance, reference| instance.get_integer(&[reference], &mut [0])),
-    ("fmi2SetInteger", Type::Integer, |instance, reference| instance.set_integer(&[reference], &[0])),
-    ("fmi2GetBoolean", Type::Boolean, |instance, reference| instance.get_boolean(&[reference], &mut [0])),
-    ("fmi2SetBoolean", Type::Boolean, |instance, reference| instance.set_boolean(&[reference], &[0])),
-    ("fmi2GetString", Type::String, |instance, reference| instance.get_string(reference).map(drop)),
-    ("fmi2SetString", Type::String, |instance, reference| instance.set_string(reference, "")),
-];
+/// Gets or sets one value by the functions of a form.
+pub(super) fn touch(
+    instance: &mut Instance,
+    (set, storage): (bool, Storage),
+    reference: u32,
+) -> Result<(), CallError> {
+    if !set {
+        return instance.read(storage, reference, 1).map(drop);
+    }
+    let value = match storage {
+        Storage::Float32 | Storage::Float64 => Value::Real(0.0),
+        Storage::Boolean | Storage::Clock => Value::Boolean(false),
+        Storage::String => Value::String(String::new()),
+        Storage::Binary => Value::Binary(Vec::new()),
+        _ => Value::Integer(0),
+    };
+    instance.write(storage, reference, &[value])
+}
 
-/// References that no variable of the type has: the one after the last, and the largest.
-fn unknown(driver: &TestDriver, kind: Type) -> impl Iterator<Item = u32> {
-    let same = |other: Type| other == kind || (other, kind) == (Type::Enumeration, Type::Integer);
-    let all = driver.about().variables.iter().filter(move |variable| same(variable.kind));
-    let last = all.map(|variable| variable.reference).max();
+/// References that no variable of the form has, in FMI 3.0 no variable at all: the one after the last, and the largest.
+fn unknown(driver: &TestDriver, storage: Storage) -> impl Iterator<Item = u32> {
+    let three = driver.version() == Version::Three;
+    let all = driver.about().variables.iter();
+    let same = all.filter(move |variable| three || variable.storage == storage);
+    let last = same.map(|variable| variable.reference).max();
     let next = last.map_or(Some(0), |last| last.checked_add(1));
     let largest = (last != Some(u32::MAX)).then_some(u32::MAX);
     next.into_iter().chain(largest)
 }
 
-/// A reference that no variable has is an error (FMI 2.0.4, section 2.1.2), which does no harm.
+/// A reference that no variable has is an error (FMI 2.0.4, section 2.1.2; FMI 3.0, section 2.2.6.2), which does no harm.
 pub(super) fn references(driver: &TestDriver) -> Verdict {
     let expected = after_reset(driver, bring(driver, StepComplete)?)?;
     let (mut count, mut accepted) = (0, Vec::new());
-    for (name, kind, call) in CALLS {
-        for reference in unknown(driver, kind) {
+    for (storage, form) in forms(driver.version()) {
+        for (set, reference) in [false, true]
+            .into_iter()
+            .flat_map(|set| unknown(driver, *storage).map(move |it| (set, it)))
+        {
+            let name = driver.fmi(&format!("{}{form}", if set { "Set" } else { "Get" }));
             let mut instance = bring(driver, StepComplete)?;
             driver.note(&format!("{name} of the reference {reference}, which no variable has"));
             count += 1;
-            match call(&mut instance, reference) {
+            match touch(&mut instance, (set, *storage), reference) {
                 Ok(()) => accepted.push(format!("{name} of {reference}")),
                 Err(_) if instance.is_lost() => {
-                    return broken(format!("{name} of {reference} returned fmi2Fatal"));
+                    let fatal = driver.fmi("Fatal");
+                    return broken(format!("{name} of {reference} returned {fatal}"));
                 }
                 Err(_) => instance.reset()?,
             }
@@ -167,12 +223,15 @@ pub(super) fn references(driver: &TestDriver) -> Verdict {
     nothing(driver)?;
     match accepted.as_slice() {
         [] => Ok(format!("{count} calls")),
-        calls => broken(format!("expected fmi2Error, found success: {}", calls.join(", "))),
+        calls => broken(format!("{}: {}", driver.instead("success"), calls.join(", "))),
     }
 }
 
 /// Arrays of no elements may be null.
 fn nothing(driver: &TestDriver) -> Result<(), Objection> {
+    if driver.version() == Version::Three {
+        return Ok(());
+    }
     let mut instance = bring(driver, StepComplete)?;
     driver.note("reading and setting no variables");
     let _ = instance.touch_nothing();

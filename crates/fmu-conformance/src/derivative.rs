@@ -1,23 +1,33 @@
 //! Checks that the claimed derivatives exist and agree with differences of the outputs.
 
 use fmu_import::description::Variable;
-use fmu_import::{CallError, Causality, Instance};
+use fmu_import::{CallError, Causality, Instance, Storage, Value, Version};
+use roxmltree::Document;
 
 use super::Rank::BreaksStandard;
-use super::test_driver::TestDriver;
-use super::{Check, Rule, Verdict, broken, not_applicable};
+use super::test_driver::{TestDriver, read};
+use super::{BOTH, Check, Rule, THREE, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "directional-derivative",
         rank: BreaksStandard,
         sentence: "derivatives of outputs are those of their values",
-        check: Check::RunsOne(directional),
+        versions: BOTH,
+        check: Check::RunsOne(|driver| derivatives(driver, Kind::Directional)),
+    },
+    Rule {
+        name: "adjoint-derivative",
+        rank: BreaksStandard,
+        sentence: "adjoint derivatives are those of the outputs",
+        versions: THREE,
+        check: Check::RunsOne(|driver| derivatives(driver, Kind::Adjoint)),
     },
     Rule {
         name: "time-derivative",
         rank: BreaksStandard,
         sentence: "derivatives with respect to time are taken and given",
+        versions: BOTH,
         check: Check::RunsOne(in_time),
     },
 ];
@@ -28,22 +38,73 @@ const SHARE: f64 = 1e-4;
 const TOLERANCE: f64 = 1e-3;
 /// What rounding leaves of a difference of two equal outputs, as a share of them.
 const NOISE: f64 = 1e-11;
+/// The same for `Float32`.
+const SINGLE_NOISE: f64 = 5e-7;
+
+/// Which function gives the derivatives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Directional,
+    Adjoint,
+}
+
+/// The derivative of an element of an output with respect to one of an input.
+type Derivative = fn(&mut Instance, &Variable, &Variable) -> Result<f64, CallError>;
+
+/// By the directional derivative.
+pub(super) fn directional(
+    instance: &mut Instance,
+    output: &Variable,
+    input: &Variable,
+) -> Result<f64, CallError> {
+    if instance.description().version == Version::Two {
+        return instance.derivative(output.reference, input.reference);
+    }
+    let found = instance.directional(block(output), block(input), &seed(input))?;
+    Ok(found.get(output.element.0).copied().unwrap_or(f64::NAN))
+}
+
+/// By the adjoint derivative.
+fn adjoint(instance: &mut Instance, output: &Variable, input: &Variable) -> Result<f64, CallError> {
+    let found = instance.adjoint(block(output), block(input), &seed(output))?;
+    Ok(found.get(input.element.0).copied().unwrap_or(f64::NAN))
+}
+
+fn block(variable: &Variable) -> (u32, usize) {
+    (variable.reference, variable.element.1)
+}
+
+/// 1 for this element of an array, 0 for the others.
+fn seed(variable: &Variable) -> Vec<f64> {
+    let (place, count) = variable.element;
+    (0..count).map(|element| if element == place { 1.0 } else { 0.0 }).collect()
+}
 
 /// An FMU may show an output that follows an input after the next step only; then there is nothing to
 /// compare with, and the derivative has to be finite.
-fn directional(driver: &TestDriver) -> Verdict {
-    if !driver.about().directional_derivative {
-        return not_applicable("providesDirectionalDerivative is not set");
-    }
+fn derivatives(driver: &TestDriver, kind: Kind) -> Verdict {
+    let (call, of): (_, Derivative) = match kind {
+        Kind::Directional if !driver.about().directional_derivative => {
+            return not_applicable(match driver.version() {
+                Version::Two => "providesDirectionalDerivative is not set",
+                Version::Three => "providesDirectionalDerivatives is not set",
+            });
+        }
+        Kind::Adjoint if !claims_adjoint(&driver.xml) => {
+            return not_applicable("providesAdjointDerivatives is not set");
+        }
+        Kind::Directional => ("GetDirectionalDerivative", directional),
+        Kind::Adjoint => ("GetAdjointDerivative", adjoint),
+    };
     let mut instance = driver.ready()?;
     driver.run_all(&mut instance)?;
     let (mut count, mut given, mut compared) = (0, 0, 0);
     for input in driver.continuous(Causality::Input) {
         for output in driver.continuous(Causality::Output) {
             let pair = format!("`{}` with respect to `{}`", output.name, input.name);
-            driver.note(&format!("fmi2GetDirectionalDerivative of {pair}"));
+            driver.note(&format!("{} of {pair}", driver.fmi(call)));
             count += 1;
-            let Ok(found) = instance.derivative(output.reference, input.reference) else {
+            let Ok(found) = of(&mut instance, output, input) else {
                 continue;
             };
             if !found.is_finite() {
@@ -67,24 +128,51 @@ fn directional(driver: &TestDriver) -> Verdict {
     }
 }
 
+fn claims_adjoint(xml: &str) -> bool {
+    let Ok(document) = Document::parse(xml) else { return false };
+    let root = document.root_element();
+    let interface = root.children().find(|node| node.has_tag_name("CoSimulation"));
+    let flag = interface.and_then(|node| node.attribute("providesAdjointDerivatives"));
+    matches!(flag.map(str::trim), Some("true" | "1"))
+}
+
 /// The central difference of an output, and what rounding makes of it.
 fn difference(
     instance: &mut Instance,
     output: &Variable,
     input: &Variable,
 ) -> Result<(f64, f64), CallError> {
-    let mut value = [0.0];
-    instance.get_real(&[input.reference], &mut value)?;
-    let size = input.nominal.unwrap_or(1.0).abs().max(value[0].abs());
-    let moved = SHARE * size;
-    let mut at = |input_value: f64| {
-        let mut shown = [0.0];
-        instance.set_real(&[input.reference], &[input_value])?;
-        instance.get_real(&[output.reference], &mut shown).map(|()| shown[0])
+    let real = |values: &[Value], place: usize| match values.get(place) {
+        Some(Value::Real(value)) => *value,
+        _ => f64::NAN,
     };
-    let (above, below) = (at(value[0] + moved)?, at(value[0] - moved)?);
-    at(value[0])?;
-    Ok(((above - below) / (2.0 * moved), NOISE * above.abs().max(below.abs()) / moved))
+    let mut inputs = read(instance, input)?;
+    let held = real(&inputs, input.element.0);
+    let size = input.nominal.unwrap_or(1.0).abs().max(held.abs());
+    let moved = SHARE * size;
+    let mut at = |value: f64| {
+        if let Some(place) = inputs.get_mut(input.element.0) {
+            *place = Value::Real(value);
+        }
+        instance.write(input.storage, input.reference, &inputs)?;
+        read(instance, output).map(|shown| real(&shown, output.element.0))
+    };
+    let (above, below) = (at(held + moved)?, at(held - moved)?);
+    at(held)?;
+    let single = [input, output].iter().any(|it| it.storage == Storage::Float32);
+    let noise = if single { SINGLE_NOISE } else { NOISE };
+    Ok(((above - below) / (2.0 * moved), noise * above.abs().max(below.abs()) / moved))
+}
+
+/// The first time derivatives of all elements of an output.
+pub(super) fn output_slopes(
+    instance: &mut Instance,
+    output: &Variable,
+) -> Result<Vec<f64>, CallError> {
+    match instance.description().version {
+        Version::Two => instance.output_derivative(output.reference, 1).map(|value| vec![value]),
+        Version::Three => instance.output_derivatives(block(output), 1),
+    }
 }
 
 fn in_time(driver: &TestDriver) -> Verdict {
@@ -103,14 +191,17 @@ fn in_time(driver: &TestDriver) -> Verdict {
     if about.output_derivatives > 0
         && let Some(output) = driver.continuous(Causality::Output).next()
     {
-        driver.note(&format!("fmi2GetRealOutputDerivatives of `{}`", output.name));
-        let value = instance.output_derivative(output.reference, 1)?;
-        if !value.is_finite() {
+        driver.note(&format!("the time derivative of `{}`", output.name));
+        let values = output_slopes(&mut instance, output)?;
+        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return broken(format!("the time derivative of `{}` is {value}", output.name));
         }
         done.push(format!("an output derivative of `{}`", output.name));
     }
     match done.is_empty() {
+        true if driver.version() == Version::Three => {
+            not_applicable("maxOutputDerivativeOrder is not set")
+        }
         true => not_applicable("neither canInterpolateInputs nor maxOutputDerivativeOrder is set"),
         false => Ok(done.join(", ")),
     }

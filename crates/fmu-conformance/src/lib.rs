@@ -1,5 +1,5 @@
-//! An .fmu archive goes in; a finding for each rule of FMI 2.0 that its description, its library and its behaviour must keep comes
-//! out.
+//! An .fmu archive of FMI 2.0 or 3.0 co-simulation goes in; a finding for each rule of its version that its description, its
+//! library and its behaviour must keep comes out.
 //!
 //! Each rule that loads the library runs in a process of its own: an FMU that crashes or hangs fails that rule, and the others
 //! go on. When the judging itself fails, because a process does not start or temporary files vanish, that is said as such and
@@ -11,16 +11,23 @@
 
 mod access;
 mod behaviour;
+mod clocked;
+mod configuration;
+mod declared;
 mod derivative;
 mod experiment;
 mod logging;
 mod memory;
 mod order;
 mod process;
+mod reference;
+mod report;
+mod schema;
 mod state;
 mod statics;
 mod step;
 mod test_driver;
+mod values;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -30,6 +37,7 @@ use fmu_import::{CallError, Fmu, OpenError, Version};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+pub use report::{exit_code, lines};
 use test_driver::TestDriver;
 
 /// How long a rule may take, unless the user says otherwise; ten thousand instances take a while.
@@ -41,14 +49,6 @@ pub enum JudgeError {
     /// It is no FMU.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// It is made for another version of FMI.
-    #[error("{}: expected an FMU of FMI 2.0, whose rules these are, found one of FMI {version}: `trackside run` steps it", path.display())]
-    Version {
-        /// The archive.
-        path: PathBuf,
-        /// Its version.
-        version: Version,
-    },
     /// There is no such rule.
     #[error("there is no rule `{0}`")]
     Rule(String),
@@ -127,7 +127,7 @@ fn not_applicable<T>(why: impl Into<String>) -> Result<T, Objection> {
     Err(Objection::NotApplicable(why.into()))
 }
 
-/// A rule of FMI 2.0.
+/// A rule of FMI.
 #[derive(Debug)]
 pub struct Rule {
     /// Its name, which stays the same from version to version.
@@ -136,28 +136,43 @@ pub struct Rule {
     pub rank: Rank,
     /// What it asks for.
     pub sentence: &'static str,
+    /// The versions of FMI that have it.
+    versions: &'static [Version],
     check: Check,
 }
+
+const BOTH: &[Version] = &[Version::Two, Version::Three];
+const TWO: &[Version] = &[Version::Two];
+const THREE: &[Version] = &[Version::Three];
 
 #[derive(Debug, Clone, Copy)]
 enum Check {
     /// Looks at the files of the archive.
     Files(fn(&Fmu) -> Verdict),
+    /// Looks at the text of the description, which may be one that cannot be read otherwise.
+    Text(fn(&str) -> Verdict),
     /// Runs instances, one after another or at the same time.
     Runs(fn(&TestDriver) -> Verdict),
     /// Needs no second instance in the process.
     RunsOne(fn(&TestDriver) -> Verdict),
     /// Looks at the library itself.
     Loads(fn(&Fmu) -> Verdict),
+    /// Runs an instance for each reference in the archive, by its place.
+    References(fn(&TestDriver, usize) -> Verdict),
 }
 
 /// The rules by subject, in the order of the report.
-const SUBJECTS: [&[Rule]; 10] = [
+const SUBJECTS: [&[Rule]; 15] = [
+    schema::RULES,
     statics::RULES,
+    declared::RULES,
     order::RULES,
     access::RULES,
+    values::RULES,
     experiment::RULES,
     behaviour::RULES,
+    configuration::RULES,
+    clocked::RULES,
     state::RULES,
     derivative::RULES,
     step::RULES,
@@ -167,61 +182,107 @@ const SUBJECTS: [&[Rule]; 10] = [
 
 /// All rules, in the order of the report.
 pub fn rules() -> impl Iterator<Item = &'static Rule> {
-    SUBJECTS.into_iter().flatten()
+    SUBJECTS.into_iter().flatten().chain(reference::RULES)
 }
 
-/// Judges the archive at `path` by all rules; `program` is this program, which runs the rules.
+/// The rules without which nothing can be run.
+const LOADING: [&str; 2] = ["platform", "symbols"];
+
+/// What was found about an FMU.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Judgement {
+    /// The version of FMI whose rules they are.
+    pub version: Version,
+    /// A finding for each of them.
+    pub findings: Vec<Finding>,
+}
+
+/// Judges the archive at `path` by all rules of its version; `program` is this program, which runs the rules.
 ///
 /// # Errors
-/// When the archive is no FMI 2.0 co-simulation FMU at all.
-pub fn run(program: &Path, path: &Path, limit: Duration) -> Result<Vec<Finding>, JudgeError> {
-    let fmu = Fmu::open(path)?;
-    if fmu.description.version != Version::Two {
-        return Err(JudgeError::Version {
-            path: path.to_owned(),
-            version: fmu.description.version,
-        });
-    }
-    // A copy of the archive's files for each rule would take longer than most rules.
-    let judge = |rule: &Rule| match rule.check {
-        Check::Files(check) => rule.finding_about(&fmu, check(&fmu)),
-        _ => process::judge(program, path, rule, limit),
+/// When the archive is no co-simulation FMU of FMI 2.0 or 3.0 at all.
+pub fn run(program: &Path, path: &Path, limit: Duration) -> Result<Judgement, JudgeError> {
+    let fmu = match Fmu::open(path) {
+        Err(OpenError::Description { what, .. }) => return unreadable(path, &what),
+        fmu => fmu?,
     };
-    let needs_no_instance = |rule: &&Rule| matches!(rule.check, Check::Files(_) | Check::Loads(_));
-    let mut findings: Vec<_> = rules().take_while(needs_no_instance).map(judge).collect();
-    let behaviour: Vec<_> = rules().skip(findings.len()).collect();
-    // The first rule is about the description, which does not hinder a run.
-    let unloadable = findings[1..].iter().find(|finding| finding.outcome != Outcome::Pass);
-    if let Some(cause) = unloadable {
+    let version = fmu.description.version;
+    // A copy of the archive's files for each rule would take longer than most rules.
+    let judge = |(rule, which): (&Rule, Option<usize>)| match rule.check {
+        Check::Files(check) => rule.finding_about(&fmu, check(&fmu)),
+        Check::Text(check) => rule.finding_about(&fmu, check(&text(&fmu))),
+        _ => process::judge(program, path, (rule, which), limit),
+    };
+    let needs_no_instance =
+        |rule: &&Rule| matches!(rule.check, Check::Files(_) | Check::Text(_) | Check::Loads(_));
+    let all = rules().filter(|rule| rule.versions.contains(&version));
+    let (statics, behaviour): (Vec<_>, Vec<_>) = all.partition(needs_no_instance);
+    let mut findings: Vec<_> = statics.into_iter().map(|rule| judge((rule, None))).collect();
+    let hinders = |finding: &&Finding| {
+        finding.outcome != Outcome::Pass && LOADING.contains(&finding.rule.as_str())
+    };
+    if let Some(cause) = findings.iter().find(hinders) {
         let why = format!("the library cannot be loaded, see the rule `{}`", cause.rule);
         findings.extend(behaviour.iter().map(|rule| rule.finding(not_applicable(why.clone()))));
     } else {
+        let each = |rule: &'static Rule| match rule.check {
+            Check::References(_) => {
+                (0..reference::count(&fmu).max(1)).map(|which| (rule, Some(which))).collect()
+            }
+            _ => vec![(rule, None)],
+        };
+        let behaviour: Vec<_> = behaviour.into_iter().flat_map(each).collect();
         findings.par_extend(behaviour.into_par_iter().map(judge));
     }
-    Ok(findings)
+    Ok(Judgement { version, findings })
 }
 
-/// Judges by one rule in this process. The file `log`, which must be there, gets a line before each thing that is done, and the
-/// finding as the last one.
+fn text(fmu: &Fmu) -> String {
+    let bytes = fmu.entry("modelDescription.xml").unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// The findings about a description that cannot be read: what is wrong with its text, and nothing about the rest.
+fn unreadable(path: &Path, what: &str) -> Result<Judgement, JudgeError> {
+    let xml = fmu_import::description_text(path)?;
+    let version = if schema::is_three(&xml) { Version::Three } else { Version::Two };
+    let judge = |rule: &Rule| match rule.check {
+        Check::Text(check) => rule.finding(check(&xml)),
+        _ if rule.name == "description" => rule.finding(broken(what)),
+        _ => rule.finding(not_applicable(
+            "the description cannot be read, see the rules `schema` and `description`",
+        )),
+    };
+    let findings = rules().filter(|rule| rule.versions.contains(&version)).map(judge).collect();
+    Ok(Judgement { version, findings })
+}
+
+/// Judges by one rule in this process; `rule` is its name, followed by `#` and the place of a reference for one that is asked of
+/// each. The file `log`, which must be there, gets a line before each thing that is done, and the finding as the last one.
 ///
 /// # Errors
 /// When there is no such rule, or the archive or the file cannot be opened.
 pub fn run_one(path: &Path, rule: &str, log: &Path, limit: Duration) -> Result<(), JudgeError> {
-    let Some(rule) = rules().find(|known| known.name == rule) else {
+    let (name, which) = rule.split_once('#').unwrap_or((rule, "0"));
+    let known = rules().find(|known| known.name == name).zip(which.parse::<usize>().ok());
+    let Some((rule, which)) = known else {
         return Err(JudgeError::Rule(rule.to_owned()));
     };
     let log = process::ProgressLog::open(log)?;
     let fmu = Arc::new(Fmu::open(path)?);
     log.note("loading the library");
+    let driver = || match fmu.load() {
+        Ok(library) => Ok(TestDriver::new(library, text(&fmu), &log, limit)),
+        Err(error) => broken(error.to_string()),
+    };
     let verdict = match rule.check {
         Check::Files(check) | Check::Loads(check) => check(&fmu),
+        Check::Text(check) => check(&text(&fmu)),
         Check::Runs(_) if fmu.description.only_once => {
             not_applicable("canBeInstantiatedOnlyOncePerProcess is set")
         }
-        Check::Runs(check) | Check::RunsOne(check) => match fmu.load() {
-            Ok(library) => check(&TestDriver::new(library, &log, limit)),
-            Err(error) => broken(error.to_string()),
-        },
+        Check::Runs(check) | Check::RunsOne(check) => driver().and_then(|driver| check(&driver)),
+        Check::References(check) => driver().and_then(|driver| check(&driver, which)),
     };
     log.end(&rule.finding_about(&fmu, verdict));
     Ok(())
@@ -250,72 +311,5 @@ impl Rule {
     fn not_judged(&self, why: String) -> Finding {
         let outcome = Outcome::NotJudged;
         Finding { rule: self.name.to_owned(), rank: self.rank, outcome, detail: why }
-    }
-}
-
-/// The exit code that tells the findings: 0, 1 when the FMU breaks runs or the standard, 3 when a rule could not be judged.
-#[must_use]
-pub fn exit_code(findings: &[Finding]) -> u8 {
-    let unknown = findings.iter().any(|finding| finding.outcome == Outcome::NotJudged);
-    let broken = |rank| !failed(findings, rank).is_empty();
-    match unknown {
-        true => 3,
-        false => u8::from(broken(Rank::BreaksRuns) || broken(Rank::BreaksStandard)),
-    }
-}
-
-/// The names of the failed rules of a rank.
-fn failed(findings: &[Finding], rank: Rank) -> Vec<&str> {
-    let failed = findings.iter().filter(|it| it.outcome == Outcome::Fail && it.rank == rank);
-    failed.map(|finding| finding.rule.as_str()).collect()
-}
-
-/// What the findings come to, in one sentence.
-fn conclusion(findings: &[Finding]) -> String {
-    let [runs, standard, robust] = [Rank::BreaksRuns, Rank::BreaksStandard, Rank::NotRobust]
-        .map(|rank| failed(findings, rank).join(", "));
-    let weak = match robust.as_str() {
-        "" => String::new(),
-        rules => format!("; it does not defend itself against wrong callers ({rules})"),
-    };
-    match (runs.as_str(), standard.as_str()) {
-        ("", "") => format!("The FMU keeps FMI 2.0 for callers that do{weak}."),
-        ("", rules) => format!("The FMU runs, but breaks FMI 2.0 ({rules}){weak}."),
-        (rules, "") => format!("The FMU breaks runs ({rules}){weak}."),
-        (runs, rules) => format!("The FMU breaks runs ({runs}) and FMI 2.0 ({rules}){weak}."),
-    }
-}
-
-/// The findings as lines for a terminal, with a summary at the end.
-#[must_use]
-pub fn lines(findings: &[Finding]) -> String {
-    let mut text = String::new();
-    for finding in findings {
-        let rule = rules().find(|rule| rule.name == finding.rule);
-        let sentence = rule.map(|rule| rule.sentence).unwrap_or_default();
-        let (word, what) = match (finding.outcome, finding.detail.as_str()) {
-            (Outcome::Pass, "") => ("pass", sentence.to_owned()),
-            (Outcome::Pass, detail) => ("pass", format!("{sentence}: {detail}")),
-            (Outcome::Fail, detail) if finding.rank == Rank::NotRobust => {
-                ("weak", detail.to_owned())
-            }
-            (Outcome::Fail, detail) => ("FAIL", detail.to_owned()),
-            (Outcome::NotApplicable, detail) => ("n/a", detail.to_owned()),
-            (Outcome::NotJudged, why) => ("ERR", format!("could not be judged: {why}")),
-        };
-        text += &format!("{word:<4}  {:<22}  {what}\n", finding.rule);
-    }
-    let count = |wanted| findings.iter().filter(|finding| finding.outcome == wanted).count();
-    text += &format!(
-        "{} passed, {} failed, {} not applicable",
-        count(Outcome::Pass),
-        count(Outcome::Fail),
-        count(Outcome::NotApplicable),
-    );
-    match count(Outcome::NotJudged) {
-        0 => text + "\n" + &conclusion(findings) + "\n",
-        unknown => {
-            text + &format!(", {unknown} could not be judged, which says nothing about the FMU\n")
-        }
     }
 }

@@ -6,19 +6,21 @@ use fmu_import::{Instance, Message, MessageLevel, STRANGER};
 
 use super::Rank::BreaksStandard;
 use super::test_driver::{STEPS, TestDriver};
-use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Objection, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "logger",
         rank: BreaksStandard,
         sentence: "messages are formatted, wanted, and of declared categories",
+        versions: BOTH,
         check: Check::Runs(logger),
     },
     Rule {
         name: "log-categories",
         rank: BreaksStandard,
         sentence: "declared categories can be switched",
+        versions: BOTH,
         check: Check::RunsOne(categories),
     },
 ];
@@ -45,7 +47,7 @@ fn logger(driver: &TestDriver) -> Verdict {
     {
         return broken(format!("loggingOn is false, and it logs {text:?}"));
     }
-    // Until FMI 2.0.3 a category did not have to be declared, and no description says which of them it is of.
+    // FMI 3.0 and FMI 2.0 until 2.0.3 do not ask for declared categories, and no description says which 2.0 it is of.
     let undeclared = messages.iter().find(|it| !declared.contains(&it.category));
     match undeclared.filter(|_| !declared.is_empty()) {
         Some(Message { category, text, .. }) => Ok(format!(
@@ -58,13 +60,13 @@ fn logger(driver: &TestDriver) -> Verdict {
 
 /// What an instance logs in a run, and about a call that it refuses.
 fn simulate(driver: &TestDriver, logging: bool) -> Result<Vec<Message>, Objection> {
-    driver.note("fmi2Instantiate with percent signs in the name, to be logged");
+    driver.note("an instance with percent signs in the name, to be logged");
     let mut instance = Instance::new(Arc::clone(&driver.library), PERCENT, logging)?;
     driver.initialise(&mut instance)?;
     driver.run(&mut instance, 0..STEPS, 0)?;
     let mut messages = instance.messages();
     // Whether the call is refused is another rule's matter; what is said about it is this one's.
-    driver.note("fmi2ExitInitializationMode at a communication point, to be logged");
+    driver.note("an illegal call at a communication point, to be logged");
     let _ = instance.exit_initialization();
     messages.extend(instance.messages());
     Ok(messages)
@@ -72,7 +74,7 @@ fn simulate(driver: &TestDriver, logging: bool) -> Result<Vec<Message>, Objectio
 
 /// What the library logs about a GUID that is not its own.
 fn refused(driver: &TestDriver) -> Vec<Message> {
-    driver.note("fmi2Instantiate with percent signs in the GUID, to be logged");
+    driver.note("an instance with percent signs in the GUID or token, to be logged");
     match Instance::with_guid(Arc::clone(&driver.library), "conform", PERCENT, true) {
         Ok(instance) => instance.messages(),
         Err((_, messages)) => messages,
@@ -87,9 +89,10 @@ fn categories(driver: &TestDriver) -> Verdict {
     let mut instance = driver.instance()?;
     for on in [true, false] {
         for category in declared {
-            driver.note(&format!("fmi2SetDebugLogging of {category}"));
+            let call = driver.fmi("SetDebugLogging");
+            driver.note(&format!("{call} of {category}"));
             instance.set_debug_logging(on, &[category]).map_err(|error| {
-                Objection::Broken(format!("fmi2SetDebugLogging of {category:?} {}", error.what))
+                Objection::Broken(format!("{call} of {category:?} {}", error.what))
             })?;
         }
         let all: Vec<_> = declared.iter().map(String::as_str).collect();

@@ -4,12 +4,13 @@ use std::time::Instant;
 
 use super::Rank::BreaksStandard;
 use super::test_driver::{FAR, TestDriver};
-use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Objection, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[Rule {
     name: "memory",
     rank: BreaksStandard,
     sentence: "instances leave no memory behind",
+    versions: BOTH,
     check: Check::Runs(no_leak),
 }];
 
@@ -20,7 +21,7 @@ const WARM_UP: u32 = 1_000;
 /// What may be left for each instance [bytes]: less than the smallest block that `malloc` gives on a
 /// 64-bit system, which is 32 bytes, and more than the noise of whole pages over all cycles.
 const BOUND: f64 = 26.0;
-/// The size of a page on the platforms that FMI 2.0 has names for [bytes].
+/// The size of a page on the platforms that FMI has names for [bytes].
 const PAGE: f64 = 4096.0;
 
 fn no_leak(driver: &TestDriver) -> Verdict {

@@ -2,20 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use fmu_import::{CallError, Causality, Instance};
+use fmu_import::{CallError, Causality, Instance, Version};
 
 use super::Rank::NotRobust;
+use super::derivative::{directional, output_slopes};
 use super::test_driver::{FAR, Row, STEPS, TestDriver, read, set_start};
-use super::{Check, Objection, Rule, Verdict, broken};
+use super::{BOTH, Check, Objection, Rule, Verdict, broken};
 
 pub(super) const RULES: &[Rule] = &[Rule {
     name: "call-order",
     rank: NotRobust,
     sentence: "illegal calls are refused, and a reset makes good again",
+    versions: BOTH,
     check: Check::Runs(call_order),
 }];
 
-/// A state of table 4.2.4 of FMI 2.0 that every master can bring every FMU to.
+/// A state that every master can bring every FMU to (FMI 2.0, section 4.2.4; FMI 3.0, section 4.2.1), by its name in FMI 2.0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum State {
     Instantiated,
@@ -26,26 +28,58 @@ pub(super) enum State {
 
 pub(super) use State::{InitializationMode, Instantiated, StepComplete, Terminated};
 
+pub(super) const STATES: [State; 4] = [Instantiated, InitializationMode, StepComplete, Terminated];
+
+impl State {
+    /// Its name in a version of FMI.
+    pub(super) fn name(self, version: Version) -> String {
+        match (self, version) {
+            (StepComplete, Version::Three) => "StepMode".to_owned(),
+            _ => format!("{self:?}"),
+        }
+    }
+}
+
 type Call = fn(&TestDriver, &mut Instance) -> Result<(), CallError>;
 
+/// A call by its name in FMI 3.0, and the states in which FMI 2.0 and FMI 3.0 forbid it; none where a version has no such call or
+/// allows it everywhere.
+type Row3 = (&'static str, Call, &'static [State], &'static [State]);
+
 #[rustfmt::skip]
-/// The calls, and the states in which each of them is illegal by table 4.2.4.
-const ILLEGAL: &[(&str, Call, &[State])] = &[
-    ("fmi2SetupExperiment", setup, &[InitializationMode, StepComplete, Terminated]),
-    ("fmi2EnterInitializationMode", |_, instance| instance.enter_initialization(), &[InitializationMode, StepComplete, Terminated]),
-    ("fmi2ExitInitializationMode", |_, instance| instance.exit_initialization(), &[Instantiated, StepComplete, Terminated]),
-    ("fmi2Terminate", |_, instance| instance.terminate(), &[Instantiated, InitializationMode, Terminated]),
-    ("fmi2DoStep", step, &[Instantiated, InitializationMode, Terminated]),
-    ("fmi2CancelStep", |_, instance| instance.cancel_step(), &[Instantiated, InitializationMode, StepComplete, Terminated]),
-    ("reading a variable", get, &[Instantiated]),
-    ("setting a variable", set, &[Terminated]),
-    ("fmi2GetDirectionalDerivative", derivative, &[Instantiated]),
-    ("fmi2SetRealInputDerivatives", slope, &[Terminated]),
-    ("fmi2GetRealOutputDerivatives", output_slope, &[Instantiated, InitializationMode]),
-    ("fmi2GetStatus", |_, instance| instance.status().map(drop), &[Instantiated, InitializationMode]),
-    ("fmi2GetRealStatus", |_, instance| instance.last_successful_time().map(drop), &[Instantiated, InitializationMode]),
-    ("fmi2GetBooleanStatus", |_, instance| instance.ended().map(drop), &[Instantiated, InitializationMode]),
+/// By table 4.2.4 of FMI 2.0, and sections 2.3 and 4.2.1 of FMI 3.0. Event mode is not used.
+const ILLEGAL: &[Row3] = &[
+    ("SetupExperiment", setup, &[InitializationMode, StepComplete, Terminated], &[]),
+    ("EnterConfigurationMode", |_, instance| instance.enter_configuration(), &[], &[InitializationMode, Terminated]),
+    ("ExitConfigurationMode", |_, instance| instance.exit_configuration(), &[], &STATES),
+    ("EnterInitializationMode", |_, instance| instance.enter_initialization(), &[InitializationMode, StepComplete, Terminated], &[InitializationMode, StepComplete, Terminated]),
+    ("ExitInitializationMode", |_, instance| instance.exit_initialization(), &[Instantiated, StepComplete, Terminated], &[Instantiated, StepComplete, Terminated]),
+    ("EnterEventMode", |_, instance| instance.enter_event_mode(), &[], &STATES),
+    ("UpdateDiscreteStates", |_, instance| instance.update_discrete_states().map(drop), &[], &STATES),
+    ("EnterStepMode", |_, instance| instance.enter_step_mode(), &[], &[Instantiated, StepComplete, Terminated]),
+    ("Terminate", |_, instance| instance.terminate(), &[Instantiated, InitializationMode, Terminated], &[Instantiated, InitializationMode, Terminated]),
+    ("DoStep", step, &[Instantiated, InitializationMode, Terminated], &[Instantiated, InitializationMode, Terminated]),
+    ("CancelStep", |_, instance| instance.cancel_step(), &STATES, &[]),
+    ("reading a variable", get, &[Instantiated], &[]),
+    ("setting a variable", set, &[Terminated], &[Terminated]),
+    ("GetDirectionalDerivative", derivative, &[Instantiated], &[Instantiated]),
+    ("SetRealInputDerivatives", slope, &[Terminated], &[]),
+    ("GetRealOutputDerivatives", output_slope, &[Instantiated, InitializationMode], &[]),
+    ("GetOutputDerivatives", output_slope, &[], &[Instantiated, InitializationMode]),
+    ("GetStatus", |_, instance| instance.status().map(drop), &[Instantiated, InitializationMode], &[]),
+    ("GetRealStatus", |_, instance| instance.last_successful_time().map(drop), &[Instantiated, InitializationMode], &[]),
+    ("GetBooleanStatus", |_, instance| instance.ended().map(drop), &[Instantiated, InitializationMode], &[]),
 ];
+
+/// The calls that the FMU's version forbids in the state.
+fn illegal(driver: &TestDriver, state: State) -> impl Iterator<Item = (String, Call)> {
+    let two = driver.version() == Version::Two;
+    let rows = ILLEGAL.iter().filter(move |row| if two { row.2 } else { row.3 }.contains(&state));
+    rows.map(|(name, call, ..)| match name.contains(' ') {
+        true => ((*name).to_owned(), *call),
+        false => (driver.fmi(name), *call),
+    })
+}
 
 fn setup(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
     driver.set_up(instance, FAR)
@@ -66,7 +100,7 @@ fn get(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
 fn set(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
     let mut settable = driver.with(Causality::Input).chain(driver.with(Causality::Parameter));
     let variable = settable.find(|variable| variable.start.is_some());
-    variable.map_or_else(none, |variable| set_start(instance, variable))
+    variable.map_or_else(none, |variable| set_start(driver, instance, variable))
 }
 
 /// What an FMU does not claim to do may end in any way, so it is not tried.
@@ -74,7 +108,7 @@ fn derivative(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallEr
     let [inputs, outputs] =
         [Causality::Input, Causality::Output].map(|it| driver.continuous(it).next());
     match inputs.zip(outputs).filter(|_| driver.about().directional_derivative) {
-        Some((input, output)) => instance.derivative(output.reference, input.reference).map(drop),
+        Some((input, output)) => directional(instance, output, input).map(drop),
         None => none(),
     }
 }
@@ -88,7 +122,7 @@ fn slope(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> 
 fn output_slope(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
     let output = driver.continuous(Causality::Output).next();
     let output = output.filter(|_| driver.about().output_derivatives > 0);
-    output.map_or_else(none, |output| instance.output_derivative(output.reference, 1).map(drop))
+    output.map_or_else(none, |output| output_slopes(instance, output).map(drop))
 }
 
 /// Nothing can be called, so nothing illegal can be accepted.
@@ -99,13 +133,14 @@ fn none() -> Result<(), CallError> {
 pub(super) fn call_order(driver: &TestDriver) -> Verdict {
     let mut count = 0;
     // By what went wrong, the calls with which it did: an FMU that looks at nothing fails with most.
-    let mut wrong: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-    'all: for state in [Instantiated, InitializationMode, StepComplete, Terminated] {
+    let mut wrong: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    'all: for state in STATES {
         let expected = after_reset(driver, bring(driver, state)?)?;
-        for (name, call, _) in ILLEGAL.iter().filter(|(.., states)| states.contains(&state)) {
+        for (name, call) in illegal(driver, state) {
             count += 1;
-            if let Some((what, detail)) = attempt(driver, state, (name, *call), &expected)? {
-                wrong.entry(what).or_default().push(format!("{name} in {state:?}{detail}"));
+            if let Some((what, detail)) = attempt(driver, state, (&name, call), &expected)? {
+                let state = state.name(driver.version());
+                wrong.entry(what).or_default().push(format!("{name} in {state}{detail}"));
             }
             // After fmi2Fatal nothing can be tried any more.
             if driver.library.is_lost() {
@@ -127,19 +162,22 @@ fn attempt(
     state: State,
     (name, call): (&str, Call),
     expected: &[Row],
-) -> Result<Option<(&'static str, String)>, CallError> {
+) -> Result<Option<(String, String)>, CallError> {
     let mut instance = bring(driver, state)?;
-    driver.note(&format!("{name} in {state:?}"));
+    let state = state.name(driver.version());
+    driver.note(&format!("{name} in {state}"));
     if call(driver, &mut instance).is_ok() {
-        return Ok(Some(("expected fmi2Error, found success", String::new())));
+        return Ok(Some((driver.instead("success"), String::new())));
     }
     if instance.is_lost() {
-        return Ok(Some(("expected fmi2Error, found fmi2Fatal", String::new())));
+        return Ok(Some((driver.instead(&driver.fmi("Fatal")), String::new())));
     }
-    driver.note(&format!("a reset and a run after {name} in {state:?}"));
+    driver.note(&format!("a reset and a run after {name} in {state}"));
     let same = after_reset(driver, instance).and_then(|found| driver.same(expected, &found));
     Ok(match same {
-        Err(Objection::Broken(what)) => Some(("a reset does not make good", format!(" ({what})"))),
+        Err(Objection::Broken(what)) => {
+            Some(("a reset does not make good".to_owned(), format!(" ({what})")))
+        }
         _ => None,
     })
 }

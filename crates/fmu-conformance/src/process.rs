@@ -37,8 +37,14 @@ impl ProgressLog {
 }
 
 /// Judges the archive by one rule.
-pub(super) fn judge(program: &Path, path: &Path, rule: &Rule, limit: Duration) -> Finding {
-    let ended = run(program, path, rule, limit);
+pub(super) fn judge(
+    program: &Path,
+    path: &Path,
+    (rule, which): (&Rule, Option<usize>),
+    limit: Duration,
+) -> Finding {
+    let name = which.map_or(rule.name.to_owned(), |which| format!("{}#{which}", rule.name));
+    let ended = run(program, path, &name, limit);
     ended.map_or_else(|why| rule.not_judged(why), |ended| ended.finding(rule, limit))
 }
 
@@ -55,7 +61,7 @@ struct Ended {
 }
 
 /// Runs the rule, or says why it could not run.
-fn run(program: &Path, path: &Path, rule: &Rule, limit: Duration) -> Result<Ended, String> {
+fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<Ended, String> {
     let cannot = |error: std::io::Error| format!("the rule could not be run: {error}");
     let folder = tempfile::TempDir::with_prefix("trackside-conform-").map_err(cannot)?;
     let path_of_log = folder.path().join("progress");
@@ -63,7 +69,7 @@ fn run(program: &Path, path: &Path, rule: &Rule, limit: Duration) -> Result<Ende
     let mut log = create(&path_of_log).map_err(cannot)?;
     let mut output = create(&folder.path().join("printed")).map_err(cannot)?;
     let mut command = Command::new(program);
-    command.arg("conform").arg(path).args(["--rule", rule.name]);
+    command.arg("conform").arg(path).args(["--rule", rule]);
     command.arg("--progress-log").arg(&path_of_log);
     command.args(["--limit", &limit.as_secs_f64().to_string()]).stdin(Stdio::null());
     command.stdout(output.try_clone().map_err(cannot)?);
@@ -145,7 +151,7 @@ mod tests {
         std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("a script");
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("a file");
         let rule = crate::rules().last().expect("a rule");
-        judge(&program, Path::new("x.fmu"), rule, Duration::from_secs(600))
+        judge(&program, Path::new("x.fmu"), (rule, None), Duration::from_secs(600))
     }
 
     #[test]
@@ -175,7 +181,7 @@ mod tests {
         }
         let rule = crate::rules().next().expect("a rule");
         let absent = Path::new("/nonexistent/program");
-        let finding = judge(absent, Path::new("x.fmu"), rule, Duration::from_secs(600));
+        let finding = judge(absent, Path::new("x.fmu"), (rule, None), Duration::from_secs(600));
         assert_eq!(finding.outcome, Outcome::NotJudged);
         assert!(finding.detail.contains("could not be run"), "{finding:?}");
     }
@@ -194,10 +200,8 @@ mod tests {
         let unknown = rule.not_judged("nobody knows".to_owned());
         assert_eq!(crate::exit_code(std::slice::from_ref(&failed)), 1);
         assert_eq!(crate::exit_code(&[failed, unknown.clone()]), 3);
-        let text = crate::lines(&[unknown]);
-        assert!(
-            text.starts_with("ERR   description ") && text.contains("could not be judged: nobody")
-        );
+        let text = crate::lines(&[unknown], fmu_import::Version::Two);
+        assert!(text.starts_with("ERR   schema ") && text.contains("could not be judged: nobody"));
         assert!(
             text.ends_with("1 could not be judged, which says nothing about the FMU\n"),
             "{text}"

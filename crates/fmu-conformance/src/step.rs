@@ -6,19 +6,21 @@ use fmu_import::{Causality, Value, Variability};
 use super::Rank::{BreaksStandard, NotRobust};
 use super::behaviour::all_finite;
 use super::test_driver::{Row, STEPS, TestDriver, until_end};
-use super::{Check, Objection, Rule, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Objection, Rule, Verdict, broken, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "step-size",
         rank: BreaksStandard,
         sentence: "the communication step may change from step to step",
+        versions: BOTH,
         check: Check::Runs(step_size),
     },
     Rule {
         name: "step-start",
         rank: NotRobust,
         sentence: "a step that leaves a gap in time is refused",
+        versions: BOTH,
         check: Check::RunsOne(step_start),
     },
 ];
@@ -28,7 +30,7 @@ const NOISE: f64 = 1e-6;
 
 /// One run in steps of `h`, one in steps of `h/2` and `3h/2`, with inputs that change every `2h` only.
 ///
-/// FMI 2.0 asks for steps of any size to be done, not for results that do not depend on them: a controller
+/// FMI asks for steps of any size to be done, not for results that do not depend on them: a controller
 /// or a filter that samples at communication points rightly gives others. So the largest difference is
 /// reported, and warned about when the results have nothing to do with each other. What is wrong in any case
 /// is not to look at the size of the step.
@@ -116,7 +118,7 @@ fn in_steps(driver: &TestDriver, steps: [f64; 2]) -> Result<Vec<Row>, Objection>
     Ok(until_end(rows)?)
 }
 
-/// FMI 2.0 asks masters to leave no gap and FMUs for nothing, so that an FMU that does not look is warned
+/// FMI asks masters to leave no gap and FMUs for nothing, so that an FMU that does not look is warned
 /// about and passes.
 fn step_start(driver: &TestDriver) -> Verdict {
     let mut instance = driver.ready()?;

@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fmu_import::description::{Description, Type, Variable};
-use fmu_import::{CallError, Causality, Instance, Library, Value, Variability};
+use fmu_import::{CallError, Causality, Instance, Library, Value, Variability, Version};
+use roxmltree::Document;
 
 use super::process::ProgressLog;
 use super::{Objection, broken, not_applicable};
@@ -19,10 +20,24 @@ pub(super) const FAR: f64 = 1000.0;
 /// noticed, and not so far that it leaves what a model is made for.
 const SHARE: f64 = 0.1;
 
+/// Functions that have other names in FMI 2.0, by their names in FMI 3.0.
+const IN_TWO: [(&str, &str); 6] = [
+    ("InstantiateCoSimulation", "Instantiate"),
+    ("GetFMUState", "GetFMUstate"),
+    ("SetFMUState", "SetFMUstate"),
+    ("FreeFMUState", "FreeFMUstate"),
+    ("SerializeFMUState", "SerializeFMUstate"),
+    ("DeserializeFMUState", "DeSerializeFMUstate"),
+];
+
 /// A library under test.
 pub(super) struct TestDriver<'a> {
     pub(super) library: Arc<Library>,
+    /// The text of the description.
+    pub(super) xml: String,
     pub(super) limit: Duration,
+    /// The communication step that the description asks for [s].
+    pub(super) asked_step: Option<f64>,
     log: &'a ProgressLog,
 }
 
@@ -34,8 +49,45 @@ pub(super) struct Row {
 }
 
 impl<'a> TestDriver<'a> {
-    pub(super) fn new(library: Arc<Library>, log: &'a ProgressLog, limit: Duration) -> Self {
-        TestDriver { library, limit, log }
+    /// Drives a library whose description is `xml`; a rule may take as long as `limit`.
+    pub(super) fn new(
+        library: Arc<Library>,
+        xml: String,
+        log: &'a ProgressLog,
+        limit: Duration,
+    ) -> Self {
+        let asked = library.description().default_step.or_else(|| internal_step(&xml));
+        let asked_step = asked.filter(|step| *step > 0.0);
+        TestDriver { library, xml, limit, asked_step, log }
+    }
+
+    /// The version of FMI.
+    pub(super) fn version(&self) -> Version {
+        self.about().version
+    }
+
+    /// A function or a status of the FMU's version, by its name in FMI 3.0 without `fmi3`.
+    pub(super) fn fmi(&self, name: &str) -> String {
+        let two = || IN_TWO.iter().find(|(three, _)| *three == name).map_or(name, |it| it.1);
+        match self.version() {
+            Version::Two => format!("fmi2{}", two()),
+            Version::Three => format!("fmi3{name}"),
+        }
+    }
+
+    /// Says which call comes next.
+    pub(super) fn note_call(&self, name: &str) {
+        self.note(&self.fmi(name));
+    }
+
+    /// A status that was not the expected one.
+    pub(super) fn instead(&self, found: &str) -> String {
+        format!("expected {}, found {found}", self.fmi("Error"))
+    }
+
+    /// The objection to the status fatal where an error was expected.
+    pub(super) fn fatal<T>(&self) -> Result<T, Objection> {
+        broken(self.instead(&self.fmi("Fatal")))
     }
 
     pub(super) fn about(&self) -> &Description {
@@ -44,7 +96,7 @@ impl<'a> TestDriver<'a> {
 
     /// The communication step [s].
     pub(super) fn step(&self) -> f64 {
-        self.about().default_step.filter(|step| *step > 0.0).unwrap_or(STEP)
+        self.asked_step.unwrap_or(STEP)
     }
 
     /// The time of a communication point [s].
@@ -59,7 +111,7 @@ impl<'a> TestDriver<'a> {
 
     /// A fresh instance.
     pub(super) fn instance(&self) -> Result<Instance, CallError> {
-        self.note("fmi2Instantiate");
+        self.note_call("InstantiateCoSimulation");
         self.quiet_instance()
     }
 
@@ -76,16 +128,18 @@ impl<'a> TestDriver<'a> {
 
     /// Brings an instance into initialization mode.
     pub(super) fn enter(&self, instance: &mut Instance) -> Result<(), CallError> {
-        self.note("fmi2SetupExperiment");
+        if self.version() == Version::Two {
+            self.note("fmi2SetupExperiment");
+        }
         self.set_up(instance, FAR)?;
-        self.note("fmi2EnterInitializationMode");
+        self.note_call("EnterInitializationMode");
         instance.enter_initialization()
     }
 
     /// Brings an instance to its first communication point.
     pub(super) fn initialise(&self, instance: &mut Instance) -> Result<(), CallError> {
         self.enter(instance)?;
-        self.note("fmi2ExitInitializationMode");
+        self.note_call("ExitInitializationMode");
         instance.exit_initialization()
     }
 
@@ -116,7 +170,7 @@ impl<'a> TestDriver<'a> {
         time: f64,
         step: f64,
     ) -> Result<(), CallError> {
-        self.note(&format!("fmi2DoStep at t = {time} s"));
+        self.note(&format!("{} at t = {time} s", self.fmi("DoStep")));
         instance.step(time, step).map_err(|mut error| {
             error.what = format!("of {step} s from t = {time} s {}", error.what);
             error
@@ -147,14 +201,16 @@ impl<'a> TestDriver<'a> {
     /// The outputs now.
     pub(super) fn row(&self, instance: &mut Instance, time: f64) -> Result<Row, CallError> {
         self.note(&format!("reading the outputs at t = {time} s"));
-        let outputs = self.with(Causality::Output);
-        let values = outputs.map(|output| read(instance, output)).collect::<Result<_, _>>()?;
-        Ok(Row { time, values })
+        let outputs = firsts(self.with(Causality::Output));
+        let values = outputs.map(|output| read(instance, output)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Row { time, values: values.concat() })
     }
 
+    /// The variables with a causality, arrays by element. Clocks, which tick in event mode only, are left out.
     pub(super) fn with(&self, causality: Causality) -> impl Iterator<Item = &Variable> {
         let variables = self.about().variables.iter();
-        variables.filter(move |variable| variable.causality == causality)
+        variables
+            .filter(move |variable| variable.causality == causality && variable.kind != Type::Clock)
     }
 
     /// The real variables with a causality that may change at any time.
@@ -171,10 +227,16 @@ impl<'a> TestDriver<'a> {
         variant: u32,
     ) -> Result<(), CallError> {
         self.note(&format!("setting the inputs at t = {} s", self.time(tick.into())));
+        let mut whole = Vec::new();
         for (index, input) in self.with(Causality::Input).enumerate() {
             let phase = f64::from(tick) + 3.0 * index as f64 + 7.0 * f64::from(variant);
-            if let Some(value) = pattern(input, phase) {
-                instance.write(input.storage, input.reference, &[value])?;
+            let (place, count) = input.element;
+            if place == 0 {
+                whole.clear();
+            }
+            whole.extend(pattern(input, phase));
+            if place + 1 == count && whole.len() == count {
+                instance.write(input.storage, input.reference, &whole)?;
             }
         }
         Ok(())
@@ -224,32 +286,61 @@ fn pattern(input: &Variable, phase: f64) -> Option<Value> {
             let nominal = input.nominal.unwrap_or_else(|| f64::abs(start).max(1.0));
             Some(Value::Real(inside(start + SHARE * nominal * wave)))
         }
-        // Integers of 32 bits are exact in f64, and the cast saturates.
-        Type::Integer => Some(Value::Integer(inside(start + (2.0 * wave).round()) as i32 as i128)),
+        Type::Integer => {
+            let [low, high] = input.storage.exact_integers()?;
+            let value = inside(start + (2.0 * wave).round()) as i128;
+            Some(Value::Integer(value.min(high).max(low)))
+        }
         Type::Boolean => Some(Value::Boolean(wave > 0.0)),
         Type::Enumeration | Type::String | Type::Binary | Type::Clock => None,
     }
 }
 
-/// Reads a variable.
-pub(super) fn read(instance: &mut Instance, variable: &Variable) -> Result<Value, CallError> {
-    let found = instance.read(variable.storage, variable.reference, 1).map_err(|mut error| {
-        error.what = format!("of `{}` {}", variable.name, error.what);
-        error
-    })?;
-    let none = || CallError::new("reading", format!("of `{}` gave no value", variable.name));
-    found.into_iter().next().ok_or_else(none)
+/// The first elements, which stand for their arrays.
+pub(super) fn firsts<'a>(
+    variables: impl Iterator<Item = &'a Variable>,
+) -> impl Iterator<Item = &'a Variable> {
+    variables.filter(|variable| variable.element.0 == 0)
 }
 
-/// Sets a variable to its start value, or else to nothing in particular.
-pub(super) fn set_start(instance: &mut Instance, variable: &Variable) -> Result<(), CallError> {
-    let nothing = match variable.kind {
+/// Reads all elements of a variable.
+pub(super) fn read(instance: &mut Instance, variable: &Variable) -> Result<Vec<Value>, CallError> {
+    let count = variable.element.1;
+    instance.read(variable.storage, variable.reference, count).map_err(|mut error| {
+        error.what = format!("of `{}` {}", variable.name, error.what);
+        error
+    })
+}
+
+/// Sets all elements of a variable to their start values, or else to nothing in particular.
+pub(super) fn set_start(
+    driver: &TestDriver,
+    instance: &mut Instance,
+    variable: &Variable,
+) -> Result<(), CallError> {
+    let all = driver.about().variables.iter();
+    let same = all.skip_while(|it| it.reference != variable.reference || it.kind != variable.kind);
+    let elements = same.take(variable.element.1);
+    let values: Vec<_> =
+        elements.map(|it| it.start_value().unwrap_or_else(|| nothing(it))).collect();
+    instance.write(variable.storage, variable.reference, &values)
+}
+
+/// A value of the variable's type.
+pub(super) fn nothing(variable: &Variable) -> Value {
+    match variable.kind {
         Type::Real => Value::Real(0.0),
         Type::Integer | Type::Enumeration => Value::Integer(0),
         Type::Boolean | Type::Clock => Value::Boolean(false),
         Type::String => Value::String(String::new()),
         Type::Binary => Value::Binary(Vec::new()),
-    };
-    let value = variable.start_value().unwrap_or(nothing);
-    instance.write(variable.storage, variable.reference, &[value])
+    }
+}
+
+/// The step that an FMU of FMI 3.0 makes inside whatever it is asked for [s].
+fn internal_step(xml: &str) -> Option<f64> {
+    let document = Document::parse(xml).ok()?;
+    let root = document.root_element();
+    let interface = root.children().find(|node| node.has_tag_name("CoSimulation"))?;
+    interface.attribute("fixedInternalStepSize")?.trim().parse().ok()
 }

@@ -12,9 +12,11 @@ mod instantiation;
 mod library;
 mod mailbox;
 mod numbers;
+mod phase;
 mod state;
 mod status;
 mod texts;
+mod three;
 mod values;
 mod variables;
 
@@ -26,6 +28,7 @@ pub use instance::Instance;
 pub use library::Library;
 pub use mailbox::STRANGER;
 pub use state::FmuState;
+pub use three::{Block, Update3};
 
 /// The name of a function in the version of an instance's library.
 macro_rules! named {

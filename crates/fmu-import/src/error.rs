@@ -24,6 +24,14 @@ pub enum OpenError {
         /// What is wrong with it.
         what: String,
     },
+    /// It is an FMU of another version or interface than this program steps.
+    #[error("{path}: modelDescription.xml: {what}")]
+    Interface {
+        /// The archive.
+        path: PathBuf,
+        /// What it offers, and what to ask for instead.
+        what: String,
+    },
     /// There is no library for this machine.
     #[error("{path} has no library for {platform}: expected {expected}, found {found}")]
     Platform {

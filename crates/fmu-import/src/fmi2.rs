@@ -7,7 +7,6 @@ use units::Unit;
 use crate::attributes::{Causality, Initial, Variability};
 use crate::definitions;
 use crate::description::{Description, Item, Storage, Type, Variable, Version};
-use crate::fmi3::no_co_simulation;
 
 /// Reads the text of a `modelDescription.xml`.
 ///
@@ -17,10 +16,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
     let mut found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
     definitions::complete(&mut found, xml)?;
     let problems = found.validate().into_iter().map(|problem| problem.message).collect();
-    let Some(cs) = &found.coSimulation else {
-        let others = found.modelExchange.iter().map(|_| "ModelExchange");
-        return Err(no_co_simulation(others));
-    };
+    let cs = found.coSimulation.as_ref().ok_or("expected <CoSimulation>, found none")?;
     if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
         return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
     }

@@ -43,10 +43,7 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
     let interface = |name: &str| root.children().find(|node| node.has_tag_name(name));
-    let Some(cs) = interface("CoSimulation") else {
-        let others = ["ModelExchange", "ScheduledExecution"];
-        return Err(no_co_simulation(others.into_iter().filter(|name| interface(name).is_some())));
-    };
+    let cs = interface("CoSimulation").ok_or("expected <CoSimulation>, found none")?;
     let identifier: String = required(cs, "modelIdentifier")?;
     if identifier.contains(['/', '\\']) || identifier.is_empty() {
         return Err(format!("modelIdentifier {identifier:?} is not a name"));
@@ -83,15 +80,6 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
         variables: variables(root, sizes)?,
         problems,
     })
-}
-
-/// Says what the FMU offers instead of co-simulation, and what to do.
-pub(crate) fn no_co_simulation(others: impl Iterator<Item = &'static str>) -> String {
-    let others: Vec<_> = others.collect();
-    let found = if others.is_empty() { "none".to_owned() } else { others.join(" and ") };
-    format!(
-        "expected the interface CoSimulation, found {found}: export the model for co-simulation"
-    )
 }
 
 /// A variable of the file, which may be an array.
@@ -262,6 +250,7 @@ fn elements(
         _ => Unit::parse(name).ok(),
     });
     let causality = causality(node)?;
+    let variability = variability(node, kind, causality)?;
     let starts = starts(node, storage);
     let count = one.elements();
     let name: String = required(node, "name")?;
@@ -273,8 +262,8 @@ fn elements(
         element: (0, count),
         items: declared.map_or(Ok(Vec::new()), items)?,
         causality,
-        variability: variability(node, kind, causality)?,
-        initial: initial(node)?,
+        variability,
+        initial: initial(node, kind, (causality, variability))?,
         min: number("min"),
         max: number("max"),
         nominal: number("nominal"),
@@ -361,9 +350,22 @@ fn variability(node: Node, kind: Type, causality: Causality) -> Result<Variabili
     })
 }
 
-fn initial(node: Node) -> Result<Option<Initial>, String> {
+/// As written, or else by the table of defaults (FMI 3.0, section 2.4.7.5); a clock has none.
+fn initial(
+    node: Node,
+    kind: Type,
+    (causality, variability): (Causality, Variability),
+) -> Result<Option<Initial>, String> {
     Ok(match node.attribute("initial") {
-        None => None,
+        None => match causality {
+            _ if kind == Type::Clock => None,
+            Causality::Independent => None,
+            Causality::Parameter | Causality::StructuralParameter | Causality::Input => {
+                Some(Initial::Exact)
+            }
+            _ if variability == Variability::Constant => Some(Initial::Exact),
+            _ => Some(Initial::Calculated),
+        },
         Some("exact") => Some(Initial::Exact),
         Some("approx") => Some(Initial::Approx),
         Some("calculated") => Some(Initial::Calculated),

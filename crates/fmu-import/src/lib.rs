@@ -67,7 +67,7 @@ mod fmi3;
 mod value;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -75,7 +75,9 @@ use archive::Folder;
 use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
-pub use binding::{FmuState, Instance, Library, STRANGER, leave_signals_alone, watch};
+pub use binding::{
+    Block, FmuState, Instance, Library, STRANGER, Update3, leave_signals_alone, watch,
+};
 pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Storage, Type, Variable, Version};
 pub use error::OpenError;
@@ -133,25 +135,9 @@ impl Fmu {
     /// # Errors
     /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        let read = |source| OpenError::Read { path: path.to_owned(), source };
-        let bytes = std::fs::read(path).map_err(read)?;
-        let folder = Folder::new().map_err(read)?;
-        archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
-        let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
-        let xml = folder.path().join("modelDescription.xml");
-        let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();
-        if length > LONGEST {
-            return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
-        }
-        let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
-        let description = parse(&xml, &fmi3::Sizes::new()).map_err(wrong)?;
-        Ok(Fmu {
-            path: path.to_owned(),
-            sha256: sha256(&bytes),
-            description,
-            folder,
-            lost: AtomicBool::new(false),
-        })
+        let (folder, sha256, xml) = unpack(path)?;
+        let description = parse(&xml, &fmi3::Sizes::new()).map_err(|refusal| refusal.of(path))?;
+        Ok(Fmu { path: path.to_owned(), sha256, description, folder, lost: AtomicBool::new(false) })
     }
 
     /// Gives the arrays the sizes that follow from these values of structural parameters, by reference.
@@ -162,8 +148,15 @@ impl Fmu {
         let wrong = |what: String| OpenError::Description { path: self.path.clone(), what };
         let xml = std::fs::read_to_string(self.folder.path().join("modelDescription.xml"))
             .map_err(|error| wrong(error.to_string()))?;
-        self.description = parse(&xml, sizes).map_err(wrong)?;
+        self.description = parse(&xml, sizes).map_err(|refusal| refusal.of(&self.path))?;
         Ok(())
+    }
+
+    /// The contents of a file of the archive, by its path there; nothing when there is none, or the path leads out of the archive.
+    #[must_use]
+    pub fn entry(&self, name: &str) -> Option<Vec<u8>> {
+        let inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        inside.then(|| std::fs::read(self.folder.path().join(name)).ok()).flatten()
     }
 
     /// Loads the library.
@@ -175,11 +168,12 @@ impl Fmu {
         Library::load(Arc::clone(self), &library).map(Arc::new)
     }
 
-    /// The functions of its version's co-simulation that the library lacks.
+    /// The functions of its version's co-simulation that the library lacks: first those without which it does not load here, then
+    /// the others.
     ///
     /// # Errors
     /// When there is no library for this machine, or it does not load.
-    pub fn missing_symbols(&self) -> Result<Vec<&'static str>, OpenError> {
+    pub fn missing_symbols(&self) -> Result<[Vec<&'static str>; 2], OpenError> {
         Library::missing(self, &self.library()?)
     }
 
@@ -236,23 +230,86 @@ impl Fmu {
     }
 }
 
+/// Unpacks the archive at `path`: its folder, its SHA-256, and the text of its description.
+fn unpack(path: &Path) -> Result<(Folder, String, String), OpenError> {
+    let read = |source| OpenError::Read { path: path.to_owned(), source };
+    let bytes = std::fs::read(path).map_err(read)?;
+    let folder = Folder::new().map_err(read)?;
+    archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
+    let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
+    let xml = folder.path().join("modelDescription.xml");
+    let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();
+    if length > LONGEST {
+        return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
+    }
+    let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
+    Ok((folder, sha256(&bytes), xml))
+}
+
+/// The text of the description in the archive at `path`, for those who want to know why it cannot be read.
+///
+/// # Errors
+/// When there is no archive, or no such text in it.
+pub fn description_text(path: &Path) -> Result<String, OpenError> {
+    unpack(path).map(|(.., xml)| xml)
+}
+
+/// Why a text is no description of an FMU that this program steps.
+#[derive(Debug)]
+enum Refusal {
+    /// It breaks the rules.
+    Broken(String),
+    /// It is one of another version or interface.
+    Other(String),
+}
+
+impl Refusal {
+    fn of(self, path: &Path) -> OpenError {
+        let path = path.to_owned();
+        match self {
+            Refusal::Broken(what) => OpenError::Description { path, what },
+            Refusal::Other(what) => OpenError::Interface { path, what },
+        }
+    }
+}
+
 /// Reads a description of any version.
 ///
 /// # Errors
 /// When it is none of FMI 2.0 or 3.0 co-simulation.
-fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, String> {
+fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, Refusal> {
     // No description needs a document type, and its entities can make a short text very long.
     if xml.contains("<!DOCTYPE") || xml.contains("<!ENTITY") {
-        return Err("expected no document type declaration, found one".to_owned());
+        let what = "expected no document type declaration, found one";
+        return Err(Refusal::Broken(what.to_owned()));
     }
-    let document = roxmltree::Document::parse(xml).map_err(|error| error.to_string())?;
-    match document.root_element().attribute("fmiVersion").unwrap_or("none") {
-        "2.0" => fmi2::parse(xml),
-        version if version == "3.0" || version.starts_with("3.0.") => fmi3::parse(xml, sizes),
-        version => Err(format!(
+    let document =
+        roxmltree::Document::parse(xml).map_err(|error| Refusal::Broken(error.to_string()))?;
+    let root = document.root_element();
+    let version = root.attribute("fmiVersion").unwrap_or("none");
+    let three = version == "3.0" || version.starts_with("3.0.");
+    if version != "2.0" && !three {
+        return Err(Refusal::Other(format!(
             "expected FMI 2.0 or 3.0, found {version}: export the model for co-simulation of one of them"
-        )),
+        )));
     }
+    let has = |name: &&str| root.children().any(|node| node.has_tag_name(*name));
+    if !has(&"CoSimulation") {
+        return Err(Refusal::Other(no_co_simulation(
+            ["ModelExchange", "ScheduledExecution"].into_iter().filter(has),
+        )));
+    }
+    let found = if three { fmi3::parse(xml, sizes) } else { fmi2::parse(xml) };
+    found.map_err(Refusal::Broken)
+}
+
+/// Says what the FMU offers instead of co-simulation, and what to do.
+fn no_co_simulation(others: impl Iterator<Item = &'static str>) -> String {
+    let others: Vec<_> = others.collect();
+    let found = if others.is_empty() { "none".to_owned() } else { others.join(" and ") };
+    format!(
+        "expected the interface CoSimulation, found {found}: export the model for co-simulation"
+    )
 }
 
 /// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.

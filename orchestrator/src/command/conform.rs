@@ -1,4 +1,4 @@
-//! `trackside conform`: judges an FMU by the rules of FMI 2.0.
+//! `trackside conform`: judges an FMU by the rules of its version of FMI.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -41,12 +41,12 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         let judged = conform::run_one(&arguments.fmu, rule, log, limit);
         return judged.map(|()| 0).map_err(not_judged);
     }
-    let findings = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
+    let judged = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
     print(&match arguments.json {
-        true => format!("{:#}\n", serde_json::json!(findings)),
-        false => conform::lines(&findings),
+        true => format!("{:#}\n", serde_json::json!(judged.findings)),
+        false => conform::lines(&judged.findings, judged.version),
     });
-    Ok(conform::exit_code(&findings))
+    Ok(conform::exit_code(&judged.findings))
 }
 
 fn not_judged(error: JudgeError) -> Error {

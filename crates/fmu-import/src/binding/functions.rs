@@ -163,8 +163,6 @@ functions! {
     Three {
         instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, *const c_void) -> Component,
         enter_initialization_mode: "fmi3EnterInitializationMode" as unsafe extern "C" fn(Component, bool, f64, f64, bool, f64) -> Status,
-        enter_configuration_mode: "fmi3EnterConfigurationMode" as Call,
-        exit_configuration_mode: "fmi3ExitConfigurationMode" as Call,
         set_debug_logging: "fmi3SetDebugLogging" as unsafe extern "C" fn(Component, bool, usize, *const *const c_char) -> Status,
         get_float32: "fmi3GetFloat32" as Get3<f32>,
         get_float64: "fmi3GetFloat64" as Get3<f64>,
@@ -198,6 +196,31 @@ functions! {
     "fmi3GetFMUState", "fmi3SetFMUState", "fmi3FreeFMUState", "fmi3SerializedFMUStateSize",
     "fmi3SerializeFMUState", "fmi3DeserializeFMUState",
 }
+
+/// What the common functions and those of co-simulation of FMI 3.0 are besides, which a plain simulation does not call.
+pub(super) const BESIDES: &[&str] = &[
+    "fmi3GetClock",
+    "fmi3SetClock",
+    "fmi3GetNumberOfVariableDependencies",
+    "fmi3GetVariableDependencies",
+    "fmi3GetDirectionalDerivative",
+    "fmi3GetAdjointDerivative",
+    "fmi3EnterConfigurationMode",
+    "fmi3ExitConfigurationMode",
+    "fmi3EnterEventMode",
+    "fmi3GetIntervalDecimal",
+    "fmi3GetIntervalFraction",
+    "fmi3GetShiftDecimal",
+    "fmi3GetShiftFraction",
+    "fmi3SetIntervalDecimal",
+    "fmi3SetIntervalFraction",
+    "fmi3SetShiftDecimal",
+    "fmi3SetShiftFraction",
+    "fmi3EvaluateDiscreteStates",
+    "fmi3UpdateDiscreteStates",
+    "fmi3EnterStepMode",
+    "fmi3GetOutputDerivatives",
+];
 
 /// The functions of one version.
 pub(super) enum Own {

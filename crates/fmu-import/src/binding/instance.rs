@@ -8,6 +8,7 @@ use super::activity::Activity;
 use super::functions::Own;
 use super::instantiation::{self, Callbacks};
 use super::mailbox::Mailbox;
+use super::phase::Phase;
 use super::state::States;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
@@ -39,6 +40,11 @@ pub struct Instance {
     mailbox: Mailbox,
     activity: Arc<Activity>,
     experiment: Experiment,
+    pub(super) phase: Phase,
+    /// Whether the last step ended at an event that wants event mode (FMI 3.0).
+    pub(super) event_needed: bool,
+    /// Whether event mode is used (FMI 3.0).
+    event_mode: bool,
     /// Memory for integers on their way.
     pub(super) integers: Vec<c_int>,
     /// Kept for FMUs of FMI 2.0.
@@ -69,6 +75,15 @@ impl Instance {
         guid: &str,
         logging: bool,
     ) -> Result<Self, (CallError, Vec<Message>)> {
+        Self::instantiate(library, [name, guid], logging, false)
+    }
+
+    pub(super) fn instantiate(
+        library: Arc<Library>,
+        [name, guid]: [&str; 2],
+        logging: bool,
+        event_mode: bool,
+    ) -> Result<Self, (CallError, Vec<Message>)> {
         let call = named!(library, c"fmi2Instantiate", c"fmi3InstantiateCoSimulation");
         let text = |text| c_text(self::name(call), text).map_err(|error| (error, Vec::new()));
         let texts = [text(name)?, text(guid)?, text(&library.fmu.resources())?];
@@ -86,7 +101,9 @@ impl Instance {
                 (Own::Two(own), Some(callbacks)) => {
                     instantiation::two(own, &texts, callbacks, logging)
                 }
-                (Own::Three(own), _) => instantiation::three(own, &texts, &mailbox, logging),
+                (Own::Three(own), _) => {
+                    instantiation::three(own, &texts, &mailbox, [logging, event_mode])
+                }
                 _ => ptr::null_mut(),
             })
         });
@@ -101,6 +118,9 @@ impl Instance {
             mailbox,
             activity,
             experiment: Experiment::default(),
+            phase: Phase::default(),
+            event_needed: false,
+            event_mode,
             integers: Vec::new(),
             _callbacks: callbacks,
             library,
@@ -148,6 +168,9 @@ impl Instance {
         let status = self.activity.during(call, || self.mailbox.during(|| body(self.component)));
         if status == FATAL {
             self.library.lose();
+        }
+        if status >= ERROR {
+            self.phase = Phase::Failed(name(call));
         }
         Ok(status)
     }
@@ -202,7 +225,7 @@ impl Instance {
     /// See [`Instance`].
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
         let Experiment { start, stop, tolerance } = self.experiment;
-        match &self.library.own {
+        let entered = match &self.library.own {
             Own::Two(own) => {
                 let function = own.enter_initialization_mode;
                 self.call(c"fmi2EnterInitializationMode", function)
@@ -216,22 +239,8 @@ impl Instance {
                     function(c, known.0, tolerance, start, known.1, stop)
                 })
             }
-        }
-    }
-
-    /// Lets `set` give structural parameters their values; nothing is called for FMI 2.0, which has none.
-    ///
-    /// # Errors
-    /// See [`Instance`]; also those of `set`.
-    pub fn configure(
-        &mut self,
-        set: impl FnOnce(&mut Self) -> Result<(), CallError>,
-    ) -> Result<(), CallError> {
-        let Own::Three(own) = &self.library.own else { return Ok(()) };
-        let (enter, exit) = (own.enter_configuration_mode, own.exit_configuration_mode);
-        self.call(c"fmi3EnterConfigurationMode", enter)?;
-        set(self)?;
-        self.call(c"fmi3ExitConfigurationMode", exit)
+        };
+        entered.map(|()| self.phase = Phase::Initialization)
     }
 
     /// Ends the initialisation.
@@ -241,7 +250,9 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         let call =
             named!(self.library, c"fmi2ExitInitializationMode", c"fmi3ExitInitializationMode");
-        self.call(call, self.library.common.exit_initialization_mode)
+        self.call(call, self.library.common.exit_initialization_mode)?;
+        self.phase = if self.event_mode { Phase::Event } else { Phase::Step };
+        Ok(())
     }
 
     /// Ends the simulation.
@@ -250,7 +261,9 @@ impl Instance {
     /// See [`Instance`].
     pub fn terminate(&mut self) -> Result<(), CallError> {
         let call = named!(self.library, c"fmi2Terminate", c"fmi3Terminate");
-        self.call(call, self.library.common.terminate)
+        self.call(call, self.library.common.terminate)?;
+        self.phase = Phase::Terminated;
+        Ok(())
     }
 
     pub(super) fn call(&mut self, name: &'static CStr, function: Call) -> Result<(), CallError> {
@@ -322,6 +335,7 @@ impl Instance {
                 &raw mut reached,
             )
         })?;
+        self.event_needed = event != 0;
         let said = || self.mailbox.said();
         match status {
             OK | WARNING if terminate != 0 => {

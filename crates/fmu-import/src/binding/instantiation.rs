@@ -80,15 +80,16 @@ pub(super) fn two(
     }
 }
 
-/// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode, early return and intermediate update a step is one of FMI 2.0.
+/// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode, early return and intermediate update a
+/// step is one of FMI 2.0.
 pub(super) fn three(
     own: &Three,
     [name, token, resources]: &[CString; 3],
     mailbox: &Mailbox,
-    logging: bool,
+    [logging, event_mode]: [bool; 2],
 ) -> Component {
     let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
-    let (visible, event_mode, early_return) = (false, false, false);
+    let (visible, early_return) = (false, false);
     // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
     unsafe {
         (own.instantiate)(

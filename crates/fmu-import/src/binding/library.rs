@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
 use super::activity;
-use super::functions::{Common, Finder, Own, Text, Three, Two};
+use super::functions::{BESIDES, Common, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
 
@@ -16,7 +16,7 @@ pub struct Library {
     pub(super) common: Common,
     pub(super) own: Own,
     /// Unloaded after the last instance, and before its folder is removed.
-    handle: ManuallyDrop<libloading::Library>,
+    pub(super) handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
 }
 
@@ -55,9 +55,18 @@ impl Library {
         }
     }
 
-    /// The functions that the library at `path` lacks.
-    pub(crate) fn missing(fmu: &Fmu, path: &Path) -> Result<Vec<&'static str>, OpenError> {
-        open(fmu, path).map(|library| absent(&library, fmu.description.version).collect())
+    /// The functions that the library at `path` lacks: those that a plain simulation calls, and the others.
+    pub(crate) fn missing(fmu: &Fmu, path: &Path) -> Result<[Vec<&'static str>; 2], OpenError> {
+        let library = open(fmu, path)?;
+        let version = fmu.description.version;
+        let besides = if version == Version::Three { BESIDES } else { &[] };
+        Ok([absent(&library, version).collect(), lacking(&library, besides).collect()])
+    }
+
+    /// The FMU that it is the library of.
+    #[must_use]
+    pub fn fmu(&self) -> &Fmu {
+        &self.fmu
     }
 
     /// What the FMU says about itself.
@@ -126,6 +135,13 @@ fn absent(library: &libloading::Library, version: Version) -> impl Iterator<Item
         Version::Two => Two::SYMBOLS,
         Version::Three => Three::SYMBOLS,
     };
+    lacking(library, symbols)
+}
+
+fn lacking(
+    library: &libloading::Library,
+    symbols: &'static [&'static str],
+) -> impl Iterator<Item = &'static str> {
     // SAFETY: the address is looked at, not called.
     symbols.iter().copied().filter(|symbol| unsafe { library.get::<*const ()>(*symbol) }.is_err())
 }

@@ -6,6 +6,9 @@ use super::Instance;
 use super::functions::{Boolean, Get3, Own, Set3, Three};
 use crate::{CallError, Storage};
 
+/// How many more values than stated there is memory for, for an FMU that does not look.
+pub(super) const SPARE: usize = 4096;
+
 /// A number of some form of FMI 3.0.
 trait Form: Copy + Default {
     const GET: &'static CStr;
@@ -287,6 +290,26 @@ impl Instance {
                 values.as_ptr(),
                 values.len(),
             )
+        })
+    }
+
+    /// Reads and drops so many numbers of one variable, as [`read_stated`](Self::read_stated).
+    pub(super) fn numbers_stated(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        stated: usize,
+    ) -> Result<(), CallError> {
+        with_form!(storage, get_stated, self, reference, stated)
+    }
+
+    fn get_stated<T: Form>(&mut self, reference: u32, stated: usize) -> Result<(), CallError> {
+        let mut values = vec![T::default(); stated + SPARE];
+        let Own::Three(own) = &self.library.own else { return Ok(()) };
+        let function = T::getter(own);
+        // SAFETY: the component is alive, and the arrays are at least as long as stated.
+        self.run(T::GET, |component| unsafe {
+            function(component, &raw const reference, 1, values.as_mut_ptr(), stated)
         })
     }
 

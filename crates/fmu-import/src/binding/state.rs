@@ -7,6 +7,7 @@ use std::ffi::c_void;
 use std::ptr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use super::phase::Phase;
 use super::{Instance, named};
 use crate::CallError;
 
@@ -41,9 +42,9 @@ struct Held {
     dropped: Vec<State>,
 }
 
-/// A state's address in the FMU, of which it alone knows the meaning.
+/// A state's address in the FMU, of which it alone knows the meaning, and the phase that it was taken in.
 #[derive(Debug)]
-struct State(Pointer);
+struct State(Pointer, Phase);
 
 // SAFETY: the address is used in calls of the instance that it belongs to only, by the instance's owner.
 unsafe impl Send for State {}
@@ -84,7 +85,7 @@ impl Instance {
             self.can_save(),
         )?;
         let pointer = self.get_state(ptr::null_mut())?;
-        Ok(self.own(pointer))
+        Ok(self.own(State(pointer, self.phase)))
     }
 
     /// Saves the state in the place of one that was saved before.
@@ -95,7 +96,7 @@ impl Instance {
         let pointer =
             self.pointer(named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"), state)?;
         let pointer = self.get_state(pointer)?;
-        self.states.lock().living.insert(state.number, State(pointer));
+        self.states.lock().living.insert(state.number, State(pointer, self.phase));
         Ok(())
     }
 
@@ -110,7 +111,10 @@ impl Instance {
         // SAFETY: the component is alive, and the state is its own and has not been freed.
         self.run(named!(self.library, c"fmi2SetFMUstate", c"fmi3SetFMUState"), |c| unsafe {
             function(c, pointer)
-        })
+        })?;
+        let held = self.states.lock().living.get(&state.number).map(|state| state.1);
+        self.phase = held.unwrap_or(Phase::Restored);
+        Ok(())
     }
 
     /// Forgets a state now, unlike dropping it: `fmi2FreeFMUstate`.
@@ -189,20 +193,20 @@ impl Instance {
             named!(self.library, c"fmi2DeSerializeFMUstate", c"fmi3DeserializeFMUState"),
             |c| unsafe { function(c, bytes.as_ptr(), bytes.len(), &raw mut pointer) },
         )?;
-        Ok(self.own(pointer))
+        Ok(self.own(State(pointer, Phase::Restored)))
     }
 
     /// Frees the states that were dropped since the last time.
     pub(super) fn free_dropped_states(&mut self) -> Result<(), CallError> {
         let dropped = std::mem::take(&mut self.states.lock().dropped);
-        dropped.into_iter().try_for_each(|State(pointer)| self.free_state(pointer))
+        dropped.into_iter().try_for_each(|State(pointer, _)| self.free_state(pointer))
     }
 
     /// Frees all states, before the instance itself is freed.
     pub(super) fn free_all_states(&mut self) {
         let living = std::mem::take(&mut self.states.lock().living);
         let dropped = std::mem::take(&mut self.states.lock().dropped);
-        for State(pointer) in living.into_values().chain(dropped) {
+        for State(pointer, _) in living.into_values().chain(dropped) {
             // A failure has no receiver left.
             let _ = self.free_state(pointer);
         }
@@ -225,11 +229,11 @@ impl Instance {
         })
     }
 
-    fn own(&mut self, pointer: Pointer) -> FmuState {
+    fn own(&mut self, state: State) -> FmuState {
         let mut held = self.states.lock();
         let number = held.next;
         held.next += 1;
-        held.living.insert(number, State(pointer));
+        held.living.insert(number, state);
         FmuState { number, owner: Arc::clone(&self.states) }
     }
 

@@ -3,6 +3,7 @@
 use std::ffi::{c_char, c_int};
 
 use super::functions::Own;
+use super::phase::Phase;
 use super::{Instance, c_text, named};
 use crate::CallError;
 
@@ -15,10 +16,16 @@ impl Instance {
     /// Makes the instance as good as new.
     ///
     /// # Errors
-    /// See [`Instance`].
+    /// See [`Instance`]; the error names the state in which the instance was.
     pub fn reset(&mut self) -> Result<(), CallError> {
         let call = named!(self.library, c"fmi2Reset", c"fmi3Reset");
-        self.call(call, self.library.common.reset)
+        let before = self.phase;
+        self.call(call, self.library.common.reset).map_err(|mut error| {
+            error.what = format!("{before} {}", error.what);
+            error
+        })?;
+        self.phase = Phase::Instantiated;
+        Ok(())
     }
 
     /// `fmi2CancelStep`, which succeeds for FMUs that run asynchronously only.

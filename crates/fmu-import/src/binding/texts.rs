@@ -4,6 +4,7 @@ use std::ffi::{CStr, c_char};
 use std::ptr;
 
 use super::functions::Own;
+use super::numbers::SPARE;
 use super::{Instance, c_text};
 use crate::CallError;
 
@@ -88,6 +89,35 @@ impl Instance {
         // SAFETY: the component is alive, and the bytes live until the call returns.
         self.run(c"fmi3SetBinary", |c| unsafe {
             function(c, &raw const reference, 1, sizes.as_ptr(), pointers.as_ptr(), pointers.len())
+        })
+    }
+
+    /// Reads and drops so many texts of one variable, as [`read_stated`](Self::read_stated).
+    pub(super) fn string_values_stated(
+        &mut self,
+        reference: u32,
+        stated: usize,
+    ) -> Result<(), CallError> {
+        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+        let (function, mut texts) = (own.get_string, vec![ptr::null(); stated + SPARE]);
+        // SAFETY: the component is alive, and the array is at least as long as stated.
+        self.run(c"fmi3GetString", |c| unsafe {
+            function(c, &raw const reference, 1, texts.as_mut_ptr(), stated)
+        })
+    }
+
+    /// The same for bytes.
+    pub(super) fn binary_values_stated(
+        &mut self,
+        reference: u32,
+        stated: usize,
+    ) -> Result<(), CallError> {
+        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+        let function = own.get_binary;
+        let (mut sizes, mut values) = (vec![0; stated + SPARE], vec![ptr::null(); stated + SPARE]);
+        // SAFETY: the component is alive, and the arrays are at least as long as stated.
+        self.run(c"fmi3GetBinary", |c| unsafe {
+            function(c, &raw const reference, 1, sizes.as_mut_ptr(), values.as_mut_ptr(), stated)
         })
     }
 }

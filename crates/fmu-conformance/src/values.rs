@@ -1,0 +1,127 @@
+//! Checks that values travel by the functions of their type only, and in the number that their variable has (FMI 3.0).
+
+use fmu_import::description::{Type, Variable};
+use fmu_import::{CallError, Causality, Instance, Storage};
+
+use super::Rank::NotRobust;
+use super::access::{forms, touch};
+use super::order::{StepComplete, bring};
+use super::test_driver::{TestDriver, firsts, nothing};
+use super::{Check, Objection, Rule, THREE, Verdict, broken, not_applicable};
+
+pub(super) const RULES: &[Rule] = &[
+    Rule {
+        name: "wrong-type",
+        rank: NotRobust,
+        sentence: "a variable is refused by the functions of other types",
+        versions: THREE,
+        check: Check::Runs(wrong_type),
+    },
+    Rule {
+        name: "wrong-count",
+        rank: NotRobust,
+        sentence: "another number of values than a variable has is refused",
+        versions: THREE,
+        check: Check::Runs(wrong_count),
+    },
+];
+
+/// One variable of each form and of each number of elements.
+fn each_form<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
+    let mut found: Vec<&Variable> = Vec::new();
+    let readable = driver.about().variables.iter().filter(|it| it.kind != Type::Clock);
+    for variable in firsts(readable) {
+        let same = |other: &&Variable| {
+            (other.storage, other.element.1) == (variable.storage, variable.element.1)
+        };
+        if !found.iter().any(same) {
+            found.push(variable);
+        }
+    }
+    found
+}
+
+/// Makes a call that the FMU should refuse, and notes it when the FMU does not.
+fn refused(
+    driver: &TestDriver,
+    (what, accepted): (String, &mut Vec<String>),
+    call: impl FnOnce(&mut Instance) -> Result<(), CallError>,
+) -> Result<(), Objection> {
+    let mut instance = bring(driver, StepComplete)?;
+    driver.note(&what);
+    match call(&mut instance) {
+        Ok(()) => accepted.push(what),
+        Err(_) if instance.is_lost() => {
+            return broken(format!("{what} returned {}", driver.fmi("Fatal")));
+        }
+        Err(_) => {}
+    }
+    Ok(())
+}
+
+fn all_refused(driver: &TestDriver, count: usize, accepted: &[String]) -> Verdict {
+    match accepted {
+        [] => Ok(format!("{count} calls")),
+        calls => broken(format!("{}: {}", driver.instead("success"), calls.join(", "))),
+    }
+}
+
+/// Value references are unique over all types (FMI 3.0, section 2.4.7.4), so that a function of another type knows no such variable.
+fn wrong_type(driver: &TestDriver) -> Verdict {
+    let (mut count, mut accepted) = (0, Vec::new());
+    let mut seen: Vec<Storage> = Vec::new();
+    for variable in each_form(driver) {
+        if seen.contains(&variable.storage) {
+            continue;
+        }
+        seen.push(variable.storage);
+        for (storage, form) in forms(driver.version()) {
+            for set in [false, true] {
+                if *storage == variable.storage {
+                    continue;
+                }
+                let name = driver.fmi(&format!("{}{form}", if set { "Set" } else { "Get" }));
+                let what = format!("{name} of `{}`, a {:?}", variable.name, variable.storage);
+                count += 1;
+                refused(driver, (what, &mut accepted), |instance| {
+                    touch(instance, (set, *storage), variable.reference)
+                })?;
+            }
+        }
+    }
+    if count == 0 {
+        return not_applicable("there are no variables");
+    }
+    all_refused(driver, count, &accepted)
+}
+
+/// `nValues` is the number of elements of all variables together (FMI 3.0, section 2.2.6.2).
+fn wrong_count(driver: &TestDriver) -> Verdict {
+    let (mut count, mut accepted) = (0, Vec::new());
+    for variable in each_form(driver) {
+        let elements = variable.element.1;
+        let settable = variable.causality == Causality::Input;
+        for stated in [elements + 1, elements.saturating_sub(1)] {
+            count += 1;
+            let what =
+                format!("reading {stated} values of `{}`, which has {elements}", variable.name);
+            refused(driver, (what, &mut accepted), |instance| {
+                instance.read_stated(variable.storage, variable.reference, stated)
+            })?;
+        }
+        if settable {
+            count += 1;
+            let stated = elements + 1;
+            let what =
+                format!("setting {stated} values of `{}`, which has {elements}", variable.name);
+            let values = vec![nothing(variable); stated];
+            refused(driver, (what, &mut accepted), |instance| {
+                instance.write(variable.storage, variable.reference, &values)
+            })?;
+        }
+    }
+    if count == 0 {
+        return not_applicable("there are no variables");
+    }
+    all_refused(driver, count, &accepted)
+}

@@ -1,0 +1,32 @@
+//! Says in which state of the standard's state machine an instance is, for messages about refused calls.
+
+use std::fmt;
+
+/// What an instance went through, as far as its calls succeeded (FMI 2.0, section 4.2.4; FMI 3.0, section 4.2.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Phase {
+    #[default]
+    Instantiated,
+    Initialization,
+    Event,
+    Step,
+    Terminated,
+    /// This call returned an error.
+    Failed(&'static str),
+    /// A state came from bytes, which say nothing about it.
+    Restored,
+}
+
+impl fmt::Display for Phase {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Phase::Instantiated => out.write_str("before the initialization"),
+            Phase::Initialization => out.write_str("in initialization mode"),
+            Phase::Event => out.write_str("in event mode"),
+            Phase::Step => out.write_str("between two steps"),
+            Phase::Terminated => out.write_str("after the end of the simulation"),
+            Phase::Failed(call) => write!(out, "after an error of {call}"),
+            Phase::Restored => out.write_str("with a state that was bytes"),
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Makes the calls of FMI 3.0 that a plain simulation does not need; a library may lack their functions.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use super::functions::Own;
+use super::phase::Phase;
+use super::{Call, Component, Instance, Library, Status};
+use crate::{CallError, Storage, Version};
+
+type Update = unsafe extern "C" fn(
+    Component,
+    *mut u8,
+    *mut u8,
+    *mut u8,
+    *mut u8,
+    *mut u8,
+    *mut f64,
+) -> Status;
+type Sensitivity = unsafe extern "C" fn(
+    Component,
+    *const u32,
+    usize,
+    *const u32,
+    usize,
+    *const f64,
+    usize,
+    *mut f64,
+    usize,
+) -> Status;
+type OutputDerivatives =
+    unsafe extern "C" fn(Component, *const u32, usize, *const i32, *mut f64, usize) -> Status;
+
+/// A variable by its reference, with the number of its elements.
+pub type Block = (u32, usize);
+
+/// What an update of discrete states leaves to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Update3 {
+    /// Another update has to follow.
+    pub needs_update: bool,
+    /// The FMU asks for the end of the simulation.
+    pub terminates: bool,
+    /// When the next event comes, if the FMU knows that [s].
+    pub next_event: Option<f64>,
+}
+
+impl Library {
+    /// A function of FMI 3.0 that the library may lack.
+    ///
+    /// # Safety
+    /// The function of this name must be of type `T`.
+    unsafe fn optional<T: Copy>(&self, call: &'static CStr) -> Result<T, CallError> {
+        let name = call.to_str().unwrap_or_default();
+        if self.description().version == Version::Two {
+            return Err(CallError::new(name, "is not called: the FMU is one of FMI 2.0"));
+        }
+        // SAFETY: the caller vouches for the type.
+        let found = unsafe { self.handle.get::<T>(name) };
+        found.map(|found| *found).map_err(|_| CallError::new(name, "is not there"))
+    }
+}
+
+impl Instance {
+    /// Makes an instance that uses event mode (FMI 3.0, section 4.2.1); of FMI 2.0, one like all others.
+    ///
+    /// # Errors
+    /// When the library refuses.
+    pub fn with_event_mode(library: Arc<Library>, name: &str) -> Result<Self, CallError> {
+        let guid = library.description().guid.clone();
+        Self::instantiate(library, [name, &guid], false, true).map_err(|(error, _)| error)
+    }
+
+    /// Makes a call that takes nothing, and notes the phase that it leads to.
+    fn change(&mut self, call: &'static CStr, phase: Phase) -> Result<(), CallError> {
+        // SAFETY: FMI 3.0 gives these functions no arguments but the instance.
+        let function = unsafe { self.library.optional::<Call>(call) }?;
+        self.call(call, function)?;
+        self.phase = phase;
+        Ok(())
+    }
+
+    /// Lets `set` give structural parameters their values; nothing is called for FMI 2.0, which has none.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also those of `set`.
+    pub fn configure(
+        &mut self,
+        set: impl FnOnce(&mut Self) -> Result<(), CallError>,
+    ) -> Result<(), CallError> {
+        if let Own::Two(_) = self.library.own {
+            return Ok(());
+        }
+        self.enter_configuration()?;
+        set(self)?;
+        self.exit_configuration()
+    }
+
+    /// `fmi3EnterConfigurationMode`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0.
+    pub fn enter_configuration(&mut self) -> Result<(), CallError> {
+        self.change(c"fmi3EnterConfigurationMode", self.phase)
+    }
+
+    /// `fmi3ExitConfigurationMode`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0.
+    pub fn exit_configuration(&mut self) -> Result<(), CallError> {
+        self.change(c"fmi3ExitConfigurationMode", self.phase)
+    }
+
+    /// `fmi3EnterEventMode`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
+        self.change(c"fmi3EnterEventMode", Phase::Event)
+    }
+
+    /// `fmi3EnterStepMode`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
+        self.change(c"fmi3EnterStepMode", Phase::Step)
+    }
+
+    /// Whether the last step of an FMU of FMI 3.0 ended at an event that wants event mode.
+    #[must_use]
+    pub fn wants_event_mode(&self) -> bool {
+        self.event_needed
+    }
+
+    /// `fmi3UpdateDiscreteStates`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn update_discrete_states(&mut self) -> Result<Update3, CallError> {
+        let call = c"fmi3UpdateDiscreteStates";
+        // SAFETY: FMI 3.0 gives the function these arguments.
+        let function = unsafe { self.library.optional::<Update>(call) }?;
+        let (mut flags, mut next) = ([0_u8; 5], f64::NAN);
+        let [again, end, nominals, values, timed] = flags.each_mut().map(|flag| &raw mut *flag);
+        // SAFETY: the component is alive, and each of the six values is written at most.
+        self.run(call, |c| unsafe {
+            function(c, again, end, nominals, values, timed, &raw mut next)
+        })?;
+        Ok(Update3 {
+            needs_update: flags[0] != 0,
+            terminates: flags[1] != 0,
+            next_event: (flags[4] != 0).then_some(next),
+        })
+    }
+
+    /// `fmi3GetDirectionalDerivative`: how the elements of `unknown` change with those of `known`, weighted by `seed`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn directional(
+        &mut self,
+        unknown: Block,
+        known: Block,
+        seed: &[f64],
+    ) -> Result<Vec<f64>, CallError> {
+        self.sensitivity(c"fmi3GetDirectionalDerivative", [unknown, known], seed, unknown.1)
+    }
+
+    /// `fmi3GetAdjointDerivative`: how the elements of `known` change those of `unknown`, weighted by `seed`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn adjoint(
+        &mut self,
+        unknown: Block,
+        known: Block,
+        seed: &[f64],
+    ) -> Result<Vec<f64>, CallError> {
+        self.sensitivity(c"fmi3GetAdjointDerivative", [unknown, known], seed, known.1)
+    }
+
+    fn sensitivity(
+        &mut self,
+        call: &'static CStr,
+        [unknown, known]: [Block; 2],
+        seed: &[f64],
+        count: usize,
+    ) -> Result<Vec<f64>, CallError> {
+        // SAFETY: FMI 3.0 gives both functions these arguments.
+        let function = unsafe { self.library.optional::<Sensitivity>(call) }?;
+        let mut found = vec![f64::NAN; count];
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.run(call, |c| unsafe {
+            function(
+                c,
+                &raw const unknown.0,
+                1,
+                &raw const known.0,
+                1,
+                seed.as_ptr(),
+                seed.len(),
+                found.as_mut_ptr(),
+                found.len(),
+            )
+        })?;
+        Ok(found)
+    }
+
+    /// `fmi3GetOutputDerivatives` of all elements of one output.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn output_derivatives(
+        &mut self,
+        (reference, elements): Block,
+        order: i32,
+    ) -> Result<Vec<f64>, CallError> {
+        let call = c"fmi3GetOutputDerivatives";
+        // SAFETY: FMI 3.0 gives the function these arguments.
+        let function = unsafe { self.library.optional::<OutputDerivatives>(call) }?;
+        let mut values = vec![f64::NAN; elements];
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.run(call, |c| unsafe {
+            function(c, &raw const reference, 1, &raw const order, values.as_mut_ptr(), elements)
+        })?;
+        Ok(values)
+    }
+
+    /// Reads so many values of one variable, which may be another number than it has, and drops them: for those who look whether
+    /// that is refused. The memory is larger than stated, so that an FMU that does not look overwrites nothing.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, which states no numbers.
+    pub fn read_stated(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        stated: usize,
+    ) -> Result<(), CallError> {
+        self.library.optional_call(c"fmi3GetFloat64")?;
+        match storage {
+            Storage::String => self.string_values_stated(reference, stated),
+            Storage::Binary => self.binary_values_stated(reference, stated),
+            _ => self.numbers_stated(storage, reference, stated),
+        }
+    }
+}
+
+impl Library {
+    /// Refuses FMI 2.0.
+    fn optional_call(&self, call: &'static CStr) -> Result<(), CallError> {
+        // SAFETY: the function is not called.
+        unsafe { self.optional::<*const ()>(call) }.map(drop)
+    }
+}
