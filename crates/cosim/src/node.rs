@@ -46,6 +46,16 @@ pub trait Node {
         Ok(())
     }
 
+    /// Takes the connected inputs that are integers of 64 bits, which [`set`](Node::set) leaves to this.
+    fn set_integers(&mut self, _inputs: &[i128]) -> Result<(), CallError> {
+        Ok(())
+    }
+
+    /// Gives the outputs that are integers of 64 bits, which [`get`](Node::get) leaves to this.
+    fn get_integers(&mut self, _outputs: &mut [i128]) -> Result<(), CallError> {
+        Ok(())
+    }
+
     /// Goes from communication point `tick` to the next one.
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
 

@@ -6,6 +6,7 @@
 
 mod activity;
 mod derivative;
+mod events;
 mod functions;
 mod instance;
 mod instantiation;

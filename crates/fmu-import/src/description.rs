@@ -50,6 +50,10 @@ pub struct Description {
     pub interpolated_inputs: bool,
     /// Up to which order outputs have time derivatives.
     pub output_derivatives: u32,
+    /// Whether it has event mode.
+    pub event_mode: bool,
+    /// Whether it may end a step early, on its own or after an intermediate update.
+    pub early_return: bool,
     /// Whether a second instance in the process is impossible.
     pub only_once: bool,
     /// Preferred communication step [s].
@@ -214,6 +218,12 @@ impl Variable {
 }
 
 impl Description {
+    /// Whether steps may end early: at events, or for other reasons.
+    #[must_use]
+    pub fn returns_early(&self) -> bool {
+        self.event_mode || self.early_return
+    }
+
     /// The index of the variable called `name`.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {

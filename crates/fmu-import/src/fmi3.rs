@@ -72,6 +72,9 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
         // FMI 3.0 has no derivatives of inputs without intermediate update.
         interpolated_inputs: false,
         output_derivatives: attribute(cs, "maxOutputDerivativeOrder")?.unwrap_or(0),
+        event_mode: flag("hasEventMode")?,
+        early_return: flag("mightReturnEarlyFromDoStep")?
+            || flag("canReturnEarlyAfterIntermediateUpdate")?,
         only_once: flag("canBeInstantiatedOnlyOncePerProcess")?,
         default_step: default("stepSize"),
         default_start: default("startTime").unwrap_or(0.0),

@@ -76,7 +76,7 @@ use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{FmuState, Instance, Library, STRANGER, watch};
-pub use call::{CallError, Message, MessageLevel, StepStatus};
+pub use call::{Advance, CallError, Message, MessageLevel, StepStatus, Updated};
 pub use description::{Description, Item, Storage, Type, Variable, Version};
 pub use error::OpenError;
 pub use value::{Value, bytes, hexadecimal};

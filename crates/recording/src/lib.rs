@@ -14,8 +14,9 @@ pub mod view;
 pub use golden::{Golden, GoldenColumn, GoldenValues};
 pub use reader::Recording;
 pub use row::{
-    Column, ColumnIndex, Columns, Direction, Full, Number, NumberIndex, NumberRange, Recorded, Row,
-    Selection, Text, TextIndex, TextRange, TypedIndex, TypedRange, ValueKind, Values,
+    Column, ColumnIndex, Columns, Direction, Full, Integer, IntegerIndex, IntegerRange, Number,
+    NumberIndex, NumberRange, Recorded, Row, Selection, Text, TextIndex, TextRange, TypedIndex,
+    TypedRange, ValueKind, Values, fits_number,
 };
 pub use sink::csv::CsvSink;
 pub use sink::mcap::McapSink;

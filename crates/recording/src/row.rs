@@ -4,8 +4,8 @@ use std::marker::PhantomData;
 use std::ops;
 
 pub use expression::{
-    ColumnIndex, Number, NumberIndex, NumberRange, Text, TextIndex, TextRange, TypedIndex,
-    TypedRange, Values,
+    ColumnIndex, Integer, IntegerIndex, IntegerRange, Number, NumberIndex, NumberRange, Text,
+    TextIndex, TextRange, TypedIndex, TypedRange, Values,
 };
 
 /// Marks rows with every variable of a run.
@@ -25,18 +25,36 @@ pub enum Direction {
     Output,
 }
 
-/// The type of a variable. Numbers travel as `f64`, which holds each of them exactly; texts travel
-/// beside them.
+/// The type of a variable. Numbers travel as `f64`, which holds each of them exactly, except for integers of 64 bits: these
+/// travel a second time beside the numbers, exactly. Texts travel beside both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ValueKind {
     /// A floating-point number.
     Real,
-    /// A 32-bit integer, or the value of an enumeration item.
+    /// An integer of up to 32 bits, or the value of an enumeration item.
     Integer,
+    /// A signed integer of 64 bits, or the value of an enumeration item of FMI 3.0.
+    Int64,
+    /// An unsigned integer of 64 bits.
+    UInt64,
     /// 0 or 1.
     Boolean,
     /// A text.
     String,
+}
+
+impl ValueKind {
+    /// Whether it is an integer that `f64` may round, which therefore travels exactly beside the numbers.
+    #[must_use]
+    pub fn is_exact(self) -> bool {
+        matches!(self, ValueKind::Int64 | ValueKind::UInt64)
+    }
+}
+
+/// Whether a number of a run holds this integer exactly.
+#[must_use]
+pub fn fits_number(integer: i128) -> bool {
+    integer as f64 as i128 == integer
 }
 
 /// A variable of a run.
@@ -64,17 +82,24 @@ impl Column {
     }
 }
 
-/// The columns of a row of space `S`: first the numbers, then the texts.
+/// The columns of a row of space `S`: first the numbers, then the texts. Some numbers are integers of 64 bits.
 #[derive(Debug, Clone)]
 pub struct Columns<S> {
     numbers: Vec<Column>,
     texts: Vec<Column>,
+    /// The place of each exact integer among the numbers.
+    integers: Vec<usize>,
     space: PhantomData<S>,
 }
 
 impl<S> Default for Columns<S> {
     fn default() -> Self {
-        Self { numbers: Vec::new(), texts: Vec::new(), space: PhantomData }
+        Self {
+            numbers: Vec::new(),
+            texts: Vec::new(),
+            integers: Vec::new(),
+            space: PhantomData,
+        }
     }
 }
 
@@ -95,8 +120,12 @@ impl<S> Columns<S> {
             self.texts.push(column);
             ColumnIndex::Text(TextIndex::new(self.texts.len() - 1))
         } else {
+            let place = self.numbers.len();
+            if column.kind.is_exact() {
+                self.integers.push(place);
+            }
             self.numbers.push(column);
-            ColumnIndex::Number(NumberIndex::new(self.numbers.len() - 1))
+            ColumnIndex::Number(NumberIndex::new(place))
         }
     }
 
@@ -113,6 +142,21 @@ impl<S> Columns<S> {
         &self,
     ) -> impl DoubleEndedIterator<Item = (TextIndex<S>, &Column)> + ExactSizeIterator + Clone {
         self.texts.iter().enumerate().map(|(at, column)| (TextIndex::new(at), column))
+    }
+
+    /// The numbers that are integers of 64 bits, in the order of the row.
+    pub fn integers(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = (IntegerIndex<S>, NumberIndex<S>)> + ExactSizeIterator + Clone
+    {
+        let pair = |(at, number): (usize, &usize)| (IntegerIndex::new(at), NumberIndex::new(*number));
+        self.integers.iter().enumerate().map(pair)
+    }
+
+    /// The exact integer of a number, if it is one.
+    #[must_use]
+    pub fn integer(&self, number: NumberIndex<S>) -> Option<IntegerIndex<S>> {
+        self.integers.binary_search(&number.position()).ok().map(IntegerIndex::new)
     }
 
     /// All columns, numbers first.
@@ -135,7 +179,9 @@ impl<S> Columns<S> {
     /// A row of zeros and empty texts.
     #[must_use]
     pub fn row(&self) -> Row<S> {
-        Row::from_values(vec![0.0; self.numbers.len()], vec![String::new(); self.texts.len()])
+        let texts = vec![String::new(); self.texts.len()];
+        let row = Row::from_values(vec![0.0; self.numbers.len()], texts);
+        Row { integers: vec![0; self.integers.len()], ..row }
     }
 }
 
@@ -200,6 +246,8 @@ impl<S> ops::Index<TextIndex<S>> for Columns<S> {
 pub struct Row<S> {
     numbers: Vec<f64>,
     texts: Vec<String>,
+    /// What the numbers of integers of 64 bits are exactly.
+    integers: Vec<i128>,
     space: PhantomData<S>,
 }
 
@@ -210,10 +258,10 @@ impl<S> Default for Row<S> {
 }
 
 impl<S> Row<S> {
-    /// A row of these values.
+    /// A row of these values, none of them an integer of 64 bits.
     #[must_use]
     pub fn from_values(numbers: Vec<f64>, texts: Vec<String>) -> Self {
-        Self { numbers, texts, space: PhantomData }
+        Self { numbers, texts, integers: Vec::new(), space: PhantomData }
     }
 
     /// All numbers.
@@ -228,17 +276,30 @@ impl<S> Row<S> {
         &self.texts
     }
 
+    /// All integers of 64 bits, exactly.
+    #[must_use]
+    pub fn integers(&self) -> &[i128] {
+        &self.integers
+    }
+
     /// Takes over the values of a row of the same size, without allocating for numbers.
     pub fn copy_from(&mut self, other: &Self) {
         self.numbers.copy_from_slice(&other.numbers);
         self.texts.clone_from_slice(&other.texts);
+        self.integers.copy_from_slice(&other.integers);
     }
 
     /// Replaces all values, without allocating for numbers.
-    pub fn assign(&mut self, numbers: &[f64], texts: Vec<String>) {
+    pub fn assign(&mut self, numbers: &[f64], texts: Vec<String>, integers: Vec<i128>) {
         self.numbers.clear();
         self.numbers.extend_from_slice(numbers);
-        self.texts = texts;
+        (self.texts, self.integers) = (texts, integers);
+    }
+
+    /// Puts an integer of 64 bits into the row, and beside it its number, which may be rounded.
+    pub fn put(&mut self, (integer, number): (IntegerIndex<S>, NumberIndex<S>), value: i128) {
+        self.integers[integer.position()] = value;
+        self.numbers[number.position()] = value as f64;
     }
 }
 
@@ -282,6 +343,28 @@ impl<S> ops::IndexMut<TextIndex<S>> for Row<S> {
     }
 }
 
+impl<S> ops::Index<IntegerIndex<S>> for Row<S> {
+    type Output = i128;
+
+    fn index(&self, index: IntegerIndex<S>) -> &i128 {
+        &self.integers[index.position()]
+    }
+}
+
+impl<S> ops::Index<IntegerRange<S>> for Row<S> {
+    type Output = [i128];
+
+    fn index(&self, range: IntegerRange<S>) -> &[i128] {
+        &self.integers[range.positions()]
+    }
+}
+
+impl<S> ops::IndexMut<IntegerRange<S>> for Row<S> {
+    fn index_mut(&mut self, range: IntegerRange<S>) -> &mut [i128] {
+        &mut self.integers[range.positions()]
+    }
+}
+
 impl<S> ops::Index<NumberRange<S>> for Row<S> {
     type Output = [f64];
 
@@ -315,6 +398,7 @@ impl<S> ops::IndexMut<TextRange<S>> for Row<S> {
 pub struct Selection {
     numbers: Vec<NumberIndex<Full>>,
     texts: Vec<TextIndex<Full>>,
+    integers: Vec<IntegerIndex<Full>>,
 }
 
 impl Selection {
@@ -323,6 +407,11 @@ impl Selection {
         Self {
             numbers: columns.numbers().filter(|(_, it)| keep(it)).map(|(index, _)| index).collect(),
             texts: columns.texts().filter(|(_, it)| keep(it)).map(|(index, _)| index).collect(),
+            integers: columns
+                .integers()
+                .filter(|(_, number)| keep(&columns[*number]))
+                .map(|(index, _)| index)
+                .collect(),
         }
     }
 
@@ -331,7 +420,7 @@ impl Selection {
     pub fn columns(&self, full: &Columns<Full>) -> Columns<Recorded> {
         let numbers = self.numbers.iter().map(|&index| full[index].clone());
         let texts = self.texts.iter().map(|&index| full[index].clone());
-        Columns { numbers: numbers.collect(), texts: texts.collect(), space: PhantomData }
+        numbers.chain(texts).collect()
     }
 
     /// The recorded column of a full one, if it is recorded.
@@ -348,6 +437,8 @@ impl Selection {
         for (text, &index) in recorded.texts.iter_mut().zip(&self.texts) {
             text.clone_from(&full[index]);
         }
+        recorded.integers.clear();
+        recorded.integers.extend(self.integers.iter().map(|&index| full[index]));
     }
 }
 
@@ -382,5 +473,31 @@ mod tests {
         assert_eq!(recorded, Row::from_values(vec![3.0], vec!["armed".to_owned()]));
         let names: Vec<_> = selection.columns(&columns).iter().map(Column::name).collect();
         assert_eq!(names, ["car.gear", "car.state"]);
+    }
+
+    #[test]
+    fn an_integer_of_64_bits_is_kept_exactly_beside_its_number() {
+        let kinds = [ValueKind::UInt64, ValueKind::Real, ValueKind::Int64];
+        let mut columns = Columns::<Full>::default();
+        for (kind, name) in kinds.into_iter().zip(["id", "speed", "count"]) {
+            columns.push(column(name, kind));
+        }
+        let places: Vec<_> = columns.integers().collect();
+        assert_eq!(places.iter().map(|(_, number)| number.position()).collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(columns.integer(NumberIndex::new(1)), None);
+        assert_eq!(columns.integer(NumberIndex::new(2)), Some(places[1].0));
+        let mut full = columns.row();
+        let (id, count) = (i128::from(u64::MAX), i128::from(i64::MIN) + 1);
+        full.put(places[0], id);
+        full.put(places[1], count);
+        assert_eq!(full.numbers(), [u64::MAX as f64, 0.0, i64::MIN as f64]);
+        assert_eq!(full.integers(), [id, count]);
+        let selection = Selection::new(&columns, |column| column.variable != "id");
+        let mut recorded = Row::default();
+        selection.pick(&full, &mut recorded);
+        assert_eq!(recorded.integers(), [count]);
+        let columns = selection.columns(&columns);
+        assert_eq!(columns.integers().map(|it| it.1.position()).collect::<Vec<_>>(), [1]);
+        assert!(fits_number(1 << 53) && fits_number(1 << 60) && !fits_number((1 << 53) + 1));
     }
 }

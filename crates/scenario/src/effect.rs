@@ -102,6 +102,12 @@ impl Chain {
         Ok(Chain { stages: stages.collect::<Result<_, _>>()? })
     }
 
+    /// Whether there is no effect.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.stages.is_empty()
+    }
+
     /// Passes the value of one communication step through the effects; NaN stays NaN.
     pub fn apply(&mut self, value: f64) -> f64 {
         let sample = Sample { value, is_new: true };

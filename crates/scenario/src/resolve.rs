@@ -15,6 +15,7 @@ mod place;
 mod plots;
 mod port;
 mod quantity;
+mod readings;
 mod recorded;
 mod signal_units;
 mod starts;

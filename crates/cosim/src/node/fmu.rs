@@ -21,6 +21,7 @@ pub struct FmuNode {
     starts: Vec<Start>,
     /// Values of all elements of each group of inputs of which some do not travel; empty for the others.
     kept_numbers: Vec<Vec<f64>>,
+    kept_integers: Vec<Vec<i128>>,
     kept_texts: Vec<Vec<Value>>,
     /// Memory for the elements of a group.
     elements: Vec<f64>,
@@ -42,6 +43,7 @@ impl FmuNode {
             fmu.load().map_err(|error| failure(CallError::new("loading", error.to_string())))?;
         let instance = Instance::new(library, name, logging).map_err(failure)?;
         let kept_numbers = vec![Vec::new(); inputs.numbers.len()];
+        let kept_integers = vec![Vec::new(); inputs.numbers.len()];
         let kept_texts = vec![Vec::new(); inputs.texts.len()];
         let (name, begin) = (name.to_owned(), 0.0);
         let (starts, elements) = (Vec::new(), Vec::new());
@@ -53,6 +55,7 @@ impl FmuNode {
             outputs,
             starts,
             kept_numbers,
+            kept_integers,
             kept_texts,
             elements,
         })
@@ -166,9 +169,13 @@ fn failure((name, begin): (&str, f64), error: CallError) -> Error {
 impl FmuNode {
     /// Keeps the start values of elements that do not travel: an array is set as a whole.
     fn keep(&mut self) -> Result<(), CallError> {
-        let FmuNode { instance, inputs, kept_numbers, kept_texts, .. } = self;
-        for (group, kept) in inputs.numbers.iter().zip(kept_numbers) {
-            if !group.is_whole() {
+        let FmuNode { instance, inputs, kept_numbers, kept_integers, kept_texts, .. } = self;
+        let numbers = inputs.numbers.iter().zip(kept_numbers.iter_mut().zip(kept_integers));
+        for (group, (kept, integers)) in numbers.filter(|(group, _)| !group.is_whole()) {
+            if group.is_exact() {
+                integers.resize(group.elements, 0);
+                instance.get_exact(group.storage, &group.references, integers)?;
+            } else {
                 kept.resize(group.elements, 0.0);
                 instance.get_numbers(group.storage, &group.references, kept)?;
             }
@@ -208,6 +215,9 @@ impl Node for FmuNode {
         for (group, kept) in self.inputs.numbers.iter().zip(&mut self.kept_numbers) {
             let (values, others) = rest.split_at(group.places.len());
             rest = others;
+            if group.is_exact() {
+                continue;
+            }
             let values = if group.is_whole() {
                 values
             } else {
@@ -219,11 +229,47 @@ impl Node for FmuNode {
         Ok(())
     }
 
+    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
+        let mut rest = inputs;
+        let groups = self.inputs.numbers.iter().zip(&mut self.kept_integers);
+        for (group, kept) in groups.filter(|(group, _)| group.is_exact()) {
+            let (values, others) = rest.split_at(group.places.len());
+            rest = others;
+            let values = if group.is_whole() {
+                values
+            } else {
+                group.places.iter().zip(values).for_each(|(place, value)| kept[*place] = *value);
+                kept
+            };
+            self.instance.set_exact(group.storage, &group.references, values)?;
+        }
+        Ok(())
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        let mut rest = outputs;
+        for group in self.outputs.numbers.iter().filter(|group| group.is_exact()) {
+            let (values, others) = rest.split_at_mut(group.places.len());
+            rest = others;
+            if group.is_whole() {
+                self.instance.get_exact(group.storage, &group.references, values)?;
+            } else {
+                let mut elements = vec![0; group.elements];
+                self.instance.get_exact(group.storage, &group.references, &mut elements)?;
+                values.iter_mut().zip(&group.places).for_each(|(it, at)| *it = elements[*at]);
+            }
+        }
+        Ok(())
+    }
+
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         let mut rest = outputs;
         for group in &self.outputs.numbers {
             let (values, others) = rest.split_at_mut(group.places.len());
             rest = others;
+            if group.is_exact() {
+                continue;
+            }
             if group.is_whole() {
                 self.instance.get_numbers(group.storage, &group.references, values)?;
             } else {
@@ -244,7 +290,10 @@ impl Node for FmuNode {
             kept.resize(group.elements, Value::String(String::new()));
             for (place, value) in group.places.iter().zip(values) {
                 kept[*place] = match group.storage {
-                    Storage::Binary => Value::Binary(bytes(value).unwrap_or_default()),
+                    Storage::Binary => Value::Binary(bytes(value).ok_or_else(|| {
+                        let what = "is not called: expected two hexadecimal digits for each byte";
+                        CallError::new("fmi3SetBinary", format!("{what}, found {value:?}"))
+                    })?),
                     _ => Value::String(value.clone()),
                 };
             }

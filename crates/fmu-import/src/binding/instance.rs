@@ -12,7 +12,7 @@ use super::state::States;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
-use crate::{CallError, Description, Message, StepStatus};
+use crate::{Advance, CallError, Description, Message, StepStatus};
 
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,6 +39,10 @@ pub struct Instance {
     mailbox: Mailbox,
     activity: Arc<Activity>,
     experiment: Experiment,
+    /// Whether it was made with event mode.
+    pub(super) events: bool,
+    /// Whether it may end a step early.
+    may_return_early: bool,
     /// Memory for integers on their way.
     pub(super) integers: Vec<c_int>,
     /// Kept for FMUs of FMI 2.0.
@@ -56,6 +60,17 @@ impl Instance {
         Self::with_guid(library, name, &guid, logging).map_err(|(error, _)| error)
     }
 
+    /// Makes an instance that uses event mode and ends steps early, if the FMU can: its caller handles events, see
+    /// [`advance`](Self::advance).
+    ///
+    /// # Errors
+    /// When the library refuses.
+    pub fn with_events(library: Arc<Library>, name: &str, logging: bool) -> Result<Self, CallError> {
+        let about = library.description();
+        let (guid, modes) = (about.guid.clone(), [about.event_mode, about.returns_early()]);
+        Self::make(library, name, &guid, logging, modes).map_err(|(error, _)| error)
+    }
+
     /// Makes an instance with this GUID; an error comes with what was logged.
     ///
     /// # Errors
@@ -65,6 +80,17 @@ impl Instance {
         name: &str,
         guid: &str,
         logging: bool,
+    ) -> Result<Self, (CallError, Vec<Message>)> {
+        Self::make(library, name, guid, logging, [false; 2])
+    }
+
+    /// Makes an instance; the modes are event mode and early return.
+    fn make(
+        library: Arc<Library>,
+        name: &str,
+        guid: &str,
+        logging: bool,
+        modes: [bool; 2],
     ) -> Result<Self, (CallError, Vec<Message>)> {
         let call = named!(library, c"fmi2Instantiate", c"fmi3InstantiateCoSimulation");
         let text = |text| c_text(self::name(call), text).map_err(|error| (error, Vec::new()));
@@ -83,7 +109,7 @@ impl Instance {
                 (Own::Two(own), Some(callbacks)) => {
                     instantiation::two(own, &texts, callbacks, logging)
                 }
-                (Own::Three(own), _) => instantiation::three(own, &texts, &mailbox, logging),
+                (Own::Three(own), _) => instantiation::three(own, &texts, &mailbox, logging, modes),
                 _ => ptr::null_mut(),
             })
         });
@@ -98,6 +124,8 @@ impl Instance {
             mailbox,
             activity,
             experiment: Experiment::default(),
+            events: modes[0],
+            may_return_early: modes[1],
             integers: Vec::new(),
             _callbacks: callbacks,
             library,
@@ -134,7 +162,7 @@ impl Instance {
     }
 
     /// Calls a function that takes the component, unless that is forbidden.
-    fn run_for_status(
+    pub(super) fn run_for_status(
         &mut self,
         call: &'static CStr,
         body: impl FnOnce(Component) -> Status,
@@ -258,6 +286,22 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; a step that ends early is none.
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
+        self.part_of_step(time, step).map(|(status, _)| status)
+    }
+
+    /// Steps from `time` to `time + step` [s], or up to an event on the way. After an event, an instance with events goes into event
+    /// mode before it is stepped again.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when the FMU cannot do a step of this length, or ends the simulation.
+    pub fn advance(&mut self, time: f64, step: f64) -> Result<Advance, CallError> {
+        let version = self.description().version;
+        let (status, advance) = self.part_of_step(time, step)?;
+        status.into_result(version)?;
+        Ok(advance)
+    }
+
+    fn part_of_step(&mut self, time: f64, step: f64) -> Result<(StepStatus, Advance), CallError> {
         self.free_dropped_states()?;
         self.activity.at(time);
         let no_way_back = !self.keeps_history && !self.states.any();
@@ -268,11 +312,13 @@ impl Instance {
                 let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
                     function(component, time, step, no_way_back.into())
                 })?;
+                let whole = Advance { reached: time + step, event: false };
                 match status {
                     OK | WARNING => self.done(time + step),
                     DISCARD => self.early_end(time),
                     _ => Err(self.failure(c"fmi2DoStep", status)),
                 }
+                .map(|status| (status, whole))
             }
             Own::Three(own) => {
                 let function = own.do_step;
@@ -300,7 +346,7 @@ impl Instance {
         function: DoStep3,
         (time, step): (f64, f64),
         no_way_back: bool,
-    ) -> Result<StepStatus, CallError> {
+    ) -> Result<(StepStatus, Advance), CallError> {
         let call = c"fmi3DoStep";
         // NaN stands for an FMU that does not say how far it came.
         let (mut event, mut terminate, mut early, mut reached) = (0, 0, 0, f64::NAN);
@@ -318,7 +364,10 @@ impl Instance {
             )
         })?;
         let said = || self.mailbox.said();
-        match status {
+        let returned_early = early != 0 && self.may_return_early;
+        let to = if returned_early && !reached.is_nan() { reached } else { time + step };
+        let advance = Advance { reached: to, event: event != 0 };
+        let status = match status {
             OK | WARNING if terminate != 0 => {
                 let reached = if reached.is_nan() { time + step } else { reached };
                 Ok(StepStatus::Terminated {
@@ -326,18 +375,19 @@ impl Instance {
                     what: "asks for the end".to_owned() + &said(),
                 })
             }
-            OK | WARNING if early != 0 => {
+            OK | WARNING if early != 0 && !returned_early => {
                 let what = "returned early, which it was not allowed to";
                 Err(CallError::new(name(call), what.to_owned() + &said()))
             }
-            OK | WARNING => self.done(time + step),
+            OK | WARNING => self.done(to),
             DISCARD => {
                 let CallError { what, .. } = self.failure(call, DISCARD);
                 let reached = if reached.is_nan() { time } else { reached };
                 Ok(StepStatus::Discarded { reached, what })
             }
             _ => Err(self.failure(call, status)),
-        }
+        };
+        status.map(|status| (status, advance))
     }
 
     /// Why the step from `time` on was discarded. An FMU that says nothing about it is taken to stand where it stood.

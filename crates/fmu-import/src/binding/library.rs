@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
 use super::activity;
-use super::functions::{Common, Finder, Own, Text, Three, Two};
+use super::functions::{Common, Events, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
 
@@ -15,6 +15,8 @@ use crate::{CallError, Fmu, OpenError};
 pub struct Library {
     pub(super) common: Common,
     pub(super) own: Own,
+    /// Of an FMU with event mode.
+    pub(super) events: Option<Events>,
     /// Unloaded after the last instance, and before its folder is removed.
     handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
@@ -41,7 +43,8 @@ impl Library {
             Version::Two => Own::Two(Box::new(Two::new(&finder)?)),
             Version::Three => Own::Three(Box::new(Three::new(&finder)?)),
         };
-        Ok(Library { common, own, handle: ManuallyDrop::new(library), fmu })
+        let events = fmu.description.event_mode.then(|| Events::new(&finder)).transpose()?;
+        Ok(Library { common, own, events, handle: ManuallyDrop::new(library), fmu })
     }
 
     /// The functions of FMI 2.0.

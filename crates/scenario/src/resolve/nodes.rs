@@ -9,13 +9,14 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Item, Storage, Type, Variable};
 use fmu_import::{Causality, Fmu, OpenError};
 use recording::ValueKind;
+use recording::table::Reading;
 use units::Unit;
 
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::starts::{sizes, starts};
 use super::types::recorded_kind;
-use super::{Notes, Overrides, overrides};
+use super::{Notes, Overrides, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
 use crate::plan::{Body, Clock, Group, Ports};
@@ -68,15 +69,19 @@ pub(super) fn unplaced(
 ) -> Vec<UnplacedNode> {
     let document = &scenario.document;
     let mut unplaced = signals(scenario, clock, seed, mistakes);
+    // A table is read as the inputs of FMUs want its columns.
+    let mut fmus = Vec::new();
+    for fmu in &document.fmu {
+        let node = self::fmu(scenario, fmu, archives, overrides, mistakes);
+        fmus.extend(mistakes.take_named(fmu.name.get_ref(), node));
+    }
     for table in &document.table {
-        let node = self::table(scenario, table, warnings);
+        let node = self::table(scenario, table, &fmus, warnings);
         let node = mistakes.take_named(table.name.get_ref(), node);
         unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
-    for fmu in &document.fmu {
-        let node = self::fmu(scenario, fmu, archives, overrides, mistakes);
-        let node = mistakes.take_named(fmu.name.get_ref(), node);
-        unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
+    for node in fmus {
+        unplaced.extend(mistakes.take(added(scenario, node, &unplaced)));
     }
     mistakes.take(overrides::check_nodes(scenario, overrides));
     let is_empty =
@@ -210,16 +215,25 @@ fn signal<'a>(
 fn table(
     scenario: &Scenario,
     table: &words::Table,
+    fmus: &[UnplacedNode],
     warnings: &mut Vec<String>,
 ) -> Result<UnplacedNode, Error> {
     let columns = &table.columns;
-    let Log { table: mut read, units } = logs::read(scenario, table.file(), warnings)?;
+    let reading = |column: &str| readings::wanted(scenario, table, column, fmus);
+    let Log { table: mut read, units } =
+        logs::read_again(scenario, (table.file(), &reading), warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
-    for ((name, column), unit) in columns.iter().zip(units) {
+    for (place, ((name, column), unit)) in columns.iter().zip(units).enumerate() {
+        let (kind, storage) = match read.reading(place) {
+            Reading::Number => (Type::Real, Storage::Float64),
+            Reading::Integer if read.is_unsigned(place) => (Type::Integer, Storage::UInt64),
+            Reading::Integer => (Type::Integer, Storage::Int64),
+            Reading::Text => (Type::String, Storage::String),
+        };
         outputs.push(Port {
             name: name.get_ref().clone(),
-            kind: Type::Real,
+            kind,
             typed: false,
             items: Vec::new(),
             // A file may tell a unit that is not known here.
@@ -232,7 +246,7 @@ fn table(
                 table.path.get_ref()
             )),
             reference: 0,
-            storage: Storage::Float64,
+            storage,
             element: (0, 1),
             follows: Some(Vec::new()),
         });
@@ -365,7 +379,7 @@ fn port(variables: &[Variable], place: usize) -> Port {
 pub(super) fn references(ports: &[Port]) -> Ports {
     let mut found = Ports::default();
     for port in ports {
-        let is_text = recorded_kind(port.kind) == ValueKind::String;
+        let is_text = recorded_kind(port.kind, port.storage) == ValueKind::String;
         let groups = if is_text { &mut found.texts } else { &mut found.numbers };
         let one_more = |group: &mut Group| {
             if group.references.last() != Some(&port.reference) {
