@@ -69,6 +69,17 @@ pub struct Advance {
     pub event: bool,
 }
 
+/// What an FMU says about the interval of a clock: `fmi3IntervalQualifier`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IntervalChange {
+    /// It is not known yet.
+    Unknown,
+    /// It is the same as before.
+    Same,
+    /// It is another one, or known for the first time.
+    Changed,
+}
+
 /// What an update of the discrete states says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Updated {

@@ -87,6 +87,8 @@ fn variable(found: &ModelDescription, index: usize) -> Variable {
         start: scalar.variableType.start().clone(),
         description: scalar.description.clone(),
         dependencies,
+        ticks: None,
+        clocks: Vec::new(),
     }
 }
 

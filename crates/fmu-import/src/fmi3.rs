@@ -1,5 +1,7 @@
 //! Reads the description of an FMU of FMI 3.0; arrays become their elements.
 
+mod clocks;
+
 use std::collections::BTreeMap;
 
 use fmi_rs::model_description::fmi3::ModelDescription;
@@ -286,6 +288,8 @@ fn elements(
         start: None,
         description: attribute(node, "description")?,
         dependencies: follows,
+        ticks: (kind == Type::Clock).then(|| clocks::ticks(&of)).transpose()?,
+        clocks: clocks::of_variable(node)?,
     };
     let element = |index: usize| Variable {
         name: format!("{name}{}", one.subscript(index)),

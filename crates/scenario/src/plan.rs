@@ -83,6 +83,10 @@ pub struct Group {
     pub references: Vec<u32>,
     /// Number of elements in all.
     pub elements: usize,
+    /// Whether they are inputs that change at events only, and the FMU has event mode.
+    pub discrete: bool,
+    /// The value references of the clocks at whose ticks alone they have values.
+    pub clocks: Vec<u32>,
     /// Places of the values that travel among all elements, in the order in which they travel.
     pub places: Vec<usize>,
 }

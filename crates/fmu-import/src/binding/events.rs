@@ -2,7 +2,7 @@
 
 use super::functions::Events;
 use super::Instance;
-use crate::{CallError, Updated};
+use crate::{CallError, IntervalChange, Updated};
 
 impl Instance {
     /// Whether it was made with event mode. It is in event mode after its initialisation.
@@ -61,5 +61,72 @@ impl Instance {
         }
         let next = Some(next).filter(|next| known != 0 && next.is_finite());
         Ok(Updated { again: again != 0, next })
+    }
+
+    /// `fmi3SetClock`: these clocks tick now, in event mode.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also without events.
+    pub fn set_clocks(&mut self, references: &[u32]) -> Result<(), CallError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let function = self.event_functions("fmi3SetClock")?.set_clock;
+        let values = vec![1_u8; references.len()];
+        // SAFETY: the component is alive, and both arrays have the length that is stated.
+        self.run(c"fmi3SetClock", |c| unsafe {
+            function(c, references.as_ptr(), references.len(), values.as_ptr())
+        })
+    }
+
+    /// Those of these clocks that tick now: `fmi3GetClock`, in event mode.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also without events.
+    pub fn active_clocks(&mut self, references: &[u32]) -> Result<Vec<u32>, CallError> {
+        if references.is_empty() {
+            return Ok(Vec::new());
+        }
+        let function = self.event_functions("fmi3GetClock")?.get_clock;
+        let mut values = vec![0_u8; references.len()];
+        // SAFETY: the component is alive, and both arrays have the length that is stated.
+        self.run(c"fmi3GetClock", |c| unsafe {
+            function(c, references.as_ptr(), references.len(), values.as_mut_ptr())
+        })?;
+        let active = references.iter().zip(values).filter(|(_, value)| *value != 0);
+        Ok(active.map(|(reference, _)| *reference).collect())
+    }
+
+    /// `fmi3GetIntervalDecimal` of one clock: the time between two ticks [s], and whether that changed.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also without events.
+    pub fn interval(&mut self, reference: u32) -> Result<(f64, IntervalChange), CallError> {
+        let function = self.event_functions("fmi3GetIntervalDecimal")?.get_interval;
+        let (mut seconds, mut change) = (f64::NAN, 0);
+        // SAFETY: the component is alive, and each array has one element.
+        self.run(c"fmi3GetIntervalDecimal", |c| unsafe {
+            function(c, &raw const reference, 1, &raw mut seconds, &raw mut change)
+        })?;
+        let change = match change {
+            0 => IntervalChange::Unknown,
+            1 => IntervalChange::Same,
+            _ => IntervalChange::Changed,
+        };
+        Ok((seconds, change))
+    }
+
+    /// `fmi3GetShiftDecimal` of one clock: the time before its first tick [s].
+    ///
+    /// # Errors
+    /// See [`Instance`]; also without events.
+    pub fn shift(&mut self, reference: u32) -> Result<f64, CallError> {
+        let function = self.event_functions("fmi3GetShiftDecimal")?.get_shift;
+        let mut seconds = 0.0;
+        // SAFETY: the component is alive, and each array has one element.
+        self.run(c"fmi3GetShiftDecimal", |c| unsafe {
+            function(c, &raw const reference, 1, &raw mut seconds)
+        })?;
+        Ok(seconds)
     }
 }

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use fmu_import::description::{Item, Storage, Type, Variable};
-use fmu_import::{Causality, Fmu, OpenError};
+use fmu_import::description::{Interval, Item, Storage, Type, Variable};
+use fmu_import::{Causality, Fmu, OpenError, Variability};
 use recording::ValueKind;
 use recording::table::Reading;
 use units::Unit;
@@ -42,6 +42,10 @@ pub(super) struct Port {
     pub storage: Storage,
     /// Its place in an array, and the number of elements there.
     pub element: (usize, usize),
+    /// Whether it is an input that changes at events only, of an FMU with event mode.
+    discrete: bool,
+    /// The value references of its clocks, of an FMU with event mode.
+    clocks: Vec<u32>,
     /// For outputs, the names of the inputs that they follow; `None` means all.
     pub follows: Option<Vec<String>>,
 }
@@ -207,6 +211,8 @@ fn signal<'a>(
         reference: 0,
         storage: Storage::Float64,
         element: (0, 1),
+        discrete: false,
+        clocks: Vec::new(),
         follows: Some(Vec::new()),
     };
     Ok((node, port, signal))
@@ -248,6 +254,8 @@ fn table(
             reference: 0,
             storage,
             element: (0, 1),
+            discrete: false,
+            clocks: Vec::new(),
             follows: Some(Vec::new()),
         });
     }
@@ -294,15 +302,24 @@ fn fmu(
         with_declared_units(scenario, node, &fmu.description.variables, mistakes);
     let variables = &variables;
     let ports = |places: Vec<usize>| -> Vec<Port> {
-        let port = |place| Port { wrong_unit: wrong.contains(&place), ..port(variables, place) };
+        let port = |place| {
+            let port = port(variables, place, fmu.description.event_mode);
+            Port { wrong_unit: wrong.contains(&place), ..port }
+        };
         let mut ports: Vec<_> = places.into_iter().map(port).collect();
         ports.sort_by_key(|port| port.storage);
         ports
     };
-    // Clocks tick in event mode, which no FMU is asked for.
-    let no_clock = |place: &usize| variables[*place].kind != Type::Clock;
-    let inputs = ports(fmu.description.with(Causality::Input).filter(no_clock).collect());
-    let shown = shown(scenario, node, variables, mistakes);
+    let events = fmu.description.event_mode;
+    // Clocks tick in event mode. Those that tick by time need no connection, and are shown.
+    let can_connect = |place: &usize| match &variables[*place] {
+        Variable { kind: Type::Clock, ticks, .. } => {
+            events && ticks.as_ref().is_none_or(|ticks| ticks.interval == Interval::Triggered)
+        }
+        _ => true,
+    };
+    let inputs = ports(fmu.description.with(Causality::Input).filter(can_connect).collect());
+    let shown = shown(scenario, node, (variables, events), mistakes);
     let outputs = ports(shown);
     let (starts, started) = starts(scenario, node, variables, overrides, mistakes);
     let references = references(&outputs);
@@ -327,7 +344,7 @@ fn fmu(
 fn shown(
     scenario: &Scenario,
     node: &words::Fmu,
-    variables: &[Variable],
+    (variables, events): (&[Variable], bool),
     mistakes: &mut Mistakes,
 ) -> Vec<usize> {
     for pattern in &node.observe {
@@ -342,15 +359,19 @@ fn shown(
     };
     let is_shown = |place: &usize| match variables[*place].causality {
         Causality::Output => true,
+        Causality::Input if variables[*place].kind == Type::Clock => {
+            let ticks = variables[*place].ticks.as_ref();
+            ticks.is_some_and(|ticks| ticks.interval != Interval::Triggered)
+        }
         // Inputs are recorded in any case.
         Causality::Input => false,
         _ => observed(&variables[*place]),
     };
-    let no_clock = |place: &usize| variables[*place].kind != Type::Clock;
-    (0..variables.len()).filter(no_clock).filter(is_shown).collect()
+    let can_show = |place: &usize| events || variables[*place].kind != Type::Clock;
+    (0..variables.len()).filter(can_show).filter(is_shown).collect()
 }
 
-fn port(variables: &[Variable], place: usize) -> Port {
+fn port(variables: &[Variable], place: usize, events: bool) -> Port {
     let variable = &variables[place];
     let follows = variable.dependencies.as_ref().map(|places| {
         places
@@ -371,6 +392,10 @@ fn port(variables: &[Variable], place: usize) -> Port {
         reference: variable.reference,
         storage: variable.storage,
         element: variable.element,
+        discrete: events
+            && variable.causality == Causality::Input
+            && variable.variability != Variability::Continuous,
+        clocks: if events { variable.clocks.clone() } else { Vec::new() },
         follows,
     }
 }
@@ -390,13 +415,21 @@ pub(super) fn references(ports: &[Port]) -> Ports {
         };
         let joins = |group: &&mut Group| {
             let same = group.references.last() == Some(&port.reference);
-            group.storage == port.storage && (same || !is_text)
+            let alike = (group.storage, group.discrete) == (port.storage, port.discrete)
+                && group.clocks == port.clocks;
+            alike && (same || !is_text)
         };
         match groups.last_mut().filter(joins) {
             Some(group) => one_more(group),
             None => {
-                let (storage, references) = (port.storage, Vec::new());
-                let mut group = Group { storage, references, elements: 0, places: Vec::new() };
+                let mut group = Group {
+                    storage: port.storage,
+                    references: Vec::new(),
+                    elements: 0,
+                    discrete: port.discrete,
+                    clocks: port.clocks.clone(),
+                    places: Vec::new(),
+                };
                 one_more(&mut group);
                 groups.push(group);
             }
