@@ -127,8 +127,7 @@ impl<'a> Exchange<'a> {
         let begin = Instant::now();
         let shown = |at| self.clock.at(self.tick + u64::from(at == At::End));
         let rows = (Some(&self.start), &self.row);
-        exact::check(&self.plans[node], self.columns, rows, &shown)
-            .map_err(Interruption::Value)?;
+        exact::check(&self.plans[node], self.columns, rows, &shown).map_err(Interruption::Value)?;
         let (plan, row) = (&mut self.plans[node], &mut self.row);
         for (ResolvedConnection { source, input_chain }, input) in
             plan.connections.iter_mut().zip(plan.inputs.indices())

@@ -76,9 +76,7 @@ use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{FmuState, Instance, Library, STRANGER, watch};
-pub use call::{
-    Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated,
-};
+pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
 pub use error::OpenError;
 pub use value::{Value, bytes, hexadecimal};

@@ -94,12 +94,7 @@ pub struct Columns<S> {
 
 impl<S> Default for Columns<S> {
     fn default() -> Self {
-        Self {
-            numbers: Vec::new(),
-            texts: Vec::new(),
-            integers: Vec::new(),
-            space: PhantomData,
-        }
+        Self { numbers: Vec::new(), texts: Vec::new(), integers: Vec::new(), space: PhantomData }
     }
 }
 
@@ -149,7 +144,8 @@ impl<S> Columns<S> {
         &self,
     ) -> impl DoubleEndedIterator<Item = (IntegerIndex<S>, NumberIndex<S>)> + ExactSizeIterator + Clone
     {
-        let pair = |(at, number): (usize, &usize)| (IntegerIndex::new(at), NumberIndex::new(*number));
+        let pair =
+            |(at, number): (usize, &usize)| (IntegerIndex::new(at), NumberIndex::new(*number));
         self.integers.iter().enumerate().map(pair)
     }
 

@@ -19,9 +19,7 @@ pub use self::error::TableError;
 use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
-pub use self::wanted::{
-    Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn,
-};
+pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn};
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]

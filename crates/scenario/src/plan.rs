@@ -14,7 +14,8 @@ use diagnostics::Error;
 use fmu_import::{Causality, Fmu, Storage, Value};
 use recording::table::Table;
 use recording::{
-    Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, RunHeader, Selection, TextIndex, TextRange,
+    Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, RunHeader, Selection,
+    TextIndex, TextRange,
 };
 
 use crate::signal::Signal;

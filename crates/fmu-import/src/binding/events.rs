@@ -1,7 +1,7 @@
 //! Leads an instance of FMI 3.0 through event mode (FMI 3.0, section 4.2).
 
-use super::functions::Events;
 use super::Instance;
+use super::functions::Events;
 use crate::{CallError, IntervalChange, Updated};
 
 impl Instance {

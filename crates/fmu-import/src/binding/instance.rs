@@ -65,7 +65,11 @@ impl Instance {
     ///
     /// # Errors
     /// When the library refuses.
-    pub fn with_events(library: Arc<Library>, name: &str, logging: bool) -> Result<Self, CallError> {
+    pub fn with_events(
+        library: Arc<Library>,
+        name: &str,
+        logging: bool,
+    ) -> Result<Self, CallError> {
         let about = library.description();
         let (guid, modes) = (about.guid.clone(), [about.event_mode, about.returns_early()]);
         Self::make(library, name, &guid, logging, modes).map_err(|(error, _)| error)

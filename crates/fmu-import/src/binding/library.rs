@@ -60,7 +60,10 @@ impl Library {
 
     /// The functions that the library at `path` lacks.
     pub(crate) fn missing(fmu: &Fmu, path: &Path) -> Result<Vec<&'static str>, OpenError> {
-        open(fmu, path).map(|library| absent(&library, fmu.description.version).collect())
+        let library = open(fmu, path)?;
+        let events = if fmu.description.event_mode { Events::SYMBOLS } else { &[] };
+        let missing = absent(&library, fmu.description.version);
+        Ok(missing.chain(lacking(&library, events)).collect())
     }
 
     /// What the FMU says about itself.
@@ -129,6 +132,13 @@ fn absent(library: &libloading::Library, version: Version) -> impl Iterator<Item
         Version::Two => Two::SYMBOLS,
         Version::Three => Three::SYMBOLS,
     };
+    lacking(library, symbols)
+}
+
+fn lacking(
+    library: &libloading::Library,
+    symbols: &'static [&'static str],
+) -> impl Iterator<Item = &'static str> {
     // SAFETY: the address is looked at, not called.
     symbols.iter().copied().filter(|symbol| unsafe { library.get::<*const ()>(*symbol) }.is_err())
 }

@@ -47,7 +47,8 @@ fn read_as(
         let word = column.get_ref().unit.as_ref();
         word.map(|word| super::unit::unit(scenario, word)).transpose()
     }));
-    let table = wanted(scenario, words, readings).and_then(|wanted| whole(scenario, words, &path, &wanted));
+    let table =
+        wanted(scenario, words, readings).and_then(|wanted| whole(scenario, words, &path, &wanted));
     let (units, mut table) = Mistakes::both(units, table)?;
     table.set_origin(words.origin);
     warnings.extend_from_slice(table.warnings());

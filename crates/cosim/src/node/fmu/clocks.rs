@@ -107,8 +107,8 @@ impl Clocks {
     /// Asks for the intervals that change while the FMU runs, in event mode at a time [s].
     pub fn refresh(&mut self, instance: &mut Instance, time: f64) -> Result<(), CallError> {
         for timed in &mut self.timed {
-            let changes =
-                [Interval::Tunable, Interval::Changing, Interval::Countdown].contains(&timed.interval);
+            let changes = [Interval::Tunable, Interval::Changing, Interval::Countdown]
+                .contains(&timed.interval);
             if !changes {
                 continue;
             }

@@ -108,7 +108,8 @@ impl FmuNode {
             }
             standing = if advance.reached > time { 0 } else { standing + 1 };
             if standing > MOST {
-                let what = format!("returned early at {time} s {MOST} times, without coming further");
+                let what =
+                    format!("returned early at {time} s {MOST} times, without coming further");
                 return Err(CallError::new("fmi3DoStep", what));
             }
             time = if early { advance.reached } else { to };

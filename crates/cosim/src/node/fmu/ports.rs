@@ -194,7 +194,8 @@ impl FmuNode {
             let (values, others) = rest.split_at_mut(group.places.len());
             rest = others;
             if is_clock(group) {
-                let ticked = |reference: &u32| f64::from(u8::from(events.clocks.ticked(*reference)));
+                let ticked =
+                    |reference: &u32| f64::from(u8::from(events.clocks.ticked(*reference)));
                 let ticked = group.references.iter().map(ticked);
                 values.iter_mut().zip(ticked).for_each(|(value, ticked)| *value = ticked);
             } else if group.is_exact() {
@@ -255,7 +256,9 @@ fn described(instance: &Instance, group: &Group) -> Vec<Value> {
     let variables = &instance.description().variables;
     let of = |reference: &u32| {
         let reference = *reference;
-        variables.iter().filter(move |it| it.reference == reference && it.causality == Causality::Input)
+        variables
+            .iter()
+            .filter(move |it| it.reference == reference && it.causality == Causality::Input)
     };
     let starts = group.references.iter().flat_map(of);
     let mut starts: Vec<_> =

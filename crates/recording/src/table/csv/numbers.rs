@@ -117,7 +117,8 @@ impl<'a> Cells<'a> {
             signs[0] &= signed.contains(&integer);
             signs[1] &= unsigned.contains(&integer);
             if signs == [false; 2] {
-                let expected = "an integer of 64 bits, all of the column with a sign or all without one";
+                let expected =
+                    "an integer of 64 bits, all of the column with a sign or all without one";
                 return Err(self.wrong((row, column), text, expected, ""));
             }
             *value = integers.len() as f64;
