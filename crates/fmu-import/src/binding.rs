@@ -15,6 +15,7 @@ mod mailbox;
 mod numbers;
 mod state;
 mod status;
+mod step;
 mod texts;
 mod values;
 mod variables;

@@ -11,11 +11,13 @@ use prost::encoding::{DecodeContext, WireType, decode_key, skip_field, string};
 use prost_types::field_descriptor_proto::Type;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 
-use crate::row::{Column, ColumnIndex, Columns, Direction, Recorded, Row, ValueKind};
+use crate::columns::{Column, Columns, Direction, ValueKind};
+use crate::row::{Recorded, Row};
 use crate::sink::mcap::{KEPT, RUN, SCENARIO, SUMMARY, event};
 use crate::sink::{RunHeader, Sink};
 use crate::table::{Mcap, TableError};
 use crate::view::View;
+use expression::ColumnIndex;
 
 /// A recorded run.
 pub struct Recording {

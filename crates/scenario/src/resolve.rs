@@ -14,6 +14,7 @@ mod overrides;
 mod place;
 mod plots;
 mod port;
+mod ports;
 mod quantity;
 mod readings;
 mod recorded;

@@ -8,7 +8,9 @@ use std::path::PathBuf;
 use diagnostics::Error;
 
 use super::{RunHeader, Sink};
-use crate::row::{Column, IntegerIndex, NumberIndex, Recorded, Row};
+use crate::columns::Column;
+use crate::row::{Recorded, Row};
+use expression::{IntegerIndex, NumberIndex};
 
 /// A CSV file. It gets its name when it is complete.
 pub struct CsvSink {

@@ -14,9 +14,9 @@ use prost_types::field_descriptor_proto::Type;
 
 use self::foxglove::{FrameTransform, Log};
 use super::{Derived, Event, RunHeader, Sink};
-use crate::row::{
-    Column, Direction, IntegerIndex, NumberIndex, Recorded, Row, TextIndex, ValueKind,
-};
+use crate::columns::{Column, Direction, ValueKind};
+use crate::row::{Recorded, Row};
+use expression::{IntegerIndex, NumberIndex, TextIndex};
 
 mod descriptor;
 mod foxglove;

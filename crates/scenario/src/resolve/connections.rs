@@ -4,8 +4,9 @@ use diagnostics::{Error, Mistakes};
 use fmu_import::description::Type;
 
 use super::connection_units::Conversions;
-use super::nodes::{Port, UnplacedNode};
+use super::nodes::UnplacedNode;
 use super::port::{Side, find};
+use super::ports::Port;
 use super::types;
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};

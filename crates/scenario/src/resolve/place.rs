@@ -5,7 +5,8 @@ use recording::{
 };
 
 use super::connections::{Connection, Connections};
-use super::nodes::{Port, UnplacedNode, references};
+use super::nodes::UnplacedNode;
+use super::ports::{Port, references};
 use super::types::recorded_kind;
 use crate::plan::{
     Accepts, Body, ExactConnection, ExactPlan, NodePlan, ResolvedConnection, Source, TextPlan,

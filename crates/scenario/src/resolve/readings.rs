@@ -3,7 +3,8 @@
 use fmu_import::description::{Storage, Type};
 use recording::table::Reading;
 
-use super::nodes::{Port, UnplacedNode};
+use super::nodes::UnplacedNode;
+use super::ports::Port;
 use crate::words::{Connect, Scenario, Table};
 
 /// The form of a column: texts for an input of texts or bytes; integers for one of 64 bits that gets them as they are.

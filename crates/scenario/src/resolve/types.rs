@@ -4,7 +4,7 @@ use diagnostics::Error;
 use fmu_import::description::{Storage, Type, list};
 use recording::ValueKind;
 
-use super::nodes::Port;
+use super::ports::Port;
 use crate::plan::Accepts;
 use crate::words::{Connect, Convert, Scenario};
 
