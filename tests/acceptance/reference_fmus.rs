@@ -297,7 +297,7 @@ fn values_jump_between_two_rows_of_one_time() {
     assert_eq!(at(4)[0], "7.5");
     assert_eq!(cells(&ours, 4, &["it.Binary_output"]), ["\"c0ffee\""]);
     for (given, wrong, told) in [
-        ("\n1,7,", "\n1,6,3.5,0,true,b,00\n1,7,", "line 5 of log.csv: expected a time after 1"),
+        ("\n1,7,", "\n1,6,3.5,0,true,b,00\n1,7,", "log.csv: expected a time after 1 of the row before"),
         ("18446744073709551615", "18446744073709551616", "expected an integer of 64 bits"),
         ("18446744073709551615", "0.5", "expected an integer in column `u`"),
     ] {

@@ -10,10 +10,7 @@ use recording::{Columns, Full, NumberIndex, Row};
 use scenario::plan::{Body, Clock, InputChain, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
-use crate::node::Node;
-
-/// Share of a step that times may differ by and still be the same.
-pub(crate) const SAME: f64 = 1e-6;
+use crate::node::{Node, SAME};
 
 /// How often a node was stepped, and how long that took.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

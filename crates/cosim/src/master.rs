@@ -6,8 +6,8 @@ use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
 use scenario::plan::System;
 
 use crate::coupling::Coupling;
-use crate::exchange::{Effort, Exchange, Interruption, SAME, failure};
-use crate::node::Node;
+use crate::exchange::{Effort, Exchange, Interruption, failure};
+use crate::node::{Node, SAME};
 
 /// How far a run came, and what it cost.
 #[derive(Debug, Clone, Default)]

@@ -14,6 +14,9 @@ use scenario::plan::{Body, Clock, NodePlan, System};
 pub use fmu::FmuNode;
 pub use source::{Source, SourceNode};
 
+/// Share of a step that times may differ by and still be the same.
+pub(crate) const SAME: f64 = 1e-6;
+
 /// A node of the run. The master calls [`enter`](Node::enter), then [`set`](Node::set) and
 /// [`get`](Node::get) in the order of the data flow, then [`ready`](Node::ready), then `set`,
 /// [`step`](Node::step), `get` for each communication step, and [`end`](Node::end).

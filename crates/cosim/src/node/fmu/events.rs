@@ -6,7 +6,7 @@ use scenario::plan::{Clock, Group};
 
 use super::FmuNode;
 use super::clocks::Clocks;
-use crate::exchange::SAME;
+use crate::node::SAME;
 
 /// An event may take this many updates, and a step may stand still this often.
 const MOST: usize = 1000;
