@@ -66,6 +66,9 @@ mod extending;
 // Failures of FMUs, and the recordings they leave.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// An FMU of FMI 3.0 with event mode and clocks.
+#[path = "acceptance/clocks.rs"]
+mod clocks;
 // An FMU of FMI 3.0, with arrays.
 #[path = "acceptance/fmi3.rs"]
 mod fmi3;
@@ -149,6 +152,7 @@ fn main() -> ExitCode {
     editors::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
+    clocks::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);
     reference_fmus::register(&mut tests);

@@ -9,7 +9,7 @@ tests! {
     arrays_meet_as_a_whole_and_by_element: Compiler,
     versions_of_fmi_meet_in_one_scenario: Compiler,
     texts_and_bytes_travel_by_element: Compiler,
-    an_integer_that_no_number_holds_ends_the_run: Compiler,
+    an_integer_that_no_number_holds_is_recorded_exactly: Compiler,
     steps_end_as_the_fmu_says: Compiler,
     wrong_sizes_and_values_are_told_at_their_words: Compiler,
     inspect_shows_the_version_and_the_types: Compiler,
@@ -115,10 +115,17 @@ fn texts_and_bytes_travel_by_element() {
     assert_eq!(all(&lab, &["two.echoes[1]", "two.echoes[2]"]), ["\"c\"", "\"a\""]);
 }
 
-fn an_integer_that_no_number_holds_ends_the_run() {
+fn an_integer_that_no_number_holds_is_recorded_exactly() {
     let bytes = "0".repeat(126);
-    let (_, ended) = run(one(&format!("start.data = [\"00\", \"{bytes}\"]")));
-    ended.expect(3).says(&["`one`", "fmi3GetUInt64", "`lengths[1]`", "2^53"]);
+    let scenario = one(&format!("start.data = [\"00\", \"{bytes}\"]"));
+    let (lab, ended) = run(scenario.clone());
+    ended.expect(0);
+    assert_eq!(all(&lab, &["one.lengths[1]", "one.lengths[2]"]), ["1", "18446744073709551615"]);
+    // A check cannot judge it, and says so.
+    let (_, ended) = run(scenario.check("long", "one.lengths[2] > 5"));
+    let ended = ended.expect(1);
+    let told = "`one.lengths[2]` is 18446744073709551615";
+    assert!(ended.stdout.contains(told), "{}", ended.stdout);
 }
 
 fn steps_end_as_the_fmu_says() {

@@ -10,6 +10,9 @@ tests! {
     arrays_are_connected_as_a_whole_and_by_element: ReferenceFmus,
     a_run_may_start_later_than_at_0: ReferenceFmus,
     values_of_all_types_pass_through_an_fmu: ReferenceFmus,
+    the_published_input_passes_through_an_fmu: ReferenceFmus,
+    values_jump_between_two_rows_of_one_time: ReferenceFmus,
+    integers_of_64_bits_are_handed_on_exactly_or_refused: ReferenceFmus,
     an_fmu_without_co_simulation_is_refused_by_the_name_of_what_it_has: ReferenceFmus,
     reference_fmus_break_neither_runs_nor_the_standard: ReferenceFmus,
 }
@@ -198,15 +201,157 @@ start.Binary_input = "00ff10"
         let ended = lab.trackside(&["run", "wrong.toml"]).expect(2);
         assert!(ended.stderr.contains(told), "{}", ended.stderr);
     }
-    // Nothing is rounded: beyond 2^53 a number of the run cannot be the integer.
+    // Nothing is rounded, also where no number holds the integer.
     let large = scenario.replace("= 9007199254740992", "= \"18446744073709551615\"");
     lab.write("large.toml", &large);
-    let ended = lab.trackside(&["run", "large.toml"]).expect(3);
-    assert!(
-        ended.stderr.contains("`UInt64_output`") && ended.stderr.contains("2^53"),
-        "{}",
-        ended.stderr
+    lab.trackside(&["run", "large.toml", "--out", "large", "--csv"]).expect(0);
+    assert!(lab.table("large/run.csv").contains(",18446744073709551615,"));
+}
+
+/// A scenario that plays a table back to the inputs of an FMU, whose names are the titles.
+fn played(file: &str, step: f64, titles: &[(&str, &str)]) -> Scenario {
+    let mut scenario = Scenario::new().time(step, 2.0).fmu("it", "Feedthrough.fmu", "").key(START);
+    for interpolation in ["linear", "hold"] {
+        let of = |(_, input): &&(&str, &str)| {
+            input.contains("_continuous_") == (interpolation == "linear")
+        };
+        let columns: Vec<_> = titles.iter().filter(of).collect();
+        if columns.is_empty() {
+            continue;
+        }
+        let words =
+            columns.iter().map(|(title, _)| format!("{title} = {{ column = \"{title}\" }}"));
+        let words = words.collect::<Vec<_>>().join(", ");
+        scenario = scenario.section(&format!(
+            "[[table]]\nname = \"{interpolation}\"\npath = \"{file}\"\ntime = \"time\"\n\
+             interpolation = \"{interpolation}\"\ncolumns = {{ {words} }}"
+        ));
+        for (title, input) in columns {
+            scenario =
+                scenario.connect(&format!("{interpolation}.{title}"), &format!("it.{input}"));
+        }
+    }
+    scenario
+}
+
+/// The cells of a row at a time, by titles.
+fn cells(text: &str, row: usize, titles: &[&str]) -> Vec<String> {
+    let (own, rows) = table(text);
+    let place = |title: &&str| own.iter().position(|it| it == title).expect("a title");
+    titles.iter().map(|title| rows[row][place(title)].join(" ")).collect()
+}
+
+/// From the start to the end of all integers: a row of the run shows what the step began with.
+fn the_published_input_passes_through_an_fmu() {
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join("3.0/Feedthrough.fmu"));
+    lab.add(&reference_fmus().join("results/Feedthrough_in.csv"));
+    let input = lab.read("Feedthrough_in.csv");
+    let (titles, rows) = table(&input);
+    let inputs: Vec<_> = titles[1..].iter().map(|title| (*title, *title)).collect();
+    lab.write("case.toml", played("Feedthrough_in.csv", 0.5, &inputs).text());
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+    let ours = lab.table("out/run.csv");
+    let outputs: Vec<_> =
+        titles[1..].iter().map(|it| format!("it.{}", it.replace("_input", "_output"))).collect();
+    let outputs: Vec<_> = outputs.iter().map(String::as_str).collect();
+    for (row, expected) in [(0, 0), (1, 0), (2, 0), (3, 1), (4, 1)] {
+        let expected: Vec<_> = rows[expected][1..].iter().map(|cell| cell.join(" ")).collect();
+        assert_eq!(cells(&ours, row, &outputs), expected, "row {row}");
+    }
+    // The recording has them exactly, too.
+    let again = "[time]\nstep = 0.5\nstop = 2.0\n[[table]]\nname = \"log\"\npath = \"out/run.mcap\"\n\
+                 columns = { i = { column = \"it.Int64_output\" } }";
+    lab.write("again.toml", again);
+    lab.trackside(&["run", "again.toml", "--out", "again", "--csv"]).expect(0);
+}
+
+fn values_jump_between_two_rows_of_one_time() {
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join("3.0/Feedthrough.fmu"));
+    lab.write(
+        "log.csv",
+        "time,c,d,u,b,s,x\n0,0.5,0.25,1,false,a,00ff\n1,1.5,0.25,1,false,a,00ff\n\
+         1,7,3.5,18446744073709551615,true,\"b c\",C0FFEE\n2,8,3.5,18446744073709551614,true,,\n",
     );
+    let titles = [
+        ("c", "Float64_continuous_input"),
+        ("d", "Float64_discrete_input"),
+        ("u", "UInt64_input"),
+        ("b", "Boolean_input"),
+        ("s", "String_input"),
+        ("x", "Binary_input"),
+    ];
+    let scenario = played("log.csv", 0.5, &titles).text();
+    lab.write("case.toml", &scenario);
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+    let ours = lab.table("out/run.csv");
+    let inputs = titles.map(|(_, input)| format!("it.{input}"));
+    let inputs: Vec<_> = inputs.iter().map(String::as_str).collect();
+    let at = |row| cells(&ours, row, &inputs);
+    assert_eq!(at(1), ["0.5", "0.25", "1", "0", "\"a\"", "\"00ff\""]);
+    // Before the jump the line leads to the left value, from it on to the next row.
+    assert_eq!(at(2), ["1", "0.25", "1", "0", "\"a\"", "\"00ff\""]);
+    let after = ["7", "3.5", "18446744073709551615", "1", "\"b c\"", "\"C0FFEE\""];
+    assert_eq!(at(3), after);
+    assert_eq!(at(4)[0], "7.5");
+    assert_eq!(cells(&ours, 4, &["it.Binary_output"]), ["\"c0ffee\""]);
+    for (given, wrong, told) in [
+        (
+            "\n1,7,",
+            "\n1,6,3.5,0,true,b,00\n1,7,",
+            "log.csv: expected a time after 1 of the row before",
+        ),
+        ("18446744073709551615", "18446744073709551616", "expected an integer of 64 bits"),
+        ("18446744073709551615", "0.5", "expected an integer in column `u`"),
+    ] {
+        let log = lab.read("log.csv").replacen(given, wrong, 1);
+        lab.write("wrong/log.csv", log);
+        lab.write("wrong/case.toml", scenario.replace("Feedthrough.fmu", "../Feedthrough.fmu"));
+        let ended = lab.trackside(&["run", "wrong/case.toml"]).expect(2);
+        assert!(ended.stderr.contains(told), "{}", ended.stderr);
+    }
+}
+
+fn integers_of_64_bits_are_handed_on_exactly_or_refused() {
+    let lab = Lab::new();
+    lab.add(&reference_fmus().join("3.0/Feedthrough.fmu"));
+    let nodes = Scenario::new().time(0.5, 1.0).fmu("it", "Feedthrough.fmu", "").key(START);
+    let nodes = nodes.key("start.Int64_input = 9223372036854775807");
+    let nodes = nodes.fmu("two", "Feedthrough.fmu", "").key(START);
+    let plain = nodes.clone().connect("it.Int64_output", "two.Int64_input");
+    let plain = plain.connect("it.UInt64_output", "two.UInt64_input").text();
+    lab.write("case.toml", &plain);
+    let set = [
+        "run",
+        "case.toml",
+        "--set",
+        "it.UInt64_input=18446744073709551614",
+        "--out",
+        "out",
+        "--csv",
+    ];
+    lab.trackside(&set).expect(0);
+    let found = cells(&lab.table("out/run.csv"), 2, &["two.Int64_output", "two.UInt64_output"]);
+    assert_eq!(found, ["9223372036854775807", "18446744073709551614"]);
+    let noisy = plain.replace("\"two.Int64_input\"", "\"two.Int64_input\"\nnoise = { std = 0.1 }");
+    let small = nodes.clone().connect("it.Int64_output", "two.Int32_input").text();
+    let unsigned = nodes.clone().connect("it.Int64_output", "two.UInt64_input").text();
+    let unsigned = unsigned.replace("= 9223372036854775807", "= -1");
+    let number = nodes.clone().connect("it.Int64_output", "two.Float64_continuous_input");
+    let number = number.key("convert = \"integer_to_real\"").text();
+    let literal = nodes.check("is", "it.Int64_output == 9223372036854775807").text();
+    for (scenario, told) in [
+        (noisy, "`two.Int64_input` would get 9223372036854775807"),
+        (small, "`two.Int32_input` would get 9223372036854775807"),
+        (unsigned, "would get -1 from `it.Int64_output`"),
+        (number, "no number on the way holds this integer"),
+        (literal, "9223372036854775807 would be rounded"),
+    ] {
+        lab.write("wrong.toml", &scenario);
+        let ended = lab.trackside(&["run", "wrong.toml"]).expect(2);
+        assert!(ended.stderr.contains(told), "{}", ended.stderr);
+    }
 }
 
 fn an_fmu_without_co_simulation_is_refused_by_the_name_of_what_it_has() {

@@ -37,7 +37,14 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
         let (references, elements) = (names.iter().map(|name| reference(name)), names.len());
         let references = references.collect();
         let (storage, places) = (Storage::Float64, (0..elements).collect());
-        let numbers = vec![Group { storage, references, elements, places }];
+        let numbers = vec![Group {
+            storage,
+            references,
+            elements,
+            discrete: false,
+            clocks: Vec::new(),
+            places,
+        }];
         Ports { numbers, texts: Vec::new() }
     };
     const OUTPUTS: [&str; 6] = ["v_x", "v_y", "r", "X", "Y", "psi"];

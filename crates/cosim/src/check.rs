@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use diagnostics::Error;
 use expression::{Monitor, Outcome, Trace};
-use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack};
+use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack, fits_number};
 use scenario::plan::{CheckPlan, Condition, ResultName, Results};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -66,6 +66,8 @@ pub struct Checks {
     checks: Vec<(CheckPlan, Judge)>,
     /// The status of each check.
     states: Vec<Status>,
+    /// Why a check cannot be judged.
+    unjudged: Vec<Option<String>>,
     notices: Vec<Notice>,
     /// The last communication point so far [s].
     reached: f64,
@@ -90,6 +92,7 @@ impl Checks {
         };
         Checks {
             states: vec![Status::Idle; plans.len()],
+            unjudged: vec![None; plans.len()],
             checks: plans.into_iter().map(judged).collect(),
             notices: Vec::new(),
             reached: 0.0,
@@ -116,7 +119,7 @@ impl Checks {
     /// The verdicts, in the order of the file, given the results of analyses and validations.
     #[must_use]
     pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
-        let verdict = |(plan, judge): &(CheckPlan, Judge)| {
+        let verdict = |((plan, judge), unjudged): (&(CheckPlan, Judge), &Option<String>)| {
             let monitor = match judge {
                 Judge::Run(monitor) => monitor,
                 Judge::Results(monitor, names) => {
@@ -125,6 +128,10 @@ impl Checks {
             };
             let mut verdict = verdict(plan, &monitor.verdict());
             verdict.trace = monitor.trace().clone();
+            if let Some(reason) = unjudged {
+                (verdict.passed, verdict.margin) = (false, None);
+                verdict.reason = Some(reason.clone());
+            }
             if plan.windowed && self.reached < plan.during[1] - self.slack {
                 verdict.passed = false;
                 let reached = self.reached;
@@ -133,20 +140,24 @@ impl Checks {
             }
             verdict
         };
-        self.checks.iter().map(verdict).collect()
+        self.checks.iter().zip(&self.unjudged).map(verdict).collect()
     }
 }
 
 impl Sink<Full> for Checks {
     fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.reached = time;
-        let checks = self.checks.iter_mut().zip(&mut self.states);
-        for ((plan, judge), state) in checks {
+        let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged);
+        for (((plan, judge), state), unjudged) in checks {
             let Judge::Run(monitor) = judge else { continue };
             let [from, to] = plan.during;
             let inside = time > from - self.slack && time < to + self.slack;
+            if inside && unjudged.is_none() {
+                *unjudged = rounded_integer(plan, time, row);
+            }
             let now = match inside.then(|| monitor.sample(time, row)) {
                 None => Status::Idle,
+                Some(_) if unjudged.is_some() => Status::Violated,
                 Some(None) => Status::Pending,
                 Some(Some(true)) => Status::Holds,
                 Some(Some(false)) => Status::Violated,
@@ -161,6 +172,13 @@ impl Sink<Full> for Checks {
     fn notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
     }
+}
+
+/// Says which integer of a check no number holds.
+fn rounded_integer(plan: &CheckPlan, time: f64, row: &Row<Full>) -> Option<String> {
+    let (index, name) = plan.integers.iter().find(|(index, _)| !fits_number(row[*index]))?;
+    let value = row[*index];
+    Some(format!("`{name}` is {value} at {time:.3} s, which no number of checks holds exactly"))
 }
 
 fn change(name: &str, time: f64, status: Status) -> Notice {

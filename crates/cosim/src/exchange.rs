@@ -1,5 +1,7 @@
 //! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
 
+mod exact;
+
 use std::time::{Duration, Instant};
 
 use diagnostics::{Error, rounded};
@@ -8,10 +10,7 @@ use recording::{Columns, Full, NumberIndex, Row};
 use scenario::plan::{Body, Clock, InputChain, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
-use crate::node::Node;
-
-/// Share of a step that times may differ by and still be the same.
-pub(crate) const SAME: f64 = 1e-6;
+use crate::node::{Node, SAME};
 
 /// How often a node was stepped, and how long that took.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -62,7 +61,7 @@ impl Memory {
 pub struct Exchange<'a> {
     pub(crate) plans: &'a mut [NodePlan],
     pub(crate) nodes: &'a mut [Box<dyn Node>],
-    columns: &'a Columns<Full>,
+    pub(crate) columns: &'a Columns<Full>,
     order: &'a [usize],
     clock: Clock,
     /// The row at the communication point where the step starts.
@@ -162,6 +161,9 @@ impl<'a> Exchange<'a> {
     /// When an input does not accept its value.
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
         let begin = Instant::now();
+        let shown = |at| self.clock.at(self.tick + u64::from(at == At::End));
+        let rows = (Some(&self.start), &self.row);
+        exact::check(&self.plans[node], self.columns, rows, &shown).map_err(Interruption::Value)?;
         let (plan, row) = (&mut self.plans[node], &mut self.row);
         for (ResolvedConnection { source, input_chain }, input) in
             plan.connections.iter_mut().zip(plan.inputs.indices())
@@ -173,6 +175,7 @@ impl<'a> Exchange<'a> {
             accept(input_chain, self.columns, (source.index, input), row, shown)
                 .map_err(Interruption::Value)?;
         }
+        exact::carry(plan, Some(&self.start), row);
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             match source.at {
                 At::Start => row[input].clone_from(&self.start[source.index]),
@@ -282,12 +285,14 @@ impl<'a> Exchange<'a> {
     /// step on.
     fn feed_initially(&mut self, node: usize) -> Result<(), Error> {
         let (plan, row) = (&self.plans[node], &mut self.row);
+        exact::check(plan, self.columns, (None, row), &|_| self.clock.start)?;
         for (ResolvedConnection { source, input_chain }, input) in
             plan.connections.iter().zip(plan.inputs.indices())
         {
             row[input] = input_chain.convert(row[source.index]);
             accept(input_chain, self.columns, (source.index, input), row, self.clock.start)?;
         }
+        exact::carry(plan, None, row);
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             row[input] = row[source.index].clone();
         }
@@ -303,11 +308,20 @@ pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
 
 fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
     node.set(&row[plan.inputs])?;
+    if !plan.exact.connections.is_empty() {
+        node.set_integers(&row[plan.exact.inputs])?;
+    }
     node.set_texts(&row[plan.texts.inputs])
 }
 
 fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
     node.get(&mut row[plan.outputs])?;
+    if !plan.exact.numbers.is_empty() {
+        node.get_integers(&mut row[plan.exact.outputs])?;
+        for pair in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
+            row.put(pair, row[pair.0]);
+        }
+    }
     node.get_texts(&mut row[plan.texts.outputs])
 }
 

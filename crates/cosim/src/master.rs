@@ -2,12 +2,12 @@
 
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, MessageLevel};
-use recording::{Event, Full, Level, Sink};
+use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
 use scenario::plan::System;
 
 use crate::coupling::Coupling;
-use crate::exchange::{Effort, Exchange, Interruption, SAME, failure};
-use crate::node::Node;
+use crate::exchange::{Effort, Exchange, Interruption, failure};
+use crate::node::{Node, SAME};
 
 /// How far a run came, and what it cost.
 #[derive(Debug, Clone, Default)]
@@ -53,6 +53,8 @@ fn drive(
     let initialised = exchange.initialise(coupling.initialisation_passes());
     report_messages(exchange, sink, clock.start)?;
     initialised?;
+    let mut told = Vec::new();
+    report_rounded(exchange, sink, &mut told, clock.start)?;
     sink.row(0, clock.start, exchange.row())?;
     for k in 0..clock.steps {
         exchange.begin(k);
@@ -62,6 +64,7 @@ fn drive(
         }
         let time = clock.at(k + 1);
         report_messages(exchange, sink, time)?;
+        report_rounded(exchange, sink, &mut told, time)?;
         sink.row(k + 1, time, exchange.row())?;
         progress.steps = k + 1;
         tick(k + 1);
@@ -126,6 +129,29 @@ fn report_messages(
             let source = plan.name.clone();
             sink.event(&Event { time, level, source, message: message.text })?;
         }
+    }
+    Ok(())
+}
+
+/// Says of each integer of 64 bits, once, that from this time on not all see it exactly. `told` has those of which it was said.
+fn report_rounded(
+    exchange: &Exchange,
+    sink: &mut dyn Sink<Full>,
+    told: &mut Vec<NumberIndex<Full>>,
+    time: f64,
+) -> Result<(), Error> {
+    for (integer, number) in exchange.columns.integers() {
+        let value = exchange.row()[integer];
+        if fits_number(value) || told.contains(&number) {
+            continue;
+        }
+        told.push(number);
+        let Column { node, variable, .. } = &exchange.columns[number];
+        let message = format!(
+            "`{variable}` is {value}, which no number holds exactly: run.csv and run.mcap have it as it is, diagrams, comparisons, \
+             baselines and analyses a rounded one"
+        );
+        sink.event(&Event { time, level: Level::Warning, source: node.clone(), message })?;
     }
     Ok(())
 }

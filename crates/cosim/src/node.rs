@@ -14,6 +14,9 @@ use scenario::plan::{Body, Clock, NodePlan, System};
 pub use fmu::FmuNode;
 pub use source::{Source, SourceNode};
 
+/// Share of a step that times may differ by and still be the same.
+pub(crate) const SAME: f64 = 1e-6;
+
 /// A node of the run. The master calls [`enter`](Node::enter), then [`set`](Node::set) and
 /// [`get`](Node::get) in the order of the data flow, then [`ready`](Node::ready), then `set`,
 /// [`step`](Node::step), `get` for each communication step, and [`end`](Node::end).
@@ -43,6 +46,16 @@ pub trait Node: Send {
 
     /// Gives the texts of all outputs, beside the numbers of [`get`](Node::get).
     fn get_texts(&mut self, _outputs: &mut [String]) -> Result<(), CallError> {
+        Ok(())
+    }
+
+    /// Takes the connected inputs that are integers of 64 bits, which [`set`](Node::set) leaves to this.
+    fn set_integers(&mut self, _inputs: &[i128]) -> Result<(), CallError> {
+        Ok(())
+    }
+
+    /// Gives the outputs that are integers of 64 bits, which [`get`](Node::get) leaves to this.
+    fn get_integers(&mut self, _outputs: &mut [i128]) -> Result<(), CallError> {
         Ok(())
     }
 

@@ -11,6 +11,10 @@ pub struct Number;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Text;
 
+/// Marks indices among the integers of a row that are kept exactly beside its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Integer;
+
 /// The index of a column of kind `K` in rows of space `S`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TypedIndex<K, S> {
@@ -22,10 +26,14 @@ pub struct TypedIndex<K, S> {
 pub type NumberIndex<S> = TypedIndex<Number, S>;
 /// The index of a text in rows of space `S`.
 pub type TextIndex<S> = TypedIndex<Text, S>;
+/// The index of an exact integer in rows of space `S`.
+pub type IntegerIndex<S> = TypedIndex<Integer, S>;
 /// Neighbouring numbers in rows of space `S`.
 pub type NumberRange<S> = TypedRange<Number, S>;
 /// Neighbouring texts in rows of space `S`.
 pub type TextRange<S> = TypedRange<Text, S>;
+/// Neighbouring exact integers in rows of space `S`.
+pub type IntegerRange<S> = TypedRange<Integer, S>;
 
 impl<K, S> TypedIndex<K, S> {
     /// The column with so many others of its kind before it.

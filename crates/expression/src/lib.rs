@@ -46,8 +46,8 @@ use units::Unit;
 
 pub use bound::Bound;
 pub use index::{
-    ColumnIndex, Number, NumberIndex, NumberRange, Text, TextIndex, TextRange, TypedIndex,
-    TypedRange, Values,
+    ColumnIndex, Integer, IntegerIndex, IntegerRange, Number, NumberIndex, NumberRange, Text,
+    TextIndex, TextRange, TypedIndex, TypedRange, Values,
 };
 pub use monitor::{Monitor, Outcome};
 pub use trace::{Trace, TracePoint, Traced};

@@ -118,12 +118,24 @@ fn number(rest: &str, at: usize) -> Result<(Token<'_>, usize), ParseError> {
         }
     }
     match rest[..length].parse::<f64>() {
+        Ok(value) if is_rounded(&rest[..length], value) => Err(ParseError::new(
+            at..at + length,
+            format!(
+                "{} would be rounded to {value}: not every integer beyond 2^53 is a number of checks",
+                &rest[..length]
+            ),
+        )),
         Ok(value) if value.is_finite() => Ok((Token::Number(value), length)),
         _ => Err(ParseError::new(
             at..at + length,
             format!("expected a finite number, found `{}`", &rest[..length]),
         )),
     }
+}
+
+/// Whether a number that is written as an integer is another one as `f64`.
+fn is_rounded(text: &str, value: f64) -> bool {
+    text.parse::<u64>().is_ok_and(|written| value as u128 != u128::from(written))
 }
 
 /// The bytes of the unit after a number, 0 without one: `deg`, `km/h`, `N/(m/s)`, `1/s`.

@@ -55,12 +55,13 @@ fn event_mode(driver: &TestDriver) -> Verdict {
             break;
         }
         driver.set_inputs(&mut instance, 0, 0)?;
-        match driver.do_step(&mut instance, driver.time(tick.into()), driver.step()) {
+        driver.note(&format!("fmi3DoStep at t = {} s", driver.time(tick.into())));
+        let advance = match instance.advance(driver.time(tick.into()), driver.step()) {
             Err(CallError { terminated: Some(_), .. }) => break,
-            step => step?,
-        }
+            advance => advance?,
+        };
         rows.push(driver.row(&mut instance, driver.time((tick + 1).into()))?);
-        if instance.wants_event_mode() {
+        if advance.event {
             driver.note("fmi3EnterEventMode");
             instance.enter_event_mode()?;
             ended = update(driver, &mut instance, f64::from(tick) + 1.0)?;
@@ -75,19 +76,19 @@ fn event_mode(driver: &TestDriver) -> Verdict {
 
 /// Updates discrete states until they rest, leaves event mode, and says whether the FMU asks for the end.
 fn update(driver: &TestDriver, instance: &mut Instance, tick: f64) -> Result<bool, Objection> {
+    let time = driver.time(tick);
     for _ in 0..UPDATES {
         driver.note("fmi3UpdateDiscreteStates");
-        let update = instance.update_discrete_states()?;
-        if update.terminates {
-            return Ok(true);
-        }
-        if !update.needs_update {
+        let update = match instance.update_discrete_states(time) {
+            Err(CallError { terminated: Some(_), .. }) => return Ok(true),
+            update => update?,
+        };
+        if !update.again {
             driver.note("fmi3EnterStepMode");
             instance.enter_step_mode()?;
             return Ok(false);
         }
     }
-    let time = driver.time(tick);
     broken(format!("fmi3UpdateDiscreteStates asks for more than {UPDATES} updates at t = {time} s"))
 }
 

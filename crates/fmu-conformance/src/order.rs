@@ -55,7 +55,7 @@ const ILLEGAL: &[Row3] = &[
     ("EnterInitializationMode", |_, instance| instance.enter_initialization(), &[InitializationMode, StepComplete, Terminated], &[InitializationMode, StepComplete, Terminated]),
     ("ExitInitializationMode", |_, instance| instance.exit_initialization(), &[Instantiated, StepComplete, Terminated], &[Instantiated, StepComplete, Terminated]),
     ("EnterEventMode", |_, instance| instance.enter_event_mode(), &[], &STATES),
-    ("UpdateDiscreteStates", |_, instance| instance.update_discrete_states().map(drop), &[], &STATES),
+    ("UpdateDiscreteStates", |_, instance| instance.update_discrete_states(0.0).map(drop), &[], &STATES),
     ("EnterStepMode", |_, instance| instance.enter_step_mode(), &[], &[Instantiated, StepComplete, Terminated]),
     ("Terminate", |_, instance| instance.terminate(), &[Instantiated, InitializationMode, Terminated], &[Instantiated, InitializationMode, Terminated]),
     ("DoStep", step, &[Instantiated, InitializationMode, Terminated], &[Instantiated, InitializationMode, Terminated]),

@@ -6,6 +6,7 @@
 
 mod activity;
 mod derivative;
+mod events;
 mod functions;
 mod instance;
 mod instantiation;
@@ -15,6 +16,7 @@ mod numbers;
 mod phase;
 mod state;
 mod status;
+mod step;
 mod texts;
 mod three;
 mod values;
@@ -28,7 +30,7 @@ pub use instance::Instance;
 pub use library::Library;
 pub use mailbox::STRANGER;
 pub use state::FmuState;
-pub use three::{Block, Update3};
+pub use three::Block;
 
 /// The name of a function in the version of an instance's library.
 macro_rules! named {

@@ -60,6 +60,35 @@ pub enum StepStatus {
     },
 }
 
+/// How far a step came.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Advance {
+    /// The time that the FMU came to [s].
+    pub reached: f64,
+    /// Whether there is an event to handle.
+    pub event: bool,
+}
+
+/// What an FMU says about the interval of a clock: `fmi3IntervalQualifier`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IntervalChange {
+    /// It is not known yet.
+    Unknown,
+    /// It is the same as before.
+    Same,
+    /// It is another one, or known for the first time.
+    Changed,
+}
+
+/// What an update of the discrete states says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Updated {
+    /// Whether the event has to be iterated on.
+    pub again: bool,
+    /// When the next event is due, if the FMU knows it [s].
+    pub next: Option<f64>,
+}
+
 impl StepStatus {
     /// Makes an early end an error.
     pub(crate) fn into_result(self, version: Version) -> Result<(), CallError> {

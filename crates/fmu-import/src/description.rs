@@ -50,6 +50,10 @@ pub struct Description {
     pub interpolated_inputs: bool,
     /// Up to which order outputs have time derivatives.
     pub output_derivatives: u32,
+    /// Whether it has event mode.
+    pub event_mode: bool,
+    /// Whether it may end a step early, on its own or after an intermediate update.
+    pub early_return: bool,
     /// Whether a second instance in the process is impossible.
     pub only_once: bool,
     /// Preferred communication step [s].
@@ -153,6 +157,38 @@ pub fn list(items: &[Item]) -> String {
     items.collect::<Vec<_>>().join(", ")
 }
 
+/// When an input clock ticks, or that an output clock ticks when the FMU says so (FMI 3.0, section 2.2.9).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interval {
+    /// At intervals that never change.
+    Constant,
+    /// At intervals that do not change after the initialisation.
+    Fixed,
+    /// At intervals that the FMU knows after its initialisation.
+    Calculated,
+    /// At intervals that may change with tunable parameters.
+    Tunable,
+    /// At intervals that the FMU may change at each tick.
+    Changing,
+    /// Once, the time after an event that the FMU says.
+    Countdown,
+    /// When somebody says so.
+    Triggered,
+}
+
+/// The ticks of a clock.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ticks {
+    /// When it ticks.
+    pub interval: Interval,
+    /// The time between two ticks, if the description tells [s].
+    pub seconds: Option<f64>,
+    /// The time before the first tick [s].
+    pub shift: f64,
+    /// Of clocks that tick at one time the one with the lowest number comes first.
+    pub priority: Option<u32>,
+}
+
 /// A variable of an FMU.
 #[derive(Debug, Clone)]
 pub struct Variable {
@@ -190,6 +226,10 @@ pub struct Variable {
     pub description: Option<String>,
     /// For outputs, the indices of the variables that it follows directly; `None` means all inputs.
     pub dependencies: Option<Vec<usize>>,
+    /// Of a clock, its ticks.
+    pub ticks: Option<Ticks>,
+    /// The value references of the clocks at whose ticks alone it has a value; none of a variable without clocks.
+    pub clocks: Vec<u32>,
 }
 
 impl Variable {
@@ -214,6 +254,12 @@ impl Variable {
 }
 
 impl Description {
+    /// Whether steps may end early: at events, or for other reasons.
+    #[must_use]
+    pub fn returns_early(&self) -> bool {
+        self.event_mode || self.early_return
+    }
+
     /// The index of the variable called `name`.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {

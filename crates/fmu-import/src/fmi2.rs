@@ -37,6 +37,8 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         directional_derivative: cs.providesDirectionalDerivative,
         interpolated_inputs: cs.canInterpolateInputs,
         output_derivatives: cs.maxOutputDerivativeOrder,
+        event_mode: false,
+        early_return: false,
         only_once: cs.canBeInstantiatedOnlyOncePerProcess,
         default_step: default(|it| it.stepSize.as_ref()),
         default_start: default(|it| it.startTime.as_ref()).unwrap_or(0.0),
@@ -81,6 +83,8 @@ fn variable(found: &ModelDescription, index: usize) -> Variable {
         start: scalar.variableType.start().clone(),
         description: scalar.description.clone(),
         dependencies,
+        ticks: None,
+        clocks: Vec::new(),
     }
 }
 

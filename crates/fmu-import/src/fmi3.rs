@@ -1,5 +1,7 @@
 //! Reads the description of an FMU of FMI 3.0; arrays become their elements.
 
+mod clocks;
+
 use std::collections::BTreeMap;
 
 use fmi_rs::model_description::fmi3::ModelDescription;
@@ -69,6 +71,9 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
         // FMI 3.0 has no derivatives of inputs without intermediate update.
         interpolated_inputs: false,
         output_derivatives: attribute(cs, "maxOutputDerivativeOrder")?.unwrap_or(0),
+        event_mode: flag("hasEventMode")?,
+        early_return: flag("mightReturnEarlyFromDoStep")?
+            || flag("canReturnEarlyAfterIntermediateUpdate")?,
         only_once: flag("canBeInstantiatedOnlyOncePerProcess")?,
         default_step: default("stepSize"),
         default_start: default("startTime").unwrap_or(0.0),
@@ -272,6 +277,8 @@ fn elements(
         start: None,
         description: attribute(node, "description")?,
         dependencies: follows,
+        ticks: (kind == Type::Clock).then(|| clocks::ticks(&of)).transpose()?,
+        clocks: clocks::of_variable(node)?,
     };
     let element = |index: usize| Variable {
         name: format!("{name}{}", one.subscript(index)),

@@ -75,11 +75,9 @@ use archive::Folder;
 use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
-pub use binding::{
-    Block, FmuState, Instance, Library, STRANGER, Update3, leave_signals_alone, watch,
-};
-pub use call::{CallError, Message, MessageLevel, StepStatus};
-pub use description::{Description, Item, Storage, Type, Variable, Version};
+pub use binding::{Block, FmuState, Instance, Library, STRANGER, leave_signals_alone, watch};
+pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
+pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
 pub use error::OpenError;
 pub use value::{Value, bytes, hexadecimal};
 

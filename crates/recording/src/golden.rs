@@ -4,8 +4,9 @@ use std::path::Path;
 
 use diagnostics::Error;
 
+use crate::columns::Column;
 use crate::reader::Recording;
-use crate::row::{Column, Recorded, Row};
+use crate::row::{Recorded, Row};
 use crate::sink::Sink;
 use crate::table::{self, CsvColumn};
 

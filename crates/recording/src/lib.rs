@@ -3,20 +3,25 @@
 //! of value ([`Number`] or [`Text`]).
 #![forbid(unsafe_code)]
 
+mod columns;
 mod golden;
 mod reader;
 pub mod recover;
 mod row;
+mod selection;
 mod sink;
 pub mod table;
 pub mod view;
 
+pub use columns::{Column, Columns, Direction, ValueKind};
+pub use expression::{
+    ColumnIndex, Integer, IntegerIndex, IntegerRange, Number, NumberIndex, NumberRange, Text,
+    TextIndex, TextRange, TypedIndex, TypedRange, Values,
+};
 pub use golden::{Golden, GoldenColumn, GoldenValues};
 pub use reader::Recording;
-pub use row::{
-    Column, ColumnIndex, Columns, Direction, Full, Number, NumberIndex, NumberRange, Recorded, Row,
-    Selection, Text, TextIndex, TextRange, TypedIndex, TypedRange, ValueKind, Values,
-};
+pub use row::{Full, Recorded, Row, fits_number};
+pub use selection::Selection;
 pub use sink::csv::CsvSink;
 pub use sink::mcap::McapSink;
 pub use sink::threaded_sink::ThreadedSink;

@@ -11,11 +11,13 @@ use prost::encoding::{DecodeContext, WireType, decode_key, skip_field, string};
 use prost_types::field_descriptor_proto::Type;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 
-use crate::row::{Column, ColumnIndex, Columns, Direction, Recorded, Row, ValueKind};
+use crate::columns::{Column, Columns, Direction, ValueKind};
+use crate::row::{Recorded, Row};
 use crate::sink::mcap::{KEPT, RUN, SCENARIO, SUMMARY, event};
 use crate::sink::{RunHeader, Sink};
 use crate::table::{Mcap, TableError};
 use crate::view::View;
+use expression::ColumnIndex;
 
 /// A recorded run.
 pub struct Recording {
@@ -90,6 +92,8 @@ impl Recording {
             let Some(variable) = entry("fmi") else { return };
             let kind = match (field.r#type(), entry("type").map(String::as_str)) {
                 (Type::String, _) => ValueKind::String,
+                (Type::Int64, _) => ValueKind::Int64,
+                (Type::Uint64, _) => ValueKind::UInt64,
                 (_, Some("Integer")) => ValueKind::Integer,
                 (_, Some("Boolean")) => ValueKind::Boolean,
                 _ => ValueKind::Real,
@@ -113,7 +117,8 @@ impl Recording {
     /// # Errors
     /// When the recording is damaged, or the sink fails.
     pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
-        let mut row = self.header.columns.row();
+        let columns = &self.header.columns;
+        let mut row = columns.row();
         let (mut now, mut filled, mut failed) = (None, 0, None);
         let mut take = |header: &MessageHeader, data: &[u8]| -> Result<(), Error> {
             let time = header.log_time as f64 / 1e9;
@@ -124,7 +129,7 @@ impl Recording {
             if now != Some(header.log_time) {
                 (now, filled) = (Some(header.log_time), 0);
             }
-            decode(data, side, &mut row).map_err(|error| {
+            decode(data, side, columns, &mut row).map_err(|error| {
                 let path = self.path().display();
                 Error::input(format!("{path}: a message at {time} s cannot be read: {error}"))
             })?;
@@ -237,7 +242,12 @@ fn message(channel: &Channel) -> Option<DescriptorProto> {
 }
 
 /// Puts the fields of a message into the row.
-fn decode(mut data: &[u8], side: &Side, row: &mut Row<Recorded>) -> Result<(), prost::DecodeError> {
+fn decode(
+    mut data: &[u8],
+    side: &Side,
+    columns: &Columns<Recorded>,
+    row: &mut Row<Recorded>,
+) -> Result<(), prost::DecodeError> {
     while !data.is_empty() {
         let (number, wire) = decode_key(&mut data)?;
         match (wire, side.get(&number)) {
@@ -248,6 +258,14 @@ fn decode(mut data: &[u8], side: &Side, row: &mut Row<Recorded>) -> Result<(), p
                     &mut data,
                     DecodeContext::default(),
                 )?;
+            }
+            (WireType::Varint, Some(ColumnIndex::Number(index))) => {
+                let bits = prost::encoding::decode_varint(&mut data)?;
+                let signed = columns[*index].kind == ValueKind::Int64;
+                let value = if signed { i128::from(bits as i64) } else { i128::from(bits) };
+                if let Some(integer) = columns.integer(*index) {
+                    row.put((integer, *index), value);
+                }
             }
             (WireType::LengthDelimited, Some(ColumnIndex::Text(index))) => {
                 let text = &mut row[*index];

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Source};
 
-use crate::row::{Column, Columns, Direction, Recorded, Row, ValueKind};
+use crate::columns::{Column, Columns, Direction, ValueKind};
+use crate::row::{Recorded, Row};
 use crate::view::View;
 
 pub mod csv;

@@ -1,22 +1,25 @@
 //! Plays columns of a CSV file or an MCAP recording back.
 
 mod csv;
+mod error;
 mod gaps;
+mod kept;
 mod mcap;
 mod wanted;
 
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use diagnostics::suggest::{closest_question, shortened};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::csv::{CsvColumn, whole};
 pub use self::csv::{CsvError, columns};
+pub use self::error::TableError;
+use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
-pub use self::wanted::{Decimal, Dialect, Gaps, Scaling, Separator, Wanted, WantedColumn};
+pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn};
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -27,134 +30,6 @@ pub enum Interpolation {
     Linear,
     /// The last recorded value.
     Hold,
-}
-
-/// Why a recording cannot be played back.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    /// The file cannot be opened.
-    #[error("cannot open the recording {}: {source}", path.display())]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The file does not have a column that the scenario asks for.
-    #[error(
-        "no column `{column}` in {}: it has {}{}", path.display(), shortened(present),
-        hint.as_ref().map(|hint| format!("; {hint}")).unwrap_or_default()
-    )]
-    MissingColumn {
-        /// The file.
-        path: PathBuf,
-        /// The column that was asked for.
-        column: String,
-        /// The columns that are there.
-        present: Vec<String>,
-        /// The question whether the closest of them was meant.
-        hint: Option<String>,
-    },
-    /// The scenario does not say which column of a CSV file is the time.
-    #[error(
-        "{} is read as CSV, which needs `time`, the column of the time stamps [s]: it has {}",
-        path.display(), shortened(present)
-    )]
-    NoTime {
-        /// The file.
-        path: PathBuf,
-        /// The columns of the file.
-        present: Vec<String>,
-    },
-    /// A word of the scenario is about CSV, and the file is MCAP.
-    #[error("{} is MCAP: `{key}` is about CSV files, leave it out", path.display())]
-    NotCsv {
-        /// The file.
-        path: PathBuf,
-        /// The key.
-        key: &'static str,
-    },
-    /// Rows have no value.
-    #[error(
-        "`{column}` has no value in {count} row{} of {}, the first one in {place}: say `gaps = \"hold\"` for the last value, \
-         or `gaps = \"interpolate\"` for the line between its neighbours, or fill them in the file", if *count == 1 { "" } else { "s" }, path.display()
-    )]
-    Gaps {
-        /// The file.
-        path: PathBuf,
-        /// The column of the scenario.
-        column: String,
-        /// How many rows have none.
-        count: usize,
-        /// The first one.
-        place: String,
-    },
-    /// No row has a value.
-    #[error("`{column}` has no value in any row of {}", path.display())]
-    NoValue {
-        /// The file.
-        path: PathBuf,
-        /// The column of the scenario.
-        column: String,
-    },
-    /// Columns of a clock do not overlap in time.
-    #[error(
-        "{columns} of {} have no row in common where each has a value: play them back as two tables", path.display()
-    )]
-    Apart {
-        /// The file.
-        path: PathBuf,
-        /// The columns of the scenario.
-        columns: String,
-    },
-    /// The CSV file cannot be played back.
-    #[error(transparent)]
-    Csv(#[from] CsvError),
-    /// The MCAP recording cannot be played back.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// Several columns are wrong.
-    #[error("{}", each.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Several {
-        /// What is wrong with each.
-        each: Vec<TableError>,
-    },
-}
-
-impl TableError {
-    fn missing(path: &Path, column: &str, present: Vec<String>) -> Self {
-        let hint = closest_question(column, present.iter().map(String::as_str));
-        let (path, column) = (path.to_owned(), column.to_owned());
-        TableError::MissingColumn { path, column, present, hint }
-    }
-
-    /// One error of some; `Several` of none is never made.
-    fn all(errors: impl IntoIterator<Item = Self>) -> Self {
-        let mut each: Vec<Self> = errors.into_iter().collect();
-        if each.len() == 1 { each.remove(0) } else { TableError::Several { each } }
-    }
-
-    /// The errors that it consists of.
-    #[must_use]
-    pub fn each(self) -> Vec<Self> {
-        match self {
-            TableError::Several { each } => each,
-            one => vec![one],
-        }
-    }
-
-    /// The word of the scenario that does not fit the file: a column, or what is the time.
-    #[must_use]
-    pub fn word(&self) -> Option<&str> {
-        match self {
-            TableError::MissingColumn { column, .. }
-            | TableError::Gaps { column, .. }
-            | TableError::NoValue { column, .. } => Some(column),
-            TableError::Csv(error) => error.word(),
-            TableError::Recording(error) => error.word(),
-            _ => None,
-        }
-    }
 }
 
 /// The columns that a reader takes from a file.
@@ -173,8 +48,9 @@ struct Recorded {
 struct Series {
     /// The index of its clock.
     clock: usize,
-    /// NaN where there is none.
+    /// NaN where there is none; of what is kept, the places.
     values: Vec<f64>,
+    kept: Kept,
     /// Its unit, from the file.
     unit: Option<String>,
     /// Where the first row without a value is.
@@ -233,7 +109,9 @@ struct Clock {
 struct Column {
     name: String,
     clock: usize,
+    /// Of what is kept, the places.
     values: Vec<f64>,
+    kept: Kept,
     unit: Option<String>,
 }
 
@@ -286,10 +164,12 @@ impl Table {
         let clock = |stamps| Clock { stamps, delay: 0.0, cursor: 0 };
         let mut clocks: Vec<Clock> = recorded.clocks.into_iter().map(clock).collect();
         let column = |(wanted, series): (&WantedColumn, Series)| {
-            let Series { clock, mut values, unit, .. } = series;
-            values.iter_mut().for_each(|value| *value = wanted.scaling.apply(*value));
+            let Series { clock, mut values, kept, unit, .. } = series;
+            if let Kept::Nothing = kept {
+                values.iter_mut().for_each(|value| *value = wanted.scaling.apply(*value));
+            }
             let clock = late(&mut clocks, clock, wanted.delay);
-            Column { name: wanted.name.clone(), clock, values, unit }
+            Column { name: wanted.name.clone(), clock, values, kept, unit }
         };
         let columns = wanted.columns.iter().zip(right.into_iter().flatten()).map(column).collect();
         let mut table = Self {
@@ -317,7 +197,7 @@ impl Table {
     }
 
     /// The names in the scenario, in the order of the column indices.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub fn names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.columns.iter().map(|column| column.name.as_str())
     }
 
@@ -368,11 +248,14 @@ impl Table {
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
     pub fn value(&mut self, column: usize, time: f64) -> f64 {
-        let Column { clock, values, .. } = &self.columns[column];
+        let Column { clock, values, kept, .. } = &self.columns[column];
         let clock = &mut self.clocks[*clock];
         let stamp = time + self.origin;
         let here = clock.seek(stamp + EDGE);
         let past = stamp - clock.stamps[here];
+        if let Kept::Integers(integers) = kept {
+            return integers[values[here] as usize] as f64;
+        }
         if here + 1 == values.len() || self.interpolation == Interpolation::Hold || past <= EDGE {
             return values[here];
         }

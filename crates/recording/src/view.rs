@@ -4,7 +4,8 @@ use expression::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::row::{ColumnIndex, NumberIndex, Recorded, Row, TextIndex, Values};
+use crate::row::{Recorded, Row};
+use expression::{ColumnIndex, NumberIndex, TextIndex, Values};
 
 /// The layout of a replay.
 #[derive(Debug, Clone, Default)]

@@ -14,7 +14,8 @@ use diagnostics::Error;
 use fmu_import::{Causality, Fmu, Storage, Value};
 use recording::table::Table;
 use recording::{
-    Columns, Full, NumberIndex, NumberRange, RunHeader, Selection, TextIndex, TextRange,
+    Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, RunHeader, Selection,
+    TextIndex, TextRange,
 };
 
 use crate::signal::Signal;
@@ -83,6 +84,10 @@ pub struct Group {
     pub references: Vec<u32>,
     /// Number of elements in all.
     pub elements: usize,
+    /// Whether they are inputs that change at events only, and the FMU has event mode.
+    pub discrete: bool,
+    /// The value references of the clocks at whose ticks alone they have values.
+    pub clocks: Vec<u32>,
     /// Places of the values that travel among all elements, in the order in which they travel.
     pub places: Vec<usize>,
 }
@@ -92,6 +97,12 @@ impl Group {
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.places.len() == self.elements
+    }
+
+    /// Whether the values are integers of 64 bits, which travel exactly.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        matches!(self.storage, Storage::Int64 | Storage::UInt64)
     }
 }
 
@@ -177,6 +188,35 @@ pub struct NodePlan {
     pub connections: Vec<ResolvedConnection>,
     /// The same for texts.
     pub texts: TextPlan,
+    /// The same for integers of 64 bits, which are among the numbers, too.
+    pub exact: ExactPlan,
+}
+
+/// Indices of a node's integers of 64 bits in the row.
+#[derive(Debug, Default)]
+pub struct ExactPlan {
+    /// Its outputs.
+    pub outputs: IntegerRange<Full>,
+    /// The number of each output.
+    pub numbers: Vec<NumberIndex<Full>>,
+    /// Its connected inputs.
+    pub inputs: IntegerRange<Full>,
+    /// The connections with such an integer at one end or at both.
+    pub connections: Vec<ExactConnection>,
+}
+
+/// What a connection of numbers is for an integer of 64 bits.
+#[derive(Debug)]
+pub struct ExactConnection {
+    /// Its place among the node's connections of numbers.
+    pub place: usize,
+    /// The output, if it is such an integer.
+    pub source: Option<IntegerIndex<Full>>,
+    /// The input, if it is such an integer.
+    pub input: Option<IntegerIndex<Full>>,
+    /// The integers that the input accepts when they arrive as they are; without it they go through the number, which has to
+    /// hold them.
+    pub as_it_is: Option<Accepts>,
 }
 
 /// Indices of a node's texts in the row.

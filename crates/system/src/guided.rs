@@ -7,22 +7,33 @@ use diagnostics::Error;
 use fmu_import::{CallError, Message};
 use scenario::plan::Clock;
 
-/// Values from outside, by their places among the outputs of one node.
+/// Values from outside for some outputs of one node.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Held(Arc<Mutex<Vec<(usize, f64)>>>);
+pub(crate) struct Held(Arc<Mutex<Vec<HeldOutput>>>);
+
+#[derive(Debug)]
+struct HeldOutput {
+    /// Its place among the outputs that are numbers.
+    number: usize,
+    /// Its place among those that are integers of 64 bits, if it is one.
+    integer: Option<usize>,
+    value: f64,
+}
 
 impl Held {
-    /// The values of these outputs, 0 at first.
-    pub fn new(outputs: impl Iterator<Item = usize>) -> Self {
-        Held(Arc::new(Mutex::new(outputs.map(|output| (output, 0.0)).collect())))
+    /// The values of these outputs, 0 at first. Each has a place among the numbers, and one among the integers of 64 bits if it
+    /// is one.
+    pub fn new(outputs: impl Iterator<Item = (usize, Option<usize>)>) -> Self {
+        let held = outputs.map(|(number, integer)| HeldOutput { number, integer, value: 0.0 });
+        Held(Arc::new(Mutex::new(held.collect())))
     }
 
     /// Holds these values from here on, in the order of the outputs.
     pub fn hold(&self, values: impl Iterator<Item = f64>) {
-        self.lock().iter_mut().zip(values).for_each(|((_, held), value)| *held = value);
+        self.lock().iter_mut().zip(values).for_each(|(held, value)| held.value = value);
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<(usize, f64)>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<HeldOutput>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -48,7 +59,7 @@ impl Node for Guided {
 
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         self.node.get(outputs)?;
-        self.held.lock().iter().for_each(|(output, value)| outputs[*output] = *value);
+        self.held.lock().iter().for_each(|held| outputs[held.number] = held.value);
         Ok(())
     }
 
@@ -58,6 +69,20 @@ impl Node for Guided {
 
     fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
         self.node.get_texts(outputs)
+    }
+
+    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
+        self.node.set_integers(inputs)
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        self.node.get_integers(outputs)?;
+        for HeldOutput { integer, value, .. } in self.held.lock().iter() {
+            if let Some(integer) = *integer {
+                outputs[integer] = *value as i128;
+            }
+        }
+        Ok(())
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {

@@ -231,7 +231,8 @@ fn guide(
         if own.is_empty() {
             return node;
         }
-        let held = Held::new(own.iter().filter_map(|(_, at)| place(*at)));
+        let integer = |at| plan.exact.numbers.iter().position(|it| *it == at);
+        let held = Held::new(own.iter().filter_map(|(_, at)| Some((place(*at)?, integer(*at)))));
         let places = own.into_iter().copied().collect();
         inputs.push(Inputs { held: held.clone(), places });
         Box::new(Guided { node, held }) as Box<dyn Node>

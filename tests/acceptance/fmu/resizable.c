@@ -46,7 +46,7 @@ static int fits(Model *m, size_t found, size_t size) {
 void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible, bool logging,
                                   bool event_mode, bool early_return, const uint32_t *intermediate, size_t count,
                                   void *environment, Log *log, void *update) {
-    if (strcmp(token, "{resizable}") || resources || event_mode || early_return || count || update) return NULL;
+    if (strcmp(token, "{resizable}") || resources || event_mode || early_return || count || !update) return NULL;
     Model *m = calloc(1, sizeof(Model));
     m->log = log;
     m->environment = environment;

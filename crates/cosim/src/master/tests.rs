@@ -9,7 +9,8 @@ use recording::{
 use scenario::effect::Chain;
 use scenario::fault::{Bias, FaultWords, Freeze, Gain, Value};
 use scenario::plan::{
-    Accepts, Body, Clock, FaultPlan, InputChain, NodePlan, ResolvedConnection, Source, TextPlan,
+    Accepts, Body, Clock, ExactPlan, FaultPlan, InputChain, NodePlan, ResolvedConnection, Source,
+    TextPlan,
 };
 use scenario::words::{Algorithm, At};
 
@@ -91,6 +92,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
             inputs: NumberRange::new(first..next),
             connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
+            exact: ExactPlan::default(),
         }
     });
     let plans: Vec<_> = plans.collect();

@@ -1,12 +1,17 @@
 //! Steps an FMU as a node.
 
+mod clocks;
+mod events;
+mod ports;
+
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{
-    CallError, Causality, Fmu, Instance, Message, Storage, Value, Variable, bytes, hexadecimal,
-};
+use fmu_import::{CallError, Causality, Fmu, Instance, Message, Value, Variable};
 use scenario::plan::{Clock, Ports, Start};
+
+use self::events::Events;
+use self::ports::Memory;
 
 use super::{Node, NodeState};
 
@@ -19,11 +24,11 @@ pub struct FmuNode {
     inputs: Ports,
     outputs: Ports,
     starts: Vec<Start>,
-    /// Values of all elements of each group of inputs of which some do not travel; empty for the others.
-    kept_numbers: Vec<Vec<f64>>,
-    kept_texts: Vec<Vec<Value>>,
-    /// Memory for the elements of a group.
-    elements: Vec<f64>,
+    /// Values of all elements of each group of inputs that does not travel as a whole, or not at once.
+    kept: Memory,
+    /// Those of outputs: where not all elements travel, and what they were when their clocks ticked.
+    shown: Memory,
+    events: Events,
 }
 
 impl FmuNode {
@@ -40,21 +45,17 @@ impl FmuNode {
         let failure = |error: CallError| Error::component(name, error.call, None, error.what);
         let library =
             fmu.load().map_err(|error| failure(CallError::new("loading", error.to_string())))?;
-        let instance = Instance::new(library, name, logging).map_err(failure)?;
-        let kept_numbers = vec![Vec::new(); inputs.numbers.len()];
-        let kept_texts = vec![Vec::new(); inputs.texts.len()];
-        let (name, begin) = (name.to_owned(), 0.0);
-        let (starts, elements) = (Vec::new(), Vec::new());
+        let instance = Instance::with_events(library, name, logging).map_err(failure)?;
         Ok(FmuNode {
-            name,
-            begin,
+            name: name.to_owned(),
+            begin: 0.0,
+            kept: Memory::of(&inputs.numbers, &inputs.texts),
+            shown: Memory::of(&outputs.numbers, &outputs.texts),
+            events: Events::new(&instance),
             instance,
             inputs,
             outputs,
-            starts,
-            kept_numbers,
-            kept_texts,
-            elements,
+            starts: Vec::new(),
         })
     }
 
@@ -163,25 +164,6 @@ fn failure((name, begin): (&str, f64), error: CallError) -> Error {
     Error::component(name, error.call, Some(begin), error.what)
 }
 
-impl FmuNode {
-    /// Keeps the start values of elements that do not travel: an array is set as a whole.
-    fn keep(&mut self) -> Result<(), CallError> {
-        let FmuNode { instance, inputs, kept_numbers, kept_texts, .. } = self;
-        for (group, kept) in inputs.numbers.iter().zip(kept_numbers) {
-            if !group.is_whole() {
-                kept.resize(group.elements, 0.0);
-                instance.get_numbers(group.storage, &group.references, kept)?;
-            }
-        }
-        for (group, kept) in inputs.texts.iter().zip(kept_texts) {
-            if !group.is_whole() {
-                *kept = instance.read(group.storage, group.references[0], group.elements)?;
-            }
-        }
-        Ok(())
-    }
-}
-
 impl Node for FmuNode {
     fn enter(&mut self) -> Result<Vec<String>, Error> {
         let FmuNode { name, begin, instance, starts, .. } = self;
@@ -200,78 +182,39 @@ impl Node for FmuNode {
     }
 
     fn ready(&mut self) -> Result<(), CallError> {
-        self.instance.exit_initialization()
+        self.instance.exit_initialization()?;
+        self.begin_events()
     }
 
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
-        let mut rest = inputs;
-        for (group, kept) in self.inputs.numbers.iter().zip(&mut self.kept_numbers) {
-            let (values, others) = rest.split_at(group.places.len());
-            rest = others;
-            let values = if group.is_whole() {
-                values
-            } else {
-                group.places.iter().zip(values).for_each(|(place, value)| kept[*place] = *value);
-                kept
-            };
-            self.instance.set_numbers(group.storage, &group.references, values)?;
-        }
-        Ok(())
+        self.set_numbers(inputs)
+    }
+
+    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
+        self.set_exact(inputs)
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        self.get_exact(outputs)
     }
 
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
-        let mut rest = outputs;
-        for group in &self.outputs.numbers {
-            let (values, others) = rest.split_at_mut(group.places.len());
-            rest = others;
-            if group.is_whole() {
-                self.instance.get_numbers(group.storage, &group.references, values)?;
-            } else {
-                self.elements.resize(group.elements, 0.0);
-                let elements = &mut self.elements[..group.elements];
-                self.instance.get_numbers(group.storage, &group.references, elements)?;
-                values.iter_mut().zip(&group.places).for_each(|(it, at)| *it = elements[*at]);
-            }
-        }
-        Ok(())
+        self.get_all_numbers(outputs)
     }
 
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
-        let mut rest = inputs;
-        for (group, kept) in self.inputs.texts.iter().zip(&mut self.kept_texts) {
-            let (values, others) = rest.split_at(group.places.len());
-            rest = others;
-            kept.resize(group.elements, Value::String(String::new()));
-            for (place, value) in group.places.iter().zip(values) {
-                kept[*place] = match group.storage {
-                    Storage::Binary => Value::Binary(bytes(value).unwrap_or_default()),
-                    _ => Value::String(value.clone()),
-                };
-            }
-            self.instance.write(group.storage, group.references[0], kept)?;
-        }
-        Ok(())
+        self.set_all_texts(inputs)
     }
 
     fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
-        let mut rest = outputs;
-        for group in &self.outputs.texts {
-            let (values, others) = rest.split_at_mut(group.places.len());
-            rest = others;
-            let found = self.instance.read(group.storage, group.references[0], group.elements)?;
-            for (value, place) in values.iter_mut().zip(&group.places) {
-                *value = match &found[*place] {
-                    Value::String(text) => text.clone(),
-                    Value::Binary(bytes) => hexadecimal(bytes),
-                    other => other.to_string(),
-                };
-            }
-        }
-        Ok(())
+        self.get_all_texts(outputs)
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.instance.step(clock.at(tick), clock.step)
+        match self.instance.description().returns_early() {
+            true => self.step_with_events(clock, tick),
+            false => self.instance.step(clock.at(tick), clock.step),
+        }
     }
 
     fn end(&mut self) -> Result<(), CallError> {
@@ -287,6 +230,8 @@ impl Node for FmuNode {
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        // The discrete inputs of that time may be others.
+        self.events.changed = self.instance.has_events();
         self.instance.restore(state.get()?)
     }
 

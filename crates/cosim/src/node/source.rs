@@ -1,7 +1,7 @@
 //! Shows a source of values over time as a node. Its state is its time.
 
 use fmu_import::CallError;
-use recording::table::Table;
+use recording::table::{Reading, Table};
 use scenario::plan::Clock;
 use scenario::signal::Signal;
 
@@ -11,6 +11,12 @@ use super::{Node, NodeState, state_error};
 pub trait Source: Send {
     /// Fills the outputs with the values at `time` [s].
     fn values(&mut self, time: f64, outputs: &mut [f64]);
+
+    /// Fills the outputs that are texts.
+    fn texts(&mut self, _time: f64, _outputs: &mut [String]) {}
+
+    /// Fills the outputs that are integers of 64 bits.
+    fn integers(&mut self, _time: f64, _outputs: &mut [i128]) {}
 }
 
 /// Generated signals, one output each.
@@ -25,8 +31,26 @@ impl Source for Vec<Signal> {
 /// A recorded table, with one output for each column.
 impl Source for Table {
     fn values(&mut self, time: f64, outputs: &mut [f64]) {
-        for (column, output) in outputs.iter_mut().enumerate() {
-            *output = self.value(column, time);
+        let (columns, mut outputs) = (self.names().len(), outputs.iter_mut());
+        for column in 0..columns {
+            if self.reading(column) == Reading::Text {
+                continue;
+            }
+            if let Some(output) = outputs.next() {
+                *output = self.value(column, time);
+            }
+        }
+    }
+
+    fn texts(&mut self, time: f64, outputs: &mut [String]) {
+        for (column, output) in self.read_as(Reading::Text).into_iter().zip(outputs) {
+            self.text(column, time).unwrap_or_default().clone_into(output);
+        }
+    }
+
+    fn integers(&mut self, time: f64, outputs: &mut [i128]) {
+        for (column, output) in self.read_as(Reading::Integer).into_iter().zip(outputs) {
+            *output = self.integer(column, time).unwrap_or_default();
         }
     }
 }
@@ -49,6 +73,20 @@ impl<S: Source> SourceNode<S> {
 impl<S: Source> Node for SourceNode<S> {
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         self.source.values(self.time, outputs);
+        Ok(())
+    }
+
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        if !outputs.is_empty() {
+            self.source.texts(self.time, outputs);
+        }
+        Ok(())
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        if !outputs.is_empty() {
+            self.source.integers(self.time, outputs);
+        }
         Ok(())
     }
 

@@ -156,12 +156,15 @@ pub(super) type Get3<T> =
     unsafe extern "C" fn(Component, *const u32, usize, *mut T, usize) -> Status;
 pub(super) type Set3<T> =
     unsafe extern "C" fn(Component, *const u32, usize, *const T, usize) -> Status;
+/// `fmi3IntermediateUpdateCallback`.
+pub(super) type IntermediateUpdate =
+    unsafe extern "C" fn(*mut c_void, f64, u8, u8, u8, u8, *mut u8, *mut f64);
 type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
 functions! {
     /// What FMI 3.0 alone has, or has with other arguments.
     Three {
-        instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, *const c_void) -> Component,
+        instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, IntermediateUpdate) -> Component,
         enter_initialization_mode: "fmi3EnterInitializationMode" as unsafe extern "C" fn(Component, bool, f64, f64, bool, f64) -> Status,
         set_debug_logging: "fmi3SetDebugLogging" as unsafe extern "C" fn(Component, bool, usize, *const *const c_char) -> Status,
         get_float32: "fmi3GetFloat32" as Get3<f32>,
@@ -221,6 +224,19 @@ pub(super) const BESIDES: &[&str] = &[
     "fmi3EnterStepMode",
     "fmi3GetOutputDerivatives",
 ];
+
+functions! {
+    /// What FMI 3.0 has for event mode; an FMU without that mode need not have it.
+    Events {
+        enter_event_mode: "fmi3EnterEventMode" as Call,
+        enter_step_mode: "fmi3EnterStepMode" as Call,
+        update_discrete_states: "fmi3UpdateDiscreteStates" as unsafe extern "C" fn(Component, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> Status,
+        get_clock: "fmi3GetClock" as unsafe extern "C" fn(Component, *const u32, usize, *mut u8) -> Status,
+        set_clock: "fmi3SetClock" as unsafe extern "C" fn(Component, *const u32, usize, *const u8) -> Status,
+        get_interval: "fmi3GetIntervalDecimal" as unsafe extern "C" fn(Component, *const u32, usize, *mut f64, *mut c_int) -> Status,
+        get_shift: "fmi3GetShiftDecimal" as unsafe extern "C" fn(Component, *const u32, usize, *mut f64) -> Status,
+    }
+}
 
 /// The functions of one version.
 pub(super) enum Own {

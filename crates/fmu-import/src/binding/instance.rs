@@ -13,7 +13,7 @@ use super::state::States;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
-use crate::{CallError, Description, Message, StepStatus};
+use crate::{CallError, Description, Message};
 
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]
@@ -37,14 +37,14 @@ pub struct Instance {
     component: Component,
     pub(super) states: Arc<States>,
     pub(super) keeps_history: bool,
-    mailbox: Mailbox,
-    activity: Arc<Activity>,
+    pub(super) mailbox: Mailbox,
+    pub(super) activity: Arc<Activity>,
     experiment: Experiment,
     pub(super) phase: Phase,
-    /// Whether the last step ended at an event that wants event mode (FMI 3.0).
-    pub(super) event_needed: bool,
-    /// Whether event mode is used (FMI 3.0).
-    event_mode: bool,
+    /// Whether it was made with event mode.
+    pub(super) events: bool,
+    /// Whether it may end a step early.
+    pub(super) may_return_early: bool,
     /// Memory for integers on their way.
     pub(super) integers: Vec<c_int>,
     /// Kept for FMUs of FMI 2.0.
@@ -65,6 +65,21 @@ impl Instance {
         Self::with_guid(library, name, &guid, logging).map_err(|(error, _)| error)
     }
 
+    /// Makes an instance that uses event mode and ends steps early, if the FMU can: its caller handles events, see
+    /// [`advance`](Self::advance).
+    ///
+    /// # Errors
+    /// When the library refuses.
+    pub fn with_events(
+        library: Arc<Library>,
+        name: &str,
+        logging: bool,
+    ) -> Result<Self, CallError> {
+        let about = library.description();
+        let (guid, modes) = (about.guid.clone(), [about.event_mode, about.returns_early()]);
+        Self::make(library, [name, &guid], logging, modes).map_err(|(error, _)| error)
+    }
+
     /// Makes an instance with this GUID; an error comes with what was logged.
     ///
     /// # Errors
@@ -75,14 +90,15 @@ impl Instance {
         guid: &str,
         logging: bool,
     ) -> Result<Self, (CallError, Vec<Message>)> {
-        Self::instantiate(library, [name, guid], logging, false)
+        Self::make(library, [name, guid], logging, [false; 2])
     }
 
-    pub(super) fn instantiate(
+    /// Makes an instance; the modes are event mode and early return.
+    pub(super) fn make(
         library: Arc<Library>,
         [name, guid]: [&str; 2],
         logging: bool,
-        event_mode: bool,
+        modes: [bool; 2],
     ) -> Result<Self, (CallError, Vec<Message>)> {
         let call = named!(library, c"fmi2Instantiate", c"fmi3InstantiateCoSimulation");
         let text = |text| c_text(self::name(call), text).map_err(|error| (error, Vec::new()));
@@ -101,9 +117,7 @@ impl Instance {
                 (Own::Two(own), Some(callbacks)) => {
                     instantiation::two(own, &texts, callbacks, logging)
                 }
-                (Own::Three(own), _) => {
-                    instantiation::three(own, &texts, &mailbox, [logging, event_mode])
-                }
+                (Own::Three(own), _) => instantiation::three(own, &texts, &mailbox, logging, modes),
                 _ => ptr::null_mut(),
             })
         });
@@ -119,8 +133,8 @@ impl Instance {
             activity,
             experiment: Experiment::default(),
             phase: Phase::default(),
-            event_needed: false,
-            event_mode,
+            events: modes[0],
+            may_return_early: modes[1],
             integers: Vec::new(),
             _callbacks: callbacks,
             library,
@@ -157,7 +171,7 @@ impl Instance {
     }
 
     /// Calls a function that takes the component, unless that is forbidden.
-    fn run_for_status(
+    pub(super) fn run_for_status(
         &mut self,
         call: &'static CStr,
         body: impl FnOnce(Component) -> Status,
@@ -188,7 +202,7 @@ impl Instance {
         }
     }
 
-    fn failure(&self, call: &'static CStr, status: Status) -> CallError {
+    pub(super) fn failure(&self, call: &'static CStr, status: Status) -> CallError {
         CallError::new(
             name(call),
             format!("returned {}{}", self.meaning(status), self.mailbox.said()),
@@ -251,7 +265,7 @@ impl Instance {
         let call =
             named!(self.library, c"fmi2ExitInitializationMode", c"fmi3ExitInitializationMode");
         self.call(call, self.library.common.exit_initialization_mode)?;
-        self.phase = if self.event_mode { Phase::Event } else { Phase::Step };
+        self.phase = if self.events { Phase::Event } else { Phase::Step };
         Ok(())
     }
 
@@ -270,114 +284,9 @@ impl Instance {
         // SAFETY: the component is alive, and nobody else calls it.
         self.run(name, |component| unsafe { function(component) })
     }
-
-    /// Steps from `time` to `time + step` [s].
-    ///
-    /// # Errors
-    /// See [`Instance`]; a step that ends early is none.
-    pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
-        self.free_dropped_states()?;
-        self.activity.at(time);
-        let no_way_back = !self.keeps_history && !self.states.any();
-        match &self.library.own {
-            Own::Two(own) => {
-                let function = own.do_step;
-                // SAFETY: the component is alive, and nobody else calls it.
-                let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
-                    function(component, time, step, no_way_back.into())
-                })?;
-                match status {
-                    OK | WARNING => self.done(time + step),
-                    DISCARD => self.early_end(time),
-                    _ => Err(self.failure(c"fmi2DoStep", status)),
-                }
-            }
-            Own::Three(own) => {
-                let function = own.do_step;
-                self.step_three(function, (time, step), no_way_back)
-            }
-        }
-    }
-
-    /// Steps as [`do_step`](Self::do_step), for those who cannot repeat a step with another length: an early end is an error.
-    ///
-    /// # Errors
-    /// See [`Instance`]; also when the step ends early.
-    pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
-        let version = self.description().version;
-        self.do_step(time, step)?.into_result(version)
-    }
-
-    fn done(&self, time: f64) -> Result<StepStatus, CallError> {
-        self.activity.at(time);
-        Ok(StepStatus::Done)
-    }
-
-    fn step_three(
-        &mut self,
-        function: DoStep3,
-        (time, step): (f64, f64),
-        no_way_back: bool,
-    ) -> Result<StepStatus, CallError> {
-        let call = c"fmi3DoStep";
-        // NaN stands for an FMU that does not say how far it came.
-        let (mut event, mut terminate, mut early, mut reached) = (0, 0, 0, f64::NAN);
-        // SAFETY: the component is alive, and each of the four values is written at most.
-        let status = self.run_for_status(call, |component| unsafe {
-            function(
-                component,
-                time,
-                step,
-                no_way_back,
-                &raw mut event,
-                &raw mut terminate,
-                &raw mut early,
-                &raw mut reached,
-            )
-        })?;
-        self.event_needed = event != 0;
-        let said = || self.mailbox.said();
-        match status {
-            OK | WARNING if terminate != 0 => {
-                let reached = if reached.is_nan() { time + step } else { reached };
-                Ok(StepStatus::Terminated {
-                    reached,
-                    what: "asks for the end".to_owned() + &said(),
-                })
-            }
-            OK | WARNING if early != 0 => {
-                let what = "returned early, which it was not allowed to";
-                Err(CallError::new(name(call), what.to_owned() + &said()))
-            }
-            OK | WARNING => self.done(time + step),
-            DISCARD => {
-                let CallError { what, .. } = self.failure(call, DISCARD);
-                let reached = if reached.is_nan() { time } else { reached };
-                Ok(StepStatus::Discarded { reached, what })
-            }
-            _ => Err(self.failure(call, status)),
-        }
-    }
-
-    /// Why the step from `time` on was discarded. An FMU that says nothing about it is taken to stand where it stood.
-    fn early_end(&mut self, time: f64) -> Result<StepStatus, CallError> {
-        let CallError { what, .. } = self.failure(c"fmi2DoStep", DISCARD);
-        let ended = self.ended();
-        let reached = self.last_successful_time();
-        match (self.is_lost(), ended, reached) {
-            (true, Err(error), _) | (true, _, Err(error)) => Err(error),
-            (_, Ok(true), reached) => {
-                Ok(StepStatus::Terminated { reached: reached.unwrap_or(time), what })
-            }
-            (.., reached) => Ok(StepStatus::Discarded { reached: reached.unwrap_or(time), what }),
-        }
-    }
 }
 
-type DoStep3 =
-    unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status;
-
-fn name(call: &'static CStr) -> &'static str {
+pub(super) fn name(call: &'static CStr) -> &'static str {
     call.to_str().unwrap_or_default()
 }
 

@@ -80,16 +80,40 @@ pub(super) fn two(
     }
 }
 
-/// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode, early return and intermediate update a
-/// step is one of FMI 2.0.
+/// Lets an FMU show its values within a step, which nobody looks at: the callback must be there for an FMU that calls it.
+///
+/// # Safety
+/// The last two pointers are null or point at values that can be written.
+unsafe extern "C" fn intermediate_update(
+    _environment: *mut c_void,
+    time: f64,
+    _set_requested: u8,
+    _get_allowed: u8,
+    _step_finished: u8,
+    _can_return_early: u8,
+    early_return_requested: *mut u8,
+    early_return_time: *mut f64,
+) {
+    if !early_return_requested.is_null() {
+        // SAFETY: the caller hands over a value that can be written.
+        unsafe { early_return_requested.write(0) };
+    }
+    if !early_return_time.is_null() {
+        // SAFETY: as above.
+        unsafe { early_return_time.write(time) };
+    }
+}
+
+/// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode and early return a step is one of FMI 2.0.
 pub(super) fn three(
     own: &Three,
     [name, token, resources]: &[CString; 3],
     mailbox: &Mailbox,
-    [logging, event_mode]: [bool; 2],
+    logging: bool,
+    [event_mode, early_return]: [bool; 2],
 ) -> Component {
     let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
-    let (visible, early_return) = (false, false);
+    let visible = false;
     // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
     unsafe {
         (own.instantiate)(
@@ -104,7 +128,7 @@ pub(super) fn three(
             0,
             mailbox.environment(),
             mailbox::take_message,
-            ptr::null(),
+            intermediate_update,
         )
     }
 }

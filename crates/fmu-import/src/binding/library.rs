@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
 use super::activity;
-use super::functions::{BESIDES, Common, Finder, Own, Text, Three, Two};
+use super::functions::{BESIDES, Common, Events, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
 
@@ -15,6 +15,8 @@ use crate::{CallError, Fmu, OpenError};
 pub struct Library {
     pub(super) common: Common,
     pub(super) own: Own,
+    /// Of FMI 3.0; an FMU without event mode may lack them.
+    pub(super) events: Option<Events>,
     /// Unloaded after the last instance, and before its folder is removed.
     pub(super) handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
@@ -41,7 +43,12 @@ impl Library {
             Version::Two => Own::Two(Box::new(Two::new(&finder)?)),
             Version::Three => Own::Three(Box::new(Three::new(&finder)?)),
         };
-        Ok(Library { common, own, handle: ManuallyDrop::new(library), fmu })
+        let events = match (version, fmu.description.event_mode) {
+            (Version::Two, _) => None,
+            (Version::Three, true) => Some(Events::new(&finder)?),
+            (Version::Three, false) => Events::new(&finder).ok(),
+        };
+        Ok(Library { common, own, events, handle: ManuallyDrop::new(library), fmu })
     }
 
     /// The functions of FMI 2.0.
@@ -55,12 +62,16 @@ impl Library {
         }
     }
 
-    /// The functions that the library at `path` lacks: those that a plain simulation calls, and the others.
+    /// The functions that the library at `path` lacks: those without which it does not load here, and the others.
     pub(crate) fn missing(fmu: &Fmu, path: &Path) -> Result<[Vec<&'static str>; 2], OpenError> {
         let library = open(fmu, path)?;
         let version = fmu.description.version;
+        let events = if fmu.description.event_mode { Events::SYMBOLS } else { &[] };
+        let missing: Vec<_> = absent(&library, version).chain(lacking(&library, events)).collect();
         let besides = if version == Version::Three { BESIDES } else { &[] };
-        Ok([absent(&library, version).collect(), lacking(&library, besides).collect()])
+        let others = lacking(&library, besides).filter(|symbol| !missing.contains(symbol));
+        let others = others.collect();
+        Ok([missing, others])
     }
 
     /// The FMU that it is the library of.

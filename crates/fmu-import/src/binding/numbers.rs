@@ -196,24 +196,40 @@ impl Instance {
         reference: u32,
         elements: usize,
     ) -> Result<Vec<i128>, CallError> {
-        let references = &[reference];
-        Ok(match (&self.library.own, storage) {
+        let mut values = vec![0; elements];
+        self.get_exact(storage, &[reference], &mut values)?;
+        Ok(values)
+    }
+
+    /// Reads integer variables of one form, exactly: all elements of each reference.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn get_exact(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &mut [i128],
+    ) -> Result<(), CallError> {
+        match (&self.library.own, storage) {
+            _ if references.is_empty() => {}
             (Own::Three(_), Storage::Int64) => {
-                let mut values = vec![0_i64; elements];
-                self.get_form(references, &mut values)?;
-                values.into_iter().map(i128::from).collect()
+                let mut found = vec![0_i64; values.len()];
+                self.get_form(references, &mut found)?;
+                values.iter_mut().zip(found).for_each(|(value, it)| *value = it.into());
             }
             (Own::Three(_), Storage::UInt64) => {
-                let mut values = vec![0_u64; elements];
-                self.get_form(references, &mut values)?;
-                values.into_iter().map(i128::from).collect()
+                let mut found = vec![0_u64; values.len()];
+                self.get_form(references, &mut found)?;
+                values.iter_mut().zip(found).for_each(|(value, it)| *value = it.into());
             }
             _ => {
-                let mut values = vec![0.0; elements];
-                self.get_numbers(storage, references, &mut values)?;
-                values.into_iter().map(|value| value as i128).collect()
+                let mut found = vec![0.0; values.len()];
+                self.get_numbers(storage, references, &mut found)?;
+                values.iter_mut().zip(found).for_each(|(value, it)| *value = it as i128);
             }
-        })
+        }
+        Ok(())
     }
 
     /// Writes all elements of an integer variable, exactly. They must be values of the form.
@@ -226,8 +242,21 @@ impl Instance {
         reference: u32,
         values: &[i128],
     ) -> Result<(), CallError> {
-        let references = &[reference];
+        self.set_exact(storage, &[reference], values)
+    }
+
+    /// Writes integer variables of one form, exactly: all elements of each reference. They must be values of the form.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn set_exact(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &[i128],
+    ) -> Result<(), CallError> {
         match (&self.library.own, storage) {
+            _ if references.is_empty() => Ok(()),
             (Own::Three(_), Storage::Int64) => {
                 self.set_form(references, &values.iter().map(|it| *it as i64).collect::<Vec<_>>())
             }

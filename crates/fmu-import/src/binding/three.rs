@@ -1,22 +1,12 @@
 //! Makes the calls of FMI 3.0 that a plain simulation does not need; a library may lack their functions.
 
 use std::ffi::CStr;
-use std::sync::Arc;
 
 use super::functions::Own;
 use super::phase::Phase;
 use super::{Call, Component, Instance, Library, Status};
 use crate::{CallError, Storage, Version};
 
-type Update = unsafe extern "C" fn(
-    Component,
-    *mut u8,
-    *mut u8,
-    *mut u8,
-    *mut u8,
-    *mut u8,
-    *mut f64,
-) -> Status;
 type Sensitivity = unsafe extern "C" fn(
     Component,
     *const u32,
@@ -33,17 +23,6 @@ type OutputDerivatives =
 
 /// A variable by its reference, with the number of its elements.
 pub type Block = (u32, usize);
-
-/// What an update of discrete states leaves to do.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Update3 {
-    /// Another update has to follow.
-    pub needs_update: bool,
-    /// The FMU asks for the end of the simulation.
-    pub terminates: bool,
-    /// When the next event comes, if the FMU knows that [s].
-    pub next_event: Option<f64>,
-}
 
 impl Library {
     /// A function of FMI 3.0 that the library may lack.
@@ -62,15 +41,6 @@ impl Library {
 }
 
 impl Instance {
-    /// Makes an instance that uses event mode (FMI 3.0, section 4.2.1); of FMI 2.0, one like all others.
-    ///
-    /// # Errors
-    /// When the library refuses.
-    pub fn with_event_mode(library: Arc<Library>, name: &str) -> Result<Self, CallError> {
-        let guid = library.description().guid.clone();
-        Self::instantiate(library, [name, &guid], false, true).map_err(|(error, _)| error)
-    }
-
     /// Makes a call that takes nothing, and notes the phase that it leads to.
     fn change(&mut self, call: &'static CStr, phase: Phase) -> Result<(), CallError> {
         // SAFETY: FMI 3.0 gives these functions no arguments but the instance.
@@ -110,49 +80,6 @@ impl Instance {
     /// See [`Instance`]; also for FMI 2.0.
     pub fn exit_configuration(&mut self) -> Result<(), CallError> {
         self.change(c"fmi3ExitConfigurationMode", self.phase)
-    }
-
-    /// `fmi3EnterEventMode`.
-    ///
-    /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
-    pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
-        self.change(c"fmi3EnterEventMode", Phase::Event)
-    }
-
-    /// `fmi3EnterStepMode`.
-    ///
-    /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
-    pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
-        self.change(c"fmi3EnterStepMode", Phase::Step)
-    }
-
-    /// Whether the last step of an FMU of FMI 3.0 ended at an event that wants event mode.
-    #[must_use]
-    pub fn wants_event_mode(&self) -> bool {
-        self.event_needed
-    }
-
-    /// `fmi3UpdateDiscreteStates`.
-    ///
-    /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
-    pub fn update_discrete_states(&mut self) -> Result<Update3, CallError> {
-        let call = c"fmi3UpdateDiscreteStates";
-        // SAFETY: FMI 3.0 gives the function these arguments.
-        let function = unsafe { self.library.optional::<Update>(call) }?;
-        let (mut flags, mut next) = ([0_u8; 5], f64::NAN);
-        let [again, end, nominals, values, timed] = flags.each_mut().map(|flag| &raw mut *flag);
-        // SAFETY: the component is alive, and each of the six values is written at most.
-        self.run(call, |c| unsafe {
-            function(c, again, end, nominals, values, timed, &raw mut next)
-        })?;
-        Ok(Update3 {
-            needs_update: flags[0] != 0,
-            terminates: flags[1] != 0,
-            next_event: (flags[4] != 0).then_some(next),
-        })
     }
 
     /// `fmi3GetDirectionalDerivative`: how the elements of `unknown` change with those of `known`, weighted by `seed`.

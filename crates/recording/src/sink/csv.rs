@@ -8,7 +8,9 @@ use std::path::PathBuf;
 use diagnostics::Error;
 
 use super::{RunHeader, Sink};
-use crate::row::{Column, Recorded, Row};
+use crate::columns::Column;
+use crate::row::{Recorded, Row};
+use expression::{IntegerIndex, NumberIndex};
 
 /// A CSV file. It gets its name when it is complete.
 pub struct CsvSink {
@@ -16,6 +18,8 @@ pub struct CsvSink {
     partial: PathBuf,
     out: BufWriter<File>,
     line: String,
+    /// The numbers that are written exactly, as integers.
+    integers: Vec<(IntegerIndex<Recorded>, NumberIndex<Recorded>)>,
 }
 
 impl CsvSink {
@@ -31,7 +35,8 @@ impl CsvSink {
         let partial = header.folder.join("run.csv.partial");
         let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
         let names = header.columns.iter().map(title);
-        let mut sink = CsvSink { path, partial, out: BufWriter::new(file), line: String::new() };
+        let (out, integers) = (BufWriter::new(file), header.columns.integers().collect());
+        let mut sink = CsvSink { path, partial, out, line: String::new(), integers };
         sink.line = names.fold("time [s]".to_owned(), |line, name| line + "," + &name);
         sink.write_line()?;
         Ok(sink)
@@ -61,8 +66,12 @@ impl Sink for CsvSink {
         self.line.clear();
         // Writing into a string cannot fail.
         let _ = write!(self.line, "{time}");
-        for value in row.numbers() {
-            let _ = write!(self.line, ",{value}");
+        let mut integers = self.integers.iter().peekable();
+        for (place, value) in row.numbers().iter().enumerate() {
+            let _ = match integers.next_if(|(_, number)| number.position() == place) {
+                Some((integer, _)) => write!(self.line, ",{}", row[*integer]),
+                None => write!(self.line, ",{value}"),
+            };
         }
         for text in row.texts() {
             let _ = write!(self.line, ",{}", quoted(text));

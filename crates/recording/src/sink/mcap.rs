@@ -14,7 +14,9 @@ use prost_types::field_descriptor_proto::Type;
 
 use self::foxglove::{FrameTransform, Log};
 use super::{Derived, Event, RunHeader, Sink};
-use crate::row::{Column, Direction, NumberIndex, Recorded, Row, TextIndex, ValueKind};
+use crate::columns::{Column, Direction, ValueKind};
+use crate::row::{Recorded, Row};
+use expression::{IntegerIndex, NumberIndex, TextIndex};
 
 mod descriptor;
 mod foxglove;
@@ -57,6 +59,8 @@ struct Channel {
     numbers: Vec<(NumberIndex<Recorded>, Vec<u8>)>,
     /// Texts, each with the number of its field.
     texts: Vec<(TextIndex<Recorded>, u32)>,
+    /// Integers of 64 bits, each with the number of its field.
+    integers: Vec<(IntegerIndex<Recorded>, u32)>,
 }
 
 /// The recorded variables of one side of one node, by their indices in the row.
@@ -101,9 +105,12 @@ impl McapSink {
             let texts = side.texts.iter().map(|&index| &header.columns[index]);
             let id = channel(&mut writer, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
             let first_text = 1 + side.numbers.len() as u32;
-            let numbers = side.numbers.into_iter().zip((1..).map(tag)).collect();
+            let exact = |(index, field)| Some((header.columns.integer(index)?, field));
+            let integers = side.numbers.iter().copied().zip(1..).filter_map(exact).collect();
+            let numbers = side.numbers.into_iter().zip((1..).map(tag));
+            let numbers = numbers.filter(|(it, _)| !header.columns[*it].kind.is_exact()).collect();
             let texts = side.texts.into_iter().zip(first_text..).collect();
-            Ok::<_, ::mcap::McapError>(Channel { id, numbers, texts })
+            Ok::<_, ::mcap::McapError>(Channel { id, numbers, texts, integers })
         });
         let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
         let mut well_known = |topic, name, schema: Vec<u8>| {
@@ -154,6 +161,10 @@ impl Sink for McapSink {
             for (number, tag) in &channel.numbers {
                 self.message.extend_from_slice(tag);
                 self.message.extend_from_slice(&row[*number].to_le_bytes());
+            }
+            for (integer, field) in &channel.integers {
+                // Two's complement of 64 bits is the same varint for both types.
+                prost::encoding::uint64::encode(*field, &(row[*integer] as u64), &mut self.message);
             }
             for (text, field) in &channel.texts {
                 prost::encoding::string::encode(*field, &row[*text], &mut self.message);
@@ -258,6 +269,8 @@ fn channel(
     let message = format!("{}_{}", identifier(node), identifier(word));
     let kind = |column: &Column| match column.kind {
         ValueKind::String => Type::String,
+        ValueKind::Int64 => Type::Int64,
+        ValueKind::UInt64 => Type::Uint64,
         ValueKind::Real | ValueKind::Integer | ValueKind::Boolean => Type::Double,
     };
     let typed = names.iter().zip(fields).map(|(name, column)| (name.as_str(), kind(column)));

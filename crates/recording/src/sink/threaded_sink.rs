@@ -18,8 +18,8 @@ const WAITING: usize = 8;
 
 /// An item of a batch.
 enum Item {
-    /// A row: its tick, its time and its texts; the batch holds its numbers.
-    Row(u64, f64, Vec<String>),
+    /// A row: its tick, its time, its texts and its integers of 64 bits; the batch holds its numbers.
+    Row(u64, f64, Vec<String>, Vec<i128>),
     Event(Event),
     Status(StatusChange),
 }
@@ -105,8 +105,8 @@ fn work(mut sink: BoxedSink, batches: &Receiver<Batch>) -> Done {
         let mut numbers = batch.numbers.chunks(width.max(1));
         for item in batch.items {
             let result = match item {
-                Item::Row(tick, time, texts) => {
-                    row.assign(numbers.next().unwrap_or_default(), texts);
+                Item::Row(tick, time, texts, integers) => {
+                    row.assign(numbers.next().unwrap_or_default(), texts, integers);
                     sink.row(tick, time, &row)
                 }
                 Item::Event(event) => sink.event(&event),
@@ -128,7 +128,8 @@ impl Sink for ThreadedSink {
             batch.numbers.reserve(ROWS * row.numbers().len());
         }
         batch.numbers.extend_from_slice(row.numbers());
-        batch.items.push(Item::Row(tick, time, row.texts().to_vec()));
+        let (texts, integers) = (row.texts().to_vec(), row.integers().to_vec());
+        batch.items.push(Item::Row(tick, time, texts, integers));
         batch.rows += 1;
         let full = batch.rows >= ROWS || time - batch.since >= SPAN;
         if full { self.hand_over() } else { Ok(()) }

@@ -12,8 +12,8 @@ use std::path::Path;
 pub use self::error::CsvError;
 use self::file::CsvFile;
 use self::numbers::Cells;
-use super::wanted::{Dialect, Separator, Wanted};
-use super::{ColumnTitle, Recorded, Series, TableError};
+use super::wanted::{Dialect, Reading, Separator, Wanted};
+use super::{ColumnTitle, Kept, Recorded, Series, TableError};
 
 /// Reads the time stamps [s] and the wanted columns by their titles.
 pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
@@ -39,17 +39,26 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
         Err(_) => return Err(TableError::all(found.into_iter().filter_map(Result::err))),
     };
     let warnings = rows.warning.take().into_iter().collect();
-    let cells = Cells::new(&file, &rows, &places, wanted.dialect.decimal)?;
+    let readings = wanted.columns.iter().map(|column| column.reading);
+    let found_readings: Vec<Reading> = (found.iter().zip(readings.clone()))
+        .filter_map(|(place, reading)| place.is_ok().then_some(reading))
+        .collect();
+    let cells = Cells::new(&file, &rows, &places, (wanted.dialect.decimal, &found_readings))?;
     let mut next = 0..;
-    let column = |place: Result<usize, TableError>| -> Result<Series, TableError> {
+    let column = |(place, reading): (Result<usize, TableError>, Reading)| {
         let (place, k) = (place?, next.next().unwrap_or_default());
-        let numbers = cells.numbers(k)?;
+        let (numbers, kept) = match reading {
+            Reading::Number => (cells.numbers(k)?, Kept::Nothing),
+            Reading::Integer => cells.integers(k)?,
+            Reading::Text => cells.texts(k),
+        };
         let gap = cells.first_gap(&numbers);
-        Ok(Series { clock: 0, values: numbers.values, unit: file.unit(place)?, gap })
+        let unit = if reading == Reading::Text { None } else { file.unit(place)? };
+        Ok(Series { clock: 0, values: numbers.values, kept, unit, gap })
     };
     let mut found = found.into_iter();
     let time = found.next_back();
-    let columns: Vec<_> = found.map(column).collect();
+    let columns: Vec<Result<Series, TableError>> = found.zip(readings).map(column).collect();
     let stamps =
         time.map_or(Ok(0), |time| time).and_then(|_| Ok(cells.stamps(places.len() - 1, wanted)?));
     match stamps {
@@ -84,7 +93,7 @@ pub fn columns(
     let file = CsvFile::open(path, &bytes, wanted, &Dialect::default())?;
     let places = file.places(wanted)?;
     let rows = file.rows(&places)?;
-    let cells = Cells::new(&file, &rows, &places, None)?;
+    let cells = Cells::new(&file, &rows, &places, (None, &[]))?;
     Ok((0..places.len()).map(|k| cells.complete(k)).collect::<Result<_, _>>()?)
 }
 
@@ -112,7 +121,7 @@ pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
     let file = CsvFile::open(path, &bytes, &[], &Dialect::default())?;
     let places: Vec<_> = (0..file.header.titles.len()).collect();
     let rows = file.rows(&places)?;
-    let cells = Cells::new(&file, &rows, &places, None)?;
+    let cells = Cells::new(&file, &rows, &places, (None, &[]))?;
     let column = |place: usize| {
         let name = file.header.titles[place].plain.clone();
         let is_text = texts.contains(&name.as_str());

@@ -5,7 +5,7 @@ use std::path::Path;
 use diagnostics::suggest::shortened;
 
 use super::wanted::{Gaps, WantedColumn};
-use super::{Recorded, Series, TableError};
+use super::{Kept, Recorded, Series, TableError};
 
 /// Fills the gaps, which are NaN. Before the first value of a column, and after the last one when it interpolates, there is
 /// nothing to fill them with: these rows are left out of all columns that share its time stamps, and a warning says so.
@@ -39,6 +39,8 @@ fn fill_one(
     match wanted.gaps {
         Gaps::Refuse => return Err(TableError::Gaps { path, column, count, place }),
         Gaps::Hold => hold(&mut series.values),
+        // Between two texts or integers there is no third one.
+        Gaps::Interpolate if !matches!(series.kept, Kept::Nothing) => hold(&mut series.values),
         Gaps::Interpolate => interpolate(&mut series.values, &clocks[series.clock]),
         Gaps::Drop => drop_rows(clocks, series),
     }

@@ -15,7 +15,7 @@ use ::mcap::records::MessageHeader;
 pub use self::error::RecordingError;
 use self::field::{Dead, Field, Reader};
 pub(crate) use self::file::Mcap;
-use super::{Recorded, Series, TableError, Wanted};
+use super::{Kept, Recorded, Series, TableError, Wanted};
 
 /// The time stamp that counts.
 #[derive(Debug, Clone, Copy)]
@@ -232,7 +232,7 @@ fn recorded(file: &Mcap, tracks: &mut [Track], columns: impl Iterator<Item = Pla
     let columns = columns.map(|(track, field, unit)| {
         let values = std::mem::take(&mut tracks[track].columns[field]);
         let gap = tracks[track].gaps[field].take();
-        Ok(Series { clock: track, values, unit, gap })
+        Ok(Series { clock: track, values, kept: Kept::Nothing, unit, gap })
     });
     let warning = (!file.finished).then(|| {
         format!(

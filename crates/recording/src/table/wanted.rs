@@ -47,6 +47,18 @@ impl Scaling {
     }
 }
 
+/// The form in which a column is read and played back.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Reading {
+    /// As numbers.
+    #[default]
+    Number,
+    /// As integers of up to 64 bits, exactly; held between rows.
+    Integer,
+    /// As texts; held between rows.
+    Text,
+}
+
 /// How a CSV file is written; what is not given is detected.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Dialect {
@@ -114,6 +126,8 @@ pub struct WantedColumn {
     pub name: String,
     /// Its name in the file.
     pub column: String,
+    /// The form of its values. An MCAP recording is read as numbers.
+    pub reading: Reading,
     /// The rule for rows without a value.
     pub gaps: Gaps,
     /// Gain, offset and sign.
@@ -131,6 +145,8 @@ pub struct Wanted {
     pub time_unit: Option<Unit>,
     /// The columns.
     pub columns: Vec<WantedColumn>,
+    /// Whether two rows may have one time: values jump there from those of the first row to those of the second.
+    pub jumps: bool,
     /// How a CSV file is written.
     pub dialect: Dialect,
 }

@@ -35,6 +35,32 @@ impl Accepts {
         }
     }
 
+    /// Whether an integer is a value of the type, also where no number holds it.
+    #[must_use]
+    pub fn holds_integer(&self, value: i128) -> bool {
+        match self {
+            Accepts::Integer(form) => {
+                form.integers().is_some_and(|[low, high]| (low..=high).contains(&value))
+            }
+            Accepts::Enumeration(items) if !items.is_empty() => {
+                items.iter().any(|item| i128::from(item.value) == value)
+            }
+            _ => self.holds(value as f64),
+        }
+    }
+
+    /// The accepted integers, for a message about one that no number may hold.
+    #[must_use]
+    pub fn expected_integers(&self) -> String {
+        match self {
+            Accepts::Integer(form) => {
+                let [low, high] = form.integers().unwrap_or_default();
+                format!("an {form:?}, which takes whole numbers from {low} to {high}")
+            }
+            other => other.expected(),
+        }
+    }
+
     /// The accepted numbers, for a message.
     #[must_use]
     pub fn expected(&self) -> String {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use expression::Expression;
-use recording::Full;
+use recording::{Full, IntegerIndex};
 
 /// Marks rows of results of analyses and validations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +53,8 @@ pub struct CheckPlan {
     pub line: usize,
     /// The condition.
     pub condition: Condition,
+    /// The integers of 64 bits that it is about, with their names: it cannot judge one that no number holds.
+    pub integers: Vec<(IntegerIndex<Full>, String)>,
     /// First and last moment [s].
     pub during: [f64; 2],
     /// Whether the scenario gives the window; a run that ends early must not have cut it short.

@@ -33,6 +33,13 @@ pub struct FaultPlan {
 }
 
 impl InputChain {
+    /// Whether the value arrives as it is.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        let as_it_is = (self.factor, self.offset) == (1.0, 0.0) && self.map.is_empty();
+        as_it_is && self.effects.is_empty() && self.faults.is_empty()
+    }
+
     /// The value in the unit of the input.
     #[must_use]
     pub fn convert(&self, value: f64) -> f64 {

@@ -42,7 +42,7 @@ fn elements(unplaced: &[UnplacedNode], full: &str, side: Side) -> Vec<String> {
         Side::Output => &unplaced.outputs,
     };
     let of_array = |name: &str| name.strip_prefix(array).is_some_and(|rest| rest.starts_with('['));
-    let is_element = |port: &&super::nodes::Port| port.element.1 > 1 && of_array(&port.name);
+    let is_element = |port: &&super::ports::Port| port.element.1 > 1 && of_array(&port.name);
     ports.iter().filter(is_element).map(|port| format!("{node}.{}", port.name)).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
-use recording::{Column, ColumnIndex, Columns, Full};
+use recording::{Column, ColumnIndex, Columns, Full, IntegerIndex};
 
 use super::signal_units::{SignalUnits, cure};
 use crate::plan::{CheckPlan, Clock, Condition, ResultName, Results};
@@ -53,11 +53,19 @@ fn plan(
         that: check.that.get_ref().clone(),
         file: file.to_owned(),
         line,
+        integers: integers(&condition, signals.0),
         condition,
         during,
         windowed: check.during.is_some(),
         tolerance,
     })
+}
+
+/// The integers of 64 bits in a condition.
+fn integers(condition: &Condition, columns: &Columns<Full>) -> Vec<(IntegerIndex<Full>, String)> {
+    let Condition::Run(expression) = condition else { return Vec::new() };
+    let exact = |number| Some((columns.integer(number)?, columns[number].name()));
+    expression.numbers().into_iter().filter_map(exact).collect()
 }
 
 fn tolerance(scenario: &Scenario, check: &Check) -> Result<f64, Error> {

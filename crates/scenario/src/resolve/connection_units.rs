@@ -6,8 +6,9 @@ use diagnostics::{Error, Mistakes, Spanned};
 use expression::SignalUnit;
 use units::Unit;
 
-use super::nodes::{Port, UnplacedNode};
+use super::nodes::UnplacedNode;
 use super::port::{Side, find};
+use super::ports::Port;
 use super::signal_units::{cure, key, signal_unit};
 use super::unit;
 use crate::plan::Body;

@@ -1,10 +1,12 @@
 //! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
 
 use diagnostics::{Error, Mistakes};
+use fmu_import::description::Type;
 
 use super::connection_units::Conversions;
-use super::nodes::{Port, UnplacedNode};
+use super::nodes::UnplacedNode;
 use super::port::{Side, find};
+use super::ports::Port;
 use super::types;
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
@@ -191,7 +193,8 @@ fn open<'a>(connects: &[Connect], node: &'a UnplacedNode) -> Vec<&'a Port> {
     let is_open = |port: &&Port| {
         let name = format!("{}.{}", node.name, port.name);
         let connected = connects.iter().any(|it| *it.to.get_ref() == name);
-        !connected && !node.started.contains(&port.name)
+        // A clock without a connection never ticks.
+        !connected && !node.started.contains(&port.name) && port.kind != Type::Clock
     };
     node.inputs.iter().filter(is_open).collect()
 }

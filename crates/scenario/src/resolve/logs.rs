@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use diagnostics::{Error, Mistakes, Spanned};
-use recording::table::{Scaling, Table, TableError, Wanted, WantedColumn};
+use recording::table::{Reading, Scaling, Table, TableError, Wanted, WantedColumn};
 use units::Unit;
 
 use crate::words::{Column, RecordedFile, Scenario};
@@ -16,10 +16,30 @@ pub(super) struct Log {
     pub units: Vec<Option<String>>,
 }
 
-/// Reads the columns.
+/// Reads the columns as numbers over rising times.
 pub(super) fn read(
     scenario: &Scenario,
     words: RecordedFile,
+    warnings: &mut Vec<String>,
+) -> Result<Log, Error> {
+    read_as(scenario, (words, None), warnings)
+}
+
+/// The form in which a column is read, by its name in the scenario.
+pub(super) type Readings<'r> = &'r dyn Fn(&str) -> Reading;
+
+/// Reads the columns to play them back, each in its form; two rows may have one time.
+pub(super) fn read_again(
+    scenario: &Scenario,
+    (words, readings): (RecordedFile, Readings),
+    warnings: &mut Vec<String>,
+) -> Result<Log, Error> {
+    read_as(scenario, (words, Some(readings)), warnings)
+}
+
+fn read_as(
+    scenario: &Scenario,
+    (words, readings): (RecordedFile, Option<Readings>),
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
     let path = scenario.source.resolve(words.path);
@@ -27,7 +47,8 @@ pub(super) fn read(
         let word = column.get_ref().unit.as_ref();
         word.map(|word| super::unit::unit(scenario, word)).transpose()
     }));
-    let table = wanted(scenario, words).and_then(|wanted| whole(scenario, words, &path, &wanted));
+    let table =
+        wanted(scenario, words, readings).and_then(|wanted| whole(scenario, words, &path, &wanted));
     let (units, mut table) = Mistakes::both(units, table)?;
     table.set_origin(words.origin);
     warnings.extend_from_slice(table.warnings());
@@ -54,12 +75,17 @@ fn whole(
     })
 }
 
-fn wanted(scenario: &Scenario, words: RecordedFile) -> Result<Wanted, Error> {
+fn wanted(
+    scenario: &Scenario,
+    words: RecordedFile,
+    readings: Option<Readings>,
+) -> Result<Wanted, Error> {
     let column = |(name, column): (&Spanned<String>, &Spanned<Column>)| {
         let Column { column, gain, offset, sign, delay, gaps, .. } = column.get_ref();
         Ok(WantedColumn {
             name: name.get_ref().clone(),
             column: column.get_ref().clone(),
+            reading: readings.map_or(Reading::Number, |reading| reading(name.get_ref())),
             gaps: gaps.unwrap_or(words.gaps),
             scaling: scaling(scenario, [gain, offset, sign])?,
             delay: delay.as_ref().map_or(Ok(0.0), |word| finite(scenario, word))?,
@@ -69,6 +95,7 @@ fn wanted(scenario: &Scenario, words: RecordedFile) -> Result<Wanted, Error> {
         time: words.time.map(|time| time.get_ref().clone()),
         time_unit: words.time_unit.map(|word| time_unit(scenario, word)).transpose()?,
         columns: Mistakes::all(words.columns.iter().map(column))?,
+        jumps: readings.is_some(),
         dialect: words.dialect,
     })
 }

@@ -6,44 +6,21 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use fmu_import::description::{Item, Storage, Type, Variable};
+use fmu_import::description::{Interval, Storage, Type, Variable};
 use fmu_import::{Causality, Fmu, OpenError};
-use recording::ValueKind;
+use recording::table::Reading;
 use units::Unit;
 
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
+use super::ports::{Port, port, references};
 use super::starts::{sizes, starts};
-use super::types::recorded_kind;
-use super::{Notes, Overrides, overrides};
+use super::{Notes, Overrides, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
-use crate::plan::{Body, Clock, Group, Ports};
+use crate::plan::{Body, Clock, Ports};
 use crate::signal::{Part, Signal};
 use crate::words::{self, Scenario};
-
-/// A variable that can be connected or recorded.
-#[derive(Debug, Clone)]
-pub(super) struct Port {
-    pub name: String,
-    pub kind: Type,
-    /// Signals and tables deliver numbers that are of no type of FMI.
-    pub typed: bool,
-    /// Items of an enumeration.
-    pub items: Vec<Item>,
-    pub unit: Option<String>,
-    pub dimension: Option<Unit>,
-    /// Whether something is wrong with its unit that was told already.
-    pub wrong_unit: bool,
-    pub description: Option<String>,
-    reference: u32,
-    /// The form of its values.
-    pub storage: Storage,
-    /// Its place in an array, and the number of elements there.
-    pub element: (usize, usize),
-    /// For outputs, the names of the inputs that they follow; `None` means all.
-    pub follows: Option<Vec<String>>,
-}
 
 /// A node before its inputs are connected.
 #[derive(Debug)]
@@ -68,15 +45,19 @@ pub(super) fn unplaced(
 ) -> Vec<UnplacedNode> {
     let document = &scenario.document;
     let mut unplaced = signals(scenario, clock, seed, mistakes);
+    // A table is read as the inputs of FMUs want its columns.
+    let mut fmus = Vec::new();
+    for fmu in &document.fmu {
+        let node = self::fmu(scenario, fmu, archives, overrides, mistakes);
+        fmus.extend(mistakes.take_named(fmu.name.get_ref(), node));
+    }
     for table in &document.table {
-        let node = self::table(scenario, table, warnings);
+        let node = self::table(scenario, table, &fmus, warnings);
         let node = mistakes.take_named(table.name.get_ref(), node);
         unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
-    for fmu in &document.fmu {
-        let node = self::fmu(scenario, fmu, archives, overrides, mistakes);
-        let node = mistakes.take_named(fmu.name.get_ref(), node);
-        unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
+    for node in fmus {
+        unplaced.extend(mistakes.take(added(scenario, node, &unplaced)));
     }
     mistakes.take(overrides::check_nodes(scenario, overrides));
     let is_empty =
@@ -202,6 +183,8 @@ fn signal<'a>(
         reference: 0,
         storage: Storage::Float64,
         element: (0, 1),
+        discrete: false,
+        clocks: Vec::new(),
         follows: Some(Vec::new()),
     };
     Ok((node, port, signal))
@@ -210,16 +193,25 @@ fn signal<'a>(
 fn table(
     scenario: &Scenario,
     table: &words::Table,
+    fmus: &[UnplacedNode],
     warnings: &mut Vec<String>,
 ) -> Result<UnplacedNode, Error> {
     let columns = &table.columns;
-    let Log { table: mut read, units } = logs::read(scenario, table.file(), warnings)?;
+    let reading = |column: &str| readings::wanted(scenario, table, column, fmus);
+    let Log { table: mut read, units } =
+        logs::read_again(scenario, (table.file(), &reading), warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
-    for ((name, column), unit) in columns.iter().zip(units) {
+    for (place, ((name, column), unit)) in columns.iter().zip(units).enumerate() {
+        let (kind, storage) = match read.reading(place) {
+            Reading::Number => (Type::Real, Storage::Float64),
+            Reading::Integer if read.is_unsigned(place) => (Type::Integer, Storage::UInt64),
+            Reading::Integer => (Type::Integer, Storage::Int64),
+            Reading::Text => (Type::String, Storage::String),
+        };
         outputs.push(Port {
             name: name.get_ref().clone(),
-            kind: Type::Real,
+            kind,
             typed: false,
             items: Vec::new(),
             // A file may tell a unit that is not known here.
@@ -232,8 +224,10 @@ fn table(
                 table.path.get_ref()
             )),
             reference: 0,
-            storage: Storage::Float64,
+            storage,
             element: (0, 1),
+            discrete: false,
+            clocks: Vec::new(),
             follows: Some(Vec::new()),
         });
     }
@@ -280,15 +274,24 @@ fn fmu(
         with_declared_units(scenario, node, &fmu.description.variables, mistakes);
     let variables = &variables;
     let ports = |places: Vec<usize>| -> Vec<Port> {
-        let port = |place| Port { wrong_unit: wrong.contains(&place), ..port(variables, place) };
+        let port = |place| {
+            let port = port(variables, place, fmu.description.event_mode);
+            Port { wrong_unit: wrong.contains(&place), ..port }
+        };
         let mut ports: Vec<_> = places.into_iter().map(port).collect();
         ports.sort_by_key(|port| port.storage);
         ports
     };
-    // Clocks tick in event mode, which no FMU is asked for.
-    let no_clock = |place: &usize| variables[*place].kind != Type::Clock;
-    let inputs = ports(fmu.description.with(Causality::Input).filter(no_clock).collect());
-    let shown = shown(scenario, node, variables, mistakes);
+    let events = fmu.description.event_mode;
+    // Clocks tick in event mode. Those that tick by time need no connection, and are shown.
+    let can_connect = |place: &usize| match &variables[*place] {
+        Variable { kind: Type::Clock, ticks, .. } => {
+            events && ticks.as_ref().is_none_or(|ticks| ticks.interval == Interval::Triggered)
+        }
+        _ => true,
+    };
+    let inputs = ports(fmu.description.with(Causality::Input).filter(can_connect).collect());
+    let shown = shown(scenario, node, (variables, events), mistakes);
     let outputs = ports(shown);
     let (starts, started) = starts(scenario, node, variables, overrides, mistakes);
     let references = references(&outputs);
@@ -313,7 +316,7 @@ fn fmu(
 fn shown(
     scenario: &Scenario,
     node: &words::Fmu,
-    variables: &[Variable],
+    (variables, events): (&[Variable], bool),
     mistakes: &mut Mistakes,
 ) -> Vec<usize> {
     for pattern in &node.observe {
@@ -328,65 +331,14 @@ fn shown(
     };
     let is_shown = |place: &usize| match variables[*place].causality {
         Causality::Output => true,
+        Causality::Input if variables[*place].kind == Type::Clock => {
+            let ticks = variables[*place].ticks.as_ref();
+            ticks.is_some_and(|ticks| ticks.interval != Interval::Triggered)
+        }
         // Inputs are recorded in any case.
         Causality::Input => false,
         _ => observed(&variables[*place]),
     };
-    let no_clock = |place: &usize| variables[*place].kind != Type::Clock;
-    (0..variables.len()).filter(no_clock).filter(is_shown).collect()
-}
-
-fn port(variables: &[Variable], place: usize) -> Port {
-    let variable = &variables[place];
-    let follows = variable.dependencies.as_ref().map(|places| {
-        places
-            .iter()
-            .filter_map(|&place| variables.get(place))
-            .map(|input| input.name.clone())
-            .collect()
-    });
-    Port {
-        name: variable.name.clone(),
-        kind: variable.kind,
-        typed: true,
-        items: variable.items.clone(),
-        unit: variable.unit.clone(),
-        dimension: variable.dimension,
-        wrong_unit: false,
-        description: variable.description.clone(),
-        reference: variable.reference,
-        storage: variable.storage,
-        element: variable.element,
-        follows,
-    }
-}
-
-/// The variables behind ports, which are in the order of their forms and of the file.
-pub(super) fn references(ports: &[Port]) -> Ports {
-    let mut found = Ports::default();
-    for port in ports {
-        let is_text = recorded_kind(port.kind) == ValueKind::String;
-        let groups = if is_text { &mut found.texts } else { &mut found.numbers };
-        let one_more = |group: &mut Group| {
-            if group.references.last() != Some(&port.reference) {
-                group.references.push(port.reference);
-                group.elements += port.element.1;
-            }
-            group.places.push(group.elements - port.element.1 + port.element.0);
-        };
-        let joins = |group: &&mut Group| {
-            let same = group.references.last() == Some(&port.reference);
-            group.storage == port.storage && (same || !is_text)
-        };
-        match groups.last_mut().filter(joins) {
-            Some(group) => one_more(group),
-            None => {
-                let (storage, references) = (port.storage, Vec::new());
-                let mut group = Group { storage, references, elements: 0, places: Vec::new() };
-                one_more(&mut group);
-                groups.push(group);
-            }
-        }
-    }
-    found
+    let can_show = |place: &usize| events || variables[*place].kind != Type::Clock;
+    (0..variables.len()).filter(can_show).filter(is_shown).collect()
 }

@@ -51,7 +51,7 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
             };
             let (from, output) = connection.from;
             let output = &unplaced[from].outputs[output];
-            let follows = |output: &super::nodes::Port| match &output.follows {
+            let follows = |output: &super::ports::Port| match &output.follows {
                 Some(inputs) => inputs.contains(&input.name),
                 None => true,
             };

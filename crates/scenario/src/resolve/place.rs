@@ -1,11 +1,16 @@
 //! Gives the values of the nodes their indices in the row.
 
-use recording::{Column, ColumnIndex, Columns, Direction, Full, NumberRange, TextRange};
+use recording::{
+    Column, ColumnIndex, Columns, Direction, Full, IntegerRange, NumberRange, TextRange,
+};
 
 use super::connections::{Connection, Connections};
-use super::nodes::{Port, UnplacedNode, references};
+use super::nodes::UnplacedNode;
+use super::ports::{Port, references};
 use super::types::recorded_kind;
-use crate::plan::{Body, NodePlan, ResolvedConnection, Source, TextPlan};
+use crate::plan::{
+    Accepts, Body, ExactConnection, ExactPlan, NodePlan, ResolvedConnection, Source, TextPlan,
+};
 
 /// Gives each output and each connected input its column in the row: all outputs come before all inputs.
 pub(super) fn place(
@@ -38,6 +43,14 @@ pub(super) fn place(
             inputs: input.numbers,
             connections: Vec::new(),
             texts: TextPlan { outputs: output.texts, inputs: input.texts, connections: Vec::new() },
+            exact: ExactPlan {
+                outputs: output.integers,
+                numbers: columns.integers().map(|(_, number)| number).collect::<Vec<_>>()
+                    [output.integers.positions()]
+                .to_vec(),
+                inputs: input.integers,
+                connections: Vec::new(),
+            },
         };
         for Connection { from: (node, port), at, input_chain } in connections {
             // Types were compared: a number goes to a number and a text to a text.
@@ -50,9 +63,27 @@ pub(super) fn place(
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),
             }
         }
+        exact(&mut plan, &columns);
         nodes.push(plan);
     }
     (nodes, columns)
+}
+
+/// Finds the connections of a node with an integer of 64 bits at one end or at both. Where both have one and nothing changes it,
+/// the integer itself is what the input has to accept, not its number.
+fn exact(plan: &mut NodePlan, columns: &Columns<Full>) {
+    let links = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
+    for (place, (link, input)) in links {
+        let source = columns.integer(link.source.index);
+        let input = columns.integer(input);
+        if source.is_none() && input.is_none() {
+            continue;
+        }
+        let chain = &mut link.input_chain;
+        let both = source.is_some() && input.is_some() && chain.is_plain();
+        let as_it_is = both.then(|| std::mem::replace(&mut chain.accepts, Accepts::Real));
+        plan.exact.connections.push(ExactConnection { place, source, input, as_it_is });
+    }
 }
 
 /// The columns of one side of a node.
@@ -61,6 +92,7 @@ struct Side {
     ports: Vec<ColumnIndex<Full>>,
     numbers: NumberRange<Full>,
     texts: TextRange<Full>,
+    integers: IntegerRange<Full>,
 }
 
 impl Side {
@@ -70,22 +102,25 @@ impl Side {
         ports: &[Port],
         direction: Direction,
     ) -> Self {
-        let ends = |columns: &Columns<Full>| (columns.numbers().len(), columns.texts().len());
-        let (numbers, texts) = ends(columns);
+        let ends = |columns: &Columns<Full>| {
+            (columns.numbers().len(), columns.texts().len(), columns.integers().len())
+        };
+        let (numbers, texts, integers) = ends(columns);
         let column = |port: &Port| Column {
             node: node.to_owned(),
             variable: port.name.clone(),
             direction,
-            kind: recorded_kind(port.kind),
+            kind: recorded_kind(port.kind, port.storage),
             unit: port.unit.clone(),
             description: port.description.clone(),
         };
         let ports = ports.iter().map(|port| columns.push(column(port))).collect();
-        let (numbers_end, texts_end) = ends(columns);
+        let (numbers_end, texts_end, integers_end) = ends(columns);
         Self {
             ports,
             numbers: NumberRange::new(numbers..numbers_end),
             texts: TextRange::new(texts..texts_end),
+            integers: IntegerRange::new(integers..integers_end),
         }
     }
 }

@@ -7,7 +7,8 @@ use fmu_import::description::Type;
 use recording::{Column, Columns};
 use units::Unit;
 
-use super::nodes::{Port, UnplacedNode};
+use super::nodes::UnplacedNode;
+use super::ports::Port;
 use crate::words::Scenario;
 
 /// The units of variables by their names, `node.variable`.

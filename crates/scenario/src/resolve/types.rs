@@ -1,17 +1,19 @@
 //! Checks the types of connections and gives the values that an input accepts.
 
 use diagnostics::Error;
-use fmu_import::description::{Type, list};
+use fmu_import::description::{Storage, Type, list};
 use recording::ValueKind;
 
-use super::nodes::Port;
+use super::ports::Port;
 use crate::plan::Accepts;
 use crate::words::{Connect, Convert, Scenario};
 
 /// The kind in which values of a type travel and are recorded: enumerations are integers.
-pub(super) fn recorded_kind(of: Type) -> ValueKind {
+pub(super) fn recorded_kind(of: Type, form: Storage) -> ValueKind {
     match of {
         Type::Real => ValueKind::Real,
+        Type::Integer | Type::Enumeration if form == Storage::Int64 => ValueKind::Int64,
+        Type::Integer | Type::Enumeration if form == Storage::UInt64 => ValueKind::UInt64,
         Type::Integer | Type::Enumeration => ValueKind::Integer,
         // A clock ticks or does not; nothing connects it.
         Type::Boolean | Type::Clock => ValueKind::Boolean,
@@ -77,21 +79,22 @@ pub(super) fn fit(
         Type::Real => Accepts::Real,
         Type::Integer => Accepts::Integer(to.storage),
         Type::Boolean | Type::Clock => Accepts::Boolean,
+        Type::Enumeration if to.items.is_empty() => Accepts::Integer(to.storage),
         Type::Enumeration => Accepts::Enumeration(to.items.clone()),
     }))
 }
 
 /// Checks that the types are the same, or that the scenario asks for the change that they need.
 ///
-/// Numbers of signals and tables have no type: they fit every input of numbers that accepts their values.
+/// Numbers of signals and tables have no type: they fit every input of numbers that accepts their values. So do texts of tables.
 fn types_fit(
     scenario: &Scenario,
     connect: &Connect,
     names: &str,
     (from, to): (&Port, &Port),
 ) -> Result<(), Error> {
-    let is_number = recorded_kind(to.kind) != ValueKind::String;
-    let same = from.kind == to.kind || (!from.typed && is_number);
+    let is_text = |port: &Port| matches!(port.kind, Type::String | Type::Binary);
+    let same = from.kind == to.kind || (!from.typed && is_text(from) == is_text(to));
     let differ = || {
         let message = format!("cannot connect {names}: {:?} does not fit {:?}", from.kind, to.kind);
         scenario.error(&connect.to, message)

@@ -4,7 +4,6 @@ use cosim::exchange::Memory;
 use cosim::node::NodeState;
 use fmu_export::{Course, FmiResult, reject};
 use fmu_import::CallError;
-use recording::{Full, Row};
 use scenario::plan::{Body, InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +65,7 @@ struct PartBytes {
     nodes: Vec<Vec<u8>>,
     numbers: Vec<f64>,
     texts: Vec<String>,
+    integers: Vec<i128>,
 }
 
 /// The failure of a node's call, which does no harm to the instance.
@@ -142,8 +142,8 @@ impl Nested {
                 let nodes = nodes.collect::<FmiResult<_>>()?;
                 let row = &parts.memory.row;
                 let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
-                let start = running.system.clock.start;
-                Some(PartBytes { start, tick: parts.tick, nodes, numbers, texts })
+                let (integers, start) = (row.integers().to_vec(), running.system.clock.start);
+                Some(PartBytes { start, tick: parts.tick, nodes, numbers, texts, integers })
             }
             _ => return reject("the state is that of an initialisation that is gone"),
         };
@@ -166,7 +166,7 @@ impl Nested {
         if !fits {
             return reject(impossible);
         }
-        let Some(PartBytes { start, tick, nodes, numbers, texts }) = parts else {
+        let Some(PartBytes { start, tick, nodes, numbers, texts, integers }) = parts else {
             return Ok(Saved { course, values, stale, parts: None });
         };
         if self.parts.is_none() {
@@ -181,8 +181,9 @@ impl Nested {
         }
         let Some(Parts { number, running }) = &mut self.parts else { return reject(impossible) };
         let row = &running.system.columns.row();
-        let same = [row.numbers().len(), row.texts().len(), running.nodes.len()]
-            == [numbers.len(), texts.len(), nodes.len()];
+        let sizes = [row.numbers().len(), row.texts().len(), row.integers().len()];
+        let same = sizes == [numbers.len(), texts.len(), integers.len()]
+            && nodes.len() == running.nodes.len();
         if !same {
             return reject(impossible);
         }
@@ -192,7 +193,7 @@ impl Nested {
         });
         let nodes = nodes.collect::<FmiResult<_>>()?;
         let mut memory = Memory::new(&running.system);
-        memory.row = Row::<Full>::from_values(numbers, texts);
+        memory.row.assign(&numbers, texts, integers);
         let chains = running.system.nodes.iter();
         let chains = chains
             .map(|plan| plan.connections.iter().map(|it| it.input_chain.clone()).collect())

@@ -33,8 +33,13 @@ pub(super) fn cell(text: &str, decimal: Decimal) -> Cell {
     }
 }
 
+/// What is no number: a truth, which counts as 0 or 1, or a word for no value.
 fn gap(text: &str) -> Cell {
     let word = text.to_ascii_lowercase();
+    let truth = ["false", "true"].iter().position(|it| *it == word);
+    if let Some(truth) = truth {
+        return Cell::Number(truth as f64);
+    }
     let signed = word.strip_prefix('-').filter(|rest| rest.starts_with("1.#"));
     if GAPS.contains(&signed.unwrap_or(&word)) { Cell::Gap } else { Cell::Other }
 }
@@ -133,6 +138,8 @@ mod tests {
         for (text, decimal, expected) in [
             (" 1.5 ", Point, Cell::Number(1.5)),
             ("-1,5e3", Comma, Cell::Number(-1500.0)),
+            ("false", Point, Cell::Number(0.0)),
+            ("TRUE", Comma, Cell::Number(1.0)),
             ("7", Comma, Cell::Number(7.0)),
             ("1,5", Point, Cell::Other),
             ("1.5", Comma, Cell::Other),

@@ -6,7 +6,8 @@ use super::cell::{self, Cell, Mark, cell, clock, mark};
 use super::error::CsvError;
 use super::file::{CsvFile, Rows};
 use super::title::spelled;
-use crate::table::wanted::{Decimal, Separator, Wanted};
+use crate::table::kept::Kept;
+use crate::table::wanted::{Decimal, Reading, Separator, Wanted};
 
 /// The cells of some columns, with their file.
 pub(super) struct Cells<'a> {
@@ -25,22 +26,23 @@ pub(super) struct Numbers {
 }
 
 impl<'a> Cells<'a> {
-    /// Takes the decimal mark that is given, or the one that the cells show.
+    /// Takes the decimal mark that is given, or the one that the cells of columns without texts show.
     pub fn new(
         file: &'a CsvFile<'a>,
         rows: &'a Rows,
         places: &'a [usize],
-        given: Option<Decimal>,
+        (given, readings): (Option<Decimal>, &[Reading]),
     ) -> Result<Self, CsvError> {
         let mut cells = Cells { file, rows, places, decimal: Decimal::Point };
-        cells.decimal = given.map_or_else(|| cells.detected(), Ok)?;
+        cells.decimal = given.map_or_else(|| cells.detected(readings), Ok)?;
         Ok(cells)
     }
 
-    fn detected(&self) -> Result<Decimal, CsvError> {
+    fn detected(&self, readings: &[Reading]) -> Result<Decimal, CsvError> {
         let commas_separate = self.file.header.separator == Separator::Comma;
         let (mut either, mut point) = (None, false);
-        for column in 0..self.places.len() {
+        let is_text = |column: &usize| readings.get(*column) == Some(&Reading::Text);
+        for column in (0..self.places.len()).filter(|column| !is_text(column)) {
             for (row, text) in self.rows.column(column).enumerate() {
                 match mark(text) {
                     Mark::Decimal(Decimal::Comma) if !commas_separate => {
@@ -98,6 +100,40 @@ impl<'a> Cells<'a> {
         Ok(Numbers { values, gap })
     }
 
+    /// The integers of a column, exactly, and their places.
+    pub fn integers(&self, column: usize) -> Result<(Numbers, Kept), CsvError> {
+        let (mut numbers, mut integers) = (self.numbers(column)?, Vec::new());
+        // Whether all of them fit Int64, and whether all of them fit UInt64.
+        let mut signs = [true; 2];
+        let texts = self.rows.column(column).zip(&mut numbers.values).enumerate();
+        for (row, (text, value)) in texts.filter(|(_, (_, value))| !value.is_nan()) {
+            let exact = text.trim().parse::<i128>().ok();
+            // Such as `5.0` and `1e3`: beyond 2^53 the digits are not all there.
+            let whole = || (value.abs() <= 2.0_f64.powi(53)).then_some(*value as i128);
+            let whole = || whole().filter(|whole| *whole as f64 == *value);
+            let wrong = || self.wrong((row, column), text, "an integer", "");
+            let integer = exact.or_else(whole).ok_or_else(wrong)?;
+            let [signed, unsigned] = [i64::MIN.into()..=i64::MAX.into(), 0..=u64::MAX.into()];
+            signs[0] &= signed.contains(&integer);
+            signs[1] &= unsigned.contains(&integer);
+            if signs == [false; 2] {
+                let expected =
+                    "an integer of 64 bits, all of the column with a sign or all without one";
+                return Err(self.wrong((row, column), text, expected, ""));
+            }
+            *value = integers.len() as f64;
+            integers.push(integer);
+        }
+        Ok((numbers, Kept::Integers(integers)))
+    }
+
+    /// The texts of a column as they are, and their places; an empty cell is an empty text.
+    pub fn texts(&self, column: usize) -> (Numbers, Kept) {
+        let texts: Vec<_> = self.rows.column(column).map(str::to_owned).collect();
+        let values = (0..texts.len()).map(|place| place as f64).collect();
+        (Numbers { values, gap: None }, Kept::Texts(texts))
+    }
+
     /// The line of the first gap.
     pub fn first_gap(&self, numbers: &Numbers) -> Option<String> {
         let (row, _) = numbers.gap.as_ref()?;
@@ -126,7 +162,13 @@ impl<'a> Cells<'a> {
                 self.complete(column)?.into_iter().map(seconds).collect()
             }
         };
-        let Some(row) = stamps.windows(2).position(|pair| pair[1] <= pair[0]) else {
+        let rises = |row: usize, pair: &[f64]| match pair[1] == pair[0] {
+            // The first row is the value from the left, the second one that from the right.
+            true => wanted.jumps && (row == 0 || stamps[row - 1] < pair[0]),
+            false => pair[1] > pair[0],
+        };
+        let mut pairs = stamps.windows(2).enumerate();
+        let Some(row) = pairs.position(|(row, pair)| !rises(row, pair)) else {
             return Ok(stamps);
         };
         let (before, found) = (stamps[row], stamps[row + 1]);

@@ -1,0 +1,58 @@
+//! Carries integers of 64 bits from outputs to inputs, so that none of them is rounded.
+
+use diagnostics::{Error, rounded};
+use recording::{Columns, Full, Row, fits_number};
+use scenario::plan::{ExactConnection, NodePlan};
+use scenario::words::At;
+
+/// Checks that the inputs of a node accept the integers of 64 bits that they are about to get. `start` is the row at the start of the
+/// step, and `shown` says when a source showed its value [s].
+///
+/// # Errors
+/// When an input does not accept its integer, or a number on the way does not hold it.
+pub(super) fn check(
+    plan: &NodePlan,
+    columns: &Columns<Full>,
+    (start, row): (Option<&Row<Full>>, &Row<Full>),
+    shown: &dyn Fn(At) -> f64,
+) -> Result<(), Error> {
+    for exact in &plan.exact.connections {
+        let ExactConnection { place, source: Some(source), as_it_is, .. } = exact else { continue };
+        let link = &plan.connections[*place].source;
+        let value = start.filter(|_| link.at == At::Start).unwrap_or(row)[*source];
+        let (expected, help) = match as_it_is {
+            Some(accepts) if accepts.holds_integer(value) => continue,
+            Some(accepts) => (format!("but it is {}", accepts.expected_integers()), None),
+            None if fits_number(value) => continue,
+            None => (
+                "but no number on the way holds this integer exactly".to_owned(),
+                Some("connect it to an integer of 64 bits, without conversion, effects and faults"),
+            ),
+        };
+        let mut inputs = plan.inputs.indices();
+        let to = inputs.nth(*place).map(|input| columns[input].name()).unwrap_or_default();
+        let (from, time) = (columns[link.index].name(), rounded(shown(link.at)));
+        let message = format!("`{to}` would get {value} from `{from}` at t = {time} s, {expected}");
+        return Err(Error::input(message).hint(help.map(str::to_owned)));
+    }
+    Ok(())
+}
+
+/// Puts the inputs of a node that are integers of 64 bits into the row, beside their numbers, which have arrived.
+pub(super) fn carry(plan: &NodePlan, start: Option<&Row<Full>>, row: &mut Row<Full>) {
+    if plan.exact.connections.is_empty() {
+        return;
+    }
+    let inputs: Vec<_> = plan.inputs.indices().collect();
+    for ExactConnection { place, source, input, as_it_is } in &plan.exact.connections {
+        let (Some(input), number) = (*input, inputs[*place]) else { continue };
+        let link = &plan.connections[*place].source;
+        let from = start.filter(|_| link.at == At::Start).unwrap_or(row);
+        let value = match (source, as_it_is) {
+            (Some(source), Some(_)) => from[*source],
+            // The input accepts the number, so this is the same.
+            _ => row[number] as i128,
+        };
+        row.put((input, number), value);
+    }
+}

@@ -1,0 +1,181 @@
+//! Knows when the clocks of an FMU tick, and which ones ticked in a step (FMI 3.0, sections 2.2.9 and 4.2).
+
+use fmu_import::{CallError, Causality, Description, Instance, Interval, IntervalChange, Type};
+
+/// The clocks of an FMU.
+#[derive(Debug, Default)]
+pub(super) struct Clocks {
+    /// Input clocks that tick by time, those of high priority first.
+    timed: Vec<Timed>,
+    /// Output clocks.
+    outputs: Vec<u32>,
+    /// Connected input clocks that tick at the beginning of this step.
+    triggered: Vec<u32>,
+    /// All that ticked in this step.
+    ticked: Vec<u32>,
+}
+
+/// An input clock that ticks by time.
+#[derive(Debug)]
+struct Timed {
+    name: String,
+    reference: u32,
+    interval: Interval,
+    /// Time between two ticks, if it is known [s].
+    seconds: Option<f64>,
+    shift: f64,
+    /// The tick that times count from [s].
+    origin: f64,
+    /// Ticks since then.
+    ticks: u64,
+    /// The last tick [s].
+    last: Option<f64>,
+    /// The tick of a countdown [s].
+    countdown: Option<f64>,
+}
+
+impl Timed {
+    /// The next tick [s]. It is computed, never accumulated.
+    fn due(&self) -> Option<f64> {
+        match self.interval {
+            Interval::Countdown => self.countdown,
+            _ => Some(self.origin + self.ticks as f64 * self.seconds?),
+        }
+    }
+
+    fn tick(&mut self, time: f64) {
+        (self.last, self.countdown) = (Some(time), None);
+        self.ticks += 1;
+    }
+
+    /// Counts from the last tick on with another interval [s]; before the first tick nothing counts but the shift.
+    fn change(&mut self, seconds: f64) {
+        self.seconds = Some(seconds);
+        if let Some(last) = self.last {
+            (self.origin, self.ticks) = (last, 1);
+        }
+    }
+}
+
+impl Clocks {
+    /// The clocks of a description.
+    pub fn new(about: &Description) -> Self {
+        let mut clocks = Clocks::default();
+        for variable in about.variables.iter().filter(|variable| variable.kind == Type::Clock) {
+            let reference = variable.reference;
+            match (variable.causality, &variable.ticks) {
+                (Causality::Output, _) => clocks.outputs.push(reference),
+                (Causality::Input, Some(ticks)) if ticks.interval != Interval::Triggered => {
+                    clocks.timed.push(Timed {
+                        name: variable.name.clone(),
+                        reference,
+                        interval: ticks.interval,
+                        seconds: ticks.seconds,
+                        shift: ticks.shift,
+                        origin: 0.0,
+                        ticks: 0,
+                        last: None,
+                        countdown: None,
+                    });
+                }
+                _ => {}
+            }
+        }
+        let priority = |timed: &Timed| {
+            let of = about.variables.iter().find(|variable| variable.reference == timed.reference);
+            of.and_then(|variable| variable.ticks.as_ref()?.priority).unwrap_or(u32::MAX)
+        };
+        // A low number is a high priority.
+        clocks.timed.sort_by_key(priority);
+        clocks
+    }
+
+    /// Begins to count at the start of the run [s], in event mode after the initialisation.
+    pub fn start(&mut self, instance: &mut Instance, begin: f64) -> Result<(), CallError> {
+        for timed in &mut self.timed {
+            timed.origin = begin + timed.shift;
+            if timed.interval == Interval::Calculated {
+                let (seconds, change) = instance.interval(timed.reference)?;
+                timed.seconds = (change != IntervalChange::Unknown).then_some(seconds);
+                timed.shift = instance.shift(timed.reference)?;
+                timed.origin = begin + timed.shift;
+            }
+        }
+        self.refresh(instance, begin)
+    }
+
+    /// Asks for the intervals that change while the FMU runs, in event mode at a time [s].
+    pub fn refresh(&mut self, instance: &mut Instance, time: f64) -> Result<(), CallError> {
+        for timed in &mut self.timed {
+            let changes = [Interval::Tunable, Interval::Changing, Interval::Countdown]
+                .contains(&timed.interval);
+            if !changes {
+                continue;
+            }
+            let (seconds, change) = instance.interval(timed.reference)?;
+            if change != IntervalChange::Changed {
+                continue;
+            }
+            // Zero is a tick at once only for a countdown.
+            let least = if timed.interval == Interval::Countdown { 0.0 } else { f64::MIN_POSITIVE };
+            if !seconds.is_finite() || seconds < least {
+                let what = format!("gave the clock `{}` the interval {seconds} s", timed.name);
+                return Err(CallError::new("fmi3GetIntervalDecimal", what));
+            }
+            match timed.interval {
+                Interval::Countdown => timed.countdown = Some(time + seconds),
+                _ => timed.change(seconds),
+            }
+        }
+        Ok(())
+    }
+
+    /// The next tick by time, with the name of its clock [s].
+    pub fn next(&self) -> Option<(f64, &str)> {
+        let due = self.timed.iter().filter_map(|timed| Some((timed.due()?, timed.name.as_str())));
+        due.min_by(|one, other| one.0.total_cmp(&other.0))
+    }
+
+    /// Whether a clock ticks up to a time [s].
+    pub fn tick_by(&self, time: f64) -> bool {
+        !self.triggered.is_empty() || self.next().is_some_and(|(due, _)| due <= time)
+    }
+
+    /// The input clocks that tick up to a time [s]: each of them once.
+    pub fn take(&mut self, time: f64) -> Vec<u32> {
+        let mut active = std::mem::take(&mut self.triggered);
+        for timed in &mut self.timed {
+            if timed.due().is_some_and(|due| due <= time) {
+                let due = timed.due().unwrap_or(time);
+                timed.tick(due);
+                active.push(timed.reference);
+            }
+        }
+        active
+    }
+
+    /// The output clocks.
+    pub fn outputs(&self) -> &[u32] {
+        &self.outputs
+    }
+
+    /// Lets an input clock tick at the beginning of the next step.
+    pub fn trigger(&mut self, reference: u32) {
+        self.triggered.push(reference);
+    }
+
+    /// Forgets what ticked in the step before.
+    pub fn begin_step(&mut self) {
+        self.ticked.clear();
+    }
+
+    /// Notes what ticks.
+    pub fn note(&mut self, active: &[u32]) {
+        self.ticked.extend(active);
+    }
+
+    /// Whether a clock ticked in this step.
+    pub fn ticked(&self, reference: u32) -> bool {
+        self.ticked.contains(&reference)
+    }
+}

@@ -1,0 +1,142 @@
+//! Steps an FMU with event mode: discrete inputs, clocks, early ends of steps, and updates until nothing changes any more (FMI 3.0,
+//! section 4.2).
+
+use fmu_import::{CallError, Instance, Storage};
+use scenario::plan::{Clock, Group};
+
+use super::FmuNode;
+use super::clocks::Clocks;
+use crate::node::SAME;
+
+/// An event may take this many updates, and a step may stand still this often.
+const MOST: usize = 1000;
+
+/// The state of an FMU between its events.
+#[derive(Debug, Default)]
+pub(super) struct Events {
+    /// Whether the initialisation is over.
+    pub running: bool,
+    /// Whether a discrete input has another value than the FMU knows.
+    pub changed: bool,
+    /// When the FMU wants its next event [s].
+    next: Option<f64>,
+    pub clocks: Clocks,
+}
+
+impl Events {
+    pub fn new(instance: &Instance) -> Self {
+        match instance.has_events() {
+            true => Events { clocks: Clocks::new(instance.description()), ..Events::default() },
+            false => Events::default(),
+        }
+    }
+
+    /// Whether the FMU takes values of a group in event mode only: those of discrete inputs, and those of clocked ones while their
+    /// clock ticks.
+    pub fn delays(&self, group: &Group) -> bool {
+        (self.running && group.discrete) || !group.clocks.is_empty()
+    }
+}
+
+impl FmuNode {
+    /// Handles the first event, which the initialisation ends with.
+    pub(super) fn begin_events(&mut self) -> Result<(), CallError> {
+        self.events.running = true;
+        if !self.instance.has_events() {
+            return Ok(());
+        }
+        self.events.clocks.start(&mut self.instance, self.begin)?;
+        self.update(self.begin, Vec::new())
+    }
+
+    /// Handles an event at a time [s]; `active` are the input clocks that tick there.
+    fn event(&mut self, time: f64, active: Vec<u32>) -> Result<(), CallError> {
+        self.instance.enter_event_mode()?;
+        if std::mem::take(&mut self.events.changed) {
+            self.give_held(&|group| group.discrete && group.clocks.is_empty())?;
+        }
+        self.instance.set_clocks(&active)?;
+        if !active.is_empty() {
+            let ticks = |group: &Group| group.clocks.iter().any(|clock| active.contains(clock));
+            self.give_held(&ticks)?;
+        }
+        self.update(time, active)
+    }
+
+    /// Updates the discrete states until nothing changes, and goes back to step mode.
+    fn update(&mut self, time: f64, mut active: Vec<u32>) -> Result<(), CallError> {
+        for _ in 0..MOST {
+            active.extend(self.instance.active_clocks(self.events.clocks.outputs())?);
+            if !active.is_empty() {
+                self.keep_clocked(&active)?;
+                self.events.clocks.note(&active);
+                active.clear();
+            }
+            let updated = self.instance.update_discrete_states(time)?;
+            self.events.next = updated.next;
+            if !updated.again {
+                self.events.clocks.refresh(&mut self.instance, time)?;
+                return self.instance.enter_step_mode();
+            }
+        }
+        let what = format!("asks for another update after {MOST} of them in the event at {time} s");
+        Err(CallError::new("fmi3UpdateDiscreteStates", what))
+    }
+
+    /// Goes to the next communication point, with all events on the way.
+    pub(super) fn step_with_events(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        let (begin, slack) = (clock.at(tick), SAME * clock.step);
+        let (mut time, end) = (begin, begin + clock.step);
+        self.events.clocks.begin_step();
+        let mut standing = 0;
+        loop {
+            if self.events.changed || self.events.clocks.tick_by(time + slack) {
+                let active = self.events.clocks.take(time + slack);
+                self.event(time, active)?;
+            }
+            let stop = self.stop_within(time + slack, end - slack)?;
+            let to = stop.unwrap_or(end);
+            let length = if time == begin && stop.is_none() { clock.step } else { to - time };
+            let advance = self.instance.advance(time, length)?;
+            let wanted = self.events.next.is_some_and(|next| next <= advance.reached + slack);
+            if advance.event || wanted {
+                self.event(advance.reached, Vec::new())?;
+            }
+            let early = advance.reached < to - slack;
+            if !early && stop.is_none() {
+                return Ok(());
+            }
+            standing = if advance.reached > time { 0 } else { standing + 1 };
+            if standing > MOST {
+                let what =
+                    format!("returned early at {time} s {MOST} times, without coming further");
+                return Err(CallError::new("fmi3DoStep", what));
+            }
+            time = if early { advance.reached } else { to };
+        }
+    }
+
+    /// Where a step has to be divided, between two times [s]: at a tick of a clock, or where the FMU wants its next event.
+    fn stop_within(&self, from: f64, to: f64) -> Result<Option<f64>, CallError> {
+        let variable = self.instance.description().variable_step;
+        let inside = |time: &f64| *time > from && *time < to;
+        let tick = self.events.clocks.next().filter(|(due, _)| inside(due));
+        if let (Some((due, clock)), false) = (tick, variable) {
+            let what = format!(
+                "is not called: the clock `{clock}` ticks at {due} s, between two communication points, and the FMU takes \
+                 steps of one length only (canHandleVariableCommunicationStepSize): choose a step that divides its interval"
+            );
+            return Err(CallError::new("fmi3DoStep", what));
+        }
+        let event = self.events.next.filter(|next| variable && inside(next));
+        Ok(match (tick.map(|(due, _)| due), event) {
+            (Some(tick), Some(event)) => Some(tick.min(event)),
+            (tick, event) => tick.or(event),
+        })
+    }
+}
+
+/// Whether a group holds the ticks of clocks.
+pub(super) fn is_clock(group: &Group) -> bool {
+    group.storage == Storage::Clock
+}

@@ -1,0 +1,152 @@
+//! Leads an instance of FMI 3.0 through event mode (FMI 3.0, section 4.2).
+
+use std::sync::Arc;
+
+use super::functions::Events;
+use super::phase::Phase;
+use super::{Instance, Library};
+use crate::{CallError, IntervalChange, Updated, Version};
+
+impl Instance {
+    /// Makes an instance that uses event mode, whether the FMU has it or not, and ends no step early: for those who look whether
+    /// an FMU without event mode refuses.
+    ///
+    /// # Errors
+    /// When the library refuses.
+    pub fn with_event_mode(library: Arc<Library>, name: &str) -> Result<Self, CallError> {
+        let guid = library.description().guid.clone();
+        Self::make(library, [name, &guid], false, [true, false]).map_err(|(error, _)| error)
+    }
+
+    /// Whether it was made with event mode. It is in event mode after its initialisation.
+    #[must_use]
+    pub fn has_events(&self) -> bool {
+        self.events
+    }
+
+    fn event_functions(&self, call: &'static str) -> Result<Events, CallError> {
+        let why = match self.description().version {
+            Version::Two => "is not called: the FMU is one of FMI 2.0",
+            Version::Three => "is not called: the library lacks functions of event mode",
+        };
+        self.library.events.ok_or_else(|| CallError::new(call, why))
+    }
+
+    /// `fmi3EnterEventMode`, after a step.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
+        let function = self.event_functions("fmi3EnterEventMode")?.enter_event_mode;
+        self.call(c"fmi3EnterEventMode", function)?;
+        self.phase = Phase::Event;
+        Ok(())
+    }
+
+    /// `fmi3EnterStepMode`, after the event.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
+        let function = self.event_functions("fmi3EnterStepMode")?.enter_step_mode;
+        self.call(c"fmi3EnterStepMode", function)?;
+        self.phase = Phase::Step;
+        Ok(())
+    }
+
+    /// `fmi3UpdateDiscreteStates` at a time [s].
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, when the library lacks functions of event mode, and when the FMU ends the simulation.
+    pub fn update_discrete_states(&mut self, time: f64) -> Result<Updated, CallError> {
+        let call = "fmi3UpdateDiscreteStates";
+        let function = self.event_functions(call)?.update_discrete_states;
+        let (mut again, mut terminate, mut nominals, mut values, mut known) = (0, 0, 0, 0, 0);
+        let mut next = f64::NAN;
+        // SAFETY: the component is alive, and each of the six values is written at most.
+        self.run(c"fmi3UpdateDiscreteStates", |component| unsafe {
+            function(
+                component,
+                &raw mut again,
+                &raw mut terminate,
+                &raw mut nominals,
+                &raw mut values,
+                &raw mut known,
+                &raw mut next,
+            )
+        })?;
+        if terminate != 0 {
+            let what = "asks for the end".to_owned();
+            return Err(CallError { call, what, terminated: Some(time) });
+        }
+        let next = Some(next).filter(|next| known != 0 && next.is_finite());
+        Ok(Updated { again: again != 0, next })
+    }
+
+    /// `fmi3SetClock`: these clocks tick now, in event mode.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    pub fn set_clocks(&mut self, references: &[u32]) -> Result<(), CallError> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let function = self.event_functions("fmi3SetClock")?.set_clock;
+        let values = vec![1_u8; references.len()];
+        // SAFETY: the component is alive, and both arrays have the length that is stated.
+        self.run(c"fmi3SetClock", |c| unsafe {
+            function(c, references.as_ptr(), references.len(), values.as_ptr())
+        })
+    }
+
+    /// Those of these clocks that tick now: `fmi3GetClock`, in event mode.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    pub fn active_clocks(&mut self, references: &[u32]) -> Result<Vec<u32>, CallError> {
+        if references.is_empty() {
+            return Ok(Vec::new());
+        }
+        let function = self.event_functions("fmi3GetClock")?.get_clock;
+        let mut values = vec![0_u8; references.len()];
+        // SAFETY: the component is alive, and both arrays have the length that is stated.
+        self.run(c"fmi3GetClock", |c| unsafe {
+            function(c, references.as_ptr(), references.len(), values.as_mut_ptr())
+        })?;
+        let active = references.iter().zip(values).filter(|(_, value)| *value != 0);
+        Ok(active.map(|(reference, _)| *reference).collect())
+    }
+
+    /// `fmi3GetIntervalDecimal` of one clock: the time between two ticks [s], and whether that changed.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    pub fn interval(&mut self, reference: u32) -> Result<(f64, IntervalChange), CallError> {
+        let function = self.event_functions("fmi3GetIntervalDecimal")?.get_interval;
+        let (mut seconds, mut change) = (f64::NAN, 0);
+        // SAFETY: the component is alive, and each array has one element.
+        self.run(c"fmi3GetIntervalDecimal", |c| unsafe {
+            function(c, &raw const reference, 1, &raw mut seconds, &raw mut change)
+        })?;
+        let change = match change {
+            0 => IntervalChange::Unknown,
+            1 => IntervalChange::Same,
+            _ => IntervalChange::Changed,
+        };
+        Ok((seconds, change))
+    }
+
+    /// `fmi3GetShiftDecimal` of one clock: the time before its first tick [s].
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    pub fn shift(&mut self, reference: u32) -> Result<f64, CallError> {
+        let function = self.event_functions("fmi3GetShiftDecimal")?.get_shift;
+        let mut seconds = 0.0;
+        // SAFETY: the component is alive, and each array has one element.
+        self.run(c"fmi3GetShiftDecimal", |c| unsafe {
+            function(c, &raw const reference, 1, &raw mut seconds)
+        })?;
+        Ok(seconds)
+    }
+}

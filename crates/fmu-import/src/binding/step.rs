@@ -1,0 +1,135 @@
+//! Steps an instance, and says how far it came.
+
+use super::functions::Own;
+use super::instance::name;
+use super::{Component, DISCARD, Instance, OK, Status, WARNING};
+use crate::{Advance, CallError, StepStatus};
+
+type DoStep3 =
+    unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status;
+
+/// Functions that step.
+impl Instance {
+    /// Steps from `time` to `time + step` [s].
+    ///
+    /// # Errors
+    /// See [`Instance`]; a step that ends early is none.
+    pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
+        self.part_of_step(time, step).map(|(status, _)| status)
+    }
+
+    /// Steps from `time` to `time + step` [s], or up to an event on the way. After an event, an instance with events goes into event
+    /// mode before it is stepped again.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when the FMU cannot do a step of this length, or ends the simulation.
+    pub fn advance(&mut self, time: f64, step: f64) -> Result<Advance, CallError> {
+        let version = self.description().version;
+        let (status, advance) = self.part_of_step(time, step)?;
+        status.into_result(version)?;
+        Ok(advance)
+    }
+
+    fn part_of_step(&mut self, time: f64, step: f64) -> Result<(StepStatus, Advance), CallError> {
+        self.free_dropped_states()?;
+        self.activity.at(time);
+        let no_way_back = !self.keeps_history && !self.states.any();
+        match &self.library.own {
+            Own::Two(own) => {
+                let function = own.do_step;
+                // SAFETY: the component is alive, and nobody else calls it.
+                let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
+                    function(component, time, step, no_way_back.into())
+                })?;
+                let whole = Advance { reached: time + step, event: false };
+                match status {
+                    OK | WARNING => self.done(time + step),
+                    DISCARD => self.early_end(time),
+                    _ => Err(self.failure(c"fmi2DoStep", status)),
+                }
+                .map(|status| (status, whole))
+            }
+            Own::Three(own) => {
+                let function = own.do_step;
+                self.step_three(function, (time, step), no_way_back)
+            }
+        }
+    }
+
+    /// Steps as [`do_step`](Self::do_step), for those who cannot repeat a step with another length: an early end is an error.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when the step ends early.
+    pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
+        let version = self.description().version;
+        self.do_step(time, step)?.into_result(version)
+    }
+
+    fn done(&self, time: f64) -> Result<StepStatus, CallError> {
+        self.activity.at(time);
+        Ok(StepStatus::Done)
+    }
+
+    fn step_three(
+        &mut self,
+        function: DoStep3,
+        (time, step): (f64, f64),
+        no_way_back: bool,
+    ) -> Result<(StepStatus, Advance), CallError> {
+        let call = c"fmi3DoStep";
+        // NaN stands for an FMU that does not say how far it came.
+        let (mut event, mut terminate, mut early, mut reached) = (0, 0, 0, f64::NAN);
+        // SAFETY: the component is alive, and each of the four values is written at most.
+        let status = self.run_for_status(call, |component| unsafe {
+            function(
+                component,
+                time,
+                step,
+                no_way_back,
+                &raw mut event,
+                &raw mut terminate,
+                &raw mut early,
+                &raw mut reached,
+            )
+        })?;
+        let said = || self.mailbox.said();
+        let returned_early = early != 0 && self.may_return_early;
+        let to = if returned_early && !reached.is_nan() { reached } else { time + step };
+        let advance = Advance { reached: to, event: event != 0 };
+        let status = match status {
+            OK | WARNING if terminate != 0 => {
+                let reached = if reached.is_nan() { time + step } else { reached };
+                Ok(StepStatus::Terminated {
+                    reached,
+                    what: "asks for the end".to_owned() + &said(),
+                })
+            }
+            OK | WARNING if early != 0 && !returned_early => {
+                let what = "returned early, which it was not allowed to";
+                Err(CallError::new(name(call), what.to_owned() + &said()))
+            }
+            OK | WARNING => self.done(to),
+            DISCARD => {
+                let CallError { what, .. } = self.failure(call, DISCARD);
+                let reached = if reached.is_nan() { time } else { reached };
+                Ok(StepStatus::Discarded { reached, what })
+            }
+            _ => Err(self.failure(call, status)),
+        };
+        status.map(|status| (status, advance))
+    }
+
+    /// Why the step from `time` on was discarded. An FMU that says nothing about it is taken to stand where it stood.
+    fn early_end(&mut self, time: f64) -> Result<StepStatus, CallError> {
+        let CallError { what, .. } = self.failure(c"fmi2DoStep", DISCARD);
+        let ended = self.ended();
+        let reached = self.last_successful_time();
+        match (self.is_lost(), ended, reached) {
+            (true, Err(error), _) | (true, _, Err(error)) => Err(error),
+            (_, Ok(true), reached) => {
+                Ok(StepStatus::Terminated { reached: reached.unwrap_or(time), what })
+            }
+            (.., reached) => Ok(StepStatus::Discarded { reached: reached.unwrap_or(time), what }),
+        }
+    }
+}

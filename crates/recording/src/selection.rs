@@ -1,0 +1,117 @@
+//! Picks the recorded values of the rows of a run.
+
+use expression::{IntegerIndex, NumberIndex, TextIndex};
+
+use crate::columns::{Column, Columns};
+use crate::row::{Full, Recorded, Row};
+
+/// The variables of a run that are recorded: the only way from a full row to a recorded one.
+#[derive(Debug, Clone, Default)]
+pub struct Selection {
+    numbers: Vec<NumberIndex<Full>>,
+    texts: Vec<TextIndex<Full>>,
+    integers: Vec<IntegerIndex<Full>>,
+}
+
+impl Selection {
+    /// The columns for which `keep` is true.
+    pub fn new(columns: &Columns<Full>, keep: impl Fn(&Column) -> bool) -> Self {
+        Self {
+            numbers: columns.numbers().filter(|(_, it)| keep(it)).map(|(index, _)| index).collect(),
+            texts: columns.texts().filter(|(_, it)| keep(it)).map(|(index, _)| index).collect(),
+            integers: columns
+                .integers()
+                .filter(|(_, number)| keep(&columns[*number]))
+                .map(|(index, _)| index)
+                .collect(),
+        }
+    }
+
+    /// The recorded columns.
+    #[must_use]
+    pub fn columns(&self, full: &Columns<Full>) -> Columns<Recorded> {
+        let numbers = self.numbers.iter().map(|&index| full[index].clone());
+        let texts = self.texts.iter().map(|&index| full[index].clone());
+        numbers.chain(texts).collect()
+    }
+
+    /// The recorded column of a full one, if it is recorded.
+    #[must_use]
+    pub fn recorded(&self, index: NumberIndex<Full>) -> Option<NumberIndex<Recorded>> {
+        self.numbers.iter().position(|it| *it == index).map(NumberIndex::new)
+    }
+
+    /// Puts the recorded values of a full row into `recorded`, without allocating for numbers.
+    pub fn pick(&self, full: &Row<Full>, recorded: &mut Row<Recorded>) {
+        recorded.numbers.clear();
+        recorded.numbers.extend(self.numbers.iter().map(|&index| full[index]));
+        recorded.texts.resize_with(self.texts.len(), String::new);
+        for (text, &index) in recorded.texts.iter_mut().zip(&self.texts) {
+            text.clone_from(&full[index]);
+        }
+        recorded.integers.clear();
+        recorded.integers.extend(self.integers.iter().map(|&index| full[index]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::{Direction, ValueKind};
+    use crate::row::fits_number;
+
+    fn column(variable: &str, kind: ValueKind) -> Column {
+        Column {
+            node: "car".to_owned(),
+            variable: variable.to_owned(),
+            direction: Direction::Output,
+            kind,
+            unit: None,
+            description: None,
+        }
+    }
+
+    #[test]
+    fn a_recorded_row_has_the_selected_values_of_the_full_one() {
+        let mut columns = Columns::<Full>::default();
+        columns.push(column("speed", ValueKind::Real));
+        let gear = columns.push(column("gear", ValueKind::Integer));
+        let state = columns.push(column("state", ValueKind::String));
+        assert_eq!(columns.find("car.gear"), Some(gear));
+        assert_eq!(columns.find("car.state"), Some(state));
+        assert_eq!(columns.find("car.clutch"), None);
+        let selection = Selection::new(&columns, |column| column.variable != "speed");
+        let full = Row::from_values(vec![20.0, 3.0], vec!["armed".to_owned()]);
+        let mut recorded = Row::default();
+        selection.pick(&full, &mut recorded);
+        assert_eq!(recorded, Row::from_values(vec![3.0], vec!["armed".to_owned()]));
+        let names: Vec<_> = selection.columns(&columns).iter().map(Column::name).collect();
+        assert_eq!(names, ["car.gear", "car.state"]);
+    }
+
+    #[test]
+    fn an_integer_of_64_bits_is_kept_exactly_beside_its_number() {
+        let kinds = [ValueKind::UInt64, ValueKind::Real, ValueKind::Int64];
+        let mut columns = Columns::<Full>::default();
+        for (kind, name) in kinds.into_iter().zip(["id", "speed", "count"]) {
+            columns.push(column(name, kind));
+        }
+        let places: Vec<_> = columns.integers().collect();
+        assert_eq!(places.iter().map(|(_, number)| number.position()).collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(columns.integer(NumberIndex::new(1)), None);
+        assert_eq!(columns.integer(NumberIndex::new(2)), Some(places[1].0));
+        let mut full = columns.row();
+        let (id, count) = (i128::from(u64::MAX), i128::from(i64::MIN) + 1);
+        full.put(places[0], id);
+        full.put(places[1], count);
+        assert_eq!(full.numbers(), [u64::MAX as f64, 0.0, i64::MIN as f64]);
+        assert_eq!(full.integers(), [id, count]);
+        let selection = Selection::new(&columns, |column| column.variable != "id");
+        let mut recorded = Row::default();
+        selection.pick(&full, &mut recorded);
+        assert_eq!(recorded.integers(), [count]);
+        let columns = selection.columns(&columns);
+        assert_eq!(columns.integers().map(|it| it.1.position()).collect::<Vec<_>>(), [1]);
+        assert!(fits_number(1 << 53) && fits_number(1 << 60) && !fits_number((1 << 53) + 1));
+    }
+}

@@ -1,0 +1,136 @@
+//! Says why a recording cannot be played back.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::suggest::{closest_question, shortened};
+
+use super::csv::CsvError;
+use super::mcap::RecordingError;
+
+/// Why a recording cannot be played back.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// The file cannot be opened.
+    #[error("cannot open the recording {}: {source}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file does not have a column that the scenario asks for.
+    #[error(
+        "no column `{column}` in {}: it has {}{}", path.display(), shortened(present),
+        hint.as_ref().map(|hint| format!("; {hint}")).unwrap_or_default()
+    )]
+    MissingColumn {
+        /// The file.
+        path: PathBuf,
+        /// The column that was asked for.
+        column: String,
+        /// The columns that are there.
+        present: Vec<String>,
+        /// The question whether the closest of them was meant.
+        hint: Option<String>,
+    },
+    /// The scenario does not say which column of a CSV file is the time.
+    #[error(
+        "{} is read as CSV, which needs `time`, the column of the time stamps [s]: it has {}",
+        path.display(), shortened(present)
+    )]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+        /// The columns of the file.
+        present: Vec<String>,
+    },
+    /// A word of the scenario is about CSV, and the file is MCAP.
+    #[error("{} is MCAP: `{key}` is about CSV files, leave it out", path.display())]
+    NotCsv {
+        /// The file.
+        path: PathBuf,
+        /// The key.
+        key: &'static str,
+    },
+    /// Rows have no value.
+    #[error(
+        "`{column}` has no value in {count} row{} of {}, the first one in {place}: say `gaps = \"hold\"` for the last value, \
+         or `gaps = \"interpolate\"` for the line between its neighbours, or fill them in the file", if *count == 1 { "" } else { "s" }, path.display()
+    )]
+    Gaps {
+        /// The file.
+        path: PathBuf,
+        /// The column of the scenario.
+        column: String,
+        /// How many rows have none.
+        count: usize,
+        /// The first one.
+        place: String,
+    },
+    /// No row has a value.
+    #[error("`{column}` has no value in any row of {}", path.display())]
+    NoValue {
+        /// The file.
+        path: PathBuf,
+        /// The column of the scenario.
+        column: String,
+    },
+    /// Columns of a clock do not overlap in time.
+    #[error(
+        "{columns} of {} have no row in common where each has a value: play them back as two tables", path.display()
+    )]
+    Apart {
+        /// The file.
+        path: PathBuf,
+        /// The columns of the scenario.
+        columns: String,
+    },
+    /// The CSV file cannot be played back.
+    #[error(transparent)]
+    Csv(#[from] CsvError),
+    /// The MCAP recording cannot be played back.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// Several columns are wrong.
+    #[error("{}", each.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Several {
+        /// What is wrong with each.
+        each: Vec<TableError>,
+    },
+}
+
+impl TableError {
+    pub(super) fn missing(path: &Path, column: &str, present: Vec<String>) -> Self {
+        let hint = closest_question(column, present.iter().map(String::as_str));
+        let (path, column) = (path.to_owned(), column.to_owned());
+        TableError::MissingColumn { path, column, present, hint }
+    }
+
+    /// One error of some; `Several` of none is never made.
+    pub(super) fn all(errors: impl IntoIterator<Item = Self>) -> Self {
+        let mut each: Vec<Self> = errors.into_iter().collect();
+        if each.len() == 1 { each.remove(0) } else { TableError::Several { each } }
+    }
+
+    /// The errors that it consists of.
+    #[must_use]
+    pub fn each(self) -> Vec<Self> {
+        match self {
+            TableError::Several { each } => each,
+            one => vec![one],
+        }
+    }
+
+    /// The word of the scenario that does not fit the file: a column, or what is the time.
+    #[must_use]
+    pub fn word(&self) -> Option<&str> {
+        match self {
+            TableError::MissingColumn { column, .. }
+            | TableError::Gaps { column, .. }
+            | TableError::NoValue { column, .. } => Some(column),
+            TableError::Csv(error) => error.word(),
+            TableError::Recording(error) => error.word(),
+            _ => None,
+        }
+    }
+}

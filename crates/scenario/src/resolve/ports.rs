@@ -1,0 +1,104 @@
+//! Describes the variables of nodes that can be connected or recorded, and groups those that are read and written at once.
+
+use fmu_import::description::{Item, Storage, Type, Variable};
+use fmu_import::{Causality, Variability};
+use recording::ValueKind;
+use units::Unit;
+
+use super::types::recorded_kind;
+use crate::plan::{Group, Ports};
+
+/// A variable that can be connected or recorded.
+#[derive(Debug, Clone)]
+pub(super) struct Port {
+    pub name: String,
+    pub kind: Type,
+    /// Signals and tables deliver numbers that are of no type of FMI.
+    pub typed: bool,
+    /// Items of an enumeration.
+    pub items: Vec<Item>,
+    pub unit: Option<String>,
+    pub dimension: Option<Unit>,
+    /// Whether something is wrong with its unit that was told already.
+    pub wrong_unit: bool,
+    pub description: Option<String>,
+    pub reference: u32,
+    /// The form of its values.
+    pub storage: Storage,
+    /// Its place in an array, and the number of elements there.
+    pub element: (usize, usize),
+    /// Whether it is an input that changes at events only, of an FMU with event mode.
+    pub discrete: bool,
+    /// The value references of its clocks, of an FMU with event mode.
+    pub clocks: Vec<u32>,
+    /// For outputs, the names of the inputs that they follow; `None` means all.
+    pub follows: Option<Vec<String>>,
+}
+
+/// The port of a variable, of an FMU that has event mode or has not.
+pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
+    let variable = &variables[place];
+    let follows = variable.dependencies.as_ref().map(|places| {
+        places
+            .iter()
+            .filter_map(|&place| variables.get(place))
+            .map(|input| input.name.clone())
+            .collect()
+    });
+    Port {
+        name: variable.name.clone(),
+        kind: variable.kind,
+        typed: true,
+        items: variable.items.clone(),
+        unit: variable.unit.clone(),
+        dimension: variable.dimension,
+        wrong_unit: false,
+        description: variable.description.clone(),
+        reference: variable.reference,
+        storage: variable.storage,
+        element: variable.element,
+        discrete: events
+            && variable.causality == Causality::Input
+            && variable.variability != Variability::Continuous,
+        clocks: if events { variable.clocks.clone() } else { Vec::new() },
+        follows,
+    }
+}
+
+/// The variables behind ports, which are in the order of their forms and of the file.
+pub(super) fn references(ports: &[Port]) -> Ports {
+    let mut found = Ports::default();
+    for port in ports {
+        let is_text = recorded_kind(port.kind, port.storage) == ValueKind::String;
+        let groups = if is_text { &mut found.texts } else { &mut found.numbers };
+        let one_more = |group: &mut Group| {
+            if group.references.last() != Some(&port.reference) {
+                group.references.push(port.reference);
+                group.elements += port.element.1;
+            }
+            group.places.push(group.elements - port.element.1 + port.element.0);
+        };
+        let joins = |group: &&mut Group| {
+            let same = group.references.last() == Some(&port.reference);
+            let alike = (group.storage, group.discrete) == (port.storage, port.discrete)
+                && group.clocks == port.clocks;
+            alike && (same || !is_text)
+        };
+        match groups.last_mut().filter(joins) {
+            Some(group) => one_more(group),
+            None => {
+                let mut group = Group {
+                    storage: port.storage,
+                    references: Vec::new(),
+                    elements: 0,
+                    discrete: port.discrete,
+                    clocks: port.clocks.clone(),
+                    places: Vec::new(),
+                };
+                one_more(&mut group);
+                groups.push(group);
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,53 @@
+//! Decides in which form the columns of a table are read: as the inputs that they are connected to want them.
+
+use fmu_import::description::{Storage, Type};
+use recording::table::Reading;
+
+use super::nodes::UnplacedNode;
+use super::ports::Port;
+use crate::words::{Connect, Scenario, Table};
+
+/// The form of a column: texts for an input of texts or bytes; integers for one of 64 bits that gets them as they are.
+pub(super) fn wanted(
+    scenario: &Scenario,
+    table: &Table,
+    column: &str,
+    fmus: &[UnplacedNode],
+) -> Reading {
+    let name = format!("{}.{column}", table.name.get_ref());
+    let connects = scenario.document.connect.iter().filter(|it| *it.from.get_ref() == name);
+    let wanted = connects.filter_map(|connect| {
+        let input = input(fmus, connect.to.get_ref())?;
+        Some(match (input.kind, input.storage) {
+            (Type::String | Type::Binary, _) => Reading::Text,
+            (_, Storage::Int64 | Storage::UInt64)
+                if is_plain(scenario, connect) && !is_scaled(table, column) =>
+            {
+                Reading::Integer
+            }
+            _ => Reading::Number,
+        })
+    });
+    wanted.max_by_key(|reading| *reading as u8).unwrap_or_default()
+}
+
+fn input<'a>(fmus: &'a [UnplacedNode], full: &str) -> Option<&'a Port> {
+    let (node, variable) = full.split_once('.')?;
+    let fmu = fmus.iter().find(|fmu| fmu.name == node)?;
+    fmu.inputs.iter().find(|port| port.name == variable)
+}
+
+/// Whether the connection changes no value.
+fn is_plain(scenario: &Scenario, connect: &Connect) -> bool {
+    let mut faults = scenario.document.fault.iter();
+    connect.effects().is_empty()
+        && connect.transform.is_none()
+        && connect.convert.is_none()
+        && !faults.any(|fault| fault.input.get_ref() == connect.to.get_ref())
+}
+
+fn is_scaled(table: &Table, column: &str) -> bool {
+    let mut columns = table.columns.iter();
+    let words = columns.find(|(name, _)| name.get_ref() == column).map(|(_, it)| it.get_ref());
+    words.is_some_and(|it| it.gain.is_some() || it.offset.is_some() || it.sign.is_some())
+}
