@@ -126,6 +126,9 @@ mod ssp_export;
 // Systems of SSP.
 #[path = "acceptance/systems.rs"]
 mod systems;
+// Groups of variables that are connected at once.
+#[path = "acceptance/terminals.rs"]
+mod terminals;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
@@ -174,6 +177,7 @@ fn main() -> ExitCode {
     state::register(&mut tests);
     ssp_export::register(&mut tests);
     systems::register(&mut tests);
+    terminals::register(&mut tests);
     types::register(&mut tests);
     units::register(&mut tests);
     validating::register(&mut tests);

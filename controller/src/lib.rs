@@ -5,7 +5,7 @@
 mod adrc;
 
 use adrc::{Command, Controller, Estimate, Mode, Reference};
-use fmu_export::{Info, Model, ModelError, Variable, input, output, parameter};
+use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
 /// The controller between its inputs and its outputs.
@@ -18,12 +18,28 @@ struct Node {
     command: Command,
 }
 
+const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
+
+const ESTIMATES: &[Member] = &[
+    Member::signal("v_x", "v_x"),
+    Member::signal("v_y", "v_y"),
+    Member::signal("r", "r"),
+    Member::signal("xi_x", "xi_x"),
+    Member::signal("xi_y", "xi_y"),
+    Member::signal("xi_psi", "xi_psi"),
+];
+
 impl Model for Node {
     const INFO: Info = Info::new(
         "controller",
         "Speed and yaw control with rejection of the estimated disturbances",
         0.01,
-    );
+    )
+    .terminals(&[
+        Terminal::bus("estimates", "State of the car and disturbances", ESTIMATES),
+        Terminal::bus("sensors", "Motion of the car", &[Member::signal("psi", "psi")]),
+        Terminal::bus("actuators", "Commands to the car", ACTUATORS),
+    ]);
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("v_ref", "m/s", "Wanted forward speed").at(|n| &mut n.reference.v),

@@ -5,7 +5,7 @@
 mod filter;
 
 use filter::{Estimator, Output};
-use fmu_export::{Info, Model, ModelError, Variable, input, output, parameter};
+use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
 use nalgebra::Vector4;
 use serde::{Deserialize, Serialize};
 
@@ -37,12 +37,35 @@ impl Default for Node {
 /// values from its start are the right ones.
 const MEASURED: &[&str] = &["v_x_meas", "v_y_meas", "r_meas", "a_y_meas"];
 
+const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
+
+const SENSORS: &[Member] = &[
+    Member::signal("v_x", "v_x_meas"),
+    Member::signal("v_y", "v_y_meas"),
+    Member::signal("r", "r_meas"),
+    Member::signal("a_y", "a_y_meas"),
+];
+
+const ESTIMATES: &[Member] = &[
+    Member::signal("v_x", "v_x"),
+    Member::signal("v_y", "v_y"),
+    Member::signal("r", "r"),
+    Member::signal("xi_x", "xi_x"),
+    Member::signal("xi_y", "xi_y"),
+    Member::signal("xi_psi", "xi_psi"),
+];
+
 impl Model for Node {
     const INFO: Info = Info::new(
         "estimator",
         "Extended-state Kalman filter of a single-track car with three disturbances",
         0.01,
-    );
+    )
+    .terminals(&[
+        Terminal::bus("actuators", "Commands to the car", ACTUATORS),
+        Terminal::bus("sensors", "Measured motion of the car", SENSORS),
+        Terminal::bus("estimates", "State of the car and disturbances", ESTIMATES),
+    ]);
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("F_x", "N", "Driving force during the step").at(|n| &mut n.F_x),

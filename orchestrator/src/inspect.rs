@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use fmu_import::Fmu;
 use fmu_import::description::{Type, Variable, Version, list};
+use fmu_import::{Fmu, MemberKind, Stream, Terminal};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]
@@ -41,10 +41,68 @@ pub fn lines(fmu: &Fmu) -> String {
     for variable in &about.variables {
         let _ = writeln!(text, "{}", line(about.version, variable, &about.variables, width));
     }
-    for problem in &about.problems {
+    let (terminals, problems) = terminals(fmu);
+    if !terminals.is_empty() {
+        let _ = writeln!(text, "\n{} terminals", terminals.len());
+        terminals.iter().for_each(|it| terminal_lines(&mut text, it, 1));
+    }
+    for problem in about.problems.iter().chain(&problems) {
         let _ = writeln!(text, "against the rules: {problem}");
     }
     text
+}
+
+/// The terminals, and what is wrong with their file.
+fn terminals(fmu: &Fmu) -> (Vec<Terminal>, Vec<String>) {
+    let (terminals, problems) =
+        fmu.terminals().unwrap_or_else(|problem| (Vec::new(), vec![problem]));
+    let of_file = |problem| format!("terminalsAndIcons.xml: {problem}");
+    (terminals, problems.into_iter().map(of_file).collect())
+}
+
+fn terminal_lines(text: &mut String, terminal: &Terminal, depth: usize) {
+    let space = "  ".repeat(depth);
+    let kind = terminal.kind.as_ref().map(|kind| format!("  {kind}")).unwrap_or_default();
+    let about = terminal.description.as_ref().map(|it| format!("  {it}")).unwrap_or_default();
+    // Writing into a string cannot fail.
+    let _ = writeln!(text, "{space}{} ({}){kind}{about}", terminal.name, terminal.rule);
+    for member in &terminal.members {
+        let name = member.name.as_deref().unwrap_or("-");
+        let kind = match &member.kind {
+            MemberKind::Signal => String::new(),
+            kind => format!("  {kind}"),
+        };
+        let _ = writeln!(text, "{space}  {name}: {}{kind}", member.variable);
+    }
+    for Stream { names, variables } in &terminal.streams {
+        for (name, variable) in names.iter().zip(variables) {
+            let _ = writeln!(text, "{space}  {name}: {variable}  stream");
+        }
+    }
+    terminal.terminals.iter().for_each(|inner| terminal_lines(text, inner, depth + 1));
+}
+
+fn terminal_entry(terminal: &Terminal) -> serde_json::Value {
+    let members = terminal.members.iter().map(|member| {
+        serde_json::json!({
+            "name": member.name,
+            "variable": member.variable,
+            "kind": member.kind.to_string(),
+        })
+    });
+    let streams = terminal
+        .streams
+        .iter()
+        .map(|stream| serde_json::json!({ "names": stream.names, "variables": stream.variables }));
+    serde_json::json!({
+        "name": terminal.name,
+        "matching_rule": terminal.rule.to_string(),
+        "kind": terminal.kind,
+        "description": terminal.description,
+        "members": members.collect::<Vec<_>>(),
+        "streams": streams.collect::<Vec<_>>(),
+        "terminals": terminal.terminals.iter().map(terminal_entry).collect::<Vec<_>>(),
+    })
 }
 
 /// The same as JSON.
@@ -53,6 +111,9 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
     let about = &fmu.description;
     let variables: Vec<_> =
         about.variables.iter().map(|it| entry(about.version, it, &about.variables)).collect();
+    let (terminals, problems) = terminals(fmu);
+    let terminals: Vec<_> = terminals.iter().map(terminal_entry).collect();
+    let problems: Vec<_> = about.problems.iter().chain(&problems).collect();
     serde_json::json!({
         "model": about.name,
         "fmi": about.version.to_string(),
@@ -72,7 +133,8 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
         "once_per_process": about.only_once,
         "log_categories": about.log_categories,
         "variables": variables,
-        "problems": about.problems,
+        "terminals": terminals,
+        "problems": problems,
     })
 }
 

@@ -3,7 +3,8 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use fmu_export::{
-    Derivatives, Equations, Info, Model, ModelError, Number, Variable, input, output, parameter,
+    Derivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, input,
+    output, parameter,
 };
 use serde::{Deserialize, Serialize};
 use vehicle::{Input, Motion, State, Vehicle};
@@ -35,6 +36,19 @@ impl Default for Plant {
 /// moves load between the axles.
 const BOTH: &[&str] = &["F_x", "delta"];
 
+const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
+
+const SENSORS: &[Member] = &[
+    Member::signal("X", "X"),
+    Member::signal("Y", "Y"),
+    Member::signal("psi", "psi"),
+    Member::signal("v_x", "v_x"),
+    Member::signal("v_y", "v_y"),
+    Member::signal("r", "r"),
+    Member::signal("a_x", "a_x"),
+    Member::signal("a_y", "a_y"),
+];
+
 impl Equations<2, 10> for Plant {
     const KNOWN: [&str; 2] = ["F_x", "delta"];
     const UNKNOWN: [&str; 10] =
@@ -53,7 +67,11 @@ impl Model for Plant {
         "Single-track car with Magic Formula tires, load transfer and aerodynamics",
         0.01,
     )
-    .substep(SUBSTEP);
+    .substep(SUBSTEP)
+    .terminals(&[
+        Terminal::bus("actuators", "Commands to the car", ACTUATORS),
+        Terminal::bus("sensors", "Motion of the car", SENSORS),
+    ]);
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("F_x", "N", "Driving force; braking when negative").at(|p| &mut p.input.F_x),

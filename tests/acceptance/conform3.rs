@@ -162,7 +162,7 @@ fn terminals_name_variables() {
     for (variable, failed) in [("y", &[][..]), ("z", &["terminals"])] {
         let xml = format!(
             "<fmiTerminalsAndIcons fmiVersion=\"3.0\"><Terminals><Terminal name=\"t\" matchingRule=\"bus\">\
-             <TerminalMemberVariable variableName=\"{variable}\" variableKind=\"signal\"/></Terminal></Terminals>\
+             <TerminalMemberVariable variableName=\"{variable}\" memberName=\"m\" variableKind=\"signal\"/></Terminal></Terminals>\
              </fmiTerminalsAndIcons>"
         );
         let lab = Lab::new();

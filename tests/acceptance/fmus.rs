@@ -120,15 +120,32 @@ pub fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
 
 /// The archive with its entries changed; an entry of which nothing is left is left out.
 pub fn changed(fmu: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) -> Vec<u8> {
+    let entries: Vec<_> =
+        entries(fmu).into_iter().filter_map(|(name, bytes)| change(&name, bytes)).collect();
+    archived(&entries)
+}
+
+/// The archive with a text file that is new or takes the place of its own.
+pub fn with(fmu: &Path, file: &str, text: &str) -> Vec<u8> {
+    let mut entries = entries(fmu);
+    entries.retain(|(name, _)| name != file);
+    entries.push((file.to_owned(), text.as_bytes().to_vec()));
+    archived(&entries)
+}
+
+fn entries(fmu: &Path) -> Vec<(String, Vec<u8>)> {
     let mut zip = ZipArchive::new(File::open(fmu).expect("an FMU")).expect("an archive");
-    let mut entries = Vec::new();
-    for index in 0..zip.len() {
+    let places = 0..zip.len();
+    let entry = |index| {
         let mut entry = zip.by_index(index).expect("an entry");
         let mut bytes = Vec::new();
         entry.read_to_end(&mut bytes).expect("an entry");
-        let name = entry.name().expect("a readable name").into_owned();
-        entries.extend(change(&name, bytes));
-    }
+        (entry.name().expect("a readable name").into_owned(), bytes)
+    };
+    places.map(entry).collect()
+}
+
+fn archived(entries: &[(String, Vec<u8>)]) -> Vec<u8> {
     let entries: Vec<_> =
         entries.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
     archive(&entries)

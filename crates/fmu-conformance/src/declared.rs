@@ -33,7 +33,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "terminals",
         rank: BreaksStandard,
-        sentence: "members of terminals are variables",
+        sentence: "terminals keep the rules, and their members are variables",
         versions: THREE,
         check: Check::Files(terminals),
     },
@@ -254,38 +254,14 @@ fn size(look: &mut Look, dimension: Node, variables: &BTreeMap<u32, Node>) -> Op
 }
 
 fn terminals(fmu: &Fmu) -> Verdict {
-    let Some(bytes) = fmu.entry("terminalsAndIcons/terminalsAndIcons.xml") else {
-        return not_applicable("there are no terminals");
-    };
-    let xml = String::from_utf8_lossy(&bytes).into_owned();
-    let document = match Document::parse(&xml) {
-        Ok(document) => document,
-        Err(error) => return broken(format!("terminalsAndIcons.xml: {error}")),
-    };
-    let about = text(fmu);
-    let Ok(described) = Document::parse(&about) else { return Ok(String::new()) };
-    let variables = list(described.root_element(), "ModelVariables");
-    let known: Vec<_> = variables
-        .iter()
-        .flat_map(|node| {
-            let aliases = node.children().filter(|child| child.has_tag_name("Alias"));
-            std::iter::once(*node).chain(aliases)
-        })
-        .filter_map(|node| node.attribute("name"))
-        .collect();
-    let mut look = Look { version: fmu.description.version, wrong: Vec::new() };
-    let mut count = 0;
-    for node in document.descendants() {
-        for attribute in ["variableName", "inStreamVariableName", "outStreamVariableName"] {
-            let Some(name) = node.attribute(attribute) else { continue };
-            count += 1;
-            if !known.contains(&name) {
-                look.at(node, &format!("has the {attribute} {name:?}, which no variable has"));
-            }
+    match fmu.terminals() {
+        Ok((terminals, problems)) if terminals.is_empty() && problems.is_empty() => {
+            not_applicable("there are no terminals")
         }
-    }
-    match look.wrong.as_slice() {
-        [] => Ok(format!("{count} members")),
-        wrong => broken(format!("terminalsAndIcons.xml: {}", wrong.join("; "))),
+        Ok((terminals, problems)) if problems.is_empty() => {
+            Ok(format!("{} terminals", terminals.len()))
+        }
+        Ok((_, problems)) => broken(problems.join("; ")),
+        Err(problem) => broken(problem),
     }
 }

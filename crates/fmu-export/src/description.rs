@@ -1,5 +1,6 @@
 //! Writes `modelDescription.xml` of FMI 2.0 from the table of variables.
 
+mod terminals;
 mod three;
 mod units;
 
@@ -101,6 +102,17 @@ impl Table {
         text
     }
 
+    /// The text of `terminalsAndIcons.xml` of FMI 3.0; nothing without terminals.
+    #[must_use]
+    pub fn terminals(&self) -> String {
+        let mut text = String::new();
+        if !self.info.terminals.is_empty() {
+            // Writing into a string cannot fail.
+            let _ = terminals::write(&mut text, self.info.terminals);
+        }
+        text
+    }
+
     /// An identity: a hash of the whole description, so that a library and a description of different builds do not fit together.
     #[must_use]
     pub fn guid(&self) -> String {
@@ -129,6 +141,12 @@ pub fn xml<M: Model>() -> String {
 pub fn xml3<M: Model>() -> String {
     let table = Table::of_model::<M>();
     table.xml3(&table.guid())
+}
+
+/// The text of `terminalsAndIcons.xml` of FMI 3.0; nothing without terminals.
+#[must_use]
+pub fn terminals<M: Model>() -> String {
+    Table::of_model::<M>().terminals()
 }
 
 /// Two FNV-1a hashes with different offset bases, 128 bits in all.

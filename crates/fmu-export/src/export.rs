@@ -310,8 +310,8 @@ pub unsafe fn get_status<S: CoSimulation, T>(
     unsafe { with::<S>(component, Call::GetStatus, body) }
 }
 
-/// Gives the model's name, its `modelDescription.xml` of FMI 2.0, the mistakes in its table, and its description of FMI 3.0 to a
-/// packer.
+/// Gives the model's name, its `modelDescription.xml` of FMI 2.0, the mistakes in its table, its description of FMI 3.0 and its
+/// terminals to a packer.
 ///
 /// # Safety
 /// `take` takes `context`, a number and a text, valid during the call.
@@ -321,11 +321,13 @@ pub unsafe fn describe<M: Model>(
 ) {
     let texts = catch_unwind(|| {
         let problems = description::problems::<M>().join("; ");
-        [M::INFO.name.to_owned(), description::xml::<M>(), problems, description::xml3::<M>()]
+        let (xml, xml3) = (description::xml::<M>(), description::xml3::<M>());
+        [M::INFO.name.to_owned(), xml, problems, xml3, description::terminals::<M>()]
     });
     // A packer reads why there is no description where it reads what is wrong with one.
     let texts = texts.unwrap_or_else(|panic| {
-        [String::new(), String::new(), panic_message(panic), String::new()]
+        let [name, xml, xml3, terminals] = [const { String::new() }; 4];
+        [name, xml, panic_message(panic), xml3, terminals]
     });
     take_messages();
     for (what, text) in (0..).zip(&texts) {

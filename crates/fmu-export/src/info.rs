@@ -1,5 +1,7 @@
 //! Describes a model as a whole: name, step sizes, default experiment and log categories.
 
+use crate::terminal::Terminal;
+
 /// Name, step sizes, default experiment and log categories of a model: [`Info::new`], and methods for all
 /// that differs from its defaults.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +27,8 @@ pub struct Info {
     pub author: Option<&'static str>,
     /// The model's own log categories, each with a description; see [`log()`](crate::log()).
     pub log_categories: &'static [(&'static str, &'static str)],
+    /// Variables that other tools connect at once.
+    pub terminals: &'static [Terminal],
 }
 
 impl Info {
@@ -42,6 +46,7 @@ impl Info {
             version: env!("CARGO_PKG_VERSION"),
             author: None,
             log_categories: &[],
+            terminals: &[],
         }
     }
 
@@ -85,5 +90,11 @@ impl Info {
     #[must_use]
     pub const fn log_categories(self, categories: &'static [(&'static str, &'static str)]) -> Self {
         Info { log_categories: categories, ..self }
+    }
+
+    /// Adds terminals.
+    #[must_use]
+    pub const fn terminals(self, terminals: &'static [Terminal]) -> Self {
+        Info { terminals, ..self }
     }
 }

@@ -74,6 +74,8 @@
 //!   units; an unknown unit is rejected.
 //! - **Limits** ([`Row::min`], [`Row::max`]) are enforced for parameters only. Inputs come from other models,
 //!   whose transients may leave them.
+//! - **Terminals** ([`Info::terminals`]) are groups of inputs and outputs that other tools connect at once. Archives of FMI 3.0
+//!   have them.
 //! - **Dependencies**: an output depends on every input directly, unless [`Row::depends_on`] lists fewer: none
 //!   for a state. Masters order the FMUs of a system by these lists. The packer varies each input once and
 //!   reports dependencies that are missing.
@@ -148,6 +150,7 @@ mod model;
 #[cfg(feature = "pack")]
 pub mod pack;
 mod table;
+mod terminal;
 mod value;
 mod variable;
 
@@ -159,6 +162,7 @@ pub use instance::{Instance, Snapshot};
 pub use lifecycle::{Course, State};
 pub use log::{LOG_CATEGORIES, log, warn};
 pub use model::{Model, ModelError};
+pub use terminal::{Member, MemberKind, Terminal};
 pub use units as unit;
 pub use value::Value;
 pub use variable::{

@@ -12,8 +12,11 @@ pub use crate::table::is_identifier;
 /// Name of the function by which a library describes itself; [`crate::export!`] makes it.
 pub const DESCRIBE: &str = "fmu_export_describe";
 
-/// Hands over a model's name (`what` 0), its `modelDescription.xml` of FMI 2.0 (1), its mistakes (2), and its description of FMI
-/// 3.0 (3).
+/// The file of the terminals inside an archive.
+const TERMINALS: &str = "terminalsAndIcons/terminalsAndIcons.xml";
+
+/// Hands over a model's name (`what` 0), its `modelDescription.xml` of FMI 2.0 (1), its mistakes (2), its description of FMI 3.0
+/// (3), and its terminals, if it has any (4).
 pub type Describe = unsafe extern "C" fn(context: *mut c_void, take: TakeText);
 /// Takes a text of a library, UTF-8, valid during the call.
 pub type TakeText =
@@ -105,6 +108,7 @@ struct Description {
     xml: String,
     xml3: String,
     problems: String,
+    terminals: String,
 }
 
 /// # Safety
@@ -120,6 +124,7 @@ unsafe extern "C" fn take(context: *mut c_void, what: u32, text: *const u8, leng
         1 => description.xml = text,
         2 => description.problems = text,
         3 => description.xml3 = text,
+        4 => description.terminals = text,
         // A later version of this crate may have more to say.
         _ => {}
     }
@@ -155,18 +160,18 @@ fn describe(library: &Path) -> Result<Description, PackError> {
 /// # Errors
 /// When the library is not made with this crate, or a file cannot be read or written.
 pub fn pack(library: &Path, into: &Path, version: Version) -> Result<PathBuf, PackError> {
-    let Description { name, xml, xml3, .. } = describe(library)?;
-    let xml = match version {
-        Version::Two => xml,
-        Version::Three => xml3,
+    let Description { name, xml, xml3, terminals, .. } = describe(library)?;
+    let (xml, files) = match version {
+        Version::Two => (xml, Vec::new()),
+        Version::Three if terminals.is_empty() => (xml3, Vec::new()),
+        Version::Three => (xml3, vec![(TERMINALS.to_owned(), terminals.into_bytes())]),
     };
     let path = into.join(format!("{name}{}", version.suffix()));
-    archive(&path, (&name, version), &xml, library, &[])?;
+    archive(&path, (&name, version), &xml, library, &files)?;
     Ok(path)
 }
 
-/// Writes the archive at `path`: a description of this version, the library under the model's name, and files of the folder
-/// `resources` by their paths in it.
+/// Writes the archive at `path`: a description of this version, the library under the model's name, and other files by their paths.
 ///
 /// The same content gives the same bytes. The archive appears under its name when it is complete; one with the same content is left
 /// alone.
@@ -178,7 +183,7 @@ pub fn archive(
     (name, version): (&str, Version),
     xml: &str,
     library: &Path,
-    resources: &[(String, Vec<u8>)],
+    files: &[(String, Vec<u8>)],
 ) -> Result<(), PackError> {
     let file = |path: &Path| {
         let path = path.to_owned();
@@ -193,8 +198,8 @@ pub fn archive(
     let entry = format!("binaries/{}/{name}.{extension}", version.platform());
     archive.start_file(entry, options.unix_permissions(0o755))?;
     archive.write_all(&binary).map_err(file(path))?;
-    for (name, bytes) in resources {
-        archive.start_file(format!("resources/{name}"), options)?;
+    for (name, bytes) in files {
+        archive.start_file(name.as_str(), options)?;
         archive.write_all(bytes).map_err(file(path))?;
     }
     let bytes = archive.finish()?.into_inner();

@@ -7,6 +7,7 @@ use crate::derivative::Derivatives;
 use crate::info::Info;
 use crate::log::{LOG_CATEGORIES, take_messages};
 use crate::model::Model;
+use crate::terminal::{Member, Terminal};
 use crate::unit::Unit;
 use crate::variable::{Access, Causality, Depends, Kind, Row, Variability, Variable};
 
@@ -18,6 +19,7 @@ const MOST_CATEGORIES: usize = 64;
 #[must_use]
 pub fn problems<M: Model>() -> Vec<String> {
     let mut problems = info_problems(&M::INFO);
+    problems.extend(terminal_problems(M::INFO.terminals, M::VARIABLES));
     problems.extend(table_problems(M::VARIABLES, &mut M::default()));
     if problems.is_empty() {
         // A model that panics here panics in the importer too, with the message in the log.
@@ -79,6 +81,34 @@ fn info_problems(info: &Info) -> Vec<String> {
     }
     if names.len() > MOST_CATEGORIES {
         problems.push(format!("there are more than {MOST_CATEGORIES} log categories"));
+    }
+    problems
+}
+
+/// Mistakes in the terminals of a model with these variables.
+fn terminal_problems<M>(terminals: &[Terminal], variables: &[Variable<M>]) -> Vec<String> {
+    let mut problems = Vec::new();
+    let mut terminal_names = BTreeSet::new();
+    for Terminal { name, members, .. } in terminals {
+        let mut add = |problem| problems.push(format!("the terminal `{name}`: {problem}"));
+        if !terminal_names.insert(name) {
+            add("there are two of this name".to_owned());
+        }
+        if members.is_empty() {
+            add("there is no member".to_owned());
+        }
+        let mut names = BTreeSet::new();
+        for Member { name, variable, .. } in *members {
+            if !names.insert(name) {
+                add(format!("there are two members called `{name}`"));
+            }
+            let mut rows = variables.iter().map(|it| &it.row).filter(|it| it.name == *variable);
+            match rows.next().map(|row| row.causality) {
+                Some(Causality::Input | Causality::Output) => {}
+                Some(_) => add(format!("`{variable}` is neither an input nor an output")),
+                None => add(format!("there is no variable `{variable}`")),
+            }
+        }
     }
     problems
 }

@@ -233,6 +233,13 @@ pub struct Variable {
 }
 
 impl Variable {
+    /// The name of the array that it is an element of, or its own.
+    #[must_use]
+    pub fn array(&self) -> &str {
+        let of_array = self.element.1 > 1;
+        self.name.rsplit_once('[').filter(|_| of_array).map_or(&self.name, |(array, _)| array)
+    }
+
     /// Its start value; none when the description has none, or one that is none of its form.
     #[must_use]
     pub fn start_value(&self) -> Option<Value> {

@@ -64,9 +64,10 @@ pub mod description;
 mod error;
 mod fmi2;
 mod fmi3;
+mod terminals;
 mod value;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -79,6 +80,7 @@ pub use binding::{Block, FmuState, Instance, Library, STRANGER, leave_signals_al
 pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
 pub use error::OpenError;
+pub use terminals::{MatchingRule, Member, MemberKind, Stream, Terminal};
 pub use value::{Value, bytes, hexadecimal};
 
 /// A description may be this long; the longest real ones have some hundred thousand variables.
@@ -155,6 +157,30 @@ impl Fmu {
     pub fn entry(&self, name: &str) -> Option<Vec<u8>> {
         let inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
         inside.then(|| std::fs::read(self.folder.path().join(name)).ok()).flatten()
+    }
+
+    /// The terminals, and what is wrong with others; none without the file for them.
+    ///
+    /// # Errors
+    /// When the file cannot be read. An FMU without it runs as well.
+    pub fn terminals(&self) -> Result<(Vec<Terminal>, Vec<String>), String> {
+        let path = self.folder.path().join(terminals::FILE);
+        match std::fs::metadata(&path) {
+            Err(_) => return Ok((Vec::new(), Vec::new())),
+            Ok(file) if file.len() > LONGEST => {
+                let length = file.len();
+                return Err(format!("expected at most {LONGEST} bytes, found {length}"));
+            }
+            Ok(_) => {}
+        }
+        let xml = std::fs::read_to_string(&path).map_err(|error| error.to_string())?;
+        let (terminals, mut problems) = terminals::read(&xml)?;
+        let names = self.description.variables.iter().flat_map(|it| [it.name.as_str(), it.array()]);
+        let names: BTreeSet<_> = names.collect();
+        let used = terminals.iter().flat_map(Terminal::variables);
+        let absent = used.filter(|name| !names.contains(name));
+        problems.extend(absent.map(|name| format!("there is no variable `{name}`")));
+        Ok((terminals, problems))
     }
 
     /// Loads the library.

@@ -20,6 +20,7 @@ mod readings;
 mod recorded;
 mod signal_units;
 mod starts;
+mod terminals;
 mod types;
 mod unit;
 mod validations;
@@ -94,7 +95,9 @@ impl System {
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
-        let connects = arrays::expanded(scenario, &unplaced, &mut mistakes);
+        let notes = (&mut mistakes, &mut warnings);
+        let connects = terminals::expanded(scenario, &unplaced, notes);
+        let connects = arrays::expanded(scenario, &connects, &unplaced, &mut mistakes);
         let conversions =
             connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
         let converted = (connects.as_slice(), &conversions);

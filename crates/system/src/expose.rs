@@ -1,5 +1,6 @@
 //! Chooses the variables of a scenario that its FMU has, and describes them.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use diagnostics::{Error, Mistakes, suggest};
@@ -34,13 +35,13 @@ pub struct ChosenInput {
 }
 
 /// The chosen inputs, and the text of a scenario that extends the one in the file `base`: it has a signal for each chosen input of an
-/// FMU, and nothing that judges a run.
+/// FMU, and nothing of the `lists` that judge a run. `written` are the inputs that have a connection of their own in the scenario.
 ///
 /// # Errors
 /// When a choice is no input of an FMU and no output of a signal or table.
 pub fn guided(
     system: &System,
-    lists: &[&str],
+    (lists, written): (&[&str], &BTreeSet<&str>),
     base: &str,
     choice: &Choice,
 ) -> Result<(Vec<ChosenInput>, String), Error> {
@@ -72,7 +73,7 @@ pub fn guided(
                 continue;
             };
             let signal = format!("{node}.{name}");
-            if inner.connected {
+            if written.contains(name.as_str()) {
                 let _ = write!(without, "{}, ", quoted(&name));
             }
             let unit = inner.unit.as_ref();
@@ -106,7 +107,6 @@ struct Known {
 
 /// An input of an FMU of the scenario.
 struct Inner {
-    connected: bool,
     unit: Option<String>,
     start: f64,
 }
@@ -128,13 +128,10 @@ fn known_inputs(system: &System) -> Vec<Known> {
                 continue;
             }
             let name = format!("{}.{}", plan.name, variable.name);
-            let columns = plan.inputs.indices().map(|index| &system.columns[index]);
-            let mut columns = columns.filter(|column| column.variable == variable.name);
             let given = starts.iter().find(|start| start.name == variable.name);
             let start = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
             let start = start.as_ref().and_then(number).unwrap_or_default();
-            let inner =
-                Inner { connected: columns.next().is_some(), unit: variable.unit.clone(), start };
+            let inner = Inner { unit: variable.unit.clone(), start };
             known.push(Known { name, inner: Some(inner) });
         }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::functions::Events;
+use super::functions::{Clocks, Events};
 use super::phase::Phase;
 use super::{Instance, Library};
 use crate::{CallError, IntervalChange, Updated, Version};
@@ -25,11 +25,19 @@ impl Instance {
     }
 
     fn event_functions(&self, call: &'static str) -> Result<Events, CallError> {
+        self.library.events.ok_or_else(|| self.lacks(call, "event mode"))
+    }
+
+    fn clock_functions(&self, call: &'static str) -> Result<Clocks, CallError> {
+        self.library.clocks.ok_or_else(|| self.lacks(call, "clocks"))
+    }
+
+    fn lacks(&self, call: &'static str, what: &str) -> CallError {
         let why = match self.description().version {
-            Version::Two => "is not called: the FMU is one of FMI 2.0",
-            Version::Three => "is not called: the library lacks functions of event mode",
+            Version::Two => "is not called: the FMU is one of FMI 2.0".to_owned(),
+            Version::Three => format!("is not called: the library lacks functions of {what}"),
         };
-        self.library.events.ok_or_else(|| CallError::new(call, why))
+        CallError::new(call, why)
     }
 
     /// `fmi3EnterEventMode`, after a step.
@@ -86,12 +94,12 @@ impl Instance {
     /// `fmi3SetClock`: these clocks tick now, in event mode.
     ///
     /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
     pub fn set_clocks(&mut self, references: &[u32]) -> Result<(), CallError> {
         if references.is_empty() {
             return Ok(());
         }
-        let function = self.event_functions("fmi3SetClock")?.set_clock;
+        let function = self.clock_functions("fmi3SetClock")?.set_clock;
         let values = vec![1_u8; references.len()];
         // SAFETY: the component is alive, and both arrays have the length that is stated.
         self.run(c"fmi3SetClock", |c| unsafe {
@@ -102,12 +110,12 @@ impl Instance {
     /// Those of these clocks that tick now: `fmi3GetClock`, in event mode.
     ///
     /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
     pub fn active_clocks(&mut self, references: &[u32]) -> Result<Vec<u32>, CallError> {
         if references.is_empty() {
             return Ok(Vec::new());
         }
-        let function = self.event_functions("fmi3GetClock")?.get_clock;
+        let function = self.clock_functions("fmi3GetClock")?.get_clock;
         let mut values = vec![0_u8; references.len()];
         // SAFETY: the component is alive, and both arrays have the length that is stated.
         self.run(c"fmi3GetClock", |c| unsafe {
@@ -120,9 +128,9 @@ impl Instance {
     /// `fmi3GetIntervalDecimal` of one clock: the time between two ticks [s], and whether that changed.
     ///
     /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
     pub fn interval(&mut self, reference: u32) -> Result<(f64, IntervalChange), CallError> {
-        let function = self.event_functions("fmi3GetIntervalDecimal")?.get_interval;
+        let function = self.clock_functions("fmi3GetIntervalDecimal")?.get_interval;
         let (mut seconds, mut change) = (f64::NAN, 0);
         // SAFETY: the component is alive, and each array has one element.
         self.run(c"fmi3GetIntervalDecimal", |c| unsafe {
@@ -139,9 +147,9 @@ impl Instance {
     /// `fmi3GetShiftDecimal` of one clock: the time before its first tick [s].
     ///
     /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
     pub fn shift(&mut self, reference: u32) -> Result<f64, CallError> {
-        let function = self.event_functions("fmi3GetShiftDecimal")?.get_shift;
+        let function = self.clock_functions("fmi3GetShiftDecimal")?.get_shift;
         let mut seconds = 0.0;
         // SAFETY: the component is alive, and each array has one element.
         self.run(c"fmi3GetShiftDecimal", |c| unsafe {

@@ -42,6 +42,7 @@ macro_rules! functions {
 
         impl $name {
             /// All of them.
+            #[allow(dead_code, reason = "nobody lists those of clocks")]
             pub(super) const SYMBOLS: &[&str] = &[$($symbol,)* $($uncalled,)*];
 
             /// Finds those that are called.
@@ -231,6 +232,12 @@ functions! {
         enter_event_mode: "fmi3EnterEventMode" as Call,
         enter_step_mode: "fmi3EnterStepMode" as Call,
         update_discrete_states: "fmi3UpdateDiscreteStates" as unsafe extern "C" fn(Component, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> Status,
+    }
+}
+
+functions! {
+    /// What FMI 3.0 has for clocks; an FMU without clocks need not have it.
+    Clocks {
         get_clock: "fmi3GetClock" as unsafe extern "C" fn(Component, *const u32, usize, *mut u8) -> Status,
         set_clock: "fmi3SetClock" as unsafe extern "C" fn(Component, *const u32, usize, *const u8) -> Status,
         get_interval: "fmi3GetIntervalDecimal" as unsafe extern "C" fn(Component, *const u32, usize, *mut f64, *mut c_int) -> Status,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
 use super::activity;
-use super::functions::{BESIDES, Common, Events, Finder, Own, Text, Three, Two};
+use super::functions::{BESIDES, Clocks, Common, Events, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
 
@@ -17,6 +17,8 @@ pub struct Library {
     pub(super) own: Own,
     /// Of FMI 3.0; an FMU without event mode may lack them.
     pub(super) events: Option<Events>,
+    /// Of FMI 3.0; an FMU without clocks may lack them.
+    pub(super) clocks: Option<Clocks>,
     /// Unloaded after the last instance, and before its folder is removed.
     pub(super) handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
@@ -48,7 +50,8 @@ impl Library {
             (Version::Three, true) => Some(Events::new(&finder)?),
             (Version::Three, false) => Events::new(&finder).ok(),
         };
-        Ok(Library { common, own, events, handle: ManuallyDrop::new(library), fmu })
+        let clocks = if version == Version::Three { Clocks::new(&finder).ok() } else { None };
+        Ok(Library { common, own, events, clocks, handle: ManuallyDrop::new(library), fmu })
     }
 
     /// The functions of FMI 2.0.

@@ -10,8 +10,6 @@ use recording::Notice;
 use super::flush_worker::FlushWorker;
 use super::target::{CONNECT_PATIENCE, Target, open};
 
-/// Time limit of the disk for a batch.
-const PATIENCE: Duration = Duration::from_secs(10);
 /// Time limit of a viewer for each batch after the end of the run.
 const FAREWELL: Duration = Duration::from_secs(3);
 
@@ -99,7 +97,8 @@ impl Transport {
     fn wait(&mut self, for_viewer: Duration) -> Result<bool, String> {
         match (&mut self.flush_worker, &self.stream) {
             (Some(flush_worker), _) => flush_worker.accepted(for_viewer),
-            (None, Some(stream)) => settle(stream, PATIENCE).map(|()| true),
+            // A disk is slow when the machine is busy; what it refuses is told at once.
+            (None, Some(stream)) => settle(stream, Duration::MAX).map(|()| true),
             (None, None) => Ok(false),
         }
     }

@@ -6,14 +6,15 @@ use super::nodes::UnplacedNode;
 use super::port::{Side, find};
 use crate::words::{Connect, Scenario};
 
-/// The connections of a scenario, each of one output and one input. Names that are wrong stay as they are.
+/// The connections, each of one output and one input. Names that are wrong stay as they are.
 pub(super) fn expanded(
     scenario: &Scenario,
+    connects: &[Connect],
     unplaced: &[UnplacedNode],
     mistakes: &mut Mistakes,
 ) -> Vec<Connect> {
     let mut all = Vec::new();
-    for connect in &scenario.document.connect {
+    for connect in connects {
         let from = elements(unplaced, connect.from.get_ref(), Side::Output);
         let to = elements(unplaced, connect.to.get_ref(), Side::Input);
         if from.len() != to.len() {

@@ -79,6 +79,9 @@ pub(super) fn judge(
             return finite(scenario, transform, [*factor, *offset], mistakes);
         }
         match fit(&nodes[from.0].outputs[from.1], &nodes[to.0].inputs[to.1]) {
+            Fit::Converted((factor, offset)) if connect.inverted => {
+                return Some((-factor, -offset));
+            }
             Fit::Converted(conversion) => return Some(conversion),
             Fit::Differ(a, b) => mistakes.push(differ(scenario, connect, &a, &b)),
             Fit::Lacks(side) => {

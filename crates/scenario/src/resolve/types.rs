@@ -58,6 +58,11 @@ pub(super) fn fit(
 ) -> Result<Option<Accepts>, Error> {
     let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
     types_fit(scenario, connect, &names, (from, to))?;
+    if connect.inverted && [from.kind, to.kind] != [Type::Real; 2] {
+        let message =
+            format!("{names} connects two flows of one direction, which only real numbers can be");
+        return Err(scenario.error(&connect.to, message));
+    }
     if from.kind == Type::Enumeration && to.kind == from.kind && from.items != to.items {
         let message = format!("cannot connect {names}: the enumerations differ");
         let help = format!("one has {}, the other {}", list(&from.items), list(&to.items));

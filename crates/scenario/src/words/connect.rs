@@ -23,10 +23,12 @@ macro_rules! connect {
         #[derive(Debug, Clone, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Connect {
-            /// Output, `node.variable`; an array as a whole, or an element such as `node.y[2]`.
+            /// Output, `node.variable`; an array as a whole, or an element such as `node.y[2]`. Or a terminal, `node.terminal`.
             #[schemars(example = &"plant.a_y")]
             pub from: Spanned<String>,
-            /// Input, `node.variable`; an array as a whole, or an element such as `node.u[1,2]`.
+            /// Input, `node.variable`; an array as a whole, or an element such as `node.u[1,2]`. Or a terminal: its members are
+            /// connected to those of the other terminal, in the direction that each has. An input with a connection of its own keeps
+            /// that one.
             #[schemars(example = &"estimator.a_y")]
             pub to: Spanned<String>,
             /// End of the step at which the value is taken. Without it, the algorithm decides: with `gauss_seidel` the end for
@@ -45,6 +47,10 @@ macro_rules! connect {
                 #[allow(missing_docs, reason = "the words of the effect are documented with their type")]
                 pub $key: Option<Spanned<$words>>,
             )*
+            /// Whether the input is the negative of the output: flows of two terminals, whose sum is 0.
+            #[serde(skip)]
+            #[schemars(skip)]
+            pub inverted: bool,
         }
 
         impl Connect {

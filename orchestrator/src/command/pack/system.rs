@@ -70,8 +70,9 @@ pub fn run(order: &Order) -> Result<u8, Error> {
         Version::Three => table.xml3(&interface.guid),
     };
     let path = order.out.join(format!("{name}{}", order.version.suffix()));
-    let resources: Vec<_> = resources.into_iter().collect();
-    let packed = archive(&path, (name, order.version), &xml, &library, &resources);
+    let inside = |(name, bytes)| (format!("resources/{name}"), bytes);
+    let files: Vec<_> = resources.into_iter().map(inside).collect();
+    let packed = archive(&path, (name, order.version), &xml, &library, &files);
     packed.map_err(|error| Error::input(error.to_string()))?;
     if !left_out.is_empty() {
         let names = left_out.join(", ");
@@ -113,7 +114,8 @@ fn gather(
     ];
     let judging: Vec<_> =
         judging.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
-    let (inputs, text) = expose::guided(&original, &judging, SCENARIO, choice)?;
+    let written = document.connect.iter().map(|it| it.to.get_ref().as_str()).collect();
+    let (inputs, text) = expose::guided(&original, (&judging, &written), SCENARIO, choice)?;
     let path = folder.join(::system::SCENARIO);
     std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
     let guided = Scenario::read(&path)?;
@@ -134,7 +136,8 @@ fn library(progress: package::OnProgress) -> Result<PathBuf, Error> {
     let request = BuildRequest { package: LIBRARY.to_owned(), example: None };
     // Whoever works elsewhere has the workspace that this program was built in.
     let program = this_program()?;
-    let folders = [Path::new("."), program.parent().unwrap_or(Path::new("."))];
+    let beside = program.parent().unwrap_or(Path::new("."));
+    let folders = [Path::new("."), beside, Path::new(env!("CARGO_MANIFEST_DIR"))];
     let mut first = None;
     for folder in folders {
         let built = Workspace::around(folder)
