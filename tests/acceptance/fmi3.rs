@@ -1,8 +1,10 @@
 //! Runs an FMU of FMI 3.0 whose arrays have the size that the scenario gives, alone and with FMUs of FMI 2.0.
 
+use super::conform::conform;
 use super::fixture::Scenario;
-use super::fmus::{ours, relay, resizable};
+use super::fmus::{chain, ours, relay, resizable};
 use super::harness::{Ended, Lab};
+use super::python::python;
 
 tests! {
     arrays_have_the_size_of_the_structural_parameter: Compiler,
@@ -14,6 +16,7 @@ tests! {
     wrong_sizes_and_values_are_told_at_their_words: Compiler,
     inspect_shows_the_version_and_the_types: Compiler,
     our_fmus_run_with_the_same_bits_in_both_versions,
+    a_model_with_arrays_has_the_same_bits_in_both_versions: Python,
 }
 
 /// A scenario of one node.
@@ -205,4 +208,37 @@ fn our_fmus_run_with_the_same_bits_in_both_versions() {
         compared += 1;
     }
     assert!(compared > 20, "{compared} of {titles:?}");
+}
+
+/// Rows `x[1]`, `x[2]`, ... of a table are variables of FMI 2.0 and an array of FMI 3.0.
+fn a_model_with_arrays_has_the_same_bits_in_both_versions() {
+    let archives = ["mass_chain.fmu", "mass_chain_fmi3.fmu"].map(|name| chain().join(name));
+    for archive in &archives {
+        assert_eq!(python().run("validate.py", &[archive]).stdout.trim(), "[]");
+    }
+    python().run("arrays.py", &[&archives[0], &archives[1]]);
+    let lab = Lab::new();
+    let mut scenario = Scenario::new().time(0.01, 1.0);
+    for archive in &archives {
+        lab.add(archive);
+    }
+    for (node, archive) in [("two", "mass_chain.fmu"), ("three", "mass_chain_fmi3.fmu")] {
+        scenario = scenario.fmu(node, archive, "\"m[2]\" = 4.0, \"F[1]\" = 1.0, \"F[2]\" = 0.0");
+        scenario = scenario
+            .signal(
+                &format!("drive.{node}"),
+                "unit = \"N\"\nsine = { amplitude = 2.0, frequency = 1.0 }",
+            )
+            .connect(&format!("drive.{node}"), &format!("{node}.F[3]"));
+    }
+    lab.write("case.toml", scenario.text());
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+    for output in ["x[1]", "x[2]", "x[3]", "v[1]", "v[2]", "v[3]"] {
+        let [two, three] = ["two", "three"].map(|node| last(&lab, &format!("{node}.{output}")));
+        assert_eq!(two, three, "{output}");
+        assert!(two.parse::<f64>().is_ok_and(|value| value.abs() > 1e-6), "{output}: {two}");
+    }
+    let (findings, code) = conform(&lab, "mass_chain_fmi3.fmu", "60");
+    let failed: Vec<_> = findings.iter().filter(|finding| finding[1] == "fail").collect();
+    assert_eq!((code, failed.len()), (Some(0), 0), "{failed:?}");
 }

@@ -38,6 +38,20 @@ pub fn example() -> &'static Path {
     })
 }
 
+/// The folder with `mass_chain.fmu` and `mass_chain_fmi3.fmu`, the example with arrays, packed once by the program.
+pub fn chain() -> &'static Path {
+    static PACKED: OnceLock<PathBuf> = OnceLock::new();
+    PACKED.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("chain");
+        for version in ["2", "3"] {
+            let mut pack = trackside(Path::new(ROOT));
+            pack.args(["pack", "--example", "mass_chain", "--fmi", version, "--out"]).arg(&folder);
+            Ended::of(pack.output().expect("it starts")).expect(0);
+        }
+        folder
+    })
+}
+
 /// The FMU of `fmu/misbehave.c`, compiled once.
 pub fn misbehave() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();

@@ -28,6 +28,15 @@ pub trait CoSimulation: Sized + Send + 'static {
     /// When the description is not that of this library.
     fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self>;
 
+    /// Whether FMI 3.0 sees arrays: [`elements`](Self::elements) is not always 1.
+    const HAS_ARRAYS: bool = false;
+
+    /// The number of elements of the array that begins at a value reference: 1 for a scalar, 0 for another element of an array, which
+    /// FMI 3.0 does not see.
+    fn elements(&self, _reference: u32) -> usize {
+        1
+    }
+
     /// Where the instance stands.
     fn course(&mut self) -> &mut Course;
 

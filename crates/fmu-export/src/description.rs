@@ -50,6 +50,8 @@ pub struct Table {
     pub variables: Vec<Described>,
     /// Its capabilities.
     pub capabilities: Capabilities,
+    /// Whether rows `x[1]`, `x[2]`, ... are an array of FMI 3.0.
+    pub arrays: bool,
 }
 
 impl Table {
@@ -81,7 +83,7 @@ impl Table {
             differentiable,
             only_once: false,
         };
-        Table { info, variables: variables.collect(), capabilities }
+        Table { info, variables: variables.collect(), capabilities, arrays: true }
     }
 
     /// The text of the `modelDescription.xml` of FMI 2.0 with an identity.
@@ -170,7 +172,7 @@ impl Write for Fnv {
 }
 
 fn write(out: &mut dyn Write, guid: &str, table: &Table) -> fmt::Result {
-    let Table { info, variables, capabilities } = table;
+    let Table { info, variables, capabilities, .. } = table;
     let Info { name, description, version, author, log_categories, .. } = *info;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     write!(
@@ -240,12 +242,17 @@ fn write_categories(out: &mut dyn Write, own: &[(&str, &str)]) -> fmt::Result {
 }
 
 /// The beginning of the element of a variable, with the attributes that all types have.
-fn write_head(out: &mut dyn Write, element: &str, reference: usize, row: &Row) -> fmt::Result {
+fn write_head(
+    out: &mut dyn Write,
+    element: &str,
+    (reference, name, about): (usize, &str, &str),
+    row: &Row,
+) -> fmt::Result {
     write!(
         out,
         r#"    <{element} name="{}" valueReference="{reference}" description="{}" causality="{}" variability="{}""#,
-        Escaped(row.name),
-        Escaped(row.description),
+        Escaped(name),
+        Escaped(about),
         causality(row.causality),
         variability(row.variability),
     )?;
@@ -273,7 +280,8 @@ fn write_quantity(out: &mut dyn Write, variable: &Described) -> fmt::Result {
 }
 
 fn write_variable(out: &mut dyn Write, reference: usize, variable: &Described) -> fmt::Result {
-    write_head(out, "ScalarVariable", reference, &variable.row)?;
+    let row = &variable.row;
+    write_head(out, "ScalarVariable", (reference, row.name, row.description), row)?;
     write!(out, "><{:?}", variable.kind)?;
     write_quantity(out, variable)?;
     if let Some(start) = &variable.start {

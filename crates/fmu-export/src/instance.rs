@@ -6,6 +6,7 @@ mod slope;
 use serde::{Deserialize, Serialize};
 
 use crate::abi::Status;
+use crate::array::spans;
 use crate::co_simulation::{Categories, CoSimulation};
 use crate::description::guid;
 use crate::failure::{FmiError, FmiResult, reject};
@@ -59,6 +60,8 @@ impl<M: Model> Snapshot<M> {
 /// An instance: the model with its state of the FMI state machine.
 pub struct Instance<M: Model> {
     current: Snapshot<M>,
+    /// For each row of a table with arrays, the elements of the variable that begins there.
+    elements: Vec<usize>,
 }
 
 impl<M: Model> Instance<M> {
@@ -70,7 +73,13 @@ impl<M: Model> Instance<M> {
             step: M::INFO.step,
             slopes: Vec::new(),
         };
-        Instance { current }
+        let mut elements = Vec::new();
+        if Self::HAS_ARRAYS {
+            elements = vec![0; M::VARIABLES.len()];
+            let rows = M::VARIABLES.iter().map(|it| (&it.row, it.access.kind()));
+            spans(rows).iter().for_each(|span| elements[span.first] = span.elements);
+        }
+        Instance { current, elements }
     }
 
     fn check_set<T: Value>(&self, variable: &Variable<M>, value: &T) -> FmiResult {
@@ -100,6 +109,19 @@ impl<M: Model> Instance<M> {
 
 impl<M: Model> CoSimulation for Instance<M> {
     type State = Snapshot<M>;
+
+    const HAS_ARRAYS: bool = {
+        let (rows, mut i) = (M::VARIABLES, 0);
+        while i < rows.len() && !matches!(rows[i].row.name.as_bytes(), [.., b'[', b'2', b']']) {
+            i += 1;
+        }
+        i < rows.len()
+    };
+
+    fn elements(&self, reference: u32) -> usize {
+        // Nothing has a reference beyond the table, which is told when it is read.
+        self.elements.get(reference as usize).copied().unwrap_or(1)
+    }
 
     fn log_categories() -> Categories {
         M::INFO.log_categories

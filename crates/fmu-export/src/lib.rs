@@ -74,6 +74,8 @@
 //!   units; an unknown unit is rejected.
 //! - **Limits** ([`Row::min`], [`Row::max`]) are enforced for parameters only. Inputs come from other models,
 //!   whose transients may leave them.
+//! - **Arrays**: rows `x[1]`, `x[2]`, ... that follow each other and differ in nothing but names and descriptions are one array `x` in
+//!   archives of FMI 3.0, and single variables in those of FMI 2.0.
 //! - **Terminals** ([`Info::terminals`]) are groups of inputs and outputs that other tools connect at once. Archives of FMI 3.0
 //!   have them.
 //! - **Dependencies**: an output depends on every input directly, unless [`Row::depends_on`] lists fewer: none
@@ -136,6 +138,7 @@
 #![allow(unsafe_code, reason = "the C interface of FMI")]
 
 pub mod abi;
+mod array;
 mod co_simulation;
 mod derivative;
 pub mod description;

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::array::{base, spans};
 use crate::derivative::Derivatives;
 use crate::info::Info;
 use crate::log::{LOG_CATEGORIES, take_messages};
@@ -47,6 +48,13 @@ pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec
             .chain(start_problem(variable, start))
             .chain(dependency_problems(variables, &variable.row));
         problems.extend(found.map(|problem| format!("`{name}`: {problem}")));
+    }
+    let rows = || variables.iter().map(|it| (&it.row, it.access.kind()));
+    for span in spans(rows()) {
+        let array = span.name(variables[span.first].row.name);
+        if span.elements > 1 && names.contains(array) {
+            problems.push(format!("`{array}` is a variable and an array of FMI 3.0"));
+        }
     }
     let clocks = variables.iter().filter(|other| other.row.causality == Causality::Independent);
     if clocks.count() > 1 {
@@ -102,7 +110,9 @@ fn terminal_problems<M>(terminals: &[Terminal], variables: &[Variable<M>]) -> Ve
             if !names.insert(name) {
                 add(format!("there are two members called `{name}`"));
             }
-            let mut rows = variables.iter().map(|it| &it.row).filter(|it| it.name == *variable);
+            let is_it =
+                |row: &&Row| [row.name, base(row.name, 1).unwrap_or_default()].contains(variable);
+            let mut rows = variables.iter().map(|it| &it.row).filter(is_it);
             match rows.next().map(|row| row.causality) {
                 Some(Causality::Input | Causality::Output) => {}
                 Some(_) => add(format!("`{variable}` is neither an input nor an output")),

@@ -92,7 +92,7 @@ pub enum Depends {
 }
 
 /// Attributes of a variable, independent of the model; [`Row::at`] makes it a [`Variable`] of one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// Structured name, unique in the table: `tire_f.B`.
     pub name: &'static str,

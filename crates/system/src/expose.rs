@@ -202,7 +202,7 @@ pub fn interface(
     let List { variables, described, left_out } = list;
     let interface =
         Interface { name: choice.name.clone(), guid: String::new(), step: clock.step, variables };
-    Ok((interface, Table { info, variables: described, capabilities }, left_out))
+    Ok((interface, Table { info, variables: described, capabilities, arrays: false }, left_out))
 }
 
 /// The variables so far.

@@ -6,10 +6,11 @@ use super::{
     Described, Escaped, Joined, Table, write_categories, write_experiment, write_head,
     write_quantity, write_units,
 };
+use crate::array::{self, Span};
 use crate::variable::{Causality, Depends, Kind, Row};
 
 pub(super) fn write(out: &mut dyn Write, token: &str, table: &Table) -> fmt::Result {
-    let Table { info, variables, capabilities } = table;
+    let Table { info, variables, capabilities, .. } = table;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     write!(
         out,
@@ -42,8 +43,9 @@ pub(super) fn write(out: &mut dyn Write, token: &str, table: &Table) -> fmt::Res
     write_categories(out, info.log_categories)?;
     write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
-    for (reference, variable) in variables.iter().enumerate() {
-        write_variable(out, reference, variable)?;
+    let spans = spans(table);
+    for span in &spans {
+        write_variable(out, *span, variables)?;
     }
     if !variables.iter().any(|it| it.row.causality == Causality::Independent) {
         let (name, reference) = (time_name(variables), variables.len());
@@ -53,7 +55,7 @@ pub(super) fn write(out: &mut dyn Write, token: &str, table: &Table) -> fmt::Res
         )?;
     }
     writeln!(out, "  </ModelVariables>")?;
-    write_structure(out, variables)?;
+    write_structure(out, &spans, variables)?;
     writeln!(out, "</fmiModelDescription>")
 }
 
@@ -66,27 +68,52 @@ fn time_name(variables: &[Described]) -> String {
     name
 }
 
-fn write_variable(out: &mut dyn Write, reference: usize, variable: &Described) -> fmt::Result {
+/// The variables that the rows make.
+fn spans(table: &Table) -> Vec<Span> {
+    let rows = table.variables.iter().map(|it| (&it.row, it.kind));
+    match table.arrays {
+        true => array::spans(rows),
+        false => (0..table.variables.len()).map(|first| Span { first, elements: 1 }).collect(),
+    }
+}
+
+fn write_variable(out: &mut dyn Write, span: Span, variables: &[Described]) -> fmt::Result {
+    let elements = &variables[span.first..span.first + span.elements];
+    let variable = &variables[span.first];
     let kind = match variable.kind {
         Kind::Real => "Float64",
         Kind::Integer => "Int32",
         Kind::Boolean => "Boolean",
         Kind::String => "String",
     };
-    write_head(out, kind, reference, &variable.row)?;
+    let mut about: Vec<_> = elements.iter().map(|it| it.row.description).collect();
+    about.dedup();
+    let name = span.name(variable.row.name);
+    write_head(out, kind, (span.first, name, &about.join("; ")), &variable.row)?;
     write_quantity(out, variable)?;
-    match (&variable.start, variable.kind) {
-        (Some(start), Kind::String) => {
-            writeln!(out, r#"><Start value="{}"/></{kind}>"#, Escaped(start))
-        }
-        (Some(start), _) => writeln!(out, r#" start="{start}"/>"#),
-        (None, _) => writeln!(out, "/>"),
+    let starts: Vec<_> = elements.iter().filter_map(|it| it.start.as_deref()).collect();
+    let text = variable.kind == Kind::String;
+    if !starts.is_empty() && !text {
+        write!(out, r#" start="{}""#, starts.join(" "))?;
+    }
+    let mut inside = String::new();
+    if span.elements > 1 {
+        write!(inside, r#"<Dimension start="{}"/>"#, span.elements)?;
+    }
+    for start in starts.iter().filter(|_| text) {
+        write!(inside, r#"<Start value="{}"/>"#, Escaped(start))?;
+    }
+    match inside.as_str() {
+        "" => writeln!(out, "/>"),
+        inside => writeln!(out, ">{inside}</{kind}>"),
     }
 }
 
-fn write_structure(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {
+fn write_structure(out: &mut dyn Write, spans: &[Span], rows: &[Described]) -> fmt::Result {
     let references = |selected: &dyn Fn(&Row) -> bool| -> Vec<usize> {
-        (0..rows.len()).filter(|&i| selected(&rows[i].row)).collect()
+        let rows_of = |span: &Span| span.first..span.first + span.elements;
+        let chosen = spans.iter().filter(|span| rows_of(span).any(|i| selected(&rows[i].row)));
+        chosen.map(|span| span.first).collect()
     };
     writeln!(out, "  <ModelStructure>")?;
     for i in references(&|row| row.causality == Causality::Output) {

@@ -118,24 +118,41 @@ pub unsafe fn step<S: CoSimulation>(
     if terminate && status == Status::Discard { Status::Ok } else { status }
 }
 
-/// Runs a call on arrays of as many values as references, since all variables are scalars; any other call is refused.
+/// Runs a call on the elements of variables, each with a reference of its own. Another number of values is refused.
 ///
 /// # Safety
-/// As `with` demands of `component`.
-unsafe fn scalars<S: CoSimulation>(
+/// `references` is valid for `count` values; as `with` demands of `component`.
+unsafe fn elements<S: CoSimulation>(
     component: Component,
     call: Call,
-    [references, values]: [usize; 2],
-    body: impl FnOnce() -> Status,
+    (references, count): (*const ValueReference, usize),
+    length: usize,
+    body: impl FnOnce(*const ValueReference, usize) -> Status,
 ) -> Status {
-    if references == values {
-        return body();
+    if !S::HAS_ARRAYS && count == length {
+        return body(references, count);
     }
-    let refuse = |_: &mut Exported<S>| {
-        reject(format!("expected {references} values for {references} scalars, found {values}"))
+    let mut all = Vec::new();
+    let look = |Exported { instance, .. }: &mut Exported<S>| {
+        // SAFETY: as the caller promises.
+        for reference in unsafe { read(references, count)? } {
+            match instance.elements(*reference) {
+                0 => return reject(format!("no variable has the value reference {reference}")),
+                // Of a reference that is none, also of the largest, there is one element, which cannot be read.
+                elements => all.extend((0..elements as u32).map(|at| reference.wrapping_add(at))),
+            }
+        }
+        let expected = all.len();
+        if expected == length {
+            return Ok(());
+        }
+        reject(format!("expected {expected} values for {count} variables, found {length}"))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, call, refuse) }
+    match unsafe { with::<S>(component, call, look) } {
+        Status::Ok => body(all.as_ptr(), length),
+        status => status,
+    }
 }
 
 /// `fmi3GetFloat64`, `fmi3GetInt32` and `fmi3GetBoolean`.
@@ -148,10 +165,11 @@ pub unsafe fn get<S: CoSimulation, T: Value>(
     (values, length): (*mut T, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body =
-        || unsafe { values::get_by::<S, T>(component, (references, count), values, get_or_time) };
+    let body = |references, count| unsafe {
+        values::get_by::<S, T>(component, (references, count), values, get_or_time)
+    };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<S>(component, Call::Get, [count, length], body) }
+    unsafe { elements::<S>(component, Call::Get, (references, count), length, body) }
 }
 
 /// Reads a variable, or the time that only this version has.
@@ -174,9 +192,10 @@ pub unsafe fn set<S: CoSimulation, T: Value>(
     (values, length): (*const T, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::set::<S, T>(component, references, count, values) };
+    let body =
+        |references, count| unsafe { values::set::<S, T>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<S>(component, Call::Set, [count, length], body) }
+    unsafe { elements::<S>(component, Call::Set, (references, count), length, body) }
 }
 
 /// `fmi3GetString`: the texts stay valid until the next call of this function.
@@ -189,9 +208,11 @@ pub unsafe fn get_string<S: CoSimulation>(
     (values, length): (*mut *const c_char, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::get_string::<S>(component, references, count, values) };
+    let body = |references, count| unsafe {
+        values::get_string::<S>(component, references, count, values)
+    };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<S>(component, Call::Get, [count, length], body) }
+    unsafe { elements::<S>(component, Call::Get, (references, count), length, body) }
 }
 
 /// `fmi3SetString`: the texts are copied.
@@ -204,9 +225,11 @@ pub unsafe fn set_string<S: CoSimulation>(
     (values, length): (*const *const c_char, usize),
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = || unsafe { values::set_string::<S>(component, references, count, values) };
+    let body = |references, count| unsafe {
+        values::set_string::<S>(component, references, count, values)
+    };
     // SAFETY: as the caller promises.
-    unsafe { scalars::<S>(component, Call::Set, [count, length], body) }
+    unsafe { elements::<S>(component, Call::Set, (references, count), length, body) }
 }
 
 /// Functions for types that no variable of a model has: nothing to read or write is no mistake.
@@ -242,7 +265,7 @@ pub unsafe fn directional_derivative<S: CoSimulation>(
     (changes, seeds): (*const f64, usize),
     (responses, room): (*mut f64, usize),
 ) -> Status {
-    let body = || {
+    let body = |unknowns, rows, knowns, columns| {
         let (unknowns, knowns) = ((unknowns, rows), (knowns, columns));
         // SAFETY: as the caller promises.
         unsafe {
@@ -252,8 +275,10 @@ pub unsafe fn directional_derivative<S: CoSimulation>(
     let call = Call::GetDirectionalDerivative;
     // SAFETY: as the caller promises.
     unsafe {
-        scalars::<S>(component, call, [columns, seeds], || {
-            scalars::<S>(component, call, [rows, room], body)
+        elements::<S>(component, call, (knowns, columns), seeds, |knowns, columns| {
+            elements::<S>(component, call, (unknowns, rows), room, |unknowns, rows| {
+                body(unknowns, rows, knowns, columns)
+            })
         })
     }
 }
