@@ -13,6 +13,7 @@ use super::python::{Python, python};
 tests! {
     the_plant_gives_equal_results_in_other_importers: Python,
     the_jacobi_closed_loop_gives_equal_results_in_other_importers: Python,
+    the_closed_loop_as_a_system_gives_equal_results_in_other_importers: Python,
     the_example_gives_equal_results_in_other_importers: Python,
     a_scenario_in_one_fmu_gives_equal_results_in_other_importers: Python,
     two_fmus_made_in_python_exchange_values_of_all_types: PythonLibrary,
@@ -104,15 +105,33 @@ to = 'plant.F_x'
     compare(&scenario, system);
 }
 
-fn the_jacobi_closed_loop_gives_equal_results_in_other_importers() {
+/// The scenario of the closed loop.
+fn closed_loop(stop: f64) -> String {
     let connect =
         |(from, to): &(&str, &str)| format!("[[connect]]\nfrom = '{from}'\nto = '{to}'\n");
-    let scenario = head(10.0).text()
+    head(stop).text()
         + "[coupling]\nalgorithm = 'jacobi'\n"
         + &fmu("plant", "")
         + &fmu("estimator", "")
         + &fmu("controller", "v_ref = 25.0, r_ref = 0.2, psi_ref = 0.0")
-        + &LOOP.iter().map(connect).collect::<String>();
+        + &LOOP.iter().map(connect).collect::<String>()
+}
+
+/// Both tools read the system of SSP that the scenario is packed as.
+fn the_closed_loop_as_a_system_gives_equal_results_in_other_importers() {
+    let lab = Lab::new();
+    lab.write("case.toml", closed_loop(4.0));
+    lab.trackside(&["pack", "case.toml", "--ssp", "--out", "."]).expect(0);
+    record(&lab, "case.ssp", "run", &["--rerun", "off"]);
+    let (system, csv) = (lab.path("case.ssp"), lab.path("run/run.csv"));
+    for tool in ["libcosim", "ecos"] {
+        let arguments = [tool.as_ref(), system.as_os_str(), "0.01".as_ref(), csv.as_os_str()];
+        python().run("system_ssp.py", &arguments);
+    }
+}
+
+fn the_jacobi_closed_loop_gives_equal_results_in_other_importers() {
+    let scenario = closed_loop(10.0);
     let path = |name: &str| ours().join(format!("{name}.fmu"));
     let system = json!({
         "step": 0.01,
