@@ -123,6 +123,12 @@ mod ssp_export;
 // Systems of SSP.
 #[path = "acceptance/systems.rs"]
 mod systems;
+// Systems of SSP that are parts of scenarios.
+#[path = "acceptance/subsystems.rs"]
+mod subsystems;
+// Mistakes with them.
+#[path = "acceptance/subsystem_mistakes.rs"]
+mod subsystem_mistakes;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
@@ -170,6 +176,8 @@ fn main() -> ExitCode {
     state::register(&mut tests);
     ssp_export::register(&mut tests);
     systems::register(&mut tests);
+    subsystems::register(&mut tests);
+    subsystem_mistakes::register(&mut tests);
     types::register(&mut tests);
     units::register(&mut tests);
     validating::register(&mut tests);

@@ -161,6 +161,14 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When an input does not accept its value.
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
+        match self.plans[node].body {
+            // It gets its value when that is there.
+            Body::Outlet => Ok(()),
+            _ => self.lead(node),
+        }
+    }
+
+    fn lead(&mut self, node: usize) -> Result<(), Interruption> {
         let begin = Instant::now();
         let (plan, row) = (&mut self.plans[node], &mut self.row);
         for (ResolvedConnection { source, input_chain }, input) in
@@ -226,6 +234,9 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When the node fails, or an output is NaN.
     pub fn read(&mut self, node: usize) -> Result<(), Interruption> {
+        if matches!(self.plans[node].body, Body::Outlet) {
+            self.lead(node)?;
+        }
         self.call(node, get)?;
         let time = self.clock.at(self.tick + 1);
         check_numbers(&self.plans[node], self.columns, &self.row, time).map_err(Interruption::Value)

@@ -6,6 +6,7 @@ mod baselines;
 mod checks;
 mod connection_units;
 mod connections;
+mod connectors;
 mod declared_units;
 mod logs;
 mod nodes;
@@ -92,7 +93,7 @@ impl System {
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
-        let connects = arrays::expanded(scenario, &unplaced, &mut mistakes);
+        let connects = connectors::connects(scenario, &mut unplaced, &mut mistakes);
         let conversions =
             connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
         let converted = (connects.as_slice(), &conversions);

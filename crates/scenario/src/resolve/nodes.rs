@@ -36,7 +36,7 @@ pub(super) struct Port {
     /// Whether something is wrong with its unit that was told already.
     pub wrong_unit: bool,
     pub description: Option<String>,
-    reference: u32,
+    pub reference: u32,
     /// The form of its values.
     pub storage: Storage,
     /// Its place in an array, and the number of elements there.
@@ -56,6 +56,13 @@ pub(super) struct UnplacedNode {
     pub started: Vec<String>,
     /// Place of the node's name in the file.
     pub place: Range<usize>,
+}
+
+impl UnplacedNode {
+    /// Whether it hands on a value and does nothing else.
+    pub fn is_connector(&self) -> bool {
+        matches!(self.body, Body::Inlet | Body::Outlet)
+    }
 }
 
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs. Those that are wrong are left out.
