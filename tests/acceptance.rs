@@ -129,6 +129,12 @@ mod systems;
 // Groups of variables that are connected at once.
 #[path = "acceptance/terminals.rs"]
 mod terminals;
+// Systems of SSP that are parts of scenarios.
+#[path = "acceptance/subsystems.rs"]
+mod subsystems;
+// Mistakes with them.
+#[path = "acceptance/subsystem_mistakes.rs"]
+mod subsystem_mistakes;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
@@ -178,6 +184,8 @@ fn main() -> ExitCode {
     ssp_export::register(&mut tests);
     systems::register(&mut tests);
     terminals::register(&mut tests);
+    subsystems::register(&mut tests);
+    subsystem_mistakes::register(&mut tests);
     types::register(&mut tests);
     units::register(&mut tests);
     validating::register(&mut tests);

@@ -14,7 +14,7 @@ use cosim::check::Verdict;
 use cosim::master::Progress;
 use diagnostics::{Error, Source};
 use scenario::Scenario;
-use scenario::plan::{REPORT, System};
+use scenario::plan::{NodePlan, REPORT, System};
 use scenario::words::Validation;
 use serde::{Deserialize, Serialize};
 
@@ -138,7 +138,7 @@ impl RunReport {
     /// What is known before the run: everything but how it went.
     #[must_use]
     pub fn new(scenario: &Scenario, system: &System) -> Self {
-        let node = |name: &str| NodeReport { name: name.to_owned(), calls: 0, seconds: 0.0 };
+        let node = |plan: &NodePlan| NodeReport { name: plan.name.clone(), calls: 0, seconds: 0.0 };
         RunReport {
             scenario: system.header.scenario.clone(),
             title: system.header.title.clone(),
@@ -153,7 +153,8 @@ impl RunReport {
             sim_seconds: 0.0,
             wall_seconds: 0.0,
             realtime_factor: 0.0,
-            nodes: system.nodes.iter().map(|plan| node(&plan.name)).collect(),
+            // Connectors, which come last, do nothing that takes effort.
+            nodes: system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
             provenance: Provenance::new(scenario, system),
             files: Vec::new(),
             folder: system.header.folder.clone(),

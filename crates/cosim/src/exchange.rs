@@ -160,6 +160,14 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When an input does not accept its value.
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
+        match self.plans[node].body {
+            // It gets its value when that is there.
+            Body::Outlet => Ok(()),
+            _ => self.lead(node),
+        }
+    }
+
+    fn lead(&mut self, node: usize) -> Result<(), Interruption> {
         let begin = Instant::now();
         let shown = |at| self.clock.at(self.tick + u64::from(at == At::End));
         let rows = (Some(&self.start), &self.row);
@@ -229,6 +237,9 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When the node fails, or an output is NaN.
     pub fn read(&mut self, node: usize) -> Result<(), Interruption> {
+        if matches!(self.plans[node].body, Body::Outlet) {
+            self.lead(node)?;
+        }
         self.call(node, get)?;
         let time = self.clock.at(self.tick + 1);
         check_numbers(&self.plans[node], self.columns, &self.row, time).map_err(Interruption::Value)

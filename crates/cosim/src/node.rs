@@ -153,6 +153,8 @@ fn node(
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
         Body::Table(table) => Box::new(SourceNode::new(table.clone())),
+        // The exchange puts their values into the row.
+        Body::Inlet | Body::Outlet => Box::new(SourceNode::new(Vec::new())),
     })
 }
 

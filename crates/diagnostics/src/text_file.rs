@@ -36,7 +36,9 @@ pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
 fn other(path: &Path) -> Option<&'static str> {
     let ending = path.extension()?.to_str()?.to_lowercase();
     Some(match ending.as_str() {
-        "ssp" | "ssd" => "a system of SSP: `trackside run` runs it, and a scenario `extends` it",
+        "ssp" | "ssd" => {
+            "a system of SSP: `trackside run` runs it, a scenario `extends` it or has it as a `[[system]]`"
+        }
         "fmu" => "an FMU, which a scenario names: `[[fmu]]` with `name` and `path`",
         "mcap" | "rrd" => "a recording: `trackside view` shows it",
         "csv" => "a table, which a scenario names: `[[table]]` with `name`, `path` and `time`",

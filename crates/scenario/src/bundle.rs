@@ -124,7 +124,7 @@ impl Gathering<'_> {
     ) -> Result<(String, BTreeMap<String, String>), Error> {
         let texts = scenario.source.shifted();
         let mut table = words::merged(&scenario.source, &texts)?;
-        ["extends", "variant", "without"].iter().for_each(|key| drop(table.remove(*key)));
+        ["extends", "variant", "without", "system"].iter().for_each(|key| drop(table.remove(*key)));
         let mut mistakes = Mistakes::default();
         let fmus = self.fmus(scenario, &mut table, beside, &mut mistakes);
         self.note_packages(scenario);

@@ -150,6 +150,7 @@ fn own_words(scenario: &Scenario) -> Option<String> {
     let counts = [
         (document.signal.len(), "[[signal]]"),
         (document.table.len(), "[[table]]"),
+        (document.connector.len(), "[[connector]]"),
         (effects, "sensor effects"),
         (held, "`at` of [[connect]]"),
         (document.fault.len(), "[[fault]]"),

@@ -171,6 +171,10 @@ pub enum Body {
     Signals(Vec<Signal>),
     /// A table, one column for each output.
     Table(Table),
+    /// A connector, whose input is its output. It takes its value before the nodes that it leads to step.
+    Inlet,
+    /// The same; it takes its value after the node that it comes from has stepped.
+    Outlet,
 }
 
 /// A node, and where its values are in the row.
@@ -217,6 +221,14 @@ pub struct ExactConnection {
     /// The integers that the input accepts when they arrive as they are; without it they go through the number, which has to
     /// hold them.
     pub as_it_is: Option<Accepts>,
+}
+
+impl NodePlan {
+    /// Whether it hands on a value and does nothing else.
+    #[must_use]
+    pub fn is_connector(&self) -> bool {
+        matches!(self.body, Body::Inlet | Body::Outlet)
+    }
 }
 
 /// Indices of a node's texts in the row.

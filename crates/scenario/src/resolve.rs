@@ -6,6 +6,7 @@ mod baselines;
 mod checks;
 mod connection_units;
 mod connections;
+mod connectors;
 mod declared_units;
 mod logs;
 mod nodes;
@@ -97,7 +98,7 @@ impl System {
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
         let notes = (&mut mistakes, &mut warnings);
         let connects = terminals::expanded(scenario, &unplaced, notes);
-        let connects = arrays::expanded(scenario, &connects, &unplaced, &mut mistakes);
+        let connects = connectors::connects(scenario, &connects, &mut unplaced, &mut mistakes);
         let conversions =
             connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
         let converted = (connects.as_slice(), &conversions);

@@ -11,6 +11,8 @@ mod place;
 mod read;
 mod recorded_file;
 mod results;
+mod subsystem;
+mod subsystems;
 mod system;
 mod view;
 
@@ -33,6 +35,7 @@ pub(crate) use read::merged;
 pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
+pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use system::{Imported, quoted};
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
@@ -87,6 +90,12 @@ pub struct Document {
     /// FMUs.
     #[serde(default)]
     pub fmu: Vec<Fmu>,
+    /// Systems of SSP that are parts of the scenario.
+    #[serde(default)]
+    pub system: Vec<Subsystem>,
+    /// Names for values on their way.
+    #[serde(default)]
+    pub connector: Vec<Connector>,
     /// Generated signals.
     #[serde(default)]
     pub signal: Vec<Spanned<Part>>,

@@ -113,7 +113,7 @@ struct Inner {
 
 fn known_inputs(system: &System) -> Vec<Known> {
     let mut known = Vec::new();
-    for plan in &system.nodes {
+    for plan in system.nodes.iter().filter(|plan| !plan.is_connector()) {
         let Body::Fmu { fmu, starts, .. } = &plan.body else {
             let outputs = plan
                 .outputs
@@ -341,7 +341,7 @@ fn first_value(system: &mut System, node: &str, output: &str) -> f64 {
     match &mut plan.body {
         Body::Signals(signals) => signals[place].value(start),
         Body::Table(table) => table.value(place, start),
-        Body::Fmu { .. } => 0.0,
+        Body::Fmu { .. } | Body::Inlet | Body::Outlet => 0.0,
     }
 }
 

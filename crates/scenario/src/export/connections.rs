@@ -67,7 +67,7 @@ fn by_target<'l, 'a>(ends: &Ends, links: &'l [Link<'a>]) -> Vec<Vec<Ended<'l, 'a
 
 /// Whether the links connect one whole connector to another, each element to that in the same place.
 fn is_whole(links: &[Ended]) -> bool {
-    let change = |link: &Link| link.chain.map(|it| (it.factor, it.offset, it.map.clone()));
+    let change = |link: &Link| link.chain.as_ref().map(|it| (it.factor, it.offset, it.map.clone()));
     let Some((first, from, to)) = links.first() else { return false };
     links.len() == to.element.1
         && from.element.1 == to.element.1
@@ -85,7 +85,10 @@ fn transformation(
     link: &Link,
     units: (Option<&Unit>, Option<&Unit>),
 ) -> Result<Option<Transformation>, &'static str> {
-    let Some(chain) = link.chain else { return Ok(None) };
+    let Some(chain) = &link.chain else { return Ok(None) };
+    if link.is_mixed {
+        return Err("it has a map before another change");
+    }
     let target = ends.variable(&link.to.node, &link.to.variable);
     let source = ends.variable(&link.from.node, &link.from.variable);
     if !chain.map.is_empty() {

@@ -1,20 +1,22 @@
 //! Finds the ends of connections, and the connectors of components and of the system.
 
 use fmu_import::{Causality, Fmu, Variable};
-use recording::{Column, Direction};
+use recording::{Column, Direction, Full, NumberIndex, TextIndex};
 use ssp::Kind;
 use ssp::write::DraftConnector;
 use units::Unit;
 
 use super::definitions::Definitions;
-use crate::plan::{Body, InputChain, NodePlan, System};
+use crate::plan::{Body, InputChain, NodePlan, ResolvedConnection, System};
 
 /// A connection of two elements, by the columns of the run.
 pub(super) struct Link<'a> {
     pub from: &'a Column,
     pub to: &'a Column,
-    /// The way of a number; a text arrives unchanged.
-    pub chain: Option<&'a InputChain>,
+    /// The way of a number, all the way through connectors; a text arrives unchanged.
+    pub chain: Option<InputChain>,
+    /// Whether something follows a map on the way.
+    pub is_mixed: bool,
 }
 
 /// A variable or an element of an array.
@@ -42,20 +44,61 @@ impl<'a> Ends<'a> {
     pub fn links(&self) -> Vec<Link<'a>> {
         let columns = &self.system.columns;
         let mut links = Vec::new();
-        for node in &self.system.nodes {
+        let fmus = self.system.nodes.iter().filter(|it| matches!(it.body, Body::Fmu { .. }));
+        for node in fmus {
             let own =
                 |column: &Column| column.node == node.name && column.direction == Direction::Input;
             let numbers = columns.numbers().filter(|(_, column)| own(column));
             for ((_, to), connection) in numbers.zip(&node.connections) {
-                let from = &columns[connection.source.index];
-                links.push(Link { from, to, chain: Some(&connection.input_chain) });
+                let (source, chain, is_mixed) = self.origin(connection);
+                links.push(Link { from: &columns[source], to, chain: Some(chain), is_mixed });
             }
             let texts = columns.texts().filter(|(_, column)| own(column));
             for ((_, to), source) in texts.zip(&node.texts.connections) {
-                links.push(Link { from: &columns[source.index], to, chain: None });
+                let from = &columns[self.text_origin(source.index)];
+                links.push(Link { from, to, chain: None, is_mixed: false });
             }
         }
         links
+    }
+
+    fn passages(&self) -> impl Iterator<Item = &'a NodePlan> {
+        self.system.nodes.iter().filter(|node| node.is_connector())
+    }
+
+    /// Where a number comes from before all connectors on its way, with the whole way; whether something follows a map on it.
+    fn origin(&self, connection: &'a ResolvedConnection) -> (NumberIndex<Full>, InputChain, bool) {
+        let mut source = connection.source.index;
+        let (mut chain, mut is_mixed) = (connection.input_chain.clone(), false);
+        let before = |index| {
+            let mut all = self.passages();
+            let node = all.find(|node| node.inputs.indices().any(|it| it == index))?;
+            node.connections.first()
+        };
+        while let Some(ResolvedConnection { source: earlier, input_chain }) = before(source) {
+            let InputChain { factor, offset, map, .. } = input_chain;
+            let is_plain = (chain.factor, chain.offset) == (1.0, 0.0) && chain.map.is_empty();
+            is_mixed |= !map.is_empty() && !is_plain;
+            chain.offset += offset * chain.factor;
+            chain.factor *= factor;
+            if chain.map.is_empty() {
+                chain.map.clone_from(map);
+            }
+            source = earlier.index;
+        }
+        (source, chain, is_mixed)
+    }
+
+    fn text_origin(&self, mut index: TextIndex<Full>) -> TextIndex<Full> {
+        let before = |index| {
+            let mut all = self.passages();
+            let node = all.find(|node| node.texts.inputs.indices().any(|it| it == index))?;
+            node.texts.connections.first()
+        };
+        while let Some(source) = before(index) {
+            index = source.index;
+        }
+        index
     }
 
     pub fn node(&self, name: &str) -> Option<&'a NodePlan> {

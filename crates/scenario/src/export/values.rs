@@ -64,9 +64,9 @@ fn first_value(ends: &Ends, link: &Link) -> Option<Value> {
         Body::Signals(signals) => signals.get(place)?.value(time),
         Body::Table(table) if place < table.names().count() => table.clone().value(place, time),
         Body::Table(_) => return None,
-        Body::Fmu { .. } => return None,
+        Body::Fmu { .. } | Body::Inlet | Body::Outlet => return None,
     };
-    let value = link.chain?.convert(value);
+    let value = link.chain.as_ref()?.convert(value);
     let whole = || (value.fract() == 0.0 && value.abs() < 9e15).then_some(value as i128);
     match target.kind {
         Type::Real => value.is_finite().then_some(Value::Real(value)),

@@ -55,7 +55,7 @@ pub(super) fn connect(
     for fault in &scenario.document.fault {
         mistakes.take(attach(scenario, unplaced, &mut connections, fault));
     }
-    for node in unplaced {
+    for node in unplaced.iter().filter(|node| !node.is_connector()) {
         mistakes.take(unconnected(scenario, all, node));
     }
     connections
@@ -70,7 +70,7 @@ fn connection(
     timed: (Option<Clock>, u64),
 ) -> Result<Connection, Error> {
     let ports = (&unplaced[from.0].outputs[from.1], &unplaced[to.0].inputs[to.1]);
-    let at = at(scenario, connect, &unplaced[from.0]);
+    let at = at(scenario, connect, (&unplaced[from.0], &unplaced[to.0]));
     let input_chain = types::fit(scenario, connect, ports).and_then(|accepts| {
         let chain = |accepts| input_chain(scenario, connect, units, (accepts, timed));
         accepts.map(chain).transpose()
@@ -104,8 +104,24 @@ fn input_chain(
 ///
 /// A source acts like the input file of any FMI tool: its value at a communication point holds for the step
 /// that starts there. For an FMU's output the coupling algorithm decides.
-fn at(scenario: &Scenario, connect: &Connect, producer: &UnplacedNode) -> Result<At, Error> {
+fn at(
+    scenario: &Scenario,
+    connect: &Connect,
+    (producer, receiver): (&UnplacedNode, &UnplacedNode),
+) -> Result<At, Error> {
     let rules = scenario.document.coupling.algorithm.rules();
+    // On this side a connector has the value of the moment: the other side decides.
+    if matches!(producer.body, Body::Inlet) || matches!(receiver.body, Body::Outlet) {
+        let Some(at) = &connect.at else { return Ok(At::End) };
+        let (connector, other) = match producer.body {
+            Body::Inlet => (&connect.from, "to"),
+            _ => (&connect.to, "from"),
+        };
+        let connector = connector.get_ref();
+        let message = format!("`{connector}` hands on its value without a step in between");
+        let help = format!("write `at` on the connection {other} `{connector}`");
+        return Err(scenario.error(at, message).help(help));
+    }
     match (&connect.at, &producer.body) {
         (Some(at), _) if *at.get_ref() == At::End && !rules.allows_end => {
             let message = format!(
@@ -117,7 +133,7 @@ fn at(scenario: &Scenario, connect: &Connect, producer: &UnplacedNode) -> Result
                 .help("leave `at` out, or choose the coupling `gauss_seidel`"))
         }
         (Some(at), _) => Ok(*at.get_ref()),
-        (None, Body::Fmu { .. }) => Ok(rules.default_at),
+        (None, Body::Fmu { .. } | Body::Outlet) => Ok(rules.default_at),
         (None, _) => Ok(At::Start),
     }
 }

@@ -35,6 +35,13 @@ pub(super) struct UnplacedNode {
     pub place: Range<usize>,
 }
 
+impl UnplacedNode {
+    /// Whether it hands on a value and does nothing else.
+    pub fn is_connector(&self) -> bool {
+        matches!(self.body, Body::Inlet | Body::Outlet)
+    }
+}
+
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs. Those that are wrong are left out.
 pub(super) fn unplaced(
     scenario: &Scenario,

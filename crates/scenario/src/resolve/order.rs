@@ -4,6 +4,8 @@ use diagnostics::Error;
 
 use super::connections::Connections;
 use super::nodes::UnplacedNode;
+use super::ports::Port;
+use crate::plan::Body;
 use crate::words::{At, Connect, Scenario};
 
 /// A wish that one node steps before another.
@@ -27,11 +29,16 @@ pub(super) fn order(
     connections: &Connections,
 ) -> Result<Vec<usize>, Error> {
     let edges = edges(unplaced, connections);
-    sort(unplaced.len(), &edges).map_err(|cycle| {
+    // A connector that may go delays nobody.
+    let mut left: Vec<usize> = (0..unplaced.len()).collect();
+    left.sort_by_key(|&node| !unplaced[node].is_connector());
+    sort(left, &edges).map_err(|cycle| {
         let labels: Vec<_> = cycle.iter().map(|&edge| edges[edge].label.as_str()).collect();
         let inputs: Vec<_> = labels.iter().filter_map(|label| label.split(" -> ").nth(1)).collect();
         let in_loop = |to: &str| inputs.contains(&to);
-        let connect = connects.iter().find(|connect| in_loop(connect.to.get_ref()));
+        let those = connects.iter().filter(|connect| in_loop(connect.to.get_ref()));
+        // The file of the user comes before those of systems.
+        let connect = those.min_by_key(|connect| connect.to.span().start);
         let message = format!("these connections form a loop: {}", labels.join(", "));
         let place = connect.map_or(0..0, |connect| connect.to.span());
         scenario.source.error(place, message, "one of them").help(
@@ -42,8 +49,8 @@ pub(super) fn order(
 
 fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
     let mut edges = Vec::new();
-    for (to, (unplaced_node, connections)) in unplaced.iter().zip(connections).enumerate() {
-        for (input, connection) in unplaced_node.inputs.iter().zip(connections) {
+    for (to, (unplaced_node, own)) in unplaced.iter().zip(connections).enumerate() {
+        for (input, connection) in unplaced_node.inputs.iter().zip(own) {
             let Some(connection) =
                 connection.as_ref().filter(|connection| connection.at == At::End)
             else {
@@ -51,14 +58,20 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
             };
             let (from, output) = connection.from;
             let output = &unplaced[from].outputs[output];
-            let follows = |output: &super::ports::Port| match &output.follows {
+            let follows = |output: &Port| match &output.follows {
                 Some(inputs) => inputs.contains(&input.name),
                 None => true,
+            };
+            let needed = match (&unplaced[from].body, &unplaced_node.body) {
+                (Body::Inlet, _) | (_, Body::Outlet) => true,
+                // An inlet waits as its receivers would.
+                (_, Body::Inlet) => is_followed(unplaced, connections, to),
+                _ => unplaced_node.outputs.iter().any(follows),
             };
             edges.push(Edge {
                 from,
                 to,
-                needed: unplaced_node.outputs.iter().any(follows),
+                needed,
                 label: format!(
                     "{}.{} -> {}.{}",
                     unplaced[from].name, output.name, unplaced_node.name, input.name
@@ -69,10 +82,24 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
     edges
 }
 
-/// The order, or else the edges of a loop in the order of the flow.
-fn sort(nodes: usize, edges: &[Edge]) -> Result<Vec<usize>, Vec<usize>> {
-    let mut left: Vec<usize> = (0..nodes).collect();
-    let mut order = Vec::with_capacity(nodes);
+/// Whether an output of a node that an inlet leads to follows the value without a step in between.
+fn is_followed(unplaced: &[UnplacedNode], connections: &Connections, inlet: usize) -> bool {
+    unplaced.iter().zip(connections).any(|(node, connections)| {
+        let fed = node.inputs.iter().zip(connections).filter(|(_, connection)| {
+            connection.as_ref().is_some_and(|connection| connection.from.0 == inlet)
+        });
+        let mut fed = fed.map(|(input, _)| &input.name);
+        fed.any(|input| {
+            let follows = |port: &Port| port.follows.as_ref().is_none_or(|it| it.contains(input));
+            node.outputs.iter().any(follows)
+        })
+    })
+}
+
+/// The order of the nodes that are left, or else the edges of a loop in the order of the flow. Of several that may go, the first one
+/// goes.
+fn sort(mut left: Vec<usize>, edges: &[Edge]) -> Result<Vec<usize>, Vec<usize>> {
+    let mut order = Vec::with_capacity(left.len());
     while !left.is_empty() {
         let waits = |node: usize, needed: bool| {
             let mut into = edges.iter().filter(|edge| edge.to == node);
@@ -118,24 +145,27 @@ mod tests {
 
     #[test]
     fn producers_go_first_and_the_file_decides_the_rest() {
-        assert_eq!(sort(3, &[]), Ok(vec![0, 1, 2]));
-        assert_eq!(sort(3, &[edge(2, 0, true), edge(0, 1, true)]), Ok(vec![2, 0, 1]));
-        assert_eq!(sort(3, &[edge(2, 1, false)]), Ok(vec![0, 2, 1]));
+        assert_eq!(sort((0..3).collect(), &[]), Ok(vec![0, 1, 2]));
+        assert_eq!(
+            sort((0..3).collect(), &[edge(2, 0, true), edge(0, 1, true)]),
+            Ok(vec![2, 0, 1])
+        );
+        assert_eq!(sort((0..3).collect(), &[edge(2, 1, false)]), Ok(vec![0, 2, 1]));
     }
 
     #[test]
     fn a_loop_is_cut_where_an_input_acts_only_during_the_step() {
-        assert_eq!(sort(2, &[edge(0, 1, true), edge(1, 0, false)]), Ok(vec![0, 1]));
-        assert_eq!(sort(2, &[edge(0, 1, false), edge(1, 0, true)]), Ok(vec![1, 0]));
+        assert_eq!(sort((0..2).collect(), &[edge(0, 1, true), edge(1, 0, false)]), Ok(vec![0, 1]));
+        assert_eq!(sort((0..2).collect(), &[edge(0, 1, false), edge(1, 0, true)]), Ok(vec![1, 0]));
     }
 
     #[test]
     fn a_loop_of_needed_values_is_named_edge_by_edge() {
         let edges = [edge(0, 1, true), edge(1, 2, true), edge(2, 1, true), edge(0, 3, true)];
-        let cycle = sort(4, &edges).expect_err("there is a loop");
+        let cycle = sort((0..4).collect(), &edges).expect_err("there is a loop");
         let (first, last) = (&edges[cycle[0]], &edges[cycle[cycle.len() - 1]]);
         assert_eq!(last.to, first.from);
         assert_eq!(cycle.len(), 2);
-        assert_eq!(sort(1, &[edge(0, 0, true)]), Err(vec![0]));
+        assert_eq!(sort((0..1).collect(), &[edge(0, 0, true)]), Err(vec![0]));
     }
 }

@@ -1,5 +1,7 @@
 //! Gives the values of the nodes their indices in the row.
 
+use std::collections::BTreeSet;
+
 use recording::{
     Column, ColumnIndex, Columns, Direction, Full, IntegerRange, NumberRange, TextRange,
 };
@@ -18,9 +20,19 @@ pub(super) fn place(
     connections: Connections,
 ) -> (Vec<NodePlan>, Columns<Full>) {
     let mut columns = Columns::default();
-    let sides = unplaced.iter().map(|unplaced_node| {
-        Side::append(&mut columns, &unplaced_node.name, &unplaced_node.outputs, Direction::Output)
-    });
+    let sources = connections.iter().flatten().flatten().map(|connection| connection.from.0);
+    let sources: BTreeSet<_> = sources.collect();
+    let sides =
+        unplaced.iter().zip(&connections).enumerate().map(|(place, (node, connections))| {
+            let UnplacedNode { name, body, outputs, .. } = node;
+            let is_used = connections.iter().any(Option::is_some) || sources.contains(&place);
+            match body {
+                // As for other inputs, a value that nobody gives is none.
+                Body::Inlet if !is_used => Side::append(&mut columns, name, &[], Direction::Input),
+                Body::Inlet => Side::append(&mut columns, name, outputs, Direction::Input),
+                _ => Side::append(&mut columns, name, outputs, Direction::Output),
+            }
+        });
     let outputs: Vec<_> = sides.collect();
     let mut nodes = Vec::new();
     for ((mut unplaced_node, connections), output) in
@@ -35,20 +47,28 @@ pub(super) fn place(
         if let Body::Fmu { inputs, .. } = &mut unplaced_node.body {
             *inputs = references(&connected);
         }
-        let input = Side::append(&mut columns, &unplaced_node.name, &connected, Direction::Input);
+        let (numbers, texts, integers) = match unplaced_node.body {
+            // What it takes is what it gives.
+            Body::Inlet | Body::Outlet => (output.numbers, output.texts, output.integers),
+            _ => {
+                let name = &unplaced_node.name;
+                let input = Side::append(&mut columns, name, &connected, Direction::Input);
+                (input.numbers, input.texts, input.integers)
+            }
+        };
         let mut plan = NodePlan {
             name: unplaced_node.name,
             body: unplaced_node.body,
             outputs: output.numbers,
-            inputs: input.numbers,
+            inputs: numbers,
             connections: Vec::new(),
-            texts: TextPlan { outputs: output.texts, inputs: input.texts, connections: Vec::new() },
+            texts: TextPlan { outputs: output.texts, inputs: texts, connections: Vec::new() },
             exact: ExactPlan {
                 outputs: output.integers,
                 numbers: columns.integers().map(|(_, number)| number).collect::<Vec<_>>()
                     [output.integers.positions()]
                 .to_vec(),
-                inputs: input.integers,
+                inputs: integers,
                 connections: Vec::new(),
             },
         };

@@ -11,7 +11,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::extend::Wrong;
-use super::{Document, Imported, Scenario, Validation, extend, system};
+use super::{Document, Imported, Scenario, Validation, extend, subsystems, system};
 use crate::schema::{self, Finding};
 
 /// Keys and values of earlier versions, with their names of today.
@@ -116,6 +116,7 @@ fn read(
 ) -> Result<Scenario, Error> {
     let path = source.path().to_owned();
     follow(&mut source, &mut systems)?;
+    add_parts(&mut source, &mut systems)?;
     let document = document(&source)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let above = [above, &[path]].concat();
@@ -196,6 +197,19 @@ fn extended_system(
     })
 }
 
+/// Adds the systems of `[[system]]` behind the files.
+fn add_parts(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), Error> {
+    let texts = source.shifted();
+    // What names a part of a system fits nothing yet; what is wrong in the end is told when the document is read.
+    let table = merge(source, &texts, &mut Mistakes::default())?;
+    // The first system is the deepest one, so that its nodes come first.
+    for (file, imported) in subsystems::texts(source, &table)?.into_iter().rev() {
+        source.add_made(file);
+        systems.push(Arc::new(imported));
+    }
+    Ok(())
+}
+
 /// The circle from one of `paths` to `path`, if there is one.
 fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
     let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
@@ -249,7 +263,8 @@ fn document(source: &Source) -> Result<Document, Error> {
 /// Refuses to leave out entries where none are inherited.
 fn without_base(source: &Source, document: &Document) -> Result<(), Error> {
     let message = "there is nothing to leave out: the scenario extends no other";
-    let names = document.without.values().flatten().filter(|_| document.extends.is_none());
+    let is_base = document.extends.is_some() || !document.system.is_empty();
+    let names = document.without.values().flatten().filter(|_| !is_base);
     let errors = names.map(|name| source.error(name.span(), message, ""));
     errors.collect::<Mistakes>().finish()
 }

@@ -1,6 +1,9 @@
 //! Makes a scenario of a system of SSP: its FMUs, start values and connections, with the step and the stop time of its FMUs.
 
+mod boundary;
+mod imparted;
 mod parameters;
+mod times;
 mod ways;
 
 use std::fmt::Write as _;
@@ -13,10 +16,9 @@ use ssp::{Connection, Place, Port, Start};
 use units::Unit;
 
 use super::Annotated;
+pub(super) use imparted::{Imparted, Role, imparted};
+use times::{Proposed, proposed};
 use ways::{conversion, known, unit, way_words};
-
-/// Steps of a run whose FMUs propose none, as fmpy takes them.
-const STEPS: f64 = 500.0;
 
 /// A system that a scenario is made of.
 #[derive(Debug)]
@@ -61,7 +63,7 @@ pub(super) fn imported(
     if let Some(Annotated::Stale(note)) = annotated {
         notes.push(note);
     }
-    let mut writer = Writer::new(&system)?;
+    let mut writer = Writer::new(&system, None)?;
     writer.write()?;
     let Writer { text, notes: more, .. } = writer;
     let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
@@ -120,7 +122,8 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    fn new(system: &'a ssp::System) -> Result<Self, Error> {
+    fn new(system: &'a ssp::System, role: Option<&Role>) -> Result<Self, Error> {
+        let prefix = role.map_or_else(String::new, |role| format!("{}_", role.name));
         let mut names: Vec<String> = Vec::new();
         let mut fmus = Vec::new();
         for component in &system.components {
@@ -128,7 +131,7 @@ impl<'a> Writer<'a> {
                 Fmu::open(&component.source).map_err(|error| wrong(&component.place, error))?;
             fmus.push(fmu);
             // A dot ends the name of a node.
-            let mut name = component.name.replace(['.', '"', '\\'], "_");
+            let mut name = prefix.clone() + &component.name.replace(['.', '"', '\\'], "_");
             while names.contains(&name) {
                 name.push('_');
             }
@@ -140,7 +143,12 @@ impl<'a> Writer<'a> {
     fn write(&mut self) -> Result<(), Error> {
         let system = self.system;
         self.line(format_args!("title = {}", quoted(&system.name)));
-        self.time()?;
+        self.times()?;
+        self.nodes()
+    }
+
+    fn nodes(&mut self) -> Result<(), Error> {
+        let system = self.system;
         let fed = system.connections.iter().map(|it| &it.to).collect::<Vec<_>>();
         for index in 0..system.components.len() {
             self.component(index, &fed)?;
@@ -154,32 +162,12 @@ impl<'a> Writer<'a> {
     }
 
     /// SSP has no step and no algorithm: they are those of the FMUs and of this program.
-    fn time(&mut self) -> Result<(), Error> {
-        let name = &self.system.name;
-        let experiment = self.system.experiment;
-        let start = experiment.start.unwrap_or(0.0);
-        let proposed = self.fmus.iter().filter_map(|fmu| fmu.description.default_stop);
-        let (stop, origin) = match (experiment.stop, proposed.reduce(f64::max)) {
-            (Some(stop), _) => (stop, "its DefaultExperiment"),
-            (None, Some(stop)) => (stop, "the latest one that its FMUs propose"),
-            (None, None) => (start + 1.0, "neither the system nor an FMU proposes one"),
-        };
-        if stop <= start || stop.is_nan() {
-            return Err(Error::input(format!(
-                "`{name}`: expected a stop time after the start time {start} s, found {stop} s ({origin})"
-            )));
-        }
-        let steps = self.fmus.iter().filter_map(|fmu| fmu.description.default_step);
-        let duration = stop - start;
-        let steps = steps.filter(|step| *step > 0.0 && *step <= duration);
-        let (step, reason) = match steps.reduce(f64::min) {
-            Some(step) => (step, "the shortest one that its FMUs propose".to_owned()),
-            None => (duration / STEPS, format!("{STEPS} steps, since no FMU proposes one")),
-        };
-        // The stop time is a multiple of the step.
-        let stop = start + (duration / step).round().max(1.0) * step;
+    fn times(&mut self) -> Result<(), Error> {
+        let Proposed { start, step, stop, origin, reason } =
+            proposed(self.system, &self.fmus, None)?;
         self.notes.push(format!(
-            "the system `{name}` runs from {start} s to {stop} s ({origin}) with the step {step} s ({reason}), its FMUs one after the other in the order of the data (gauss_seidel); a scenario that `extends` it may say otherwise"
+            "the system `{}` runs from {start} s to {stop} s ({origin}) with the step {step} s ({reason}), its FMUs one after the other in the order of the data (gauss_seidel); a scenario that `extends` it may say otherwise",
+            self.system.name
         ));
         self.line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
         Ok(())

@@ -1,0 +1,87 @@
+//! Makes the text of a system that is a part of a scenario.
+
+use std::path::Path;
+
+use diagnostics::{Error, TextFile};
+
+use super::times::{Proposed, proposed};
+use super::{Annotated, Imported, Unusable, Writer};
+
+/// What a system is for the scenario that it is a part of.
+pub(in crate::words) struct Role<'a> {
+    /// Its name there.
+    pub name: &'a str,
+    /// Whether its input connectors may stay without a connection.
+    pub unconnected: bool,
+    /// The step that the scenario has already [s].
+    pub step: Option<f64>,
+    /// Whether the scenario has its stop time already.
+    pub stops: bool,
+}
+
+/// A system as a part of a scenario.
+pub(in crate::words) struct Imparted {
+    pub file: TextFile,
+    pub imported: Imported,
+    /// The names of its nodes.
+    pub nodes: Vec<String>,
+    /// The step [s], with the sentence about the times that the scenario takes from the system.
+    pub times: (f64, String),
+}
+
+/// The system at a path as the text of a part; `variant` chooses another description of it.
+///
+/// # Errors
+/// As for [`imported`].
+pub(in crate::words) fn imparted(
+    path: &Path,
+    variant: Option<&str>,
+    role: &Role,
+) -> Result<Imparted, Unusable> {
+    let system = ssp::open(path, variant).map_err(|error| Unusable::new(&error))?;
+    let mut notes = Vec::new();
+    if variant.is_none() && !system.others.is_empty() {
+        let (others, path) = (system.others.join(", "), path.display());
+        notes.push(format!("{path} has the variants {others} besides: `variant = \"NAME\"` in its [[system]] takes one"));
+    }
+    match Annotated::of(&system, path) {
+        Some(Annotated::Current(_)) => notes.push(format!(
+            "{}: [[system]] takes FMUs, start values and connections; the signals, effects, checks and all else of the scenario in its annotation are left out, which `extends` takes",
+            path.display()
+        )),
+        Some(Annotated::Stale(note)) => notes.push(note),
+        None => {}
+    }
+    let mut writer = Writer::new(&system, Some(role))?;
+    let times = writer.times_of_part(role)?;
+    writer.nodes()?;
+    writer.boundary(role)?;
+    let Writer { text, notes: more, names: nodes, .. } = writer;
+    notes.extend(system.notes.iter().cloned().chain(more));
+    // Two parts may be of one system.
+    let path = format!("{} as {}", path.display(), role.name).into();
+    let file = TextFile { path, text, folder: None };
+    Ok(Imparted { file, imported: Imported { notes, _system: system }, nodes, times })
+}
+
+impl Writer<'_> {
+    /// Writes the times that the scenario around the system leaves open. The step and where the times come from.
+    fn times_of_part(&mut self, role: &Role) -> Result<(f64, String), Error> {
+        if let (Some(step), true) = (role.step, role.stops) {
+            return Ok((step, String::new()));
+        }
+        let Proposed { start, step, stop, origin, reason } =
+            proposed(self.system, &self.fmus, role.step)?;
+        let mut taken = Vec::new();
+        self.line(format_args!("[time]"));
+        if role.step.is_none() {
+            self.line(format_args!("step = {step:?}"));
+            taken.push(format!("the step {step} s ({reason})"));
+        }
+        if !role.stops {
+            self.line(format_args!("start = {start:?}\nstop = {stop:?}"));
+            taken.push(format!("the time from {start} s to {stop} s ({origin})"));
+        }
+        Ok((step, format!("{} of the system `{}`", taken.join(" and "), role.name)))
+    }
+}
