@@ -57,6 +57,9 @@ mod documents;
 // The Modelica Reference FMUs, if they are at hand.
 #[path = "acceptance/reference_fmus.rs"]
 mod reference_fmus;
+// Runs that are killed, and what is recovered of them.
+#[path = "acceptance/killed.rs"]
+mod killed;
 // Errors of logs.
 #[path = "acceptance/doctor.rs"]
 mod doctor;
@@ -143,6 +146,7 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     conform3::register(&mut tests);
+    killed::register(&mut tests);
     determinism::register(&mut tests);
     doctor::register(&mut tests);
     documents::register(&mut tests);

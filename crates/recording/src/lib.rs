@@ -5,6 +5,7 @@
 
 mod golden;
 mod reader;
+mod records;
 pub mod recover;
 mod row;
 mod sink;
