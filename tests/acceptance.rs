@@ -60,6 +60,9 @@ mod reference_fmus;
 // Runs that are killed, and what is recovered of them.
 #[path = "acceptance/killed.rs"]
 mod killed;
+// Inputs of any size.
+#[path = "acceptance/sizes.rs"]
+mod sizes;
 // Errors of logs.
 #[path = "acceptance/doctor.rs"]
 mod doctor;
@@ -172,6 +175,7 @@ fn main() -> ExitCode {
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);
+    sizes::register(&mut tests);
     ssp_export::register(&mut tests);
     systems::register(&mut tests);
     types::register(&mut tests);

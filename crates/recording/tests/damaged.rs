@@ -56,7 +56,7 @@ fn a_reader_refuses_damage_that_only_a_checksum_shows() {
     };
     let bytes = damage::made(folder.path(), [column].into_iter().collect(), 50).expect("written");
     let path = folder.path().join("run.mcap");
-    let mut refused = |change: &dyn Fn(&mut Vec<u8>)| {
+    let refused = |change: &dyn Fn(&mut Vec<u8>)| {
         let mut bytes = bytes.clone();
         change(&mut bytes);
         std::fs::write(&path, bytes).expect("it can be written");
@@ -72,10 +72,21 @@ fn a_reader_refuses_damage_that_only_a_checksum_shows() {
     let changed = refused(&|bytes| bytes[title] = b'T');
     assert!(changed.contains("the checksum of the attachment"), "{changed}");
     // The same in a recording that was cut, where no checksum over all data helps.
-    let half = bytes.len() * 3 / 4;
+    let half = bytes.len() / 2;
     let changed = refused(&|bytes| {
         bytes.truncate(half);
         bytes[step + 3] = b'2';
     });
     assert!(changed.contains("do not fit their checksum"), "{changed}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_as_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("run.mcap")).expect("a link");
+    let error =
+        damage::made(folder.path(), std::iter::empty().collect(), 1).expect_err("it is full");
+    let message = error.to_string();
+    assert!(message.contains("run.mcap") && message.contains("No space left"), "{message}");
 }

@@ -40,7 +40,11 @@ impl Scan {
         while start < bytes.end {
             let window = records.read(start, WINDOW + GLANCE as u64)?;
             let places = window.len().min(WINDOW as usize);
-            for place in 0..places {
+            let mut begin = 0;
+            // Searched in one go: there may be gigabytes without any.
+            while let Some(next) = window[begin..places].iter().position(|it| is_wanted(*it)) {
+                let place = begin + next;
+                begin = place + 1;
                 let at = start + place as u64;
                 let Some(frame) = glance(&window[place..], at) else { continue };
                 if at >= bytes.end || !records.holds(&frame) {
@@ -62,12 +66,14 @@ impl Scan {
     }
 }
 
+/// Whether a record of this opcode can have a checksum.
+fn is_wanted(opcode: u8) -> bool {
+    matches!(opcode, op::CHUNK | op::ATTACHMENT | op::METADATA)
+}
+
 /// Whether bytes look like the beginning of a record that can have a checksum.
 fn glance(bytes: &[u8], at: u64) -> Option<Frame> {
     let opcode = *bytes.first()?;
-    if !matches!(opcode, op::CHUNK | op::ATTACHMENT | op::METADATA) {
-        return None;
-    }
     let length = u64::from_le_bytes(*bytes[1..].first_chunk()?);
     if length > LARGEST {
         return None;

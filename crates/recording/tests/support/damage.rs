@@ -131,7 +131,9 @@ fn try_reading(sound: &Sound, broken: &Path, tally: &mut Tally) {
     let outcome = catch_unwind(|| {
         let _ = Golden::read(broken, &[]);
         let wanted = Wanted { time: None, ..Wanted::plain("", &["car.c0"]) };
-        let table = Table::read(broken, &wanted).ok()?;
+        let mut table = Table::read(broken, &wanted).ok()?;
+        // Times of the file's own clock: its first row may be lost.
+        table.set_origin(Some(0.0));
         Some(
             table.times()[0]
                 .iter()
