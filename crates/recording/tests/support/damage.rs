@@ -351,7 +351,7 @@ fn lengths(random: &mut Pcg64, bytes: &mut [u8], records: &[Range<usize>]) {
     }
 }
 
-fn swap(bytes: &mut Vec<u8>, a: Range<usize>, b: Range<usize>) {
+fn swap(bytes: &mut [u8], a: Range<usize>, b: Range<usize>) {
     let (first, second) = if a.start <= b.start { (a, b) } else { (b, a) };
     if first.end <= second.start && second.end <= bytes.len() {
         let parts =
