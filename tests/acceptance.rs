@@ -57,6 +57,12 @@ mod documents;
 // The Modelica Reference FMUs, if they are at hand.
 #[path = "acceptance/reference_fmus.rs"]
 mod reference_fmus;
+// Runs that are killed, and what is recovered of them.
+#[path = "acceptance/killed.rs"]
+mod killed;
+// Inputs of any size.
+#[path = "acceptance/sizes.rs"]
+mod sizes;
 // Errors of logs.
 #[path = "acceptance/doctor.rs"]
 mod doctor;
@@ -155,6 +161,7 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     conform3::register(&mut tests);
+    killed::register(&mut tests);
     determinism::register(&mut tests);
     doctor::register(&mut tests);
     documents::register(&mut tests);
@@ -181,6 +188,7 @@ fn main() -> ExitCode {
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);
+    sizes::register(&mut tests);
     ssp_export::register(&mut tests);
     systems::register(&mut tests);
     terminals::register(&mut tests);

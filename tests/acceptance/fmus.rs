@@ -97,6 +97,12 @@ pub fn clocked() -> &'static [u8] {
     BUILT.get_or_init(|| build("clocked", &[]))
 }
 
+/// The FMU of `fmu/clock.c`, compiled once: it notes its steps where they outlive it.
+pub fn clock() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| build("clock", &[]))
+}
+
 /// Another version of the relay: each step adds this to the number that it shows.
 pub fn drifting_relay(drift: f64) -> Vec<u8> {
     build("relay", &[&format!("-DDRIFT={drift:?}")])

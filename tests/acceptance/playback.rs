@@ -116,6 +116,7 @@ fn an_invalid_use_of_a_recording_is_reported_with_its_line() {
         ("unit = \"N\"", "unit = \"kN\"", "\"kN\"", &["was recorded in [N], and is said to be in [kN]", "leave `unit` out"]),
         ("unit = \"N\"", "unit = \"m\"", "\"m\"", &["was recorded in [N], and is said to be in [m]"]),
         ("name = \"log\"", "name = \"log\"\ntime = \"t\"", "time = \"t\"", &["`log_time` or `publish_time`, found `t`"]),
+        ("name = \"log\"", "name = \"log\"\norigin = nan", "nan", &["`origin`: expected a time in s, found NaN"]),
         ("first/run.mcap", "damaged.mcap", "damaged.mcap", &["damaged.mcap is damaged"]),
     ];
     for (old, new, at, says) in cases {

@@ -5,13 +5,34 @@
 mod folder;
 mod unpack;
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 pub use folder::Folder;
 pub use unpack::{is_archive, unpack};
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
 pub const LARGEST: u64 = 4 << 30;
+
+/// An archive itself may have this many bytes: it is read as a whole.
+pub const LARGEST_PACKED: u64 = 1 << 30;
+
+/// Reads an archive.
+///
+/// # Errors
+/// When it cannot be read, is no file on a disk, or is larger than [`LARGEST_PACKED`].
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let about = std::fs::metadata(path)?;
+    // A device is endless, and a folder tells by itself that it is one.
+    if !about.is_file() && !about.is_dir() {
+        return Err(io::Error::other("expected a file on a disk"));
+    }
+    if about.len() > LARGEST_PACKED {
+        let text = format!("expected at most {LARGEST_PACKED} bytes, found {}", about.len());
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
+    }
+    std::fs::read(path)
+}
 
 /// Why an archive is not unpacked.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,7 @@
 //! Text files and places in them go in; errors that point at words, and names that were probably meant, come out.
 #![forbid(unsafe_code)]
 
+mod bounded;
 mod error;
 mod mistakes;
 mod source;
@@ -8,6 +9,7 @@ mod span;
 pub mod suggest;
 mod text_file;
 
+pub use bounded::{read_bounded, read_text_bounded};
 pub use error::{Error, Failure, Input, rounded};
 pub use mistakes::Mistakes;
 pub use source::Source;

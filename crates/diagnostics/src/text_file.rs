@@ -2,6 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::bounded::read_text_bounded;
+
+/// The largest scenario [B].
+const LARGEST: u64 = 64 << 20;
+
 /// A text file.
 #[derive(Debug, Clone, Default)]
 pub struct TextFile {
@@ -22,7 +27,7 @@ pub(crate) fn scenario(path: &Path) -> Result<TextFile, String> {
 }
 
 pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
-    match std::fs::read_to_string(path) {
+    match read_text_bounded(path, LARGEST) {
         // A byte order mark is known to parsers at the beginning only, where the text may not be.
         Ok(text) => {
             let text = text.replacen('\u{feff}', "   ", 1);

@@ -257,7 +257,7 @@ impl Fmu {
 /// Unpacks the archive at `path`: its folder, its SHA-256, and the text of its description.
 fn unpack(path: &Path) -> Result<(Folder, String, String), OpenError> {
     let read = |source| OpenError::Read { path: path.to_owned(), source };
-    let bytes = std::fs::read(path).map_err(read)?;
+    let bytes = archive::read(path).map_err(read)?;
     let folder = Folder::new().map_err(read)?;
     archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
     let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };

@@ -6,6 +6,7 @@
 mod columns;
 mod golden;
 mod reader;
+mod records;
 pub mod recover;
 mod row;
 mod selection;

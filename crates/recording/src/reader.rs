@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::mcap::records::{MessageHeader, Record, op};
-use ::mcap::{Channel, parse_record};
+use ::mcap::Channel;
+use ::mcap::records::{MessageHeader, op};
 use diagnostics::{Error, Source, TextFile};
 use prost::Message as _;
 use prost::encoding::{DecodeContext, WireType, decode_key, skip_field, string};
@@ -12,12 +12,16 @@ use prost_types::field_descriptor_proto::Type;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 
 use crate::columns::{Column, Columns, Direction, ValueKind};
+use crate::records::{Content, Damage, prove_metadata};
 use crate::row::{Recorded, Row};
 use crate::sink::mcap::{KEPT, RUN, SCENARIO, SUMMARY, event};
 use crate::sink::{RunHeader, Sink};
 use crate::table::{Mcap, TableError};
 use crate::view::View;
 use expression::ColumnIndex;
+
+/// The way out of a damaged file.
+const RECOVER: &str = "`trackside recover` saves what can be read of it";
 
 /// A recorded run.
 pub struct Recording {
@@ -43,9 +47,7 @@ impl Recording {
     /// When there is no recording, or it is damaged, or another program made it.
     pub fn open(run: &Path) -> Result<Self, Error> {
         let path = find(run)?;
-        let wrong = |error: &TableError| {
-            Error::input(error.to_string()).help("`trackside recover` saves what can be read of it")
-        };
+        let wrong = |error: &TableError| Error::input(error.to_string()).help(RECOVER);
         let file = Mcap::open(&path).map_err(|error| wrong(&error.into()))?;
         let channels = file.channels().map_err(|error| wrong(&error))?;
         let metadata = Metadata::read(&file).map_err(|error| wrong(&error))?;
@@ -126,6 +128,11 @@ impl Recording {
                 return event(time, data).map_or(Ok(()), |event| sink.event(&event));
             }
             let Some(side) = self.sides.get(&header.channel_id) else { return Ok(()) };
+            if now > Some(header.log_time) {
+                let (path, found) = (self.path().display(), header.sequence);
+                let message = format!("{path} is damaged: row {found} stands behind a later one");
+                return Err(Error::input(message).help(RECOVER));
+            }
             if now != Some(header.log_time) {
                 (now, filled) = (Some(header.log_time), 0);
             }
@@ -144,7 +151,7 @@ impl Recording {
             Ok(failed.is_none())
         });
         failed.map_or(Ok(()), Err)?;
-        read.map_err(|error| Error::input(error.to_string()))
+        read.map_err(|error| Error::input(error.to_string()).help(RECOVER))
     }
 }
 
@@ -179,28 +186,33 @@ impl Metadata {
         let mut metadata = Metadata::default();
         file.records(&mut |opcode, data| {
             if matches!(opcode, op::ATTACHMENT | op::METADATA) {
-                metadata.add(parse_record(opcode, data).map_err(|error| file.damaged(error))?);
+                let content = Content::parse(opcode, data).ok_or(Damage::Form(opcode));
+                content.and_then(|it| metadata.add(it)).map_err(|error| file.damaged(error))?;
             }
             Ok(true)
         })?;
         Ok(metadata)
     }
 
-    fn add(&mut self, record: Record) {
-        match record {
-            Record::Metadata(it) if it.name == RUN => self.run = Some(it.metadata),
-            Record::Attachment { header, data, .. } => {
-                let text = String::from_utf8_lossy(&data).into_owned();
-                let file = TextFile { path: PathBuf::from(&header.name), text, folder: None };
-                match header.media_type.as_str() {
+    fn add(&mut self, content: Content) -> Result<(), Damage> {
+        match content {
+            Content::Metadata(it) if it.name == RUN => {
+                prove_metadata(&it)?;
+                self.run = Some(it.metadata);
+            }
+            Content::Attachment(it) => {
+                let text = String::from_utf8_lossy(it.data).into_owned();
+                let file = TextFile { path: PathBuf::from(&it.name), text, folder: None };
+                match it.media_type.as_str() {
                     SCENARIO => self.scenario.push(file),
                     KEPT => self.kept.push(file),
-                    _ if header.name == SUMMARY => self.summary = Some(file.text),
+                    _ if it.name == SUMMARY => self.summary = Some(file.text),
                     _ => {}
                 }
             }
             _ => {}
         }
+        Ok(())
     }
 
     fn header(&self, path: &Path) -> Result<RunHeader, Error> {

@@ -1,131 +1,242 @@
-//! Makes a valid recording from that of a killed run.
+//! Makes a valid recording from that of a killed run, or from a damaged one: of what checksums confirm, and nothing else.
 
-use std::collections::{BTreeMap, HashMap};
+mod scan;
+mod survey;
+
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
+use std::ops::Range;
 use std::path::Path;
 
-use ::mcap::read::{ChunkFlattener, Options};
-use ::mcap::records::{MessageHeader, Record};
+use ::mcap::records::{MessageHeader, op};
 use ::mcap::write::Metadata;
-use ::mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
+use ::mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use diagnostics::Error;
+
+use self::survey::{Item, Survey};
+use crate::records::{Content, Damage, Records, checksum, plainly, tail, unpack};
 
 /// The saved part of a recording.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Recovered {
     /// Messages of all channels.
     pub messages: u64,
+    /// Messages that the recording had, if it tells.
+    pub of: Option<u64>,
     /// Channels.
     pub channels: usize,
     /// From the first to the last message [s].
     pub seconds: f64,
-    /// The reason why the rest is lost; without it nothing is lost.
-    pub lost: Option<String>,
+    /// From where on there is no whole record [B], if the writer did not finish.
+    pub cut: Option<u64>,
+    /// What is damaged, in the order of the file.
+    pub losses: Vec<Loss>,
+    /// Records without a checksum, which are left out.
+    pub unproven: u64,
+    /// Messages of channels whose description is lost; they are left out.
+    pub unknown: u64,
+    /// Whether only the index was damaged, which is made anew.
+    pub index: bool,
 }
 
-/// Copies the readable part of `broken` into a new file `into`, which appears when it is complete.
+/// A damaged part of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loss {
+    /// Its place in the file [B].
+    pub bytes: Range<u64>,
+    /// What is wrong there.
+    pub why: String,
+    /// The messages that were there are of this time [s]; none if no message is lost, or nobody knows.
+    pub span: Option<[f64; 2]>,
+}
+
+impl Recovered {
+    /// Whether everything was saved.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.cut.is_none() && self.losses.is_empty() && self.unproven == 0 && self.unknown == 0
+    }
+
+    /// What is missing, a line for each.
+    #[must_use]
+    pub fn missing(&self) -> Vec<String> {
+        let loss = |loss: &Loss| {
+            let Range { start, end } = loss.bytes;
+            let span = loss.span.map(|[from, to]| format!(", between {from} s and {to} s"));
+            format!("bytes {start} to {end}{}: {}", span.unwrap_or_default(), loss.why)
+        };
+        let mut lines: Vec<_> = self.losses.iter().map(loss).collect();
+        let cut = |at| format!("its writer did not finish: nothing whole from byte {at} on");
+        lines.extend(self.cut.map(cut));
+        let count = |count: u64, what: &str| (count > 0).then(|| format!("{count} {what}"));
+        lines.extend(count(self.unproven, "records without a checksum"));
+        lines.extend(count(self.unknown, "messages of channels whose description is lost"));
+        lines
+    }
+}
+
+/// Copies what is sound of `broken` into a new file `into`, which appears when it is complete. Only what a checksum confirms is
+/// sound, unless `unchecked` takes records without one as they are.
 ///
 /// # Errors
-/// When `broken` cannot be read or is no MCAP file at all, or `into` cannot be written.
-pub fn recover(broken: &Path, into: &Path) -> Result<Recovered, Error> {
+/// When `broken` cannot be read, nothing in it is sound, or `into` cannot be written.
+pub fn recover(broken: &Path, into: &Path, unchecked: bool) -> Result<Recovered, Error> {
     let unreadable = |what: String| Error::input(format!("{}: {what}", broken.display()));
-    let bytes =
-        std::fs::read(broken).map_err(|error| unreadable(format!("cannot read: {error}")))?;
-    let records = ChunkFlattener::new_with_options(&bytes, Options::IgnoreEndMagic.into())
-        .map_err(|error| unreadable(format!("expected an MCAP file: {error}")))?;
-    let partial = into.with_added_extension("partial");
-    let failed = |error: McapError| Error::output(&partial, error);
-    let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
-    let options = WriteOptions::new()
-        .profile("")
-        .library(concat!("trackside ", env!("CARGO_PKG_VERSION")))
-        .compression(Some(Compression::Lz4));
-    let mut copy = Copy {
-        writer: options.create(BufWriter::new(file)).map_err(failed)?,
-        schemas: HashMap::from([(0, 0)]),
-        channels: HashMap::new(),
-        messages: 0,
-        times: None,
-    };
-    let mut lost = None;
-    for record in records {
-        match record {
-            Ok(record) => copy.add(record).map_err(failed)?,
-            Err(error) => {
-                lost = Some(error.to_string());
-                break;
-            }
+    let mut records =
+        Records::open(broken).map_err(|error| unreadable(format!("cannot read: {error}")))?;
+    let survey = Survey::new(&mut records, unchecked)
+        .map_err(|it| unreadable(format!("cannot read: {it}")))?;
+    if survey.channels.is_empty() {
+        let mut error = unreadable("expected an MCAP file with channels, found none".to_owned());
+        if survey.unproven > 0 {
+            error = error.help(format!(
+                "{} records have no checksum; `--unchecked` takes them, right or wrong",
+                survey.unproven
+            ));
         }
+        return Err(error);
     }
-    if copy.channels.is_empty() {
-        let _ = std::fs::remove_file(&partial);
-        let reason = lost.unwrap_or_else(|| "it has no channel".to_owned());
-        return Err(unreadable(format!("expected an MCAP file with channels: {reason}")));
-    }
-    let recovered = copy.finish(lost).map_err(failed)?;
+    let partial = into.with_added_extension("partial");
+    let written = copy(&mut records, &survey, broken, &partial);
+    let recovered = written.inspect_err(|_| drop(std::fs::remove_file(&partial)))?;
     std::fs::rename(&partial, into).map_err(|error| Error::output(into, error))?;
     Ok(recovered)
 }
 
-/// The new file, and the new ids of schemas and channels by the old ones.
-struct Copy {
-    writer: Writer<BufWriter<File>>,
-    schemas: HashMap<u16, u16>,
-    channels: HashMap<u16, u16>,
-    messages: u64,
-    times: Option<(u64, u64)>,
+fn copy(
+    records: &mut Records,
+    survey: &Survey,
+    broken: &Path,
+    partial: &Path,
+) -> Result<Recovered, Error> {
+    let file = File::create(partial).map_err(|error| Error::output(partial, error))?;
+    let failed = |error: Failed| match error {
+        Failed::Writing(error) => Error::output(partial, plainly(error)),
+        Failed::Reading(damage) => Error::input(format!("the broken recording: {damage}")),
+    };
+    let options = WriteOptions::new()
+        .profile("")
+        .library(concat!("trackside ", env!("CARGO_PKG_VERSION")))
+        .compression(Some(Compression::Lz4));
+    let writer = options.create(BufWriter::new(file)).map_err(|error| failed(error.into()))?;
+    let mut copy = Copy { writer, survey, found: Recovered::default(), times: None };
+    copy.describe().map_err(|error| failed(error.into()))?;
+    for item in &survey.items {
+        copy.add(records, item).map_err(failed)?;
+    }
+    if survey.cut.is_some() && survey.losses.is_empty() {
+        for message in tail::messages(broken, copy.found.messages) {
+            copy.put(op::MESSAGE, &message).map_err(failed)?;
+        }
+    }
+    copy.finish().map_err(|error| failed(error.into()))
 }
 
-impl Copy {
-    fn add(&mut self, record: Record) -> McapResult<()> {
-        match record {
-            Record::Schema { header, data } => {
-                let id = self.writer.add_schema(&header.name, &header.encoding, &data)?;
-                self.schemas.insert(header.id, id);
+/// Why a copy failed.
+enum Failed {
+    Writing(McapError),
+    Reading(Damage),
+}
+
+impl From<McapError> for Failed {
+    fn from(error: McapError) -> Self {
+        Failed::Writing(error)
+    }
+}
+
+impl From<Damage> for Failed {
+    fn from(damage: Damage) -> Self {
+        Failed::Reading(damage)
+    }
+}
+
+/// The new file.
+struct Copy<'a> {
+    writer: Writer<BufWriter<File>>,
+    survey: &'a Survey,
+    found: Recovered,
+    times: Option<[u64; 2]>,
+}
+
+impl Copy<'_> {
+    /// Writes schemas and channels, under the numbers that they had.
+    fn describe(&mut self) -> Result<(), McapError> {
+        for (id, (schema, data)) in &self.survey.schemas {
+            self.writer.add_schema_with_id(*id, &schema.name, &schema.encoding, data)?;
+        }
+        for (id, it) in &self.survey.channels {
+            let known = it.schema_id == 0 || self.survey.schemas.contains_key(&it.schema_id);
+            if known {
+                let (topic, encoding) = (&it.topic, &it.message_encoding);
+                self.writer.add_channel_with_id(
+                    *id,
+                    it.schema_id,
+                    topic,
+                    encoding,
+                    &it.metadata,
+                )?;
+                self.found.channels += 1;
             }
-            Record::Channel(channel) => {
-                let unknown = || McapError::UnknownSchema(channel.topic.clone(), channel.schema_id);
-                let schema = *self.schemas.get(&channel.schema_id).ok_or_else(unknown)?;
-                let (topic, encoding) = (&channel.topic, &channel.message_encoding);
-                let id = self.writer.add_channel(schema, topic, encoding, &channel.metadata)?;
-                self.channels.insert(channel.id, id);
-            }
-            Record::Message { header, data } => {
-                let unknown = || McapError::UnknownChannel(header.sequence, header.channel_id);
-                let channel_id = *self.channels.get(&header.channel_id).ok_or_else(unknown)?;
-                self.writer
-                    .write_to_known_channel(&MessageHeader { channel_id, ..header }, &data)?;
-                self.messages += 1;
-                let time = header.log_time;
-                let (first, last) = self.times.unwrap_or((time, time));
-                self.times = Some((first.min(time), last.max(time)));
-            }
-            Record::Attachment { header, data, .. } => self.writer.attach(&Attachment {
-                log_time: header.log_time,
-                create_time: header.create_time,
-                name: header.name,
-                media_type: header.media_type,
-                data,
+        }
+        self.writer.flush()
+    }
+
+    fn add(&mut self, records: &mut Records, item: &Item) -> Result<(), Failed> {
+        let body = records.body(&item.frame)?;
+        if item.frame.opcode != op::CHUNK {
+            return self.put(item.frame.opcode, &body);
+        }
+        unpack(&item.frame, &body, &mut |opcode, body| self.put(opcode, body).map(|()| true))?;
+        Ok(())
+    }
+
+    fn put(&mut self, opcode: u8, body: &[u8]) -> Result<(), Failed> {
+        match Content::parse(opcode, body).ok_or(Damage::Form(opcode))? {
+            Content::Message(header, data) => self.message(&header, data)?,
+            Content::Attachment(it) => self.writer.attach(&Attachment {
+                log_time: it.log_time,
+                create_time: it.create_time,
+                name: it.name,
+                media_type: it.media_type,
+                data: it.data.into(),
             })?,
-            Record::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
+            Content::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
             // The writer makes indices, statistics and footer of its own.
             _ => {}
         }
         Ok(())
     }
 
-    fn finish(mut self, lost: Option<String>) -> McapResult<Recovered> {
-        if let Some(reason) = &lost {
-            let metadata = BTreeMap::from([("ended".to_owned(), reason.clone())]);
+    fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
+        match self.writer.write_to_known_channel(header, data) {
+            Err(McapError::UnknownChannel(..)) => self.found.unknown += 1,
+            written => {
+                written?;
+                self.found.messages += 1;
+                let time = header.log_time;
+                let [first, last] = self.times.unwrap_or([time; 2]);
+                self.times = Some([first.min(time), last.max(time)]);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Recovered, McapError> {
+        let survey = self.survey;
+        let found = &mut self.found;
+        found.of = survey.messages;
+        found.seconds = self.times.map_or(0.0, |[first, last]| (last - first) as f64 * 1e-9);
+        found.cut = survey.cut;
+        found.losses.clone_from(&survey.losses);
+        found.unproven = survey.unproven;
+        found.index = found.is_complete() && !survey.trusted;
+        if !found.is_complete() {
+            let mut metadata = BTreeMap::from([("ended".to_owned(), found.missing().join("\n"))]);
+            metadata.extend([checksum("recovered", &metadata)]);
             self.writer.write_metadata(&Metadata { name: "recovered".to_owned(), metadata })?;
         }
         self.writer.finish()?;
-        Ok(Recovered {
-            messages: self.messages,
-            channels: self.channels.len(),
-            seconds: self.times.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9),
-            lost,
-        })
+        Ok(self.found)
     }
 }

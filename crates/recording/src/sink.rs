@@ -164,6 +164,16 @@ pub trait Sink<S = Recorded> {
         Ok(())
     }
 
+    /// Saves what it took so far, so that a killed program leaves it behind.
+    fn save(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// The time up to which a killed program leaves all rows behind [s], if that is promised; infinity if nothing is.
+    fn saved(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Completes the recording. `summary` is the verdict as Markdown. `completed` is false when an error ended the run, and true
     /// when it reached its last communication point or an FMU ended it as planned.
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {

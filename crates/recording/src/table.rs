@@ -74,8 +74,7 @@ pub struct ColumnTitle {
 /// When the file cannot be read, or has no titles.
 pub fn titles(path: impl AsRef<Path>) -> Result<Vec<ColumnTitle>, TableError> {
     let path = path.as_ref();
-    let bytes =
-        std::fs::read(path).map_err(|source| TableError::Open { path: path.to_owned(), source })?;
+    let bytes = csv::bytes(path)?;
     match bytes.starts_with(mcap::MAGIC) {
         true => Ok(Vec::new()),
         false => csv::titles(path, &bytes),

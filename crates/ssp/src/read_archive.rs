@@ -14,10 +14,8 @@ pub(crate) fn unpack(
     left: &mut u64,
 ) -> Result<(), crate::Error> {
     let failed = |source| crate::Error::Read { path: shown.to_owned(), source };
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(failed)?;
+    let bytes = archive::read(path).map_err(failed)?;
     // No archive of use is longer than what it may unpack to.
-    file.take(*left + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > *left {
         return Err(Error::TooLarge { path: shown.to_owned() }.into());
     }

@@ -1,6 +1,6 @@
-//! `trackside recover`: makes a valid recording of one that a killed run left.
+//! `trackside recover`: makes a valid recording of one that a killed run left or that is damaged.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
@@ -15,6 +15,9 @@ pub struct Arguments {
     /// The new file [default: BROKEN with `.recovered.mcap`].
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Take records without a checksum, too, right or wrong.
+    #[arg(long)]
+    unchecked: bool,
 }
 
 /// Writes the new recording, and prints how much of the broken one is in it.
@@ -25,18 +28,31 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let broken = &arguments.broken;
     let into = arguments.out.clone();
     let into = into.unwrap_or_else(|| broken.with_extension("recovered.mcap"));
-    if into == *broken {
+    let same = |a: &Path, b: &Path| {
+        a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a))
+    };
+    if into == *broken || same(&into, broken) {
         return Err(Error::input("--out: expected another file than the broken one"));
     }
-    let found = recording::recover::recover(broken, &into)?;
+    let found = recording::recover::recover(broken, &into, arguments.unchecked)?;
+    let of = found.of.filter(|of| *of != found.messages);
+    let of = of.map(|of| format!(" of {of}")).unwrap_or_default();
     let (messages, channels, seconds) = (found.messages, found.channels, found.seconds);
-    let end = match found.lost {
-        Some(reason) => format!("up to where it is broken: {reason}"),
-        None => "it was complete".to_owned(),
+    let end = match (found.is_complete(), found.index) {
+        (true, false) => "it was complete",
+        (true, true) => "all that it held; its index was broken and is new",
+        _ => "what is broken is left out:",
     };
-    print(&format!(
-        "{}: {messages} messages of {channels} channels, {seconds:.3} s, {end}\n",
+    let mut text = format!(
+        "{}: {messages}{of} messages of {channels} channels, {seconds:.3} s, {end}\n",
         into.display()
-    ));
+    );
+    for line in found.missing() {
+        text += &format!("  {line}\n");
+    }
+    if found.unproven > 0 {
+        text += "  `--unchecked` takes what has no checksum, right or wrong\n";
+    }
+    print(&text);
     Ok(0)
 }

@@ -1,9 +1,9 @@
 //! Writes a run as MCAP: a channel for each side of each node, with protobuf messages of its variables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::File;
 use std::io::BufWriter;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ::mcap::records::MessageHeader;
 use ::mcap::write::Metadata;
@@ -13,21 +13,24 @@ use prost::Message as _;
 use prost_types::field_descriptor_proto::Type;
 
 use self::foxglove::{FrameTransform, Log};
+use self::tail::Tail;
 use super::{Derived, Event, RunHeader, Sink};
 use crate::columns::{Column, Direction, ValueKind};
+use crate::records::{checksum, plainly};
 use crate::row::{Recorded, Row};
 use expression::{IntegerIndex, NumberIndex, TextIndex};
 
 mod descriptor;
 mod foxglove;
+mod tail;
 
 pub(crate) use foxglove::event;
 
-/// A message closes its chunk at this size. Chunks thus stay below 256 KiB, which bounds the loss of a killed
-/// run and the memory of a reader.
-const CHUNK: u64 = 240 << 10;
-/// Chunks are closed at least once in this simulated time [s].
-const FLUSH_EVERY: f64 = 1.0;
+/// A message closes its chunk at this size [B]. Chunks thus stay below 256 KiB, which bounds the memory of a reader.
+const CHUNK: usize = 240 << 10;
+/// Chunks are closed before they hold more than this simulated time [s]: with the rows that wait for the thread of the recording a
+/// killed run loses twice as much.
+const FLUSH_EVERY: f64 = 0.5;
 
 /// The metadata at the start, and that at the end of a complete recording.
 pub(crate) const RUN: &str = "run";
@@ -47,9 +50,12 @@ pub struct McapSink {
     /// The channel of the moving body's position, if the scenario has a pose.
     transform: Option<u16>,
     header: RunHeader,
-    next_flush: f64,
+    /// The times of the last whole row, and of the last one in a closed chunk [s].
+    last: f64,
+    saved: f64,
     sequence: u32,
     message: Vec<u8>,
+    tail: Tail,
 }
 
 /// A channel: one side of one node.
@@ -71,8 +77,8 @@ struct Side {
 }
 
 impl McapSink {
-    /// The file that it leaves.
-    pub const FILES: &[&str] = &["run.mcap"];
+    /// The file that it leaves, and those that a killed run leaves beside it.
+    pub const FILES: &[&str] = &["run.mcap", "run.mcap.tail", "run.mcap.tail.partial"];
 
     /// Begins the file `run.mcap` of the run's folder.
     ///
@@ -80,15 +86,16 @@ impl McapSink {
     /// When the file cannot be written.
     pub fn new(header: &RunHeader) -> Result<Self, Error> {
         let path = header.folder.join("run.mcap");
-        let failed = |error: &dyn std::fmt::Display| Error::output(&path, error);
-        let file = File::create(&path).map_err(|error| failed(&error))?;
+        let file = File::create(&path).map_err(|error| Error::output(&path, error))?;
         let options = WriteOptions::new()
             .profile("")
             .library(concat!("trackside ", env!("CARGO_PKG_VERSION")))
-            .chunk_size(Some(CHUNK))
+            // The sink closes them, because it keeps what is in the open one.
+            .chunk_size(None)
             .compression(Some(Compression::Lz4));
-        let mut writer = options.create(BufWriter::new(file)).map_err(|error| failed(&error))?;
-        begin(&mut writer, header).map_err(|error| failed(&error))?;
+        let mut writer =
+            options.create(BufWriter::new(file)).map_err(|error| failed(&path, error))?;
+        begin(&mut writer, header).map_err(|error| failed(&path, error))?;
         let mut sides: BTreeMap<(&str, Direction), Side> = BTreeMap::new();
         for (index, column) in header.columns.numbers() {
             sides.entry((&column.node, column.direction)).or_default().numbers.push(index);
@@ -104,45 +111,66 @@ impl McapSink {
             let numbers = side.numbers.iter().map(|&index| &header.columns[index]);
             let texts = side.texts.iter().map(|&index| &header.columns[index]);
             let id = channel(&mut writer, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
-            let first_text = 1 + side.numbers.len() as u32;
-            let exact = |(index, field)| Some((header.columns.integer(index)?, field));
-            let integers = side.numbers.iter().copied().zip(1..).filter_map(exact).collect();
-            let numbers = side.numbers.into_iter().zip((1..).map(tag));
-            let numbers = numbers.filter(|(it, _)| !header.columns[*it].kind.is_exact()).collect();
-            let texts = side.texts.into_iter().zip(first_text..).collect();
+            let mut fields = descriptor::numbers();
+            let numbers: Vec<_> = side.numbers.into_iter().zip(fields.by_ref()).collect();
+            let texts = side.texts.into_iter().zip(fields).collect();
+            let exact = |(index, field): &(NumberIndex<Recorded>, u32)| {
+                Some((header.columns.integer(*index)?, *field))
+            };
+            let integers = numbers.iter().filter_map(exact).collect();
+            let plain =
+                |(index, _): &(NumberIndex<Recorded>, u32)| !header.columns[*index].kind.is_exact();
+            let numbers = numbers.into_iter().filter(plain);
+            let numbers = numbers.map(|(index, field)| (index, tag(field))).collect();
             Ok::<_, ::mcap::McapError>(Channel { id, numbers, texts, integers })
         });
-        let channels = channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
+        let channels =
+            channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&path, error))?;
         let mut well_known = |topic, name, schema: Vec<u8>| {
             let schema = writer.add_schema(name, "protobuf", &schema)?;
             writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())
         };
         let log = well_known("/log", "foxglove.Log", foxglove::log_schema());
-        let log = log.map_err(|error| failed(&error))?;
+        let log = log.map_err(|error| failed(&path, error))?;
         let transform =
             header.view.pose.as_ref().map(|_| {
                 well_known("/tf", "foxglove.FrameTransform", foxglove::transform_schema())
             });
-        let transform = transform.transpose().map_err(|error| failed(&error))?;
+        let transform = transform.transpose().map_err(|error| failed(&path, error))?;
+        // In a chunk of its own: whatever happens to the rest, all channels stay known.
+        writer.flush().map_err(|error| failed(&path, error))?;
         Ok(McapSink {
+            tail: Tail::beside(&path),
             path,
             writer,
             channels,
             log,
             transform,
             header: header.clone(),
-            next_flush: FLUSH_EVERY,
+            last: f64::NEG_INFINITY,
+            saved: f64::NEG_INFINITY,
             sequence: 0,
             message: Vec::new(),
         })
     }
 
     fn write(&mut self, channel_id: u16, time: f64) -> Result<(), Error> {
+        if self.tail.size() > CHUNK {
+            self.close_chunk()?;
+        }
         let log_time = nanoseconds(time);
         let header =
             MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
+        self.tail.add(&header, &self.message);
         let written = self.writer.write_to_known_channel(&header, &self.message);
-        written.map_err(|error| Error::output(&self.path, error))
+        written.map_err(|error| failed(&self.path, error))
+    }
+
+    fn close_chunk(&mut self) -> Result<(), Error> {
+        self.writer.flush().map_err(|error| failed(&self.path, error))?;
+        self.tail.clear();
+        self.saved = self.last;
+        Ok(())
     }
 
     fn close(&mut self, summary: &str, completed: bool) -> Result<(), ::mcap::McapError> {
@@ -176,11 +204,20 @@ impl Sink for McapSink {
             self.message = FrameTransform::of_car(time, [x, y], heading).encode_to_vec();
             self.write(channel, time)?;
         }
-        if time >= self.next_flush {
-            self.next_flush = time + FLUSH_EVERY;
-            self.writer.flush().map_err(|error| Error::output(&self.path, error))?;
+        self.last = time;
+        // Half a step beside the edge, where rounding would decide.
+        if time + 0.5 * self.header.step >= self.saved + FLUSH_EVERY {
+            self.close_chunk()?;
         }
         Ok(())
+    }
+
+    fn save(&mut self) -> Result<(), Error> {
+        self.tail.save()
+    }
+
+    fn saved(&self) -> f64 {
+        self.saved
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
@@ -192,8 +229,8 @@ impl Sink for McapSink {
         let columns: Vec<_> = derived.columns().collect();
         let fields: Vec<_> = columns.iter().collect();
         let id = channel(&mut self.writer, (derived.analysis, derived.group), &fields)
-            .map_err(|error| Error::output(&self.path, error))?;
-        let tags: Vec<_> = (1..=fields.len() as u32).map(tag).collect();
+            .map_err(|error| failed(&self.path, error))?;
+        let tags: Vec<_> = descriptor::numbers().take(fields.len()).map(tag).collect();
         for (row, time) in derived.time.iter().enumerate() {
             self.message.clear();
             for (tag, column) in tags.iter().zip(derived.columns) {
@@ -206,8 +243,15 @@ impl Sink for McapSink {
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
-        self.close(summary, completed).map_err(|error| Error::output(&self.path, error))
+        self.close(summary, completed).map_err(|error| failed(&self.path, error))?;
+        self.tail.remove();
+        Ok(())
     }
+}
+
+/// The error of a recording that cannot be written.
+fn failed(path: &Path, error: ::mcap::McapError) -> Error {
+    Error::output(path, plainly(error))
 }
 
 /// Writes the description of the run first: a killed run leaves it, too.
@@ -235,7 +279,10 @@ fn metadata<const N: usize>(
     name: &str,
     entries: [(&str, String); N],
 ) -> ::mcap::McapResult<()> {
-    let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    let mut metadata: BTreeMap<_, _> =
+        entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    // MCAP has no checksum for metadata until the file is complete.
+    metadata.extend([checksum(name, &metadata)]);
     writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
 }
 
@@ -259,7 +306,7 @@ fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64
 }
 
-/// Adds a channel with a field for each column, from field number 1 on, and returns its id.
+/// Adds a channel with a field for each column, and returns its id.
 fn channel(
     writer: &mut Writer<BufWriter<File>>,
     (node, word): (&str, &str),
@@ -297,20 +344,21 @@ fn tag(number: u32) -> Vec<u8> {
 
 /// The names of the fields: different identifiers of protobuf.
 fn field_names(columns: &[&Column]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for column in columns {
+    let mut taken = HashSet::new();
+    // The last number that was added to an identifier: trying all of them again takes too long with thousands of columns.
+    let mut last: HashMap<String, u32> = HashMap::new();
+    let unique = |column: &&Column| {
         let wanted = identifier(&column.variable);
         let mut name = wanted.clone();
         // `a.b` and `a_b` become the same identifier.
-        for number in 2.. {
-            if !names.contains(&name) {
-                break;
-            }
+        while !taken.insert(name.clone()) {
+            let number = last.entry(wanted.clone()).or_insert(1);
+            *number += 1;
             name = format!("{wanted}_{number}");
         }
-        names.push(name);
-    }
-    names
+        name
+    };
+    columns.iter().map(unique).collect()
 }
 
 fn identifier(name: &str) -> String {

@@ -1,20 +1,25 @@
 //! Runs a sink on a thread of its own, so that a run does not wait for its recordings.
 
 use std::panic::resume_unwind;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use diagnostics::Error;
 
 use super::{BoxedSink, Derived, Event, Notice, Sink, StatusChange};
 use crate::row::{Recorded, Row};
 
-/// Rows of a batch at most.
+/// As many rows or as much simulated time [s] wake the thread up.
 const ROWS: usize = 128;
-/// Simulated time of a batch at most [s]: a killed program loses as much.
 const SPAN: f64 = 0.1;
-/// Waiting batches at most; then the run waits, which bounds the memory.
-const WAITING: usize = 8;
+/// Waiting rows at most; then the run waits, which bounds the memory.
+const WAITING: usize = 8 * ROWS;
+/// What a killed program loses at most [s], of simulated time; then the run waits.
+const LOST: f64 = 1.0;
+/// The thread looks for rows at least as often, and lets the sink save them after twice as long: what a killed program loses
+/// was made within a second.
+const LOOK: Duration = Duration::from_millis(200);
 
 /// An item of a batch.
 enum Item {
@@ -33,96 +38,183 @@ struct Batch {
     since: f64,
 }
 
+/// What the run and the thread tell each other.
+#[derive(Default)]
+struct Desk {
+    batch: Batch,
+    /// The times of the first row and of the last one [s].
+    times: Option<[f64; 2]>,
+    /// The time up to which a killed program loses nothing [s].
+    saved: f64,
+    /// The run waits for room, or for rows to be saved.
+    waits: bool,
+    /// No item follows.
+    closed: bool,
+    /// The thread takes no more, because of an error.
+    failed: bool,
+}
+
+#[derive(Default)]
+struct Shared {
+    desk: Mutex<Desk>,
+    /// For the thread: there is work.
+    work: Condvar,
+    /// For the run: there is room.
+    room: Condvar,
+}
+
+impl Shared {
+    /// A panic of the other side does not matter here: joining the thread tells it.
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Desk {
+    fn wakes(&self) -> bool {
+        let Desk { batch, times, .. } = self;
+        let span = times.map_or(0.0, |[_, last]| last - batch.since);
+        self.closed || self.waits || batch.rows >= ROWS || (batch.rows > 0 && span >= SPAN)
+    }
+
+    /// Whether the run waits before the step after the row at this time.
+    fn is_behind(&self, [first, before, time]: [f64; 3]) -> bool {
+        let (saved, next) = (self.saved, time + (time - before));
+        let lost = next - saved > LOST && saved < time;
+        // Of a run that was killed there is always something to be found.
+        self.batch.rows >= WAITING || saved < first || lost
+    }
+}
+
 type Done = (BoxedSink, Result<(), Error>);
 
 /// The state of the sink.
 enum State {
-    /// Not on a thread: before the first row, and after the last one.
+    /// Not on a thread: before the first item, and after the last row.
     Idle(BoxedSink),
-    Working(SyncSender<Batch>, JoinHandle<Done>),
+    Working(Arc<Shared>, JoinHandle<Done>),
     /// Between the two.
     Changing,
 }
 
-/// A sink on a thread of its own, from its first row to its last one. Its errors come from a later call, at the latest from
+/// A sink on a thread of its own, from its first item to its last row. Its errors come from a later call, at the latest from
 /// [`Sink::finish`].
-pub struct ThreadedSink {
-    state: State,
-    batch: Batch,
-}
+pub struct ThreadedSink(State);
 
 impl ThreadedSink {
-    /// Wraps a sink. Its thread starts with the first batch.
+    /// Wraps a sink. Its thread starts with the first item.
     pub fn new(sink: BoxedSink) -> Self {
-        Self { state: State::Idle(sink), batch: Batch::default() }
+        Self(State::Idle(sink))
     }
 
-    fn hand_over(&mut self) -> Result<(), Error> {
-        let batch = std::mem::take(&mut self.batch);
-        if batch.items.is_empty() {
-            return Ok(());
-        }
-        self.state = match std::mem::replace(&mut self.state, State::Changing) {
-            State::Idle(sink) => {
-                let (sender, receiver) = sync_channel(WAITING);
-                let thread = std::thread::spawn(move || work(sink, &receiver));
-                State::Working(sender, thread)
+    /// The desk of the thread, which is started if it does not run.
+    fn shared(&mut self) -> Arc<Shared> {
+        match std::mem::replace(&mut self.0, State::Changing) {
+            State::Working(shared, thread) => {
+                self.0 = State::Working(Arc::clone(&shared), thread);
+                shared
             }
-            other => other,
-        };
-        let State::Working(sender, _) = &self.state else { return Ok(()) };
-        // The channel is closed: the thread ended with an error.
-        if sender.send(batch).is_err() { self.fetch().map(drop) } else { Ok(()) }
+            State::Idle(sink) => {
+                let shared = Arc::<Shared>::default();
+                shared.desk().saved = sink.saved();
+                let of_thread = Arc::clone(&shared);
+                let thread = std::thread::spawn(move || work(sink, &of_thread));
+                self.0 = State::Working(Arc::clone(&shared), thread);
+                shared
+            }
+            State::Changing => Arc::default(),
+        }
     }
 
-    /// Ends the thread and returns the sink.
-    fn fetch(&mut self) -> Result<&mut BoxedSink, Error> {
+    fn push(&mut self, item: Item) -> Result<(), Error> {
+        let shared = self.shared();
+        let mut desk = shared.desk();
+        if desk.failed {
+            drop(desk);
+            return self.caught_up().map(drop);
+        }
+        desk.batch.items.push(item);
+        Ok(())
+    }
+
+    /// The sink, after it took all items so far.
+    fn caught_up(&mut self) -> Result<&mut BoxedSink, Error> {
         let mut result = Ok(());
-        self.state = match std::mem::replace(&mut self.state, State::Changing) {
-            State::Working(sender, thread) => {
-                drop(sender);
+        self.0 = match std::mem::replace(&mut self.0, State::Changing) {
+            State::Working(shared, thread) => {
+                shared.desk().closed = true;
+                shared.work.notify_one();
                 let (sink, ended) = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
                 result = ended;
                 State::Idle(sink)
             }
             other => other,
         };
-        let State::Idle(sink) = &mut self.state else { unreachable!("the thread has ended") };
+        let State::Idle(sink) = &mut self.0 else { unreachable!("the thread has ended") };
         result.map(|()| sink)
-    }
-
-    /// The sink, after it took all items so far.
-    fn caught_up(&mut self) -> Result<&mut BoxedSink, Error> {
-        self.hand_over()?;
-        self.fetch()
     }
 }
 
-fn work(mut sink: BoxedSink, batches: &Receiver<Batch>) -> Done {
-    let mut row = Row::default();
-    for batch in batches {
-        let width = batch.numbers.len() / batch.rows.max(1);
-        let mut numbers = batch.numbers.chunks(width.max(1));
-        for item in batch.items {
-            let result = match item {
-                Item::Row(tick, time, texts, integers) => {
-                    row.assign(numbers.next().unwrap_or_default(), texts, integers);
-                    sink.row(tick, time, &row)
-                }
-                Item::Event(event) => sink.event(&event),
-                Item::Status(change) => sink.status(&change),
-            };
-            if result.is_err() {
-                return (sink, result);
-            }
+impl Drop for ThreadedSink {
+    /// The thread of a sink that is not finished ends, too.
+    fn drop(&mut self) {
+        if let State::Working(shared, _) = &self.0 {
+            shared.desk().closed = true;
+            shared.work.notify_one();
         }
     }
-    (sink, Ok(()))
+}
+
+fn work(mut sink: BoxedSink, shared: &Shared) -> Done {
+    let mut last_saved = Instant::now();
+    loop {
+        let waiting = |desk: &mut Desk| !desk.wakes();
+        let waited = shared.work.wait_timeout_while(shared.desk(), LOOK, waiting);
+        let (mut desk, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        let batch = std::mem::take(&mut desk.batch);
+        let closed = desk.closed;
+        drop(desk);
+        shared.room.notify_one();
+        let mut result = write(&mut sink, batch);
+        if result.is_ok() && last_saved.elapsed() >= 2 * LOOK {
+            result = sink.save();
+            last_saved = Instant::now();
+        }
+        let mut desk = shared.desk();
+        desk.saved = sink.saved();
+        desk.failed = result.is_err();
+        drop(desk);
+        shared.room.notify_one();
+        if closed || result.is_err() {
+            return (sink, result);
+        }
+    }
+}
+
+fn write(sink: &mut BoxedSink, batch: Batch) -> Result<(), Error> {
+    let mut row = Row::default();
+    let width = batch.numbers.len() / batch.rows.max(1);
+    let mut numbers = batch.numbers.chunks(width.max(1));
+    for item in batch.items {
+        match item {
+            Item::Row(tick, time, texts, integers) => {
+                row.assign(numbers.next().unwrap_or_default(), texts, integers);
+                sink.row(tick, time, &row)?;
+            }
+            Item::Event(event) => sink.event(&event)?,
+            Item::Status(change) => sink.status(&change)?,
+        }
+    }
+    Ok(())
 }
 
 impl Sink for ThreadedSink {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
-        let batch = &mut self.batch;
+        let shared = self.shared();
+        let mut desk = shared.desk();
+        let [first, before] = desk.times.unwrap_or([time; 2]);
+        desk.times = Some([first, time]);
+        let batch = &mut desk.batch;
         if batch.rows == 0 {
             batch.since = time;
             batch.numbers.reserve(ROWS * row.numbers().len());
@@ -131,18 +223,28 @@ impl Sink for ThreadedSink {
         let (texts, integers) = (row.texts().to_vec(), row.integers().to_vec());
         batch.items.push(Item::Row(tick, time, texts, integers));
         batch.rows += 1;
-        let full = batch.rows >= ROWS || time - batch.since >= SPAN;
-        if full { self.hand_over() } else { Ok(()) }
+        if desk.wakes() {
+            shared.work.notify_one();
+        }
+        while desk.is_behind([first, before, time]) && !desk.failed {
+            desk.waits = true;
+            shared.work.notify_one();
+            desk = shared.room.wait(desk).unwrap_or_else(PoisonError::into_inner);
+        }
+        desk.waits = false;
+        if desk.failed {
+            drop(desk);
+            return self.caught_up().map(drop);
+        }
+        Ok(())
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.batch.items.push(Item::Event(event.clone()));
-        Ok(())
+        self.push(Item::Event(event.clone()))
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.batch.items.push(Item::Status(change.clone()));
-        Ok(())
+        self.push(Item::Status(change.clone()))
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
@@ -159,7 +261,7 @@ impl Sink for ThreadedSink {
 
     /// The notices of the sink; none while it works on its thread.
     fn notices(&mut self) -> Vec<Notice> {
-        match &mut self.state {
+        match &mut self.0 {
             State::Idle(sink) => sink.notices(),
             State::Working(..) | State::Changing => Vec::new(),
         }

@@ -9,6 +9,8 @@ mod title;
 
 use std::path::Path;
 
+use diagnostics::read_bounded;
+
 pub use self::error::CsvError;
 use self::file::CsvFile;
 use self::numbers::Cells;
@@ -17,8 +19,8 @@ use super::{ColumnTitle, Kept, Recorded, Series, TableError};
 
 /// Reads the time stamps [s] and the wanted columns by their titles.
 pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| CsvError::Read { path: path.to_owned(), source })?;
+    let read = read_bounded(path, LARGEST);
+    let bytes = read.map_err(|source| CsvError::Read { path: path.to_owned(), source })?;
     parse(path, &bytes, wanted)
 }
 
@@ -69,6 +71,14 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     }
 }
 
+/// The largest file [B]: it is read as a whole.
+const LARGEST: u64 = 2 << 30;
+
+/// The contents of a file.
+pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, TableError> {
+    read_bounded(path, LARGEST).map_err(|source| TableError::Open { path: path.to_owned(), source })
+}
+
 /// The titles of a file.
 pub(super) fn titles(path: &Path, bytes: &[u8]) -> Result<Vec<ColumnTitle>, TableError> {
     let file = CsvFile::open(path, bytes, &[], &Dialect::default())?;
@@ -87,8 +97,7 @@ pub fn columns(
 ) -> Result<Vec<Vec<f64>>, TableError> {
     let bytes = match kept {
         Some(text) => text.as_bytes().to_owned(),
-        None => std::fs::read(path)
-            .map_err(|source| TableError::Open { path: path.to_owned(), source })?,
+        None => bytes(path)?,
     };
     let file = CsvFile::open(path, &bytes, wanted, &Dialect::default())?;
     let places = file.places(wanted)?;
@@ -116,8 +125,7 @@ pub(crate) struct CsvColumn {
 
 /// Reads all columns, those called `texts` as they are; numbers that are missing are NaN.
 pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| TableError::Open { path: path.to_owned(), source })?;
+    let bytes = bytes(path)?;
     let file = CsvFile::open(path, &bytes, &[], &Dialect::default())?;
     let places: Vec<_> = (0..file.header.titles.len()).collect();
     let rows = file.rows(&places)?;

@@ -341,11 +341,14 @@ fn refused(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -> Err
     scenario.source.error(span, format!("`{name}`: {}", error.message.trim()), "")
 }
 
+/// The largest text file of an analysis [B].
+const LARGEST_TEXT: u64 = 256 << 20;
+
 /// The contents of the text files.
 fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
     let read = |(name, path): (&Spanned<String>, &Spanned<String>)| {
         let file = scenario.source.resolve(path);
-        let text = std::fs::read_to_string(&file).map_err(|error| {
+        let text = diagnostics::read_text_bounded(&file, LARGEST_TEXT).map_err(|error| {
             scenario.error(path, format!("{} cannot be read: {error}", file.display()))
         })?;
         Ok((name.get_ref().clone(), text.into()))

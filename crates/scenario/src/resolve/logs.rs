@@ -50,7 +50,11 @@ fn read_as(
     let table =
         wanted(scenario, words, readings).and_then(|wanted| whole(scenario, words, &path, &wanted));
     let (units, mut table) = Mistakes::both(units, table)?;
-    table.set_origin(words.origin);
+    if let Some(origin) = words.origin.filter(|origin| !origin.get_ref().is_finite()) {
+        let message = format!("`origin`: expected a time in s, found {}", origin.get_ref());
+        return Err(scenario.error(origin, message));
+    }
+    table.set_origin(words.origin.map(|origin| *origin.get_ref()));
     warnings.extend_from_slice(table.warnings());
     let units = words.columns.values().zip(units).zip(0..);
     let units = units.map(|((column, unit), place)| {

@@ -109,11 +109,15 @@ pub(super) fn check_nodes(scenario: &Scenario, overrides: &Overrides) -> Result<
     errors.collect::<Mistakes>().finish()
 }
 
+/// The largest file with start values [B].
+const LARGEST: u64 = 64 << 20;
+
 /// Start values from a TOML file with a table for each node, or with keys `"node.variable"`, such as an
 /// identification writes.
 fn read(path: &Path) -> Result<Vec<Override>, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let text =
+        diagnostics::read_text_bounded(path, LARGEST).map_err(|error| wrong(error.to_string()))?;
     let tables: toml::Table = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     let mut starts = Vec::new();
     for (name, value) in &tables {

@@ -13,7 +13,7 @@ pub(crate) struct RecordedFile<'a> {
     pub path: &'a Spanned<String>,
     pub time: Option<&'a Spanned<String>>,
     pub time_unit: Option<&'a Spanned<String>>,
-    pub origin: Option<f64>,
+    pub origin: Option<&'a Spanned<f64>>,
     pub gaps: Gaps,
     pub dialect: Dialect,
     pub columns: &'a BTreeMap<Spanned<String>, Spanned<Column>>,
@@ -38,7 +38,7 @@ macro_rules! recorded_file {
             pub time_unit: Option<diagnostics::Spanned<String>>,
             /// Time of the file at time 0 of the scenario or the analysis [s]; that of its first row without it.
             #[schemars(example = 1000.0)]
-            pub origin: Option<f64>,
+            pub origin: Option<diagnostics::Spanned<f64>>,
             /// Rows where a column has no value: an empty cell, `NaN`, `NA` or `-`. A column can have a rule of its own.
             #[serde(default)]
             #[schemars(example = &"hold")]
@@ -64,7 +64,7 @@ macro_rules! recorded_file {
                     path,
                     time: time.as_ref(),
                     time_unit: time_unit.as_ref(),
-                    origin: *origin,
+                    origin: origin.as_ref(),
                     gaps: *gaps,
                     dialect: recording::table::Dialect { separator, decimal, unit_row },
                     columns,

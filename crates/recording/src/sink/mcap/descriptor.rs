@@ -1,5 +1,7 @@
 //! Describes protobuf messages at run time: descriptors without a compiler.
 
+use std::ops::Range;
+
 use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
@@ -42,9 +44,19 @@ pub(super) fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
     FileDescriptorSet { file }.encode_to_vec()
 }
 
-/// The schema of a message of doubles and texts: names and types of its fields, which count from 1.
+/// The numbers of fields: from 1 on, without those that protobuf keeps for itself.
+pub(super) fn numbers() -> impl Iterator<Item = u32> {
+    (1..RESERVED.start).chain(RESERVED.end..)
+}
+
+/// <https://protobuf.dev/programming-guides/proto3/#assigning>
+const RESERVED: Range<u32> = 19_000..20_000;
+
+/// The schema of a message of doubles and texts: names and types of its fields, which have the [`numbers`].
 pub(super) fn schema(package: &str, name: &str, fields: &[(&str, Type)]) -> Vec<u8> {
-    let fields =
-        fields.iter().zip(1..).map(|((name, kind), number)| field(name, number, *kind, None));
+    let fields = fields
+        .iter()
+        .zip(numbers())
+        .map(|((name, kind), number)| field(name, number as i32, *kind, None));
     set(vec![file(package, message(name, fields.collect()), &[])])
 }

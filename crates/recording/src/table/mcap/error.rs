@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::records::Damage;
+
 /// An error in an MCAP recording; messages count from 1 in each channel.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
@@ -18,8 +20,8 @@ pub enum RecordingError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// The error of the reader.
-        source: ::mcap::McapError,
+        /// What is wrong.
+        source: Damage,
     },
     /// The compression of the file is unknown.
     #[error(

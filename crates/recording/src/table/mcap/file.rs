@@ -1,23 +1,15 @@
 //! Goes through the records of an MCAP file, also of one whose writer was killed.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufReader, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mcap::read::ChannelAccumulator;
-use mcap::records::{MessageHeader, Record, op};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
-use mcap::{Channel, MAGIC, McapError, parse_record};
+use mcap::records::{MessageHeader, op};
+use mcap::{Channel, MAGIC, McapError};
 
 use super::{RecordingError, TableError};
-
-/// A chunk or record that would take more memory than this [B] is taken for damage.
-const LARGEST: usize = 1 << 30;
-/// How much is read at once [B].
-const BUFFER: usize = 1 << 18;
+use crate::records::{self, Content, Damage, Frame, LARGEST, Proof, Records};
 
 /// The channels by their numbers, which is the order in which most writers add them.
 pub type Channels = BTreeMap<u16, Arc<Channel<'static>>>;
@@ -25,7 +17,7 @@ pub type Channels = BTreeMap<u16, Arc<Channel<'static>>>;
 /// Takes a message and says whether it wants more.
 type TakeMessage<'a> = dyn FnMut(&MessageHeader, &[u8]) -> Result<bool, TableError> + 'a;
 /// Takes the opcode and the content of a record and says whether it wants more.
-type TakeRecord<'a> = dyn FnMut(u8, &[u8]) -> Result<bool, TableError> + 'a;
+type TakeRecord<'a> = records::Take<'a, TableError>;
 
 /// An MCAP file.
 #[derive(Debug)]
@@ -36,20 +28,30 @@ pub struct Mcap {
     pub finished: bool,
 }
 
+/// Why a walk through the records ended early.
+enum Stop {
+    Damage(Damage),
+    /// The taker wants no more, for this reason.
+    Taker(TableError),
+}
+
+impl From<Damage> for Stop {
+    fn from(damage: Damage) -> Self {
+        Stop::Damage(damage)
+    }
+}
+
+impl From<std::io::Error> for Stop {
+    fn from(error: std::io::Error) -> Self {
+        Stop::Damage(Damage::Io(error))
+    }
+}
+
 impl Mcap {
     /// Looks at how the file ends.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let end = || {
-            let mut file = File::open(path)?;
-            let mut end = [0; MAGIC.len()];
-            // A file of the opening magic alone does not end with the closing one.
-            if file.seek(SeekFrom::End(0))? >= 2 * MAGIC.len() as u64 {
-                file.seek(SeekFrom::End(-(MAGIC.len() as i64)))?;
-                file.read_exact(&mut end)?;
-            }
-            Ok(end == MAGIC)
-        };
-        let finished = end().map_err(|source| self::unreadable(path, source))?;
+        let finished = Records::open(path).and_then(|mut records| records.is_finished());
+        let finished = finished.map_err(|source| unreadable(path, source))?;
         Ok(Mcap { path: path.to_owned(), finished })
     }
 
@@ -59,41 +61,28 @@ impl Mcap {
         if !summary.is_empty() {
             return Ok(summary);
         }
-        let (mut known, mut numbers) = (ChannelAccumulator::default(), Vec::new());
+        let mut known = Known::default();
         self.records(&mut |opcode, data| {
-            match parse(opcode, data).map_err(|error| self.damaged(error))? {
-                Some(Record::Schema { header, data }) => known.add_schema_from_slice(header, &data),
-                Some(Record::Channel(channel)) => {
-                    numbers.push(channel.id);
-                    known.add_channel(channel)
-                }
-                _ => Ok(()),
-            }
-            .map_err(|error| self.damaged(error))?;
+            known.add(opcode, data).map_err(|error| self.damaged(error))?;
             Ok(true)
         })?;
-        Ok(numbers.into_iter().filter_map(|id| Some((id, known.get(id)?))).collect())
+        Ok(known.channels())
     }
 
     fn summary(&self) -> Result<Channels, RecordingError> {
-        let mut file = File::open(&self.path).map_err(|source| unreadable(&self.path, source))?;
-        let mut reader = SummaryReader::new();
-        while let Some(event) = reader.next_event() {
-            match event.map_err(|error| self.damaged(error))? {
-                SummaryReadEvent::ReadRequest(size) => {
-                    let read = file.read(reader.insert(size.min(BUFFER)));
-                    reader.notify_read(read.map_err(|source| unreadable(&self.path, source))?);
-                }
-                SummaryReadEvent::SeekRequest(to) => {
-                    let place = file.seek(to);
-                    reader.notify_seeked(place.map_err(|source| unreadable(&self.path, source))?);
-                }
-            }
-        }
-        Ok(reader
-            .finish()
-            .map(|summary| summary.channels.into_iter().collect())
-            .unwrap_or_default())
+        let read = || {
+            let mut records = Records::open(&self.path)?;
+            let at = records.length;
+            let none = Damage::Expected { expected: "a footer at the end of the file", at };
+            let ending = records.ending()?.ok_or(none)?;
+            let (summary, _) = records.summary(&ending)?;
+            let mut known = Known::default();
+            records::each(ending.data_end, &summary, &mut |opcode, data| {
+                known.add(opcode, data).map(|()| true)
+            })?;
+            Ok(known.channels())
+        };
+        read().map_err(|error: Damage| self.damaged(error))
     }
 
     /// Hands over the messages, in the order of the file, until `take` says that it has enough.
@@ -102,44 +91,59 @@ impl Mcap {
             if opcode != op::MESSAGE {
                 return Ok(true);
             }
-            match parse(opcode, data).map_err(|error| self.damaged(error))? {
-                Some(Record::Message { header, data }) => take(&header, &data),
-                _ => Ok(true),
+            match Content::parse(opcode, data) {
+                Some(Content::Message(header, data)) => take(&header, data),
+                _ => Err(self.damaged(Damage::Form(opcode)).into()),
             }
         })
     }
 
-    /// Hands over all records, of which those in chunks are checked before.
+    /// Hands over all records of the data. The checksums of chunks and attachments are compared before, that of all data at the
+    /// end.
     pub fn records(&self, take: &mut TakeRecord) -> Result<(), TableError> {
-        let file = File::open(&self.path).map_err(|source| unreadable(&self.path, source))?;
-        let mut file = BufReader::with_capacity(BUFFER, file);
-        let options = LinearReaderOptions::default()
-            .with_prevalidate_chunk_crcs(true)
-            .with_validate_data_section_crc(true)
-            .with_record_length_limit(LARGEST);
-        let mut reader = LinearReader::new_with_options(options);
-        while let Some(event) = reader.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(size)) => {
-                    let read = file.read(reader.insert(size.min(BUFFER)));
-                    reader.notify_read(read.map_err(|source| unreadable(&self.path, source))?);
-                }
-                Ok(LinearReadEvent::Record { opcode, data }) => {
-                    if !take(opcode, data)? {
-                        return Ok(());
-                    }
-                }
-                Err(error) if !self.finished && cut(&error) => return Ok(()),
-                Err(error) => return Err(self.damaged(error).into()),
-            }
-        }
-        Ok(())
+        self.walk(take).map_err(|stop| match stop {
+            Stop::Damage(damage) => self.damaged(damage).into(),
+            Stop::Taker(error) => error,
+        })
     }
 
-    pub fn damaged(&self, error: McapError) -> RecordingError {
+    fn walk(&self, take: &mut TakeRecord) -> Result<(), Stop> {
+        let mut records = Records::open(&self.path)?;
+        let (mut sum, mut ours, mut at) = (crc32fast::Hasher::new(), false, MAGIC.len() as u64);
+        if !records.has_magic(0)? {
+            return Err(Damage::Expected { expected: "an MCAP file", at: 0 }.into());
+        }
+        sum.update(MAGIC);
+        while let Some(frame) = records.frame(at)? {
+            if !self.finished && is_torn(&records, &frame) {
+                return Ok(());
+            }
+            if frame.opcode == op::DATA_END && records.holds(&frame) {
+                let proof = records.prove_sum(at, sum.finalize())?;
+                return Ok(insist(ours, "data", at, proof)?);
+            }
+            let end = frame.end().filter(|_| records.holds(&frame)).ok_or(Damage::Cut(at))?;
+            if frame.opcode == op::ATTACHMENT && frame.length > LARGEST {
+                records.add_up(at..end, &mut sum)?;
+            } else {
+                let body = records.body(&frame)?;
+                sum.update(&frame.head());
+                sum.update(&body);
+                ours |= frame.opcode == op::HEADER && records::is_ours(&body);
+                if !hand_over(&frame, &body, ours, take)? {
+                    return Ok(());
+                }
+            }
+            at = end;
+        }
+        if self.finished { Err(Damage::Cut(at).into()) } else { Ok(()) }
+    }
+
+    pub fn damaged(&self, error: impl Into<Damage>) -> RecordingError {
         let path = self.path.clone();
-        match error {
-            McapError::UnsupportedCompression(compression) => {
+        match error.into() {
+            Damage::Io(source) => RecordingError::Read { path, source },
+            Damage::Chunk { source: McapError::UnsupportedCompression(compression), .. } => {
                 RecordingError::Compression { path, compression }
             }
             source => RecordingError::Damaged { path, source },
@@ -147,20 +151,68 @@ impl Mcap {
     }
 }
 
-fn unreadable(path: &Path, source: std::io::Error) -> RecordingError {
-    RecordingError::Read { path: path.to_owned(), source }
+/// Hands over a record, or the records of a chunk, after comparing its checksum.
+fn hand_over(frame: &Frame, body: &[u8], ours: bool, take: &mut TakeRecord) -> Result<bool, Stop> {
+    let form = || Stop::from(Damage::Form(frame.opcode));
+    match frame.opcode {
+        op::CHUNK => {
+            let (header, _) = records::ChunkHeader::parse(body).ok_or_else(form)?;
+            insist(ours, "chunk", frame.at, header.proof())?;
+            records::unpack(frame, body, &mut |opcode, data| {
+                take(opcode, data).map_err(Stop::Taker)
+            })
+        }
+        op::ATTACHMENT => {
+            let content = Content::parse(frame.opcode, body);
+            let Some(Content::Attachment(attachment)) = content else { return Err(form()) };
+            insist(ours, "attachment", frame.at, attachment.prove(frame.at)?)?;
+            take(frame.opcode, body).map_err(Stop::Taker)
+        }
+        opcode => take(opcode, body).map_err(Stop::Taker),
+    }
 }
 
-/// Attachments and indexes are not looked at.
-fn parse(opcode: u8, data: &[u8]) -> Result<Option<Record<'_>>, McapError> {
-    let wanted = matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE);
-    wanted.then(|| parse_record(opcode, data)).transpose()
+/// What this program writes has checksums.
+fn insist(ours: bool, what: &'static str, at: u64, proof: Proof) -> Result<(), Damage> {
+    let missing = ours && proof == Proof::Missing;
+    if missing { Err(Damage::Unproven { what, at }) } else { Ok(()) }
 }
 
 /// How a file ends whose writer was killed: within a record, or in a chunk that has no length yet.
-fn cut(error: &McapError) -> bool {
-    matches!(
-        error,
-        McapError::UnexpectedEof | McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_)
-    )
+fn is_torn(records: &Records, frame: &Frame) -> bool {
+    let open = frame.length == u64::MAX && frame.opcode == op::CHUNK;
+    !records.holds(frame) && frame.is_known() && (open || frame.length <= LARGEST)
+}
+
+/// Schemas and channels that have been read.
+#[derive(Default)]
+struct Known {
+    known: ChannelAccumulator<'static>,
+    numbers: Vec<u16>,
+}
+
+impl Known {
+    fn add(&mut self, opcode: u8, data: &[u8]) -> Result<(), Damage> {
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL) {
+            return Ok(());
+        }
+        match Content::parse(opcode, data).ok_or(Damage::Form(opcode))? {
+            Content::Schema(header, data) => self.known.add_schema_from_slice(header, data)?,
+            Content::Channel(channel) => {
+                self.numbers.push(channel.id);
+                self.known.add_channel(channel)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn channels(self) -> Channels {
+        let channel = |id| Some((id, self.known.get(id)?));
+        self.numbers.into_iter().filter_map(channel).collect()
+    }
+}
+
+fn unreadable(path: &Path, source: std::io::Error) -> RecordingError {
+    RecordingError::Read { path: path.to_owned(), source }
 }

@@ -1,0 +1,217 @@
+//! Takes the bodies of MCAP's records apart; a body of another form is none.
+
+use std::collections::BTreeMap;
+
+use ::mcap::records::{Channel, MessageHeader, Metadata, SchemaHeader, op};
+
+use super::{Damage, Proof};
+
+/// The key of the checksum that this program adds to its metadata.
+const CHECKSUM: &str = "checksum";
+
+/// What a record says.
+#[derive(Debug)]
+pub(crate) enum Content<'a> {
+    Schema(SchemaHeader, &'a [u8]),
+    Channel(Channel),
+    Message(MessageHeader, &'a [u8]),
+    Attachment(Attachment<'a>),
+    Metadata(Metadata),
+    /// Where and when the messages of a chunk are: the chunk's place, and its first and last time [ns].
+    ChunkIndex(u64, [u64; 2]),
+    /// The number of all messages.
+    Statistics(u64),
+    /// Nothing that is read.
+    Other,
+}
+
+/// A file within the file.
+#[derive(Debug)]
+pub(crate) struct Attachment<'a> {
+    pub log_time: u64,
+    pub create_time: u64,
+    pub name: String,
+    pub media_type: String,
+    pub data: &'a [u8],
+    covered: &'a [u8],
+    crc: u32,
+}
+
+impl<'a> Content<'a> {
+    /// What a body says; none if it has not the form of its opcode.
+    pub fn parse(opcode: u8, body: &'a [u8]) -> Option<Self> {
+        let mut it = Bytes(body);
+        let content = match opcode {
+            op::SCHEMA => {
+                let header = SchemaHeader { id: it.u16()?, name: it.text()?, encoding: it.text()? };
+                let length = it.u32()?;
+                Content::Schema(header, it.take(u64::from(length))?)
+            }
+            op::CHANNEL => Content::Channel(Channel {
+                id: it.u16()?,
+                schema_id: it.u16()?,
+                topic: it.text()?,
+                message_encoding: it.text()?,
+                metadata: it.map()?,
+            }),
+            op::MESSAGE => {
+                let header = MessageHeader {
+                    channel_id: it.u16()?,
+                    sequence: it.u32()?,
+                    log_time: it.u64()?,
+                    publish_time: it.u64()?,
+                };
+                Content::Message(header, it.0)
+            }
+            op::ATTACHMENT => Content::Attachment(Attachment::parse(body)?),
+            op::METADATA => Content::Metadata(Metadata { name: it.text()?, metadata: it.map()? }),
+            op::CHUNK_INDEX => {
+                let times = [it.u64()?, it.u64()?];
+                Content::ChunkIndex(it.u64()?, times)
+            }
+            op::STATISTICS => Content::Statistics(it.u64()?),
+            _ => Content::Other,
+        };
+        Some(content)
+    }
+}
+
+impl<'a> Attachment<'a> {
+    fn parse(body: &'a [u8]) -> Option<Self> {
+        let (covered, crc) = body.split_last_chunk()?;
+        let mut it = Bytes(covered);
+        let (log_time, create_time) = (it.u64()?, it.u64()?);
+        let (name, media_type) = (it.text()?, it.text()?);
+        let length = it.u64()?;
+        let data = it.take(length)?;
+        let crc = u32::from_le_bytes(*crc);
+        let exact = it.0.is_empty();
+        exact.then_some(Attachment { log_time, create_time, name, media_type, data, covered, crc })
+    }
+
+    /// Compares the checksum of the attachment, which is at this place of the file.
+    ///
+    /// # Errors
+    /// When it differs.
+    pub fn prove(&self, at: u64) -> Result<Proof, Damage> {
+        Proof::of("attachment", at, crc32fast::hash(self.covered), self.crc)
+    }
+}
+
+/// What stands before the records of a chunk.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct ChunkHeader {
+    /// The length of its records [B].
+    pub size: u64,
+    /// Their checksum; 0 for none.
+    pub crc: u32,
+    pub compression: String,
+}
+
+impl ChunkHeader {
+    /// The header and the packed records.
+    pub fn parse(body: &[u8]) -> Option<(Self, &[u8])> {
+        let mut it = Bytes(body);
+        let _times = (it.u64()?, it.u64()?);
+        let header = ChunkHeader { size: it.u64()?, crc: it.u32()?, compression: it.text()? };
+        let packed = it.u64()?;
+        Some((header, it.take(packed)?))
+    }
+
+    /// The lengths of the header that begins with these bytes and of the packed records [B], if the compression is a known one.
+    pub fn packed(begin: &[u8]) -> Option<(u64, u64)> {
+        let mut it = Bytes(begin);
+        it.take(28)?;
+        let compression = it.text()?;
+        let packed = it.u64()?;
+        let known = ["", "lz4", "zstd"].contains(&compression.as_str());
+        known.then_some((40 + compression.len() as u64, packed))
+    }
+
+    /// Whether it has a checksum; whether that is right, unpacking tells.
+    pub fn proof(&self) -> Proof {
+        if self.crc == 0 { Proof::Missing } else { Proof::Right }
+    }
+}
+
+/// Whether the header of a file, which is this body, names this program as the writer.
+pub(crate) fn is_ours(body: &[u8]) -> bool {
+    let mut it = Bytes(body);
+    it.text().and_then(|_profile| it.text()).is_some_and(|it| it.starts_with("trackside"))
+}
+
+/// The checksum of a metadata record of this program: over its name and its entries, each text after its length.
+pub(crate) fn checksum(name: &str, entries: &BTreeMap<String, String>) -> (String, String) {
+    let mut hasher = crc32fast::Hasher::new();
+    let mut add = |text: &str| {
+        hasher.update(&(text.len() as u64).to_le_bytes());
+        hasher.update(text.as_bytes());
+    };
+    add(name);
+    for (key, value) in entries.iter().filter(|(key, _)| *key != CHECKSUM) {
+        add(key);
+        add(value);
+    }
+    (CHECKSUM.to_owned(), format!("{:08x}", hasher.finalize()))
+}
+
+/// Compares the checksum of a metadata record.
+///
+/// # Errors
+/// When it differs.
+pub(crate) fn prove_metadata(metadata: &Metadata) -> Result<Proof, Damage> {
+    let (key, found) = checksum(&metadata.name, &metadata.metadata);
+    match metadata.metadata.get(&key) {
+        None => Ok(Proof::Missing),
+        Some(expected) if *expected == found => Ok(Proof::Right),
+        Some(_) => Err(Damage::Metadata(metadata.name.clone())),
+    }
+}
+
+/// The rest of a body.
+struct Bytes<'a>(&'a [u8]);
+
+impl<'a> Bytes<'a> {
+    fn take(&mut self, length: u64) -> Option<&'a [u8]> {
+        let (taken, rest) = self.0.split_at_checked(usize::try_from(length).ok()?)?;
+        self.0 = rest;
+        Some(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (taken, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*taken)
+    }
+
+    fn u16(&mut self) -> Option<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    fn text(&mut self) -> Option<String> {
+        let length = self.u32()?;
+        let text = std::str::from_utf8(self.take(u64::from(length))?).ok()?;
+        Some(text.to_owned())
+    }
+
+    /// Texts by texts, no key twice.
+    fn map(&mut self) -> Option<BTreeMap<String, String>> {
+        let length = self.u32()?;
+        let mut entries = Bytes(self.take(u64::from(length))?);
+        let mut map = BTreeMap::new();
+        while !entries.0.is_empty() {
+            if map.insert(entries.text()?, entries.text()?).is_some() {
+                return None;
+            }
+        }
+        Some(map)
+    }
+}

@@ -1,0 +1,114 @@
+//! Searches damaged bytes for the next record that its checksum confirms.
+
+use std::ops::Range;
+
+use ::mcap::records::op;
+
+use crate::records::{
+    ChunkHeader, Content, Damage, Frame, LARGEST, Proof, Records, prove_metadata, unpack,
+};
+
+/// How much is looked at together [B].
+const WINDOW: u64 = 1 << 18;
+/// What of a record is looked at before its checksum [B]: its head and the fixed part of a chunk's header.
+const GLANCE: usize = 9 + 32;
+/// All records that turn out to be none may have this many bytes for each byte of the file: a hostile file would take for ever.
+const PATIENCE: u64 = 16;
+
+/// A search through a file.
+pub(super) struct Scan {
+    /// The bytes that may still be looked at in vain.
+    left: u64,
+}
+
+impl Scan {
+    /// A search through a file of this length [B].
+    pub fn new(length: u64) -> Self {
+        Scan { left: length.saturating_mul(PATIENCE) }
+    }
+
+    /// The place of the next chunk, attachment or metadata record whose checksum is right.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn find(
+        &mut self,
+        records: &mut Records,
+        bytes: Range<u64>,
+    ) -> Result<Option<u64>, Damage> {
+        let mut start = bytes.start;
+        while start < bytes.end {
+            let window = records.read(start, WINDOW + GLANCE as u64)?;
+            let places = window.len().min(WINDOW as usize);
+            let mut begin = 0;
+            // Searched in one go: there may be gigabytes without any.
+            while let Some(next) = window[begin..places].iter().position(|it| is_wanted(*it)) {
+                let place = begin + next;
+                begin = place + 1;
+                let at = start + place as u64;
+                let Some(frame) = glance(&window[place..], at) else { continue };
+                if at >= bytes.end || !records.holds(&frame) {
+                    continue;
+                }
+                match prove(records, &frame) {
+                    Ok(true) => return Ok(Some(at)),
+                    Err(Damage::Io(error)) => return Err(Damage::Io(error)),
+                    _ => {}
+                }
+                match self.left.checked_sub(frame.length) {
+                    Some(left) => self.left = left,
+                    None => return Ok(None),
+                }
+            }
+            start += WINDOW;
+        }
+        Ok(None)
+    }
+}
+
+/// Whether a record of this opcode can have a checksum.
+fn is_wanted(opcode: u8) -> bool {
+    matches!(opcode, op::CHUNK | op::ATTACHMENT | op::METADATA)
+}
+
+/// Whether bytes look like the beginning of a record that can have a checksum.
+fn glance(bytes: &[u8], at: u64) -> Option<Frame> {
+    let opcode = *bytes.first()?;
+    let length = u64::from_le_bytes(*bytes[1..].first_chunk()?);
+    if length > LARGEST {
+        return None;
+    }
+    // The length of a text: the compression of a chunk, or the name.
+    let (place, texts) = match opcode {
+        op::CHUNK => (37, 4),
+        op::ATTACHMENT => (25, length),
+        _ => (9, length),
+    };
+    let text = u32::from_le_bytes(*bytes.get(place..)?.first_chunk()?);
+    (u64::from(text) <= texts).then_some(Frame { at, opcode, length })
+}
+
+/// Whether the checksum of a record is right.
+fn prove(records: &mut Records, frame: &Frame) -> Result<bool, Damage> {
+    if frame.opcode == op::CHUNK {
+        // The header alone says whether the lengths fit each other.
+        let header = records.read(frame.body(), 64)?;
+        let fixed = ChunkHeader::packed(&header);
+        if fixed.is_none_or(|(head, packed)| head.checked_add(packed) != Some(frame.length)) {
+            return Ok(false);
+        }
+    }
+    let body = records.body(frame)?;
+    let form = || Damage::Form(frame.opcode);
+    if frame.opcode == op::CHUNK {
+        let (header, _) = ChunkHeader::parse(&body).ok_or_else(form)?;
+        unpack(frame, &body, &mut |_, _| Ok::<_, Damage>(true))?;
+        return Ok(header.proof() == Proof::Right);
+    }
+    let proof = match Content::parse(frame.opcode, &body).ok_or_else(form)? {
+        Content::Attachment(attachment) => attachment.prove(frame.at)?,
+        Content::Metadata(metadata) => prove_metadata(&metadata)?,
+        _ => return Ok(false),
+    };
+    Ok(proof == Proof::Right)
+}

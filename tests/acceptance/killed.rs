@@ -1,0 +1,120 @@
+//! Kills runs at random moments, and counts what `recover` gives back of the steps that the run had made.
+
+use std::path::Path;
+use std::process::Child;
+use std::time::Duration;
+
+use mcap::MessageStream;
+
+use super::fixture::Scenario;
+use super::fmus::clock;
+use super::harness::{Lab, trackside};
+
+tests! {
+    a_run_killed_at_full_speed_loses_at_most_a_second: Compiler,
+    a_run_killed_at_30_times_real_time_loses_at_most_a_second: Compiler,
+    a_run_killed_with_long_steps_loses_at_most_the_last_one: Compiler,
+    a_killed_run_that_was_slower_than_real_time_leaves_what_it_had_made_long_before: Compiler,
+}
+
+/// Kills of each kind; `TRACKSIDE_KILLS` asks for more.
+fn kills() -> u64 {
+    std::env::var("TRACKSIDE_KILLS").ok().and_then(|it| it.parse().ok()).unwrap_or(5)
+}
+
+/// A run of one FMU that notes its steps in a file.
+struct Running {
+    lab: Lab,
+    child: Child,
+}
+
+impl Running {
+    fn start(step: f64, words: &[&str]) -> Self {
+        let lab = Lab::new();
+        lab.write("clock.fmu", clock());
+        let scenario = Scenario::new().time(step, 1e5).fmu("clock", "clock.fmu", "");
+        lab.write("case.toml", scenario.text());
+        let mut command = trackside(&lab.path(""));
+        command.env("CLOCK_FILE", lab.path("noted")).args(["run", "case.toml", "--out", "out"]);
+        let output = std::fs::File::create(lab.path("output")).expect("a file");
+        command.args(words).stdout(output.try_clone().expect("a file")).stderr(output);
+        let child = command.spawn().expect("it starts");
+        Running { lab, child }
+    }
+
+    /// The steps that the run has made.
+    fn steps(&self) -> u64 {
+        let bytes = std::fs::read(self.lab.path("noted")).unwrap_or_default();
+        bytes.first_chunk().map_or(0, |bytes| f64::from_le_bytes(*bytes) as u64)
+    }
+
+    /// Waits until the run has made so many steps.
+    fn wait_for(&mut self, steps: u64) {
+        while self.steps() < steps {
+            let ended = self.child.try_wait().expect("its state");
+            assert!(ended.is_none(), "it ended by itself: {}", self.lab.read("output"));
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Kills the run; gives the steps that it had made, and those that are left of it.
+    fn kill(mut self) -> [u64; 2] {
+        self.child.kill().expect("it still runs");
+        self.child.wait().expect("it ends");
+        let made = self.steps();
+        self.lab.trackside(&["recover", "out/run.mcap", "--out", "new.mcap"]).expect(0);
+        [made, recovered(&self.lab.path("new.mcap"))]
+    }
+}
+
+/// The last step in a recording, which has all before it, with their values.
+fn recovered(file: &Path) -> u64 {
+    let bytes = std::fs::read(file).expect("a recording");
+    let messages = MessageStream::new(&bytes).expect("it is sound");
+    let mut next = 0;
+    for message in messages.map(|message| message.expect("it is sound")) {
+        if message.channel.topic != "/clock/outputs" {
+            continue;
+        }
+        let value = message.data.last_chunk().map(|bytes| f64::from_le_bytes(*bytes));
+        assert_eq!((u64::from(message.sequence), value), (next, Some(next as f64 * 0.37)));
+        next += 1;
+    }
+    next.checked_sub(1).expect("a row")
+}
+
+/// Kills runs with this step [s] after different times; each may lose this many steps.
+fn kill_at_random(step: f64, words: &[&str], may_lose: u64) {
+    let mut most = 0;
+    for kill in 0..kills() {
+        let mut running = Running::start(step, words);
+        running.wait_for(1);
+        // Spread over half a second by the golden section.
+        let share = (kill as f64 * 0.618_033_988_75).fract();
+        std::thread::sleep(Duration::from_secs_f64(0.5 * share));
+        let [made, left] = running.kill();
+        assert!(left <= made + 1 && left + may_lose >= made, "kill {kill}: {left} of {made} steps");
+        most = most.max(made.saturating_sub(left));
+    }
+    println!("{} kills: at most {most} steps of {step} s lost", kills());
+}
+
+fn a_run_killed_at_full_speed_loses_at_most_a_second() {
+    kill_at_random(0.01, &[], 100);
+}
+
+fn a_run_killed_at_30_times_real_time_loses_at_most_a_second() {
+    kill_at_random(0.01, &["--realtime", "30"], 100);
+}
+
+fn a_run_killed_with_long_steps_loses_at_most_the_last_one() {
+    kill_at_random(2.0, &[], 1);
+}
+
+fn a_killed_run_that_was_slower_than_real_time_leaves_what_it_had_made_long_before() {
+    let mut running = Running::start(0.01, &["--realtime", "0.1"]);
+    // Less simulated time than closes a chunk takes three seconds here.
+    running.wait_for(30);
+    let [made, left] = running.kill();
+    assert!(left >= 10, "{left} of {made} steps");
+}
