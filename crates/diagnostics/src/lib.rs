@@ -8,7 +8,7 @@ mod span;
 pub mod suggest;
 mod text_file;
 
-pub use error::{Error, Failure, Input, rounded};
+pub use error::{Error, Failure, Input, rounded, signal_name};
 pub use mistakes::Mistakes;
 pub use source::Source;
 pub use span::Spanned;

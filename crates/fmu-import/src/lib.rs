@@ -76,7 +76,9 @@ use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
-    Block, FmuState, Instance, Library, STRANGER, Update3, leave_signals_alone, watch,
+    Block, FmuState, Instance, Library, STRANGER, Update3, calls_going_on, complete, completed,
+    during_plugin, guard_exit, leave, leave_signals_alone, note_requests_to_end, requested_end,
+    watch,
 };
 pub use call::{CallError, Message, MessageLevel, StepStatus};
 pub use description::{Description, Item, Storage, Type, Variable, Version};

@@ -87,7 +87,7 @@ impl System {
         let scenario = changed.as_ref().unwrap_or(scenario);
         let document = &scenario.document;
         let seed = overrides.seed.unwrap_or(document.seed);
-        let clock = mistakes.take(clock(scenario));
+        let clock = mistakes.take(Mistakes::both(clock(scenario), limit(scenario))).map(|it| it.0);
         let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
@@ -175,6 +175,22 @@ fn tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, 
     let Some(word) = written else { return Ok(None) };
     let wrong = wrong(*word.get_ref()).map(|message| scenario.error(word, message));
     wrong.map_or(Ok(Some(*word.get_ref())), Err)
+}
+
+/// Time by the clock that the run of a scenario may take [s].
+///
+/// # Errors
+/// At the word, when it is no positive number.
+pub fn limit(scenario: &Scenario) -> Result<Option<f64>, Error> {
+    let written = scenario.document.time.as_ref().and_then(|time| time.limit.as_ref());
+    match written.map(|word| (word, *word.get_ref())) {
+        None => Ok(None),
+        Some((_, limit)) if limit > 0.0 && limit.is_finite() => Ok(Some(limit)),
+        Some((word, limit)) => {
+            let message = format!("expected a time limit above 0 s, found {limit} s");
+            Err(scenario.error(word, message))
+        }
+    }
 }
 
 fn clock(scenario: &Scenario) -> Result<Clock, Error> {

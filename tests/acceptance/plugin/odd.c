@@ -2,7 +2,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct { const char *data; size_t len; } Text;
 typedef struct { Text name, unit; const double *time, *values; size_t len; } Column;
@@ -40,6 +42,10 @@ static void run(Text config, const Column *columns, size_t count, const Callback
     double time[] = {0.0, -1.0}, values[] = {1.0, 2.0};
     Column column = {text("x"), text("m"), time, values, 2};
     host->progress(host->context, 0.5, text("half"));
+    if (says(config, "goes on")) {
+        fclose(fopen("analysis.begun", "w"));
+        while (host->progress(host->context, 0.5, text("more"))) usleep(1000);
+    }
     if (says(config, "silent")) return;
     if (says(config, "fails")) { host->done(host->context, &(Outcome){FAILED, NULL, 0, text("no tire in sight")}); return; }
     if (says(config, "escapes")) host->file(host->context, text("../escaped.txt"), text("out"));

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
-use super::activity;
+use super::activity::{self, Activity};
 use super::functions::{BESIDES, Common, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
@@ -18,6 +18,7 @@ pub struct Library {
     /// Unloaded after the last instance, and before its folder is removed.
     pub(super) handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
+    activity: Arc<Activity>,
 }
 
 impl std::fmt::Debug for Library {
@@ -29,7 +30,8 @@ impl std::fmt::Debug for Library {
 impl Library {
     pub(crate) fn load(fmu: Arc<Fmu>, path: &Path) -> Result<Self, OpenError> {
         let lacks = |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol };
-        let library = open(&fmu, path)?;
+        let activity = Activity::new(&format!("the FMU {}", fmu.path.display()));
+        let library = activity.during(c"loading its library", || open(&fmu, path))?;
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
         if let (Version::Two, Some(symbol)) = (version, absent(&library, version).next()) {
@@ -41,7 +43,7 @@ impl Library {
             Version::Two => Own::Two(Box::new(Two::new(&finder)?)),
             Version::Three => Own::Three(Box::new(Three::new(&finder)?)),
         };
-        Ok(Library { common, own, handle: ManuallyDrop::new(library), fmu })
+        Ok(Library { common, own, handle: ManuallyDrop::new(library), fmu, activity })
     }
 
     /// The functions of FMI 2.0.
@@ -106,8 +108,10 @@ impl Drop for Library {
     fn drop(&mut self) {
         // What was not freed may go on running: threads of the FMU, for example.
         if !self.is_lost() {
-            // SAFETY: nobody uses the library after this, since all instances are gone.
-            unsafe { ManuallyDrop::drop(&mut self.handle) };
+            self.activity.during(c"unloading its library", || {
+                // SAFETY: nobody uses the library after this, since all instances are gone.
+                unsafe { ManuallyDrop::drop(&mut self.handle) };
+            });
         }
     }
 }
