@@ -69,7 +69,7 @@ pub fn run(
     let built =
         &package::build(scenario, building).map_err(|error| unbuilt(scenario, options, error))?;
     // A wrong word is told with all others.
-    let written = resolve::limit(scenario).ok().flatten().map(Duration::from_secs_f64);
+    let written = resolve::limit(scenario).ok().flatten();
     remains.stop = Some(Stop::new(options.limit.or(written)));
     Job { scenario, built, options }.run(folder, remains, events)
 }

@@ -175,7 +175,7 @@ fn skipped(path: &Path) -> Option<String> {
 
 fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Vec<Checked>) {
     let own = || resolve::limit(&Scenario::read(path).ok()?).ok().flatten();
-    let limit = program.limit.or_else(|| own().map(Duration::from_secs_f64)).unwrap_or(LIMIT);
+    let limit = program.limit.or_else(own).unwrap_or(LIMIT);
     let Ended { status, cut, said, identity } = match process::run(program, path, folder, limit) {
         Ok(ended) => ended,
         Err(error) => {

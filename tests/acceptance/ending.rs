@@ -12,6 +12,7 @@ tests! {
     an_exit_of_an_fmu_never_passes_for_a_verdict: Compiler,
     an_exit_while_a_library_loads_is_told: Compiler,
     an_fmu_that_crashes_after_the_run_does_not_change_its_verdict: Compiler,
+    a_plugin_that_ends_the_program_is_named: Compiler,
     a_validation_does_not_need_that_the_first_run_is_freed: Compiler,
     a_run_over_its_limit_is_ended_with_node_and_call: Compiler,
     a_limit_that_is_none_is_refused: Compiler,
@@ -124,6 +125,31 @@ fn recorded(file: &Path) -> usize {
     messages.filter(|message| message.channel.topic == "/tank/outputs").count()
 }
 
+fn a_plugin_that_ends_the_program_is_named() {
+    let lab = lab();
+    super::plugins::compile(&lab, plugin::abi::VERSION);
+    for (mode, code, says) in [
+        ("exits", Some(3), "ended this program: the plugin called exit"),
+        ("leaves", Some(3), "was going on when another thread called exit"),
+        ("aborts", None, "ended this program: the plugin aborted (SIGABRT)"),
+    ] {
+        let ended = run(&lab, &analysed(mode));
+        assert_eq!(ended.code(), code, "{mode}\n{}", ended.stderr);
+        ended.says(&["analysis `odd`: its run", says]);
+        assert!(!lab.has("out/report.json"), "{mode}");
+        let ended = lab.trackside(&["test", "case.toml"]).expect(1);
+        assert!(ended.stdout.contains(says), "{mode}\n{}", ended.stdout);
+    }
+}
+
+/// A scenario with an analysis of this mode.
+fn analysed(mode: &str) -> String {
+    let node = Scenario::new().time(0.1, 1.0).fmu("tank", "misbehave.fmu", "u = 0.0, at = 0.0");
+    let signal = node.signal("car.v", "unit = \"km/h\"\nconstant = 3.6");
+    let keys = "name = \"odd\"\npath = \"odd.so\"\nsignals = { speed = \"car.v\" }";
+    signal.section(&format!("[[analysis]]\n{keys}\nconfig = {{ mode = \"{mode}\" }}")).text()
+}
+
 fn a_validation_does_not_need_that_the_first_run_is_freed() {
     let lab = lab();
     lab.write("inner.toml", passing("misbehave.fmu", "at = 0.0"));
@@ -170,6 +196,7 @@ fn a_run_over_its_limit_is_ended_with_node_and_call() {
 fn a_limit_that_is_none_is_refused() {
     let lab = lab();
     let text = passing("misbehave.fmu", "at = 0.0");
+    run(&lab, &text.replace("stop = 1.0", "stop = 1.0\nlimit = 1e300")).expect(0);
     for limit in ["0.0", "-1.0", "nan", "inf"] {
         run(&lab, &text.replace("stop = 1.0", &format!("stop = 1.0\nlimit = {limit}")))
             .expect(2)
@@ -303,9 +330,8 @@ fn a_signal_ends_an_analysis_and_the_runs_to_come() {
     let lab = lab();
     super::plugins::compile(&lab, plugin::abi::VERSION);
     lab.write("inner.toml", passing("misbehave.fmu", "at = 0.0"));
-    let text = passing("misbehave.fmu", "at = 0.0")
-        + "\n[[signal]]\nname = \"car.v\"\nunit = \"km/h\"\nconstant = 3.6\n\n[[analysis]]\nname = \"odd\"\npath = \"odd.so\"\n"
-        + "signals = { speed = \"car.v\" }\nconfig = { mode = \"goes on\" }\n\n[[validation]]\nname = \"again\"\nscenario = \"inner.toml\"\n";
+    let validation = "\n[[validation]]\nname = \"again\"\nscenario = \"inner.toml\"\n";
+    let text = analysed("goes on") + validation;
     lab.write("case.toml", text);
     let child = start(&lab, &["run", "case.toml", "--out", "out"], "analysis.begun");
     signal(&child, "TERM");

@@ -7,6 +7,7 @@ static const int REQUESTS[] = {SIGINT, SIGTERM, SIGHUP};
 enum { COUNT = sizeof REQUESTS / sizeof REQUESTS[0] };
 
 static volatile sig_atomic_t requested;
+static int on_terminal;
 
 int trackside_requested_end(void) { return requested; }
 
@@ -16,11 +17,17 @@ static void note(int signal) {
     /* What a shell reports of a program that a signal ended. */
     if (requested) _exit(128 + signal);
     requested = signal;
+    if (signal == SIGINT && on_terminal) {
+        static const char text[] = "\nending; Ctrl-C once more ends at once\n";
+        ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
+        (void)written;
+    }
 }
 
 /* May be called again: the runtime of an FMU may have put a handler of its own there. A signal that is ignored stays so:
    that is how nohup works. */
 void trackside_note_requests(void) {
+    on_terminal = isatty(STDERR_FILENO);
     for (int i = 0; i < COUNT; i++) {
         struct sigaction before, action;
         if (sigaction(REQUESTS[i], NULL, &before) == 0 && before.sa_handler == SIG_IGN) continue;

@@ -24,6 +24,7 @@ mod validations;
 mod view;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
@@ -177,15 +178,20 @@ fn tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, 
     wrong.map_or(Ok(Some(*word.get_ref())), Err)
 }
 
-/// Time by the clock that the run of a scenario may take [s].
+/// A limit that no run reaches, which clocks can hold [s].
+const LONGEST: f64 = 1e9;
+
+/// Time by the clock that the run of a scenario may take.
 ///
 /// # Errors
 /// At the word, when it is no positive number.
-pub fn limit(scenario: &Scenario) -> Result<Option<f64>, Error> {
+pub fn limit(scenario: &Scenario) -> Result<Option<Duration>, Error> {
     let written = scenario.document.time.as_ref().and_then(|time| time.limit.as_ref());
     match written.map(|word| (word, *word.get_ref())) {
         None => Ok(None),
-        Some((_, limit)) if limit > 0.0 && limit.is_finite() => Ok(Some(limit)),
+        Some((_, limit)) if limit > 0.0 && limit.is_finite() => {
+            Ok(Some(Duration::from_secs_f64(limit.min(LONGEST))))
+        }
         Some((word, limit)) => {
             let message = format!("expected a time limit above 0 s, found {limit} s");
             Err(scenario.error(word, message))
