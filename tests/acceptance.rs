@@ -90,6 +90,9 @@ mod identification;
 // Other masters with our FMUs: libcosim and Ecos.
 #[path = "acceptance/importers.rs"]
 mod importers;
+// Ends of the program: by foreign code, by limits, by signals.
+#[path = "acceptance/ending.rs"]
+mod ending;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
@@ -166,6 +169,7 @@ fn main() -> ExitCode {
     doctor::register(&mut tests);
     documents::register(&mut tests);
     editors::register(&mut tests);
+    ending::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     clocks::register(&mut tests);

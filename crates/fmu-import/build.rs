@@ -1,7 +1,7 @@
-//! Compiles the two functions that need C: the logger with its variable number of arguments, and the handler of crashes.
+//! Compiles what needs C: the logger with its variable number of arguments, and the handlers of signals.
 
 fn main() {
-    let sources = ["src/logger.c", "src/crash.c"];
+    let sources = ["src/logger.c", "src/crash.c", "src/interruption.c"];
     for source in sources {
         println!("cargo::rerun-if-changed={source}");
     }

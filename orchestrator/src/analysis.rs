@@ -9,6 +9,7 @@ use recording::{Derived, Full, NumberIndex, Row, Sink};
 use scenario::plan::{AnalysisPlan, Origin, Wired, is_reserved};
 use serde_json::Value;
 
+use crate::fresh;
 use crate::report::PreviousRun;
 
 /// The columns of a run that analyses want, kept until it is over.
@@ -80,7 +81,9 @@ pub fn run(
     let request = Request { config: &plan.config, signals: signals.collect() };
     let name = &plan.name;
     let mut host = AnalysisHost { name, sink, folder, files, progress, failed: None };
-    let outcome = plan.plugin.run(&request, &mut host);
+    let outcome = fmu_import::during_plugin(&format!("analysis `{name}`"), c"its run", || {
+        plan.plugin.run(&request, &mut host)
+    });
     if let Some(error) = host.failed {
         return Err(error);
     }
@@ -122,7 +125,7 @@ impl AnalysisHost<'_> {
             return Err(Error::output(&path, "there is such a file already, and no run wrote it"));
         }
         PreviousRun::note(self.folder, name)?;
-        std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
+        fresh::write(&path, text).map_err(|error| Error::output(&path, error))?;
         if !self.files.iter().any(|known| known == name) {
             self.files.push(name.to_owned());
         }

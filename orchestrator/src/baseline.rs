@@ -9,6 +9,7 @@ use recording::{ColumnIndex, Golden};
 use scenario::Scenario;
 use scenario::plan::{BaselinePlan, System};
 
+use crate::fresh;
 use crate::report::{Ending, RunReport};
 
 /// Signals in a picture; the others are in the report.
@@ -102,8 +103,7 @@ pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), 
         }
         let name = file_name(&outcome.name, &report.files);
         let path = report.folder.join(&name);
-        std::fs::write(&path, html_page::svg(&plots))
-            .map_err(|error| Error::output(&path, error))?;
+        fresh::write(&path, html_page::svg(&plots)).map_err(|error| Error::output(&path, error))?;
         report.files.push(name.clone());
         outcome.picture = Some(name);
     }

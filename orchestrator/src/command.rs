@@ -9,6 +9,7 @@ mod progress;
 mod recover;
 mod run;
 mod schema;
+mod supervised;
 mod test;
 mod view;
 

@@ -4,6 +4,7 @@
 
 pub mod analysis;
 mod baseline;
+mod fresh;
 pub mod inspect;
 mod options;
 pub mod package;
@@ -12,8 +13,9 @@ pub mod report;
 mod run;
 mod run_folder;
 mod sinks;
+mod stop;
 pub mod suite;
 pub mod validation;
 
 pub use options::{ProgressEvent, Replay, RunOptions};
-pub use run::{Run, run};
+pub use run::{Remains, Run, run};

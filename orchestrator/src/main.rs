@@ -4,7 +4,6 @@
 mod command;
 
 use std::io::IsTerminal as _;
-use std::process::ExitCode;
 
 use clap::Parser;
 use miette::MietteHandlerOpts;
@@ -16,6 +15,9 @@ struct Cli {
     #[command(subcommand)]
     command: command::Command,
 }
+
+/// The exit code of every Rust program that panics.
+const PANICKED: u8 = 101;
 
 /// Terminals wrap errors at their width; elsewhere, in a file or the log of a CI system, lines stay whole.
 fn wrap_errors() {
@@ -29,7 +31,10 @@ fn wrap_errors() {
     }));
 }
 
-fn main() -> ExitCode {
+fn main() -> ! {
     wrap_errors();
-    ExitCode::from(Cli::parse().command.run())
+    let command = Cli::parse().command;
+    fmu_import::guard_exit();
+    let code = std::panic::catch_unwind(|| command.run());
+    fmu_import::leave(code.unwrap_or(PANICKED))
 }

@@ -2,6 +2,7 @@
 
 use std::net::IpAddr;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use scenario::resolve::Overrides;
 
@@ -36,6 +37,10 @@ pub struct RunOptions {
     pub overrides: Overrides,
     /// Where the replay goes.
     pub replay: Replay,
+    /// Time by the clock that the run may take, instead of the scenario's.
+    pub limit: Option<Duration>,
+    /// The identity that the report repeats, for whoever has to know that it is that of this run.
+    pub identity: Option<String>,
     /// Simulated seconds per second; as fast as possible unless it is given.
     pub realtime: Option<f64>,
 }

@@ -86,11 +86,12 @@ impl Recorder {
         &mut self,
         plan: &AnalysisPlan,
         report: &mut RunReport,
+        goes_on: &dyn Fn() -> bool,
         report_progress: &mut dyn FnMut(ProgressEvent),
     ) -> Result<(), Error> {
         let mut progress = |share, what: &str| {
             report_progress(ProgressEvent::Analysis(&plan.name, share, what));
-            true
+            goes_on()
         };
         let recordings: &mut dyn Sink<Full> = &mut self.recordings;
         let leaves = (recordings, report.folder.as_path(), &mut report.files);

@@ -18,6 +18,8 @@ use scenario::plan::{NodePlan, REPORT, System};
 use scenario::words::Validation;
 use serde::{Deserialize, Serialize};
 
+use crate::fresh;
+pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileReport, FmuReport, Provenance, Versions};
 
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
@@ -32,6 +34,14 @@ pub enum Ending {
     Fail,
     /// The run did not come to its end.
     Error,
+    /// A signal ended the run.
+    Interrupted,
+}
+
+impl Ending {
+    fn of(error: &Error) -> Self {
+        if error.is_interruption() { Ending::Interrupted } else { Ending::Error }
+    }
 }
 
 /// What is known of a run afterwards.
@@ -39,6 +49,9 @@ pub enum Ending {
 pub struct RunReport {
     /// The scenario's name.
     pub scenario: String,
+    /// The identity that whoever started the run gave it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identity: Option<String>,
     /// The scenario's title.
     pub title: String,
     /// How it ended.
@@ -115,7 +128,7 @@ impl Validated {
             name: name.to_owned(),
             scenario: path.to_owned(),
             folder,
-            verdict: report.map_or(Ending::Error, |report| report.verdict),
+            verdict: outcome.as_ref().map_or_else(Ending::of, |report| report.verdict),
             error: outcome.as_ref().err().map(ToString::to_string),
             checks: report.map(|report| report.checks.clone()).unwrap_or_default(),
             report: serde_json::json!(report),
@@ -141,6 +154,7 @@ impl RunReport {
         let node = |plan: &NodePlan| NodeReport { name: plan.name.clone(), calls: 0, seconds: 0.0 };
         RunReport {
             scenario: system.header.scenario.clone(),
+            identity: None,
             title: system.header.title.clone(),
             verdict: Ending::Error,
             error: None,
@@ -181,7 +195,7 @@ impl RunReport {
         let passed = checks.iter().all(|check| check.passed)
             && self.validations.iter().all(|validation| validation.verdict == Ending::Pass);
         self.verdict = match (error, passed) {
-            (Some(_), _) => Ending::Error,
+            (Some(error), _) => Ending::of(error),
             (None, true) => Ending::Pass,
             (None, false) => Ending::Fail,
         };
@@ -217,6 +231,7 @@ impl RunReport {
                 verdict: "error".to_owned(),
                 files: self.files.clone(),
                 validations: validations.collect(),
+                ..PreviousRun::default()
             },
         )
     }
@@ -228,7 +243,7 @@ impl RunReport {
     /// When the file cannot be written.
     pub fn write(&self, source: &Source) -> Result<(), Error> {
         let page = self.folder.join(PAGE);
-        std::fs::write(&page, self.page(source)).map_err(|error| Error::output(&page, error))?;
+        fresh::write(&page, self.page(source)).map_err(|error| Error::output(&page, error))?;
         let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
         write_json(&partial, self)?;
         std::fs::rename(&partial, &path).map_err(|error| Error::output(&path, error))
@@ -240,12 +255,12 @@ impl RunReport {
         match self.verdict {
             Ending::Pass => 0,
             Ending::Fail => 1,
-            Ending::Error => 3,
+            Ending::Error | Ending::Interrupted => 3,
         }
     }
 }
 
 fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(value).map_err(|error| Error::output(path, error))?;
-    std::fs::write(path, text + "\n").map_err(|error| Error::output(path, error))
+    fresh::write(path, text + "\n").map_err(|error| Error::output(path, error))
 }

@@ -6,16 +6,17 @@ use std::time::{Duration, Instant};
 use cosim::baseline::{BaselineOutcome, Baselines};
 use cosim::coupling;
 use cosim::master::{self, Progress};
-use cosim::node;
+use cosim::node::{self, Node};
 use diagnostics::{Error, Mistakes};
 use scenario::plan::{Clock, System};
-use scenario::resolve::Overrides;
+use scenario::resolve::{self, Overrides};
 use scenario::{Built, Scenario, words};
 
 use crate::options::{ProgressEvent, Replay, RunOptions};
 use crate::recorder::Recorder;
 use crate::report::{RunReport, Validated};
 use crate::run_folder::{self, RunFolder};
+use crate::stop::Stop;
 use crate::{baseline, package, validation};
 
 /// A run that came to its end. Viewers can be connected to it as long as it is kept.
@@ -25,25 +26,52 @@ pub struct Run {
     _recorder: Recorder,
 }
 
+/// What a run leaves of its FMUs. They are freed when it is dropped, which runs their code: that may crash or hang, so all else comes
+/// before it.
+#[derive(Default)]
+pub struct Remains {
+    nodes: Vec<Box<dyn Node>>,
+    /// Goes on watching the limit.
+    stop: Option<Stop>,
+}
+
+impl Remains {
+    /// Frees those FMUs of which a process can hold one instance only: what follows may need one.
+    fn free_singles(&mut self) {
+        self.nodes.retain(|node| !node.only_once());
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        self.stop.as_ref().map_or(Ok(()), Stop::check)
+    }
+}
+
 /// Receives the events of a run.
 type Events<'a> = &'a mut dyn FnMut(ProgressEvent);
 
-/// Runs the scenario at `path`; `events` is called as it goes on.
+/// Runs the scenario at `path`; `events` is called as it goes on. What is left of its FMUs goes to `remains`.
 ///
 /// # Errors
-/// When the scenario is wrong, an FMU fails, or a file cannot be written. A run that began has a report
-/// nevertheless.
-pub fn run(path: &Path, options: &RunOptions, events: Events) -> Result<Run, Error> {
+/// When the scenario is wrong, an FMU fails, or a file cannot be written; when a signal or its limit ends it. A run that began
+/// has a report nevertheless.
+pub fn run(
+    path: &Path,
+    options: &RunOptions,
+    remains: &mut Remains,
+    events: Events,
+) -> Result<Run, Error> {
     let default = || Path::new("target/runs").join(path.file_stem().unwrap_or_default());
     let folder = options.out.clone().unwrap_or_else(default);
     let scenario = &Scenario::read_variant(path, options.variant.as_deref())?;
     run_folder::check(&folder, scenario)?;
     let building =
         &mut |progress: package::BuildProgress| events(ProgressEvent::Building(progress));
-    match package::build(scenario, building) {
-        Ok(built) => Job { scenario, built: &built, options }.run(folder, events),
-        Err(error) => Err(unbuilt(scenario, options, error)),
-    }
+    let built =
+        &package::build(scenario, building).map_err(|error| unbuilt(scenario, options, error))?;
+    // A wrong word is told with all others.
+    let written = resolve::limit(scenario).ok().flatten();
+    remains.stop = Some(Stop::new(options.limit.or(written)));
+    Job { scenario, built, options }.run(folder, remains, events)
 }
 
 /// The error of a build, with all else that is wrong and can be known without it.
@@ -64,7 +92,7 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Runs the scenario, and then the validations of its results.
-    fn run(self, folder: PathBuf, events: Events) -> Result<Run, Error> {
+    fn run(self, folder: PathBuf, remains: &mut Remains, events: Events) -> Result<Run, Error> {
         let overrides = &self.options.overrides;
         let mut system = System::resolve(self.scenario, self.built, overrides, folder)?;
         validation::rehearse(self.scenario, self.built, &system)?;
@@ -75,18 +103,30 @@ impl Job<'_> {
         };
         let csv = self.options.csv || (bless && baseline::wants_csv(&system));
         let options = RunOptions { csv, ..self.options.clone() };
-        let nodes = node::instantiate(&mut system)?;
+        let mut nodes = node::instantiate(&mut system)?;
+        // The runtime of an FMU may have taken the signals.
+        fmu_import::note_requests_to_end();
         let begin = Instant::now();
         let folder = RunFolder::claim(&system.header.folder)?;
-        let mut recorder = folder.replace(|| Recorder::new(&mut system, baselines, &options))?;
-        recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
         let mut report = RunReport::new(self.scenario, &system);
-        report.sketch(&self.scenario.document.validation)?;
+        report.identity.clone_from(&self.options.identity);
+        let mut recorder = folder.replace(|| {
+            // A killed run leaves no file that nothing accounts for.
+            report.sketch(&self.scenario.document.validation)?;
+            Recorder::new(&mut system, baselines, &options)
+        })?;
+        recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
         let mut progress = Progress::default();
         let pace = Pace { clock: system.clock, begin, factor: self.options.realtime };
-        let outcome = simulate(&mut system, nodes, (&mut recorder, &mut progress), &pace, events)
-            .and_then(|()| analyse(&system, &mut recorder, &mut report, events))
-            .and_then(|()| self.validate_all(&system, &mut report, events));
+        let mut tick = |done| {
+            events(ProgressEvent::Steps(done, pace.clock.steps));
+            pace.wait(done, || remains.check())
+        };
+        let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), &mut tick);
+        remains.nodes.append(&mut nodes);
+        let outcome = outcome
+            .and_then(|()| analyse(&system, &mut recorder, &mut report, (remains, &mut *events)))
+            .and_then(|()| self.validate_all(&system, &mut report, remains, events));
         if let Err(error @ Error::Output { .. }) = outcome {
             return Err(error);
         }
@@ -113,10 +153,15 @@ impl Job<'_> {
         self,
         system: &System,
         report: &mut RunReport,
+        remains: &mut Remains,
         events: Events,
     ) -> Result<(), Error> {
         let mut all = self.scenario.document.validation.iter().zip(&self.scenario.validations);
-        all.try_for_each(|validation| self.validate(system, validation, report, events))
+        all.try_for_each(|validation| {
+            remains.check()?;
+            remains.free_singles();
+            self.validate(system, validation, report, (remains, &mut *events))
+        })
     }
 
     /// Runs a scenario that validates the results of this run, and adds its ending to the report.
@@ -125,7 +170,7 @@ impl Job<'_> {
         system: &System,
         (validation, child): (&words::Validation, &Scenario),
         report: &mut RunReport,
-        events: Events,
+        (remains, events): (&mut Remains, Events),
     ) -> Result<(), Error> {
         let name = validation.name.get_ref();
         events(ProgressEvent::Validation(name));
@@ -143,7 +188,7 @@ impl Job<'_> {
         };
         let folder = report.folder.join(name);
         let job = Job { scenario: child, built: self.built, options: &options };
-        let outcome = job.run(folder.clone(), events).map(|run| run.report);
+        let outcome = job.run(folder.clone(), remains, events).map(|run| run.report);
         report.validations.push(Validated::new(name, child.source.path(), folder, &outcome));
         match outcome {
             Ok(_) => Ok(()),
@@ -162,39 +207,52 @@ struct Pace {
 
 impl Pace {
     /// Waits until communication point `tick` is due.
-    fn wait(&self, tick: u64) {
-        if let Some(factor) = self.factor {
-            let due = Duration::from_secs_f64((self.clock.at(tick) - self.clock.start) / factor);
-            std::thread::sleep(due.saturating_sub(self.begin.elapsed()));
+    ///
+    /// # Errors
+    /// When the run has to end.
+    fn wait(&self, tick: u64, check: impl Fn() -> Result<(), Error>) -> Result<(), Error> {
+        check()?;
+        let Some(factor) = self.factor else { return Ok(()) };
+        let due = Duration::from_secs_f64((self.clock.at(tick) - self.clock.start) / factor);
+        loop {
+            let left = due.saturating_sub(self.begin.elapsed());
+            if left.is_zero() {
+                return Ok(());
+            }
+            std::thread::sleep(left.min(NAP));
+            check()?;
         }
     }
 }
 
-/// Steps the nodes to the end, and drops them: of some FMUs a process can hold one instance only, which a
-/// validation may need.
+/// A run that waits looks this often whether it has to end.
+const NAP: Duration = Duration::from_millis(50);
+
+/// Steps the nodes to the end.
 fn simulate(
     system: &mut System,
-    mut nodes: Vec<Box<dyn node::Node>>,
+    nodes: &mut [Box<dyn Node>],
     (recorder, progress): (&mut Recorder, &mut Progress),
-    pace: &Pace,
-    events: Events,
+    tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     if nodes.is_empty() {
         return Ok(());
     }
-    let mut tick = |done| {
-        events(ProgressEvent::Steps(done, pace.clock.steps));
-        pace.wait(done);
-    };
+    tick(0)?;
     let mut coupling = coupling::of(system.coupling);
-    master::run(system, &mut nodes, coupling.as_mut(), recorder, progress, &mut tick)
+    master::run(system, nodes, coupling.as_mut(), recorder, progress, tick)
 }
 
 fn analyse(
     system: &System,
     recorder: &mut Recorder,
     report: &mut RunReport,
-    events: Events,
+    (remains, events): (&Remains, Events),
 ) -> Result<(), Error> {
-    system.analyses.iter().try_for_each(|plan| recorder.analyse(plan, report, events))
+    system.analyses.iter().try_for_each(|plan| {
+        remains.check()?;
+        let outcome = recorder.analyse(plan, report, &|| remains.check().is_ok(), events);
+        // An analysis that is called off says something else.
+        remains.check().and(outcome)
+    })
 }

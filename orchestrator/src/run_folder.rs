@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use diagnostics::{Error, Mistakes, Spanned};
 use scenario::Scenario;
+use scenario::plan::REPORT;
 
-use crate::report::{OWN_FILES, PreviousRun};
+use crate::report::{OWN_FILES, PARTIAL, PreviousRun};
 use crate::sinks::SINKS;
 
 /// Keeps the files of the earlier run until those of the new one are open. A killed run may leave it; the next one removes it.
@@ -33,25 +34,59 @@ pub(crate) fn check(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     if let Some(root) = ROOTS.iter().find(|root| real.join(root).exists()) {
         mistakes.push(unfit(folder, &format!("it holds {root}")));
     }
-    if PreviousRun::read(&real).is_none() && real.join(scenario::plan::REPORT).exists() {
-        mistakes.push(unfit(folder, "its report.json is not that of a run"));
-    }
+    mistakes.take(foreign(folder));
     mistakes.take(read_inside(&real, scenario));
     mistakes.take(validated_inside(folder, scenario));
     mistakes.finish()
 }
 
-/// Refuses validations whose folder is a file, or a link to another place.
+/// Refuses validations whose folder is a file, a link to another place, or one with files of others.
 fn validated_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let names = scenario.document.validation.iter().map(|validation| &validation.name);
-    let errors = names.filter_map(|name| {
+    Mistakes::all(names.zip(&scenario.validations).map(|(name, child)| {
         let path = folder.join(name.get_ref());
-        let kind = fs::symlink_metadata(&path).ok().filter(|it| !it.is_dir())?;
-        let kind = if kind.is_symlink() { "a link" } else { "a file" };
-        let message = format!("the validation writes into {}, which is {kind}", path.display());
-        Some(scenario.error(name, message))
-    });
-    errors.collect::<Mistakes>().finish()
+        if let Some(kind) = fs::symlink_metadata(&path).ok().filter(|it| !it.is_dir()) {
+            let kind = if kind.is_symlink() { "a link" } else { "a file" };
+            let message = format!("the validation writes into {}, which is {kind}", path.display());
+            return Err(scenario.error(name, message));
+        }
+        foreign(&path).and_then(|()| validated_inside(&path, child))
+    }))
+    .map(drop)
+}
+
+/// Refuses files that have the names of a run's, but that no report of a run accounts for.
+fn foreign(folder: &Path) -> Result<(), Error> {
+    let aside = folder.join(ASIDE);
+    let kind = |path: &Path| fs::symlink_metadata(path).ok();
+    let ours = PreviousRun::read(folder).is_some() || PreviousRun::read(&aside).is_some();
+    if kind(&folder.join(REPORT)).is_some() && PreviousRun::read(folder).is_none() {
+        return Err(unfit(folder, "its report.json is not that of a run"));
+    }
+    if kind(&aside).is_some_and(|it| !it.is_dir() || !(ours || is_empty(&aside))) {
+        return Err(unfit(folder, &format!("it holds {ASIDE}, which no run left")));
+    }
+    // A full disk leaves an empty note of a run.
+    let begun = |name: &str| {
+        name == PARTIAL && kind(&folder.join(name)).is_some_and(|it| it.is_file() && it.len() == 0)
+    };
+    let mut names = names_of_runs().filter(|name| !ours && !begun(name));
+    match names.find(|name| kind(&folder.join(name)).is_some()) {
+        Some(name) => {
+            let why = format!("it holds {name}, and no report says that a run wrote it");
+            Err(unfit(folder, &why))
+        }
+        None => Ok(()),
+    }
+}
+
+fn is_empty(folder: &Path) -> bool {
+    fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
+}
+
+/// The names of the files that each run may leave.
+fn names_of_runs() -> impl Iterator<Item = &'static str> {
+    OWN_FILES.into_iter().chain(SINKS.iter().flat_map(|kind| kind.files.iter().copied()))
 }
 
 fn unfit(folder: &Path, why: &str) -> Error {
@@ -63,7 +98,13 @@ fn unfit(folder: &Path, why: &str) -> Error {
 fn read_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let inside = |word: &&Spanned<String>| {
         let path = scenario.source.resolve(word);
-        fs::canonicalize(path).is_ok_and(|path| path.starts_with(folder))
+        // Also a link in the folder, wherever it leads, and a file there that a link elsewhere leads to.
+        let place =
+            path.parent().map(|it| if it.as_os_str().is_empty() { Path::new(".") } else { it });
+        [Some(path.as_path()), place]
+            .into_iter()
+            .flatten()
+            .any(|path| fs::canonicalize(path).is_ok_and(|path| path.starts_with(folder)))
     };
     let errors = scenario.read_files().filter(inside).map(|word| {
         let message = format!("`{}` is in the folder that the results go to", word.get_ref());
@@ -124,17 +165,18 @@ impl RunFolder {
     /// Opens the new recordings, and removes the files of the earlier run if that succeeds.
     ///
     /// # Errors
-    /// When they cannot be opened; then the files of the earlier run are as they were.
+    /// When they cannot be opened, or would take the place of files of others; then all files are as they were.
     pub fn replace<T>(&self, open: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
         let (path, aside) = (&self.path, self.path.join(ASIDE));
+        foreign(path)?;
         let opened = move_files(path, &aside).and_then(|()| {
-            open().inspect_err(|_| drop(remove(path))) // What was opened by now is empty.
+            open().inspect_err(|_| drop(remove(path, &aside))) // What was opened by now is empty.
         });
         match opened {
-            Ok(opened) => remove(&aside).map(|()| opened),
+            Ok(opened) => remove(&aside, path).map(|()| opened),
             Err(error) => {
                 move_files(&aside, path)?;
-                let _ = remove(&aside);
+                let _ = remove(&aside, path);
                 let _ = fs::remove_dir(path);
                 Err(error)
             }
@@ -151,18 +193,19 @@ struct Left {
 }
 
 impl Left {
-    fn find(folder: &Path) -> Self {
+    /// Looks through a folder by the reports in it, or by those in the other one: a killed run may have moved some files only.
+    fn find(folder: &Path, other: &Path) -> Self {
         let mut left = Left::default();
-        left.add(folder, Path::new(""));
+        left.add([folder, other], Path::new(""));
         left
     }
 
     /// Adds what is in a folder within the folder. Neither a folder nor what a link points to is a file of a run.
-    fn add(&mut self, folder: &Path, within: &Path) {
+    fn add(&mut self, [folder, other]: [&Path; 2], within: &Path) {
         let kind = |path: &Path| fs::symlink_metadata(folder.join(path)).map(|it| it.is_dir());
-        let report = PreviousRun::read(&folder.join(within)).unwrap_or_default();
-        let recordings = SINKS.iter().flat_map(|kind| kind.files.iter().copied());
-        let known = OWN_FILES.into_iter().chain(recordings).map(str::to_owned);
+        let read = |folder: &Path| PreviousRun::read(&folder.join(within));
+        let Some(report) = read(folder).or_else(|| read(other)) else { return };
+        let known = names_of_runs().map(str::to_owned);
         let mut files: Vec<_> = known.chain(report.files).map(|name| within.join(name)).collect();
         files.retain(|path| kind(path).is_ok_and(|is_folder| !is_folder));
         files.sort();
@@ -171,7 +214,7 @@ impl Left {
         for validation in report.validations {
             let inner = within.join(validation.name);
             if kind(&inner).is_ok_and(|is_folder| is_folder) {
-                self.add(folder, &inner);
+                self.add([folder, other], &inner);
                 self.folders.push(inner);
             }
         }
@@ -180,7 +223,7 @@ impl Left {
 
 /// Moves what a run left from one folder to another; only files of others stay.
 fn move_files(from: &Path, to: &Path) -> Result<(), Error> {
-    let Left { files, folders } = Left::find(from);
+    let Left { files, folders } = Left::find(from, to);
     for file in files {
         let (source, target) = (from.join(&file), to.join(&file));
         let folder = target.parent().unwrap_or(to);
@@ -191,9 +234,9 @@ fn move_files(from: &Path, to: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Removes what a run left, and the folder if nothing else is in it.
-fn remove(folder: &Path) -> Result<(), Error> {
-    let Left { files, folders } = Left::find(folder);
+/// Removes what a run left, by the reports there or in the other folder, and the folder if nothing else is in it.
+fn remove(folder: &Path, other: &Path) -> Result<(), Error> {
+    let Left { files, folders } = Left::find(folder, other);
     for file in files {
         let path = folder.join(file);
         fs::remove_file(&path).map_err(|error| Error::output(&path, error))?;
@@ -210,8 +253,8 @@ mod tests {
     /// A folder with a run, a validation of it, and files of somebody else.
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a folder");
-        let report = r#"{"scenario": "s", "verdict": "pass", "files": ["found.toml", "../other"], "validations": [{"name": "v"}]}"#;
-        let child = r#"{"scenario": "c", "verdict": "pass"}"#;
+        let report = r#"{"scenario": "s", "verdict": "pass", "versions": {"trackside": "0"}, "files": ["found.toml", "../other"], "validations": [{"name": "v"}]}"#;
+        let child = r#"{"scenario": "c", "verdict": "pass", "versions": {"trackside": "0"}}"#;
         fs::create_dir(folder.path().join("v")).expect("a folder");
         for (name, text) in [
             ("report.json", report),
@@ -273,10 +316,11 @@ mod tests {
         fs::write(path.join("run.csv.partial"), "new").expect("a file");
         RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
         assert_eq!(names(path), ["notes.txt", "v"]);
-        let sketch = r#"{"scenario": "s", "verdict": "error", "files": ["found.toml"], "validations": [{"name": "v"}]}"#;
+        let sketch = r#"{"scenario": "s", "verdict": "error", "versions": {"trackside": "0"}, "files": ["found.toml"], "validations": [{"name": "v"}]}"#;
         fs::write(path.join("report.json.partial"), sketch).expect("a file");
         fs::write(path.join("found.toml"), "half").expect("a file");
         fs::write(path.join("v/run.mcap"), "half").expect("a file");
+        fs::write(path.join("v/report.json.partial"), sketch).expect("a file");
         RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
         assert_eq!(
             (names(path), names(&path.join("v"))),

@@ -1,21 +1,25 @@
 //! Runs scenarios as tests: each in a process of its own, several at a time, a line for each.
 
 mod junit;
+mod process;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use cosim::check::Verdict;
-use diagnostics::Error;
+use diagnostics::{Error, signal_name};
 use rayon::prelude::*;
-use scenario::Scenario;
 use scenario::plan::REPORT;
+use scenario::{Scenario, resolve};
 use serde::Deserialize;
 
 use crate::package;
 use crate::report::Ending;
-pub use junit::write_junit;
+pub use junit::{check_junit, write_junit};
+use process::{Cut, Ended};
+
+/// The limit of a scenario that has none.
+const LIMIT: Duration = Duration::from_secs(3600);
 
 /// The program `trackside`, which runs each scenario.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +28,8 @@ pub struct Program<'a> {
     pub path: &'a Path,
     /// Arguments of `trackside run` besides the scenario and its folder.
     pub arguments: &'a [&'a str],
+    /// Time that each scenario may take, instead of its own limit.
+    pub limit: Option<Duration>,
 }
 
 /// How a scenario ended as a test.
@@ -59,6 +65,8 @@ pub enum ScenarioOutcome {
     Failed(String),
     /// It is wrong, or an FMU failed or crashed: what the run said.
     Broken(String),
+    /// A signal asked for the end before it was over, or before it began.
+    Interrupted(String),
 }
 
 /// The scenario files that `paths` name: files as they are, folders with all `*.toml` in them.
@@ -131,6 +139,7 @@ pub fn run(
             let _ = package::build(&scenario, progress);
         }
     }
+    fmu_import::note_requests_to_end();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
     let pool = pool.map_err(|error| Error::input(format!("cannot start {jobs} jobs: {error}")))?;
     Ok(pool.install(|| {
@@ -147,9 +156,13 @@ pub fn run(
 #[must_use]
 pub fn test(program: Program, path: &Path, out: &Path) -> TestResult {
     let begin = Instant::now();
-    let (outcome, checks) = match skipped(path) {
-        Some(reason) => (ScenarioOutcome::Skipped(reason), Vec::new()),
-        None => outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
+    let (outcome, checks) = match (fmu_import::requested_end(), skipped(path)) {
+        (Some(signal), _) => {
+            let what = format!("not started: {}", signal_name(signal));
+            (ScenarioOutcome::Interrupted(what), Vec::new())
+        }
+        (None, Some(reason)) => (ScenarioOutcome::Skipped(reason), Vec::new()),
+        (None, None) => outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
     };
     TestResult { path: path.to_owned(), outcome, checks, time: begin.elapsed() }
 }
@@ -161,42 +174,52 @@ fn skipped(path: &Path) -> Option<String> {
 }
 
 fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Vec<Checked>) {
-    let Program { path: program, arguments } = program;
-    let mut command = Command::new(program);
-    command.arg("run").args(arguments).arg(path).arg("--out").arg(folder).stdin(Stdio::null());
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
-    let ended = child.and_then(|child| Ok((child.id(), child.wait_with_output()?)));
-    let (process, output) = match ended {
+    let own = || resolve::limit(&Scenario::read(path).ok()?).ok().flatten();
+    let limit = program.limit.or_else(own).unwrap_or(LIMIT);
+    let Ended { status, cut, said, identity } = match process::run(program, path, folder, limit) {
         Ok(ended) => ended,
         Err(error) => {
-            let what = format!("cannot start {}: {error}", program.display());
+            let what = format!("cannot run {}: {error}", program.path.display());
             return (ScenarioOutcome::Broken(what), Vec::new());
         }
     };
-    let report = Reported::by(process, folder);
+    let report = Reported::of(&identity, folder);
     let verdict = report.as_ref().map(|report| report.verdict);
     let checks = report.map(Reported::checks).unwrap_or_default();
-    let said = String::from_utf8_lossy(&output.stderr).trim_end().to_owned();
-    let outcome = match (output.status.code(), verdict) {
-        (Some(0), Some(Ending::Pass)) => ScenarioOutcome::Passed,
-        (Some(1), Some(Ending::Fail)) => ScenarioOutcome::Failed(failures(&checks)),
-        (Some(0 | 1), _) => ScenarioOutcome::Broken(format!(
-            "the run ended with {} and left no report of its own in {}\n{said}",
-            output.status,
+    let outcome = match (cut, status.code(), verdict) {
+        (Some(Cut::Overdue), ..) => ScenarioOutcome::Broken(format!(
+            "it did not end by itself after {} s, its time limit, and was killed\n{said}",
+            limit.as_secs_f64()
+        )),
+        (Some(Cut::Loud), ..) => ScenarioOutcome::Broken(format!(
+            "it was killed: it wrote more than {} MB to standard error\n{said}",
+            process::LOUDEST >> 20
+        )),
+        // It may have come to its end in spite of a signal.
+        (_, Some(0), Some(Ending::Pass)) => ScenarioOutcome::Passed,
+        (_, Some(1), Some(Ending::Fail)) => ScenarioOutcome::Failed(failures(&checks)),
+        (Some(Cut::Interrupted(signal)), ..) => {
+            ScenarioOutcome::Interrupted(format!("ended early: {}", signal_name(signal)))
+        }
+        (None, Some(0 | 1), _) => ScenarioOutcome::Broken(format!(
+            "the run ended with {status} and left no report of its own in {}\n{said}",
             folder.display()
         )),
-        (Some(_), _) => ScenarioOutcome::Broken(said),
-        (None, _) => {
-            ScenarioOutcome::Broken(format!("the process ended by a {}\n{said}", output.status))
+        (None, Some(_), _) if said.is_empty() => {
+            ScenarioOutcome::Broken(format!("the run ended with {status} and without a word"))
+        }
+        (None, Some(_), _) => ScenarioOutcome::Broken(said),
+        (None, None, _) => {
+            ScenarioOutcome::Broken(format!("the process ended by a {status}\n{said}"))
         }
     };
     (outcome, checks)
 }
 
-/// What the report of a run says. Another process may have left one in the folder.
+/// What the report of a run says. Another run may have left one in the folder.
 #[derive(Deserialize)]
 struct Reported {
-    process: u32,
+    identity: Option<String>,
     verdict: Ending,
     checks: Vec<Verdict>,
     validations: Vec<ReportedValidation>,
@@ -209,10 +232,10 @@ struct ReportedValidation {
 }
 
 impl Reported {
-    fn by(process: u32, folder: &Path) -> Option<Self> {
+    fn of(identity: &str, folder: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(folder.join(REPORT)).ok()?;
         let report: Self = serde_json::from_str(&text).ok()?;
-        (report.process == process).then_some(report)
+        (report.identity.as_deref() == Some(identity)).then_some(report)
     }
 
     fn checks(self) -> Vec<Checked> {
@@ -257,29 +280,30 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let program = |text: &str| {
             let path = folder.path().join("program");
-            std::fs::write(&path, format!("#!/bin/sh\nmkdir -p \"$4\"\n{text}\n")).expect("a file");
+            std::fs::write(&path, format!("#!/bin/sh\nread identity\nmkdir -p \"$4\"\n{text}\n"))
+                .expect("a file");
             std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).expect("a program");
-            let program = Program { path: &path, arguments: &[] };
+            let program = Program { path: &path, arguments: &[], limit: None };
             test(program, Path::new("case.toml"), folder.path())
         };
-        let report = |process: &str, verdict: &str| {
+        let report = |identity: &str, verdict: &str| {
             format!(
-                "echo '{{\"process\": '{process}', \"verdict\": \"{verdict}\", \"checks\": [], \"validations\": []}}' > \"$4/report.json\""
+                "echo '{{\"identity\": \"'{identity}'\", \"verdict\": \"{verdict}\", \"checks\": [], \"validations\": []}}' > \"$4/report.json\""
             )
         };
         let told = "left no report of its own";
         for (text, expected) in [
-            (report("$$", "pass"), None),
+            (report("$identity", "pass"), None),
             // The report that this left is there for the next ones.
             ("exit 0".to_owned(), Some(told)),
             (report("1", "pass"), Some(told)),
-            (report("$$", "fail"), Some(told)),
-            (report("$$", "pass") + "; exit 1", Some(told)),
+            (report("$identity", "fail"), Some(told)),
+            (report("$identity", "pass") + "; exit 1", Some(told)),
             (
-                report("$$", "pass") + "; echo the disk is full >&2; exit 2",
+                report("$identity", "pass") + "; echo the disk is full >&2; exit 2",
                 Some("the disk is full"),
             ),
-            (report("$$", "pass") + "; kill -9 $$", Some("signal")),
+            (report("$identity", "pass") + "; kill -9 $$", Some("signal")),
         ] {
             let outcome = program(&text).outcome;
             match (expected, &outcome) {

@@ -62,6 +62,7 @@ impl Python {
     }
 
     /// The viewer's own program; what pip puts on the path wraps it.
+    #[cfg(feature = "rerun")]
     pub fn rerun(&self) -> Command {
         let script = "import rerun_sdk; print(*rerun_sdk.__path__)";
         let output = Command::new(self.0.join("bin/python")).args(["-c", script]).output();

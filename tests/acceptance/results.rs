@@ -13,6 +13,11 @@ tests! {
     two_runs_do_not_write_into_one_folder: Compiler,
     a_killed_run_leaves_nothing_that_disturbs_the_next: Compiler,
     the_report_says_what_the_run_was_made_with: Compiler,
+    files_with_the_names_of_a_run_that_no_run_wrote_are_not_touched: Compiler,
+    a_report_of_another_program_lists_nothing_that_is_removed: Compiler,
+    links_among_the_results_are_not_written_through: Compiler,
+    an_input_among_the_results_is_refused_however_it_is_named: Compiler,
+    junit_results_take_the_place_of_junit_results_only: Compiler,
 }
 
 fn coasting(stop: f64) -> Scenario {
@@ -164,4 +169,139 @@ fn the_report_says_what_the_run_was_made_with() {
         (&report["checks"][0]["file"], &report["checks"][0]["line"]),
         (&"case.toml".into(), &13.into())
     );
+}
+
+/// A lab with a scenario that needs no FMU.
+fn small() -> Lab {
+    let lab = Lab::new();
+    lab.write("case.toml", DRIVEN);
+    lab
+}
+
+const DRIVEN: &str = "[time]\nstep = 0.1\nstop = 1.0\n\n[[signal]]\nname = \"driver.u\"\nconstant = 1.0\n\n\
+    [[check]]\nname = \"one\"\nthat = \"driver.u == 1\"\n";
+const AGAIN: &str = "\n[[validation]]\nname = \"again\"\nscenario = \"case.toml\"\n";
+
+fn files_with_the_names_of_a_run_that_no_run_wrote_are_not_touched() {
+    let names =
+        ["run.mcap", "run.csv", "run.csv.partial", "run.rrd", "report.html", "report.json.partial"];
+    for name in names.into_iter().chain(["run.previous/run.csv", "run.previous"]) {
+        let lab = small();
+        lab.write(&format!("out/{name}"), "mine");
+        let top = name.split('/').next().expect("a name");
+        let ended = lab.trackside(&["run", "case.toml", "--out", "out"]).expect(2);
+        ended.says(&[&format!("it holds {top}"), "--out target/runs/NAME"]);
+        assert_eq!(lab.read(&format!("out/{name}")), "mine");
+        // In the folder of a validation, too.
+        lab.write("outer.toml", DRIVEN.to_owned() + AGAIN);
+        lab.write(&format!("whole/again/{name}"), "mine");
+        let ended = lab.trackside(&["run", "outer.toml", "--out", "whole"]).expect(2);
+        ended.says(&["whole/again", &format!("it holds {top}")]);
+        assert_eq!(lab.read(&format!("whole/again/{name}")), "mine");
+        assert!(!lab.has("whole/run.mcap"), "{name}");
+    }
+}
+
+fn a_report_of_another_program_lists_nothing_that_is_removed() {
+    for name in ["report.json", "report.json.partial"] {
+        let lab = small();
+        let report = "{\"scenario\": \"s\", \"verdict\": \"pass\", \"files\": [\"thesis.tex\"], \"validations\": []}";
+        lab.write(&format!("out/{name}"), report);
+        lab.write("out/thesis.tex", "mine");
+        lab.trackside(&["run", "case.toml", "--out", "out"]).expect(2);
+        assert_eq!(
+            (lab.read("out/thesis.tex").as_str(), lab.read(&format!("out/{name}")).as_str()),
+            ("mine", report)
+        );
+    }
+}
+
+#[cfg(unix)]
+fn links_among_the_results_are_not_written_through() {
+    use std::os::unix::fs::symlink;
+    let lab = small();
+    lab.trackside(&["run", "case.toml", "--out", "earlier"]).expect(0);
+    for name in [
+        "report.json",
+        "report.json.partial",
+        "report.html",
+        "run.mcap",
+        "run.csv.partial",
+        "run.previous",
+    ] {
+        // To a file, to one that does not exist, and to the results of another run.
+        for target in ["precious", "nowhere", "earlier/report.json", "earlier"] {
+            let before = lab.read("earlier/report.json");
+            lab.write("precious", "mine");
+            std::fs::create_dir_all(lab.path("out")).expect("a folder");
+            symlink(lab.path(target), lab.path(&format!("out/{name}"))).expect("a link");
+            lab.trackside(&["run", "case.toml", "--out", "out"])
+                .expect(2)
+                .says(&["the results cannot go to out"]);
+            std::fs::remove_dir_all(lab.path("out")).expect("a folder");
+            // Among the results of a run the link goes, and what it leads to stays.
+            lab.trackside(&["run", "case.toml", "--out", "out"]).expect(0);
+            if !["report.json", "run.previous"].contains(&name) {
+                let _ = std::fs::remove_file(lab.path(&format!("out/{name}")));
+                symlink(lab.path(target), lab.path(&format!("out/{name}"))).expect("a link");
+                lab.trackside(&["run", "case.toml", "--out", "out"]).expect(0);
+                std::fs::remove_dir_all(lab.path("out")).expect("a folder");
+            }
+            assert_eq!(lab.read("precious"), "mine", "{name}");
+            assert_eq!(lab.read("earlier/report.json"), before, "{name} -> {target}");
+            assert!(!lab.has("nowhere") && lab.has("earlier/run.mcap"), "{name} -> {target}");
+            let _ = std::fs::remove_dir_all(lab.path("out"));
+        }
+    }
+}
+
+#[cfg(unix)]
+fn an_input_among_the_results_is_refused_however_it_is_named() {
+    use std::os::unix::fs::symlink;
+    let lab = small();
+    lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+    lab.write("elsewhere.csv", "time,driver.u\n0,1\n2,1\n");
+    symlink(lab.path("out"), lab.path("linked")).expect("a link");
+    symlink(lab.path("out/run.csv"), lab.path("log.csv")).expect("a link");
+    let table = |path: &str| {
+        format!(
+            "{DRIVEN}\n[[table]]\nname = \"log\"\npath = \"{path}\"\ntime = \"time\"\ncolumns = {{ u = {{ column = \"driver.u\" }} }}\n"
+        )
+    };
+    let csv = lab.read("out/run.csv");
+    for (path, out) in [
+        ("out/run.csv", "out"),
+        ("./out/../out/run.csv", "out"),
+        ("linked/run.csv", "out"),
+        ("log.csv", "out"),
+        ("out/run.csv", "linked"),
+        ("out/run.csv", "./out/."),
+    ] {
+        lab.write("replay.toml", table(path));
+        let ended = lab.trackside(&["run", "replay.toml", "--out", out]).expect(2);
+        ended.says(&["is in the folder that the results go to"]);
+        assert_eq!(lab.read("out/run.csv"), csv, "{path} {out}");
+    }
+    // A link among the results to a file of the user: the link would go.
+    std::fs::remove_file(lab.path("out/run.csv")).expect("a file");
+    symlink(lab.path("elsewhere.csv"), lab.path("out/run.csv")).expect("a link");
+    lab.write("replay.toml", table("out/run.csv"));
+    lab.trackside(&["run", "replay.toml", "--out", "out"]).expect(2);
+    assert!(lab.has("out/run.csv"));
+}
+
+fn junit_results_take_the_place_of_junit_results_only() {
+    let lab = small();
+    lab.write("notes.txt", "mine");
+    let test = |junit: &str| lab.trackside(&["test", "case.toml", "--junit", junit]);
+    for taken in ["notes.txt", "case.toml", "."] {
+        test(taken).expect(2).says(&["--junit", "holds no JUnit results"]);
+    }
+    assert_eq!((lab.read("notes.txt").as_str(), lab.read("case.toml").as_str()), ("mine", DRIVEN));
+    assert!(!lab.has("target"));
+    lab.write("empty.xml", "");
+    for free in ["new.xml", "new.xml", "empty.xml", "/dev/null"] {
+        test(free).expect(0);
+    }
+    assert!(lab.read("new.xml").contains("<testsuites"));
 }

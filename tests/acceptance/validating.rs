@@ -188,8 +188,9 @@ fn an_analysis_replaces_files_of_runs_only() {
     run(&lab, &case(), &["--rerun", "off"]).expect(0);
     // What a run leaves that is killed after its analysis.
     std::fs::remove_file(lab.path("out/report.json")).expect("a report");
-    let noted =
-        serde_json::json!({"scenario": "case", "verdict": "error", "files": ["found.toml"]});
+    let noted = serde_json::json!({
+        "scenario": "case", "verdict": "error", "versions": {"trackside": "0.1.0"}, "files": ["found.toml"]
+    });
     lab.write("out/report.json.partial", noted.to_string());
     run(&lab, &case(), &["--rerun", "off"]).expect(0);
 }

@@ -23,17 +23,17 @@ pub struct Progress {
 }
 
 /// Runs the system to its last communication point. `progress` tells how far the run came, also when it
-/// fails; `tick` is called at every communication point.
+/// fails; `tick` is called at every communication point; an error of it ends the run there.
 ///
 /// # Errors
-/// With node, call and time when a node fails or shows a value that is no number, and when a sink fails.
+/// With node, call and time when a node fails or shows a value that is no number, and when a sink or `tick` fails.
 pub fn run(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
     coupling: &mut dyn Coupling,
     sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
-    tick: &mut dyn FnMut(u64),
+    tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let mut exchange = Exchange::new(system, nodes);
     let result = drive(&mut exchange, coupling, sink, progress, tick);
@@ -47,7 +47,7 @@ fn drive(
     coupling: &mut dyn Coupling,
     sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
-    tick: &mut dyn FnMut(u64),
+    tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let clock = exchange.clock();
     let initialised = exchange.initialise(coupling.initialisation_passes());
@@ -67,7 +67,11 @@ fn drive(
         report_rounded(exchange, sink, &mut told, time)?;
         sink.row(k + 1, time, exchange.row())?;
         progress.steps = k + 1;
-        tick(k + 1);
+        if let Err(error) = tick(k + 1) {
+            // Whoever calls the run off asks for nothing more.
+            let _ = end(exchange, time);
+            return Err(error);
+        }
         if let Some((node, error)) = exchange.last().cloned() {
             let interruption = Interruption::Call { node, error };
             progress.ended = Some(interrupted(exchange, interruption, k, sink)?);

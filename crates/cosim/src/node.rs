@@ -62,6 +62,11 @@ pub trait Node: Send {
     /// Goes from communication point `tick` to the next one.
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
 
+    /// Whether a process can hold one instance of it only.
+    fn only_once(&self) -> bool {
+        false
+    }
+
     /// Ends the run.
     fn end(&mut self) -> Result<(), CallError> {
         Ok(())

@@ -40,6 +40,12 @@ pub enum Error {
         /// Message of the system.
         what: String,
     },
+    /// The run lasted longer than it may, or a call of foreign code did.
+    #[error("{0}")]
+    Overdue(String),
+    /// A signal asked the program to end.
+    #[error("a signal ended the run: {}", signal_name(*.0))]
+    Interrupted(u8),
     /// Several mistakes, in the order of the file. None at all when what is wrong was told already.
     #[error("{}", joined(.0))]
     Several(Vec<Error>),
@@ -188,12 +194,24 @@ impl Error {
         }
     }
 
-    /// The exit code of the program: 2 for the user's matters, 3 for an FMU's or a plugin's.
+    /// Whether a signal asked for the end.
+    #[must_use]
+    pub fn is_interruption(&self) -> bool {
+        match self {
+            Error::Interrupted(_) => true,
+            Error::Validation { error, .. } => error.is_interruption(),
+            _ => false,
+        }
+    }
+
+    /// The exit code of the program: 2 for the user's matters, 3 for an FMU's or a plugin's, and what a shell reports of a program
+    /// that a signal ended.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Input(_) | Error::Output { .. } => 2,
-            Error::Component(_) | Error::Analysis { .. } => 3,
+            Error::Component(_) | Error::Analysis { .. } | Error::Overdue(_) => 3,
+            Error::Interrupted(signal) => 128 + signal,
             Error::Validation { error, .. } => error.exit_code(),
             Error::Several(errors) => errors.iter().map(Error::exit_code).max().unwrap_or(2),
         }
@@ -208,6 +226,17 @@ impl Input {
 
     pub(crate) fn unknown(&self) -> Option<&str> {
         self.unknown.as_deref()
+    }
+}
+
+/// The name of a signal that asks a program to end.
+#[must_use]
+pub fn signal_name(signal: u8) -> String {
+    match signal {
+        1 => "SIGHUP".to_owned(),
+        2 => "SIGINT".to_owned(),
+        15 => "SIGTERM".to_owned(),
+        other => format!("signal {other}"),
     }
 }
 

@@ -10,7 +10,7 @@ pub mod suggest;
 mod text_file;
 
 pub use bounded::{read_bounded, read_text_bounded};
-pub use error::{Error, Failure, Input, rounded};
+pub use error::{Error, Failure, Input, rounded, signal_name};
 pub use mistakes::Mistakes;
 pub use source::Source;
 pub use span::Spanned;

@@ -6,6 +6,7 @@
 
 mod activity;
 mod derivative;
+mod ending;
 mod events;
 mod functions;
 mod instance;
@@ -25,7 +26,8 @@ mod variables;
 use std::ffi::{CString, c_int, c_void};
 
 use crate::CallError;
-pub use activity::{leave_signals_alone, watch};
+pub use activity::{calls_going_on, during_plugin, leave_signals_alone, watch};
+pub use ending::{complete, completed, guard_exit, leave, note_requests_to_end, requested_end};
 pub use instance::Instance;
 pub use library::Library;
 pub use mailbox::STRANGER;

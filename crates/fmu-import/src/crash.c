@@ -1,4 +1,4 @@
-/* Says which call of which FMU the process dies in: by a signal, or because the FMU calls exit. */
+/* Says which call of whom the process dies in, by a signal or because foreign code calls exit, and sees to its exit code. */
 #include <errno.h>
 #include <float.h>
 #include <signal.h>
@@ -9,25 +9,44 @@
 
 /* The layout is that of `Note` in binding/activity.rs. */
 typedef struct {
-    const char *node;
+    const char *who;
+    const char *kind;
     const char *call;
     double time;
 } Note;
 
-/* The exit code of a run whose FMU failed. */
-enum { FMU_FAILED = 3 };
+/* The exit code of a run whose FMU or plugin failed. */
+enum { FOREIGN_FAILED = 3 };
 
 static const int SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 enum { COUNT = sizeof SIGNALS / sizeof SIGNALS[0] };
 static struct sigaction before[COUNT];
 
 static __thread const Note *current;
+/* The call that was entered or returned to last, on any thread: null, or the note of a call that goes on. */
+static const Note *volatile latest;
+
+/* The process that was asked for, of which each end but by `trackside_leave` is foreign; 0 when nobody asked. */
+static pid_t guarded;
+/* The exit code once all results are written, -1 before. */
+static volatile sig_atomic_t complete = -1;
 
 /* Returns the note of the call around this one, if there is one: an FMU may host another. */
 const Note *trackside_enter(const Note *note) {
     const Note *outer = current;
     current = note;
+    latest = note;
     return outer;
+}
+
+void trackside_complete(int code) { complete = code; }
+int trackside_completed(void) { return complete; }
+
+/* Leaves without destructors: those of foreign libraries may crash, and nothing is left to do for ours. */
+void trackside_leave(int code) {
+    fflush(stdout);
+    fflush(stderr);
+    _exit(code);
 }
 
 /* A handler may not call printf, nor anything else that allocates or locks. */
@@ -69,19 +88,29 @@ static void put_time(double time) {
     put_number(exponent);
 }
 
-static void report(const char *what) {
-    if (!current) return;
-    put("\nnode `");
-    put(current->node);
-    put("`: ");
-    put(current->call);
+static void put_call(const Note *note) {
+    put("\n");
+    put(note->who);
+    put(": ");
+    put(note->call);
     /* Before the experiment is set up there is no time, which is NaN. */
-    if (current->time == current->time) {
+    if (note->time == note->time) {
         put(" at t = ");
-        put_time(current->time);
+        put_time(note->time);
         put(" s");
     }
-    put(" ended this program: the FMU ");
+}
+
+static void put_completeness(void) {
+    if (complete >= 0) put("warning: that was after the run: its results are complete, and its verdict stands\n");
+}
+
+static void report(const char *what) {
+    if (!current) return;
+    put_call(current);
+    put(" ended this program: the ");
+    put(current->kind);
+    put(" ");
     put(what);
     put("\n");
 }
@@ -141,6 +170,8 @@ static void handle(int signal, siginfo_t *info, void *context) {
         if (!gave_up(signal)) return;
     }
     report(meaning(signal));
+    put_completeness();
+    if (complete >= 0) _exit(complete);
     /* The signal takes its usual course: a fault comes again, and what was sent is sent again. */
     struct sigaction usual;
     memset(&usual, 0, sizeof usual);
@@ -149,20 +180,43 @@ static void handle(int signal, siginfo_t *info, void *context) {
     if (sent) raise(signal);
 }
 
-/* An exit code of the FMU's would pass for the verdict of the run. */
+/* An exit code of foreign code would pass for the verdict of the run. */
 static void at_exit(void) {
-    if (!current) return;
-    report("called exit");
-    _exit(FMU_FAILED);
+    const Note *other = latest;
+    /* A child that an FMU forks may end as it likes. */
+    if (guarded != 0 && getpid() != guarded) return;
+    if (!current && guarded == 0) return;
+    if (current) {
+        report("called exit");
+    } else if (other) {
+        put_call(other);
+        put(" was going on when another thread called exit, which ended this program\n");
+    } else {
+        put("\nan FMU or a plugin ended this program: it called exit outside of the calls that it gets\n");
+    }
+    put_completeness();
+    _exit(complete >= 0 ? complete : FOREIGN_FAILED);
 }
 
 /* Called before the first library is loaded, so that the handlers of an FMU's runtime come before these. */
 void trackside_watch_crashes(void) {
+    static int watched;
     struct sigaction action;
+    if (watched) return;
+    watched = 1;
     memset(&action, 0, sizeof action);
     action.sa_sigaction = handle;
     /* A stack that overflowed cannot hold the handler; Rust gives each of its threads another one. */
     action.sa_flags = SA_SIGINFO | SA_ONSTACK;
     for (int i = 0; i < COUNT; i++) sigaction(SIGNALS[i], &action, &before[i]);
     atexit(at_exit);
+#if defined __linux__
+    at_quick_exit(at_exit);
+#endif
+}
+
+/* From here on this process ends by `trackside_leave`: each other exit is taken for foreign code's. */
+void trackside_guard_exit(void) {
+    trackside_watch_crashes();
+    guarded = getpid();
 }

@@ -28,6 +28,7 @@ mod validations;
 mod view;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
@@ -91,7 +92,7 @@ impl System {
         let scenario = changed.as_ref().unwrap_or(scenario);
         let document = &scenario.document;
         let seed = overrides.seed.unwrap_or(document.seed);
-        let clock = mistakes.take(clock(scenario));
+        let clock = mistakes.take(Mistakes::both(clock(scenario), limit(scenario))).map(|it| it.0);
         let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
         let timed = (clock, seed);
         let notes = (&mut mistakes, &mut warnings);
@@ -181,6 +182,27 @@ fn tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, 
     let Some(word) = written else { return Ok(None) };
     let wrong = wrong(*word.get_ref()).map(|message| scenario.error(word, message));
     wrong.map_or(Ok(Some(*word.get_ref())), Err)
+}
+
+/// A limit that no run reaches, which clocks can hold [s].
+const LONGEST: f64 = 1e9;
+
+/// Time by the clock that the run of a scenario may take.
+///
+/// # Errors
+/// At the word, when it is no positive number.
+pub fn limit(scenario: &Scenario) -> Result<Option<Duration>, Error> {
+    let written = scenario.document.time.as_ref().and_then(|time| time.limit.as_ref());
+    match written.map(|word| (word, *word.get_ref())) {
+        None => Ok(None),
+        Some((_, limit)) if limit > 0.0 && limit.is_finite() => {
+            Ok(Some(Duration::from_secs_f64(limit.min(LONGEST))))
+        }
+        Some((word, limit)) => {
+            let message = format!("expected a time limit above 0 s, found {limit} s");
+            Err(scenario.error(word, message))
+        }
+    }
 }
 
 fn clock(scenario: &Scenario) -> Result<Clock, Error> {

@@ -161,6 +161,10 @@ pub struct Time {
     /// Relative tolerance of the integration inside the FMUs [-]. Each FMU gets that of its own description without it.
     #[schemars(example = 1e-6)]
     pub tolerance: Option<Spanned<f64>>,
+    /// Time by the clock that the run may take, with its analyses and validations, without building [s]. A run that is not over by
+    /// then ends with exit code 3. `trackside test` gives each run an hour without it. That of a validation counts when it runs alone.
+    #[schemars(example = 60.0)]
+    pub limit: Option<Spanned<f64>>,
 }
 
 /// Exchange of values between the nodes.

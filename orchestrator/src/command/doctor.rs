@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
-use orchestrator::{Replay, RunOptions};
+use orchestrator::{Remains, Replay, RunOptions};
 use recording::table;
 use serde_json::Value;
 
@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     write(&scenario, &text(arguments, &chosen, &columns, None)?)?;
     let options =
         RunOptions { out: Some(out.clone()), replay: Replay::Off, ..RunOptions::default() };
-    let report = progress::run(&scenario, &options, |_, _| ())?.report;
+    let report = progress::run(&scenario, &options, &mut Remains::default(), |_, _| ())?.report;
     report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     let result = &report.analyses[NAME];
     print(&lines(&chosen, result));

@@ -7,7 +7,7 @@ use std::time::Duration;
 use diagnostics::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::package::BuildProgress;
-use orchestrator::{ProgressEvent, Run, RunOptions};
+use orchestrator::{ProgressEvent, Remains, Run, RunOptions};
 
 /// Runs a scenario while a bar shows how far it is; `show` shows what is no build.
 ///
@@ -16,10 +16,11 @@ use orchestrator::{ProgressEvent, Run, RunOptions};
 pub fn run(
     scenario: &Path,
     options: &RunOptions,
+    remains: &mut Remains,
     show: impl Fn(&ProgressEvent, &ProgressBar),
 ) -> Result<Run, Error> {
     let (bar, mut building) = (progress_bar(scenario), BuildLine::default());
-    let outcome = orchestrator::run(scenario, options, &mut |event| match event {
+    let outcome = orchestrator::run(scenario, options, remains, &mut |event| match event {
         ProgressEvent::Building(progress) => bar.suspend(|| building.show(&progress)),
         event => show(&event, &bar),
     });

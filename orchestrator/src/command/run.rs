@@ -7,10 +7,10 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use diagnostics::{Error, Mistakes};
 use indicatif::ProgressBar;
-use orchestrator::{ProgressEvent, Replay, RunOptions, suite};
+use orchestrator::{ProgressEvent, Remains, Replay, RunOptions, suite};
 use scenario::resolve::{Override, Overrides};
 
-use super::{print, progress, report_error};
+use super::{print, progress, report_error, supervised};
 
 /// Arguments of `trackside run`.
 #[derive(Args)]
@@ -57,6 +57,12 @@ pub struct Arguments {
     /// Report a call of an FMU that lasts longer than this [s].
     #[arg(long, value_name = "SECONDS", default_value = "10")]
     patience: f64,
+    /// End the run with exit code 3 when it is not over after this time, instead of the scenario's limit [s].
+    #[arg(long, value_name = "SECONDS")]
+    limit: Option<f64>,
+    /// For `trackside test`: end with the program that holds standard input, whose first line is the identity of the run.
+    #[arg(long, hide = true)]
+    supervised: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -76,17 +82,43 @@ enum ReplayArg {
 /// # Errors
 /// When an argument is wrong.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    let options = arguments.options()?;
+    let mut options = arguments.options()?;
     suite::check_names(&arguments.scenarios)?;
     let patience = Duration::try_from_secs_f64(arguments.patience)
         .map_err(|error| Error::input(format!("--patience: {error}")))?;
     // The progress bar holds the line that the cursor is on.
     fmu_import::watch(patience, |what| eprintln!("\n{what}"));
-    let codes = arguments.scenarios.iter().map(|path| {
+    if arguments.supervised {
+        options.identity = Some(supervised::begin()?);
+    }
+    let mut worst = 0;
+    for (place, path) in arguments.scenarios.iter().enumerate() {
         let options = RunOptions { out: arguments.folder(path), ..options.clone() };
-        run_one(path, &options)
-    });
-    Ok(codes.max().unwrap_or_default())
+        let mut remains = Remains::default();
+        worst = worst.max(run_one(path, &options, &mut remains));
+        let rest = &arguments.scenarios[place + 1..];
+        let end = fmu_import::requested_end().is_some() || rest.is_empty();
+        // All is told: what an FMU does when it is freed cannot change it any more.
+        fmu_import::complete(end.then_some(worst));
+        drop(remains);
+        if end {
+            rest.iter().for_each(|path| eprintln!("not run: {}", path.display()));
+            break;
+        }
+    }
+    Ok(worst)
+}
+
+/// A time of the command line.
+///
+/// # Errors
+/// When it is no positive number, with the name of the argument.
+pub(super) fn seconds(argument: &str, value: Option<f64>) -> Result<Option<Duration>, Error> {
+    let time = |value: f64| match Duration::try_from_secs_f64(value) {
+        Ok(time) if !time.is_zero() => Ok(time),
+        _ => Err(Error::input(format!("{argument}: expected a time above 0 s, found {value} s"))),
+    };
+    value.map(time).transpose()
 }
 
 impl Arguments {
@@ -114,6 +146,8 @@ impl Arguments {
                 ReplayArg::Serve => Replay::Serve(self.bind),
                 ReplayArg::Off => Replay::Off,
             },
+            limit: seconds("--limit", self.limit)?,
+            identity: None,
             realtime: self.realtime,
         })
     }
@@ -137,8 +171,8 @@ fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
     Ok(Mistakes::all(starts)?.into_iter().flatten().collect())
 }
 
-fn run_one(path: &Path, options: &RunOptions) -> u8 {
-    let outcome = progress::run(path, options, |event, bar| show(event, bar, options));
+fn run_one(path: &Path, options: &RunOptions, remains: &mut Remains) -> u8 {
+    let outcome = progress::run(path, options, remains, |event, bar| show(event, bar, options));
     let run = match outcome {
         Ok(run) => run,
         Err(error) => return report_error(error),
@@ -149,12 +183,15 @@ fn run_one(path: &Path, options: &RunOptions) -> u8 {
     print(&run.report.lines());
     if matches!(options.replay, Replay::Serve(_)) {
         eprintln!("still serving; Ctrl-C ends it");
-        loop {
-            std::thread::park();
+        while fmu_import::requested_end().is_none() {
+            std::thread::sleep(NAP);
         }
     }
     run.report.exit_code()
 }
+
+/// A program that only waits looks this often whether it has to end.
+const NAP: Duration = Duration::from_millis(100);
 
 fn show(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
     match event {

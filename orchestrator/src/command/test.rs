@@ -9,6 +9,7 @@ use orchestrator::package::BuildProgress;
 use orchestrator::suite::{self, Program, ScenarioOutcome, TestResult};
 
 use super::progress::BuildLine;
+use super::run::seconds;
 use super::{print, this_program};
 
 /// Arguments of `trackside test`.
@@ -23,6 +24,9 @@ pub struct Arguments {
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
+    /// End each scenario that is not over after this time, instead of its own limit or an hour [s].
+    #[arg(long, value_name = "SECONDS")]
+    limit: Option<f64>,
     /// Write the results as JUnit XML.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -33,12 +37,14 @@ pub struct Arguments {
 /// # Errors
 /// When there is no scenario, or the JUnit file cannot be written.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    arguments.junit.as_deref().map_or(Ok(()), suite::check_junit)?;
     let paths = suite::find(&arguments.paths)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.map_or(cores, usize::from);
     let path = this_program()?;
     let more: &[&str] = if arguments.bless { &["--bless"] } else { &[] };
-    let program = Program { path: &path, arguments: more };
+    let limit = seconds("--limit", arguments.limit)?;
+    let program = Program { path: &path, arguments: more, limit };
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
     let terminal = Mutex::new(());
@@ -58,13 +64,20 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         count(|outcome| matches!(outcome, ScenarioOutcome::Failed(_))),
         count(|outcome| matches!(outcome, ScenarioOutcome::Broken(_))),
     );
+    let interrupted = match count(|outcome| matches!(outcome, ScenarioOutcome::Interrupted(_))) {
+        0 => String::new(),
+        interrupted => format!(", {interrupted} not run to the end"),
+    };
     print(&format!(
-        "{} passed, {} failed, {} skipped\n",
+        "{} passed, {} failed, {} skipped{interrupted}\n",
         count(|outcome| *outcome == ScenarioOutcome::Passed),
         failed + broken,
         count(|outcome| matches!(outcome, ScenarioOutcome::Skipped(_))),
     ));
-    Ok(u8::from(failed + broken > 0))
+    Ok(match fmu_import::requested_end() {
+        Some(signal) => Error::Interrupted(signal).exit_code(),
+        None => u8::from(failed + broken > 0),
+    })
 }
 
 fn test_line(result: &TestResult) -> String {
@@ -75,6 +88,7 @@ fn test_line(result: &TestResult) -> String {
         ScenarioOutcome::Failed(text) | ScenarioOutcome::Broken(text) => {
             ("FAILED", format!("\n{text}"))
         }
+        ScenarioOutcome::Interrupted(what) => ("stopped", format!("  ({what})")),
     };
     format!("{word:<8} {path}  {seconds:.1} s{text}\n")
 }

@@ -36,7 +36,9 @@ impl RunReport {
     fn write_verdict(&self, html: &mut String) {
         // The error follows.
         let headline = match self.verdict {
-            Ending::Error => format!("stopped after {}", seconds(self.sim_seconds)),
+            Ending::Error | Ending::Interrupted => {
+                format!("stopped after {}", seconds(self.sim_seconds))
+            }
             Ending::Pass | Ending::Fail => self.headline(),
         };
         let _ = writeln!(
@@ -169,6 +171,7 @@ fn word(ending: Ending) -> &'static str {
         Ending::Pass => "PASSED",
         Ending::Fail => "FAILED",
         Ending::Error => "ERROR",
+        Ending::Interrupted => "INTERRUPTED",
     }
 }
 
@@ -176,7 +179,7 @@ fn class(ending: Ending) -> &'static str {
     match ending {
         Ending::Pass => "pass",
         Ending::Fail => "fail",
-        Ending::Error => "stop",
+        Ending::Error | Ending::Interrupted => "stop",
     }
 }
 

@@ -15,6 +15,18 @@ pub(crate) const PAGE: &str = "report.html";
 /// The files about a run that are no recordings.
 pub(crate) const OWN_FILES: [&str; 3] = [REPORT, PARTIAL, PAGE];
 
+/// Says which program wrote a report: this tells it from those of others.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Signature {
+    trackside: String,
+}
+
+impl Default for Signature {
+    fn default() -> Self {
+        Signature { trackside: env!("CARGO_PKG_VERSION").to_owned() }
+    }
+}
+
 /// What a run leaves in its folder besides the usual files.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct PreviousRun {
@@ -22,6 +34,8 @@ pub(crate) struct PreviousRun {
     pub scenario: String,
     /// The verdict, which every report has.
     pub verdict: String,
+    /// The program, which every report names among its versions.
+    pub versions: Signature,
     /// The files of analyses.
     #[serde(default)]
     pub files: Vec<String>,
@@ -50,7 +64,9 @@ impl PreviousRun {
     }
 
     fn parse(path: &Path) -> Option<Self> {
-        serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
+        // What a link leads to is not in this folder.
+        let here = std::fs::symlink_metadata(path).is_ok_and(|it| it.is_file());
+        here.then(|| serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()).flatten()
     }
 
     /// Notes a file before it is written: if the run is killed, the next one knows whose it is.

@@ -9,6 +9,9 @@ use scenario::Scenario;
 use scenario::plan::{Body, System};
 use serde::Serialize;
 
+/// The argument by which `trackside test` ties a run to itself.
+pub(crate) const SUPERVISED: &str = "--supervised";
+
 /// What a run was made with.
 #[derive(Debug, Clone, Serialize)]
 pub struct Provenance {
@@ -82,7 +85,11 @@ impl Provenance {
         let data = scenario.read_files().map(|word| scenario.source.resolve(word));
         let begun = SystemTime::now().duration_since(UNIX_EPOCH);
         Provenance {
-            command: std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),
+            command: std::env::args_os()
+                .map(|word| word.to_string_lossy().into_owned())
+                // Between this program and its parent; nobody can repeat it.
+                .filter(|word| word != SUPERVISED)
+                .collect(),
             set: system.header.given.clone(),
             process: std::process::id(),
             begun: begun.map(|time| time.as_secs()).unwrap_or_default(),

@@ -54,10 +54,10 @@ impl RunReport {
                     parts.join(", ")
                 }
             }
-            (Ending::Error, Some(error)) => {
+            (Ending::Error | Ending::Interrupted, Some(error)) => {
                 format!("stopped after {} s: {error}", self.sim_seconds)
             }
-            (Ending::Error, None) => "not finished".to_owned(),
+            (Ending::Error | Ending::Interrupted, None) => "not finished".to_owned(),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Writes the results of tests as JUnit XML: a suite for each scenario, a case for each check.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use diagnostics::Error;
@@ -9,6 +10,30 @@ use super::{Checked, ScenarioOutcome, TestResult};
 
 /// The case of a run without a check, or without a verdict.
 const RUN: &str = "run";
+
+/// What every file of this form has near its beginning.
+const ROOT: &[u8] = b"<testsuites";
+/// How far that is looked for [bytes].
+const BEGINNING: u64 = 4096;
+
+/// Makes sure that the results take nothing's place but that of other results.
+///
+/// # Errors
+/// When there is another file at `path`.
+pub fn check_junit(path: &Path) -> Result<(), Error> {
+    let Ok(kind) = std::fs::metadata(path) else { return Ok(()) };
+    let mut beginning = Vec::new();
+    let read = |file: std::fs::File| file.take(BEGINNING).read_to_end(&mut beginning);
+    let known = |bytes: &[u8]| bytes.is_empty() || bytes.windows(ROOT.len()).any(|it| it == ROOT);
+    // A pipe or a device is no file that could be lost.
+    let may =
+        !kind.is_file() || std::fs::File::open(path).and_then(read).is_ok() && known(&beginning);
+    if may && !kind.is_dir() {
+        return Ok(());
+    }
+    let message = format!("--junit: {} is there, and it holds no JUnit results", path.display());
+    Err(Error::input(message).help("name another file"))
+}
 
 /// The results as JUnit XML.
 ///
@@ -46,7 +71,7 @@ fn whole(result: &TestResult) -> Option<TestCaseStatus> {
             status.set_message(reason.as_str());
             Some(status)
         }
-        ScenarioOutcome::Broken(text) => {
+        ScenarioOutcome::Broken(text) | ScenarioOutcome::Interrupted(text) => {
             Some(failure(NonSuccessKind::Error, &headline(text), text))
         }
         ScenarioOutcome::Failed(text) if result.checks.iter().all(|it| it.verdict.passed) => {

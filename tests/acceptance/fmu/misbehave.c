@@ -1,5 +1,8 @@
 /* Does what FMI 2.0 asks for, until the function named by the parameter `fault` goes wrong at the time `at`. */
 #include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <signal.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +14,7 @@ typedef struct {
     const Callbacks *callbacks;
     char name[64], fault[64];
     double time, at;
-    int status, terminated, fatal, failed;
+    int status, terminated, fatal, failed, started;
 } Model;
 
 /* After an error nothing but freeing is allowed, after a fatal one not even that: whoever calls dies. */
@@ -28,6 +31,30 @@ static int is(Model *m, const char *fault) {
     return strcmp(m->fault, fault) == 0 && m->time >= m->at;
 }
 
+#if defined AT_LOAD
+__attribute__((constructor)) static void at_load(void) { AT_LOAD; }
+#endif
+#if defined AT_UNLOAD
+__attribute__((destructor)) static void at_unload(void) { AT_UNLOAD; }
+#endif
+
+static void *exit_on_a_thread(void *nothing) {
+    exit(0);
+    return nothing;
+}
+/* Writes the number of this process into a file of its folder. */
+static void leave_number(const char *name) {
+    FILE *file = fopen(name, "w");
+    fprintf(file, "%d", getpid());
+    fclose(file);
+}
+/* A process that nobody waits for, with the standard files of this one. */
+static void start_another(void) {
+    if (fork() != 0) return;
+    leave_number("other.pid");
+    for (;;) pause();
+}
+
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
                       const Callbacks *callbacks, int visible, int logging) {
     if (strcmp(guid, "{misbehave}") != 0 || strcmp(name, "refused") == 0) {
@@ -42,7 +69,9 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
 }
 void fmi2FreeInstance(void *c) {
     Model *m = c;
-    if (m->fatal) abort();
+    if (m->fatal || is(m, "abort when freed")) abort();
+    if (is(m, "exit when freed")) exit(0);
+    while (is(m, "sleep when freed")) pause();
     m->callbacks->release(m);
 }
 int fmi2SetupExperiment(void *m, int with, double tolerance, double start, int ends, double stop) {
@@ -62,6 +91,16 @@ int fmi2DoStep(void *c, double time, double step, int keep) {
     }
     if (is(m, "abort")) abort();
     if (is(m, "exit")) exit(0);
+    if (is(m, "quick_exit")) quick_exit(0);
+    if (is(m, "_exit")) _exit(0);
+    if (is(m, "pthread_exit")) pthread_exit(NULL);
+    if (is(m, "exit on a thread")) {
+        pthread_t thread;
+        pthread_create(&thread, NULL, exit_on_a_thread, NULL);
+        pthread_join(thread, NULL);
+    }
+    if (is(m, "another process") && !m->started++) start_another();
+    if (is(m, "sleep")) leave_number("sleeping.pid");
     while (is(m, "sleep")) pause();
 #if defined ONE_STEP
     if (step != ONE_STEP) return ERROR;

@@ -2,7 +2,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stddef.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct { const char *data; size_t len; } Text;
 typedef struct { Text name, unit; const double *time, *values; size_t len; } Column;
@@ -36,10 +40,26 @@ static void check(Text config, const Column *columns, size_t count, const Callba
     host->done(host->context, says(config, "wrong") ? &bad : &good);
 }
 
+static void *leave(void *nothing) {
+    exit(0);
+    return nothing;
+}
+
 static void run(Text config, const Column *columns, size_t count, const Callbacks *host) {
     double time[] = {0.0, -1.0}, values[] = {1.0, 2.0};
     Column column = {text("x"), text("m"), time, values, 2};
     host->progress(host->context, 0.5, text("half"));
+    if (says(config, "goes on")) {
+        fclose(fopen("analysis.begun", "w"));
+        while (host->progress(host->context, 0.5, text("more"))) usleep(1000);
+    }
+    if (says(config, "exits")) exit(0);
+    if (says(config, "aborts")) abort();
+    if (says(config, "leaves")) {
+        pthread_t thread;
+        pthread_create(&thread, NULL, leave, NULL);
+        pthread_join(thread, NULL);
+    }
     if (says(config, "silent")) return;
     if (says(config, "fails")) { host->done(host->context, &(Outcome){FAILED, NULL, 0, text("no tire in sight")}); return; }
     if (says(config, "escapes")) host->file(host->context, text("../escaped.txt"), text("out"));

@@ -160,7 +160,7 @@ fn play(
     let (mut record, mut progress) = (Record::default(), Progress::default());
     let mut coupling = coupling::of(system.coupling);
     let result =
-        run(system, &mut nodes, coupling.as_mut(), &mut record, &mut progress, &mut |_| {});
+        run(system, &mut nodes, coupling.as_mut(), &mut record, &mut progress, &mut |_| Ok(()));
     (record, progress, result)
 }
 
@@ -348,7 +348,7 @@ fn another_coupling_algorithm_needs_no_change_of_the_master() {
     system.order = vec![2, 1, 0];
     let (mut record, mut progress) = (Record::default(), Progress::default());
     let mut coupling = InOrderOfFile { steps: 0 };
-    run(&mut system, &mut chain(), &mut coupling, &mut record, &mut progress, &mut |_| {})
+    run(&mut system, &mut chain(), &mut coupling, &mut record, &mut progress, &mut |_| Ok(()))
         .expect("the chain runs");
     assert_eq!((coupling.steps, progress.steps), (3, 3));
     assert_eq!(record.rows[3][..3], [1.5, 2.5, 3.5]);

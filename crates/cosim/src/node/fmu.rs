@@ -235,6 +235,10 @@ impl Node for FmuNode {
         self.instance.restore(state.get()?)
     }
 
+    fn only_once(&self) -> bool {
+        self.instance.description().only_once
+    }
+
     fn can_serialise(&self) -> bool {
         self.instance.description().serialised_state
     }

@@ -1,4 +1,4 @@
-//! Notes the current call of each FMU, for reports of hanging calls and of crashes.
+//! Notes each call of foreign code, for reports of calls that hang or end the program.
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
@@ -17,21 +17,25 @@ unsafe extern "C" {
 #[derive(Debug)]
 struct Note {
     /// From `CString::into_raw`.
-    node: *mut c_char,
+    who: *mut c_char,
+    /// What is called: an FMU or a plugin.
+    kind: *const c_char,
     /// The name of the call that is going on, null between calls.
     call: AtomicPtr<c_char>,
     /// The bits of the time at which it goes on [s], NaN as long as there is none.
     time: AtomicU64,
 }
 
-/// What an instance is doing.
+/// What an instance, a library or a plugin is doing.
 #[derive(Debug)]
 pub(super) struct Activity {
     note: Note,
     calls: AtomicU64,
+    /// Whether a call that lasts long is worth a word.
+    watched: bool,
 }
 
-// SAFETY: the activity owns the node's name, which nobody writes.
+// SAFETY: the activity owns the name, and the kind is static; nobody writes either.
 unsafe impl Send for Activity {}
 // SAFETY: as above, and all else is atomic.
 unsafe impl Sync for Activity {}
@@ -40,14 +44,19 @@ unsafe impl Sync for Activity {}
 static ALL: Mutex<Vec<Weak<Activity>>> = Mutex::new(Vec::new());
 
 impl Activity {
-    /// The activity of a new instance called `node`.
-    pub(super) fn new(node: CString) -> Arc<Self> {
+    /// The activity of an FMU; `who` is how messages call it.
+    pub(super) fn new(who: &str) -> Arc<Self> {
+        Self::of(who, c"FMU", true)
+    }
+
+    fn of(who: &str, kind: &'static CStr, watched: bool) -> Arc<Self> {
         let note = Note {
-            node: node.into_raw(),
+            who: CString::new(who).unwrap_or_default().into_raw(),
+            kind: kind.as_ptr(),
             call: AtomicPtr::new(ptr::null_mut()),
             time: AtomicU64::new(f64::NAN.to_bits()),
         };
-        let activity = Arc::new(Activity { note, calls: AtomicU64::new(0) });
+        let activity = Arc::new(Activity { note, calls: AtomicU64::new(0), watched });
         let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|other| other.strong_count() > 0);
         all.push(Arc::downgrade(&activity));
@@ -72,9 +81,9 @@ impl Activity {
         result
     }
 
-    fn node(&self) -> &CStr {
+    fn who(&self) -> &CStr {
         // SAFETY: the name is a C string that lives as long as the activity.
-        unsafe { CStr::from_ptr(self.note.node) }
+        unsafe { CStr::from_ptr(self.note.who) }
     }
 
     /// The number of the call that is going on, and what it is; nothing between calls.
@@ -89,16 +98,29 @@ impl Activity {
         // As in other messages: without the rounding error of a product.
         let rounded = (time * 1e9).round() / 1e9;
         let at = if time.is_nan() { String::new() } else { format!(" at t = {rounded} s") };
-        let node = self.node().to_string_lossy();
-        Some((self.calls.load(Relaxed), format!("node `{node}`: {call}{at}")))
+        let who = self.who().to_string_lossy();
+        Some((self.calls.load(Relaxed), format!("{who}: {call}{at}")))
     }
 }
 
 impl Drop for Activity {
     fn drop(&mut self) {
         // SAFETY: the name comes from `CString::into_raw`, and nobody uses it after this.
-        drop(unsafe { CString::from_raw(self.note.node) });
+        drop(unsafe { CString::from_raw(self.note.who) });
     }
+}
+
+/// Runs a call of a plugin, with a note for the case that it ends the program. `who` is how messages call the plugin.
+pub fn during_plugin<T>(who: &str, call: &'static CStr, body: impl FnOnce() -> T) -> T {
+    // It tells its progress itself.
+    Activity::of(who, c"plugin", false).during(call, body)
+}
+
+/// The calls of foreign code that are going on: whose, which, at what time, and a number that no other call of it has.
+#[must_use]
+pub fn calls_going_on() -> Vec<(u64, String)> {
+    let all = ALL.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    all.iter().filter_map(Weak::upgrade).filter_map(|activity| activity.now()).collect()
 }
 
 /// Whether the signals of the process are somebody else's.
@@ -132,7 +154,7 @@ pub fn watch(patience: Duration, report: impl Fn(&str) + Send + 'static) {
             std::thread::sleep(patience.clamp(SHORTEST, Duration::from_secs(1)) / 2);
             let all = ALL.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let mut still = Vec::new();
-            for activity in all.iter().filter_map(Weak::upgrade) {
+            for activity in all.iter().filter_map(Weak::upgrade).filter(|it| it.watched) {
                 let Some((call, what)) = activity.now() else { continue };
                 let address = Arc::as_ptr(&activity);
                 let known = seen.iter().find(|known| (known.0, known.1) == (address, call));

@@ -107,7 +107,7 @@ impl Instance {
             return Err((lost(&library, call), Vec::new()));
         }
         let mailbox = Mailbox::new();
-        let activity = Activity::new(texts[0].clone());
+        let activity = Activity::new(&format!("node `{name}`"));
         let callbacks = match library.own {
             Own::Two(_) => Some(Callbacks::new(Arc::clone(&library), &mailbox)),
             Own::Three(_) => None,

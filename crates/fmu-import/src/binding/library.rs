@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
-use super::activity;
+use super::activity::{self, Activity};
 use super::functions::{BESIDES, Clocks, Common, Events, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
@@ -22,6 +22,7 @@ pub struct Library {
     /// Unloaded after the last instance, and before its folder is removed.
     pub(super) handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
+    activity: Arc<Activity>,
 }
 
 impl std::fmt::Debug for Library {
@@ -33,7 +34,8 @@ impl std::fmt::Debug for Library {
 impl Library {
     pub(crate) fn load(fmu: Arc<Fmu>, path: &Path) -> Result<Self, OpenError> {
         let lacks = |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol };
-        let library = open(&fmu, path)?;
+        let activity = Activity::new(&format!("the FMU {}", fmu.path.display()));
+        let library = activity.during(c"loading its library", || open(&fmu, path))?;
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
         if let (Version::Two, Some(symbol)) = (version, absent(&library, version).next()) {
@@ -51,7 +53,8 @@ impl Library {
             (Version::Three, false) => Events::new(&finder).ok(),
         };
         let clocks = if version == Version::Three { Clocks::new(&finder).ok() } else { None };
-        Ok(Library { common, own, events, clocks, handle: ManuallyDrop::new(library), fmu })
+        let handle = ManuallyDrop::new(library);
+        Ok(Library { common, own, events, clocks, handle, fmu, activity })
     }
 
     /// The functions of FMI 2.0.
@@ -120,8 +123,10 @@ impl Drop for Library {
     fn drop(&mut self) {
         // What was not freed may go on running: threads of the FMU, for example.
         if !self.is_lost() {
-            // SAFETY: nobody uses the library after this, since all instances are gone.
-            unsafe { ManuallyDrop::drop(&mut self.handle) };
+            self.activity.during(c"unloading its library", || {
+                // SAFETY: nobody uses the library after this, since all instances are gone.
+                unsafe { ManuallyDrop::drop(&mut self.handle) };
+            });
         }
     }
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::SignalUnit;
+use fmu_import::during_plugin;
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
 use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full, NumberIndex};
@@ -169,7 +170,9 @@ fn load(
     };
     // A path without a folder would be looked up among the libraries of the system.
     let path = std::path::absolute(&path).unwrap_or(path);
-    let plugin = Plugin::load(&path).map_err(|error| scenario.error(word, error.to_string()))?;
+    let who = format!("the plugin {}", path.display());
+    let loaded = during_plugin(&who, c"loading its library", || Plugin::load(&path));
+    let plugin = loaded.map_err(|error| scenario.error(word, error.to_string()))?;
     Ok((plugin, path))
 }
 
@@ -302,7 +305,9 @@ fn config(
     let signals =
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
     let request = Request { config: &text, signals: signals.collect() };
-    let Err(error) = plugin.check(&request) else { return Ok(text) };
+    let who = format!("analysis `{}`", analysis.name.get_ref());
+    let checked = during_plugin(&who, c"the check of its configuration", || plugin.check(&request));
+    let Err(error) = checked else { return Ok(text) };
     findings(scenario, analysis, plugin)?;
     // The plugin may miss a signal whose mistake is told already.
     Err(if sound { refused(scenario, analysis, &error) } else { Error::follow_up() })

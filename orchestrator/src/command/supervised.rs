@@ -1,0 +1,50 @@
+//! Ties a run to the `trackside test` that started it: neither it nor a process that it starts outlives that.
+
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
+
+use diagnostics::Error;
+use rustix::process::{Signal, getpgrp, getpid, kill_process_group};
+
+/// The first descriptor that is no standard one.
+const BESIDES: i32 = 3;
+
+/// Reads the identity of the run from standard input, and from then on ends the group of this process when that closes. Foreign code
+/// gets an empty input.
+///
+/// # Errors
+/// When this process does not lead a group, or the input does not begin with a line.
+pub fn begin() -> Result<String, Error> {
+    let wrong =
+        |what: String| Error::input(format!("--supervised is for `trackside test`: {what}"));
+    if getpgrp() != getpid() {
+        return Err(wrong("this process does not lead a group of processes".to_owned()));
+    }
+    let system = |error: std::io::Error| wrong(error.to_string());
+    let input = rustix::io::fcntl_dupfd_cloexec(rustix::stdio::stdin(), BESIDES);
+    let input = input.map_err(|error| system(error.into()))?;
+    let nothing = File::open("/dev/null").map_err(system)?;
+    rustix::stdio::dup2_stdin(&nothing).map_err(|error| system(error.into()))?;
+    let mut input = BufReader::new(File::from(input));
+    let mut identity = String::new();
+    input.read_line(&mut identity).map_err(system)?;
+    if !identity.ends_with('\n') {
+        return Err(wrong("standard input does not begin with a line".to_owned()));
+    }
+    let thread = std::thread::Builder::new().name("supervised".to_owned());
+    thread.spawn(move || end_with(input)).map_err(system)?;
+    Ok(identity.trim_end().to_owned())
+}
+
+fn end_with(mut input: BufReader<File>) {
+    let mut byte = [0];
+    loop {
+        match input.read(&mut byte) {
+            Ok(1..) => {}
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Ok(0) | Err(_) => {
+                let _ = kill_process_group(getpgrp(), Signal::KILL);
+            }
+        }
+    }
+}

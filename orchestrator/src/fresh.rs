@@ -1,0 +1,15 @@
+//! Writes a file of a run in its own folder: a link in its place gives way, what it leads to stays.
+
+use std::io;
+use std::path::Path;
+
+/// Writes the file.
+///
+/// # Errors
+/// Those of the system.
+pub(crate) fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
+    if std::fs::symlink_metadata(path).is_ok_and(|it| it.is_symlink()) {
+        std::fs::remove_file(path)?;
+    }
+    std::fs::write(path, contents)
+}

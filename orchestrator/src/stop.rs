@@ -1,0 +1,74 @@
+//! Ends a run before its end: when a signal asks for it, and at its time limit.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use diagnostics::Error;
+
+/// The exit code of a run in which foreign code failed.
+const FOREIGN_FAILED: u8 = 3;
+/// A call of foreign code that goes on this long after the limit does not return.
+pub(crate) const GRACE: Duration = Duration::from_secs(5);
+
+/// Knows whether a run has to end.
+pub(crate) struct Stop {
+    begin: Instant,
+    limit: Option<Duration>,
+    /// Ends the thread that watches the limit when it is dropped.
+    _watch: Option<Sender<()>>,
+}
+
+impl Stop {
+    /// Notes signals from here on, and the time that the run takes.
+    pub fn new(limit: Option<Duration>) -> Self {
+        fmu_import::note_requests_to_end();
+        Stop { begin: Instant::now(), limit, _watch: limit.and_then(watch) }
+    }
+
+    /// Whether the run goes on.
+    ///
+    /// # Errors
+    /// When it has to end.
+    pub fn check(&self) -> Result<(), Error> {
+        if let Some(signal) = fmu_import::requested_end() {
+            return Err(Error::Interrupted(signal));
+        }
+        match self.limit.filter(|limit| self.begin.elapsed() > *limit) {
+            Some(limit) => Err(Error::Overdue(overdue(limit))),
+            None => Ok(()),
+        }
+    }
+}
+
+fn overdue(limit: Duration) -> String {
+    format!("the run was not over after {} s, its time limit", limit.as_secs_f64())
+}
+
+/// Ends the program if, after the limit, a call of foreign code does not return. A thread does that until the result is dropped.
+fn watch(limit: Duration) -> Option<Sender<()>> {
+    let (sender, dropped) = channel();
+    let thread = std::thread::Builder::new().name("limit".to_owned());
+    let spawned = thread.spawn(move || end_what_hangs(limit, &dropped));
+    // Without the thread the limit is looked at between two calls only.
+    spawned.is_ok().then_some(sender)
+}
+
+fn end_what_hangs(limit: Duration, dropped: &Receiver<()>) {
+    let lasts = |time| dropped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
+    if !lasts(limit) {
+        return;
+    }
+    let mut before = fmu_import::calls_going_on();
+    while lasts(GRACE) {
+        let now = fmu_import::calls_going_on();
+        if let Some((_, call)) = now.iter().find(|call| before.contains(call)) {
+            eprintln!("\n{call} did not return; {}", overdue(limit));
+            let completed = fmu_import::completed();
+            if completed.is_some() {
+                eprintln!("warning: its results are complete, and its verdict stands");
+            }
+            fmu_import::leave(completed.unwrap_or(FOREIGN_FAILED));
+        }
+        before = now;
+    }
+}

@@ -1,0 +1,112 @@
+//! Runs a scenario in a process of its own, in a group of processes that ends with it.
+
+use std::fs::File;
+use std::hash::{BuildHasher as _, RandomState};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{
+    Pid, Signal, WaitId, WaitIdOptions, kill_process, kill_process_group, waitid,
+};
+
+use super::Program;
+use crate::report::SUPERVISED;
+use crate::stop::GRACE;
+
+/// How often a process is asked whether it has ended.
+const PERIOD: Duration = Duration::from_millis(10);
+/// What a run may write to standard error [bytes].
+pub(super) const LOUDEST: u64 = 64 << 20;
+/// What is told of it, from its end [bytes].
+const TOLD: u64 = 64 << 10;
+
+/// Why a process was not left to itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Cut {
+    /// It did not end by itself at its limit.
+    Overdue,
+    /// It wrote too much.
+    Loud,
+    /// This program was asked to end, by this signal.
+    Interrupted(u8),
+}
+
+/// How the process of a run ended.
+pub(super) struct Ended {
+    pub status: ExitStatus,
+    pub cut: Option<Cut>,
+    /// What it wrote to standard error, or the end of that.
+    pub said: String,
+    /// What its report has to repeat.
+    pub identity: String,
+}
+
+/// Runs the scenario at `path` into `folder`. Processes that it starts end with it, or with this program, unless they leave its group.
+pub(super) fn run(
+    Program { path: program, arguments, .. }: Program,
+    path: &Path,
+    folder: &Path,
+    limit: Duration,
+) -> std::io::Result<Ended> {
+    // A pipe would stay open as long as any process holds it.
+    let mut output = tempfile::tempfile()?;
+    let mut command = Command::new(program);
+    command.arg("run").args(arguments).arg(path).arg("--out").arg(folder).arg(SUPERVISED);
+    command.arg("--limit").arg(limit.as_secs_f64().to_string());
+    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(output.try_clone()?);
+    let mut child = command.process_group(0).spawn()?;
+    let identity = format!("{:016x}", RandomState::new().hash_one(child.id()));
+    // The run ends when this closes.
+    let mut life = child.stdin.take();
+    if let Some(input) = &mut life {
+        // Who does not read it is seen by the report.
+        let _ = writeln!(input, "{identity}");
+    }
+    let cut = wait(&child, &output, limit)?;
+    // Until the process is waited for, nobody else has its number.
+    kill_process_group(Pid::from_child(&child), Signal::KILL)?;
+    let status = child.wait()?;
+    Ok(Ended { status, cut, said: end_of(&mut output)?, identity })
+}
+
+/// Waits until the process ends, or must not go on.
+fn wait(child: &Child, output: &File, limit: Duration) -> std::io::Result<Option<Cut>> {
+    let (begin, process) = (Instant::now(), Pid::from_child(child));
+    let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+    let mut asked: Option<(u8, Instant)> = None;
+    loop {
+        let interrupted = asked.map(|(signal, _)| Cut::Interrupted(signal));
+        if waitid(WaitId::Pid(process), options)?.is_some() {
+            return Ok(interrupted);
+        }
+        if begin.elapsed() > limit.saturating_add(3 * GRACE) {
+            return Ok(Some(Cut::Overdue));
+        }
+        if output.metadata()?.len() > LOUDEST {
+            return Ok(Some(Cut::Loud));
+        }
+        match (asked, fmu_import::requested_end()) {
+            (Some((_, since)), _) if since.elapsed() > GRACE => return Ok(interrupted),
+            (None, Some(signal)) => {
+                asked = Some((signal, Instant::now()));
+                if let Some(signal) = Signal::from_named_raw(signal.into()) {
+                    // It may have ended meanwhile.
+                    let _ = kill_process(process, signal);
+                }
+            }
+            _ => {}
+        }
+        std::thread::sleep(PERIOD);
+    }
+}
+
+fn end_of(output: &mut File) -> std::io::Result<String> {
+    let length = output.metadata()?.len();
+    output.seek(SeekFrom::Start(length.saturating_sub(TOLD)))?;
+    let mut bytes = Vec::new();
+    output.read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).trim_end().to_owned())
+}

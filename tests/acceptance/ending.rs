@@ -1,0 +1,387 @@
+//! Checks how runs end that foreign code, a limit or a signal ends: never as passed, with their results, and without leftovers.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use super::fixture::Scenario;
+use super::fmus::{compile, misbehave};
+use super::harness::{Ended, Lab, trackside};
+
+tests! {
+    an_exit_of_an_fmu_never_passes_for_a_verdict: Compiler,
+    an_exit_while_a_library_loads_is_told: Compiler,
+    an_fmu_that_crashes_after_the_run_does_not_change_its_verdict: Compiler,
+    a_plugin_that_ends_the_program_is_named: Compiler,
+    a_validation_does_not_need_that_the_first_run_is_freed: Compiler,
+    a_run_over_its_limit_is_ended_with_node_and_call: Compiler,
+    a_limit_that_is_none_is_refused: Compiler,
+    a_test_over_its_limit_does_not_stop_the_others: Compiler,
+    what_an_fmu_starts_ends_with_its_test: Compiler,
+    nothing_outlives_a_test_that_is_killed: Compiler,
+    a_signal_ends_a_run_at_the_next_communication_point: Compiler,
+    a_signal_ends_an_analysis_and_the_runs_to_come: Compiler,
+    a_second_signal_ends_a_run_at_once: Compiler,
+    a_signal_to_a_test_is_passed_on_and_the_rest_is_told: Compiler,
+}
+
+/// A scenario with the `misbehave` of this archive, ten steps and a check that fails.
+fn failing(fmu: &str, start: &str) -> String {
+    passing(fmu, start) + "\n[[check]]\nname = \"never\"\nthat = \"time < 0\"\n"
+}
+
+fn passing(fmu: &str, start: &str) -> String {
+    let node = Scenario::new().time(0.1, 1.0).fmu("tank", fmu, &format!("u = 0.0, {start}"));
+    node.check("clock", "time >= 0").text()
+}
+
+fn lab() -> Lab {
+    let lab = Lab::new();
+    lab.write("misbehave.fmu", misbehave());
+    lab
+}
+
+fn run(lab: &Lab, text: &str) -> Ended {
+    lab.write("case.toml", text);
+    lab.trackside(&["run", "case.toml", "--out", "out", "--rerun", "off"])
+}
+
+fn an_exit_of_an_fmu_never_passes_for_a_verdict() {
+    let lab = lab();
+    let step = "fmi2DoStep at t = 0.5 s";
+    for (fault, says) in [
+        ("exit", Some(step)),
+        ("quick_exit", Some(step)),
+        ("exit on a thread", Some(step)),
+        ("pthread_exit", None),
+        // Seen by `trackside test` alone.
+        ("_exit", None),
+    ] {
+        let start = format!("fault = '{fault}', at = 0.5");
+        let ended = run(&lab, &failing("misbehave.fmu", &start));
+        match says {
+            Some(words) => drop(ended.expect(3).says(&["node `tank`", words, "exit"])),
+            None if fault == "_exit" => {}
+            None => assert_ne!(ended.code(), Some(0), "{fault}"),
+        }
+        assert!(!lab.has("out/report.json"), "{fault}");
+        // The report of an earlier run that passed must not stand for this one.
+        lab.write("good.toml", passing("misbehave.fmu", "at = 0.0"));
+        lab.trackside(&["run", "good.toml", "--out", "target/runs/case"]).expect(0);
+        let ended = lab.trackside(&["test", "case.toml", "--junit", "junit.xml"]).expect(1);
+        assert!(ended.stdout.contains("0 passed, 1 failed"), "{fault}\n{}", ended.stdout);
+        assert!(lab.read("junit.xml").contains("errors=\"1\""), "{fault}");
+    }
+}
+
+fn an_exit_while_a_library_loads_is_told() {
+    let lab = lab();
+    for (defined, doing) in [("AT_LOAD", "loading"), ("AT_UNLOAD", "unloading")] {
+        lab.write("odd.fmu", compile(&[&format!("-D{defined}=exit(0)")]));
+        // A refused start value unloads the library before the end of the run.
+        let text = failing("odd.fmu", "fault = 'fmi2EnterInitializationMode', status = 3");
+        let ended = run(&lab, &text).expect(3);
+        ended.says(&["the FMU", "odd.fmu", &format!("{doing} its library"), "called exit"]);
+        lab.trackside(&["test", "case.toml"]).expect(1);
+    }
+}
+
+/// By each way in which the code of an FMU runs after the run.
+fn an_fmu_that_crashes_after_the_run_does_not_change_its_verdict() {
+    let lab = lab();
+    lab.write("unloaded.fmu", compile(&["-DAT_UNLOAD=abort()"]));
+    lab.write("stays.fmu", compile(&["-DAT_UNLOAD=abort()", "-Wl,-z,nodelete"]));
+    for (fmu, fault, says) in [
+        ("misbehave.fmu", "abort when freed", &["node `tank`: fmi2FreeInstance", "SIGABRT"][..]),
+        ("misbehave.fmu", "exit when freed", &["node `tank`: fmi2FreeInstance", "called exit"]),
+        ("unloaded.fmu", "", &["unloading its library", "SIGABRT"]),
+        ("stays.fmu", "", &[]),
+    ] {
+        let start = format!("fault = '{fault}', at = 0.0");
+        for (text, code, verdict) in
+            [(passing(fmu, &start), 0, "pass"), (failing(fmu, &start), 1, "fail")]
+        {
+            let ended = run(&lab, &text).expect(code).says(says);
+            let warned = ended.stderr.contains("its results are complete");
+            assert_eq!(warned, !says.is_empty(), "{}", ended.stderr);
+            assert_eq!(lab.report("out")["verdict"], verdict, "{fault}");
+            assert_eq!(recorded(&lab.path("out/run.mcap")), 11, "{fault}");
+        }
+        // What follows does not take place: that is no success.
+        lab.write("good.toml", passing("misbehave.fmu", "at = 0.0"));
+        lab.write("case.toml", passing(fmu, &start));
+        let ended = lab.trackside(&["run", "case.toml", "good.toml", "--out", "both"]);
+        assert_eq!(ended.code() == Some(0), lab.has("both/good/report.json"), "{fault}");
+        lab.trackside(&["test", "case.toml"]).expect(0);
+    }
+}
+
+/// The messages of the node, of a closed recording.
+fn recorded(file: &Path) -> usize {
+    let bytes = std::fs::read(file).expect("a recording");
+    assert!(mcap::Summary::read(&bytes).expect("a closed recording").is_some());
+    let messages = mcap::MessageStream::new(&bytes).expect("a recording");
+    let messages = messages.map(|message| message.expect("a readable recording"));
+    messages.filter(|message| message.channel.topic == "/tank/outputs").count()
+}
+
+fn a_plugin_that_ends_the_program_is_named() {
+    let lab = lab();
+    super::plugins::compile(&lab, plugin::abi::VERSION);
+    for (mode, code, says) in [
+        ("exits", Some(3), "ended this program: the plugin called exit"),
+        ("leaves", Some(3), "was going on when another thread called exit"),
+        ("aborts", None, "ended this program: the plugin aborted (SIGABRT)"),
+    ] {
+        let ended = run(&lab, &analysed(mode));
+        assert_eq!(ended.code(), code, "{mode}\n{}", ended.stderr);
+        ended.says(&["analysis `odd`: its run", says]);
+        assert!(!lab.has("out/report.json"), "{mode}");
+        let ended = lab.trackside(&["test", "case.toml"]).expect(1);
+        assert!(ended.stdout.contains(says), "{mode}\n{}", ended.stdout);
+    }
+}
+
+/// A scenario with an analysis of this mode.
+fn analysed(mode: &str) -> String {
+    let node = Scenario::new().time(0.1, 1.0).fmu("tank", "misbehave.fmu", "u = 0.0, at = 0.0");
+    let signal = node.signal("car.v", "unit = \"km/h\"\nconstant = 3.6");
+    let keys = "name = \"odd\"\npath = \"odd.so\"\nsignals = { speed = \"car.v\" }";
+    signal.section(&format!("[[analysis]]\n{keys}\nconfig = {{ mode = \"{mode}\" }}")).text()
+}
+
+fn a_validation_does_not_need_that_the_first_run_is_freed() {
+    let lab = lab();
+    lab.write("inner.toml", passing("misbehave.fmu", "at = 0.0"));
+    let validation = "\n[[validation]]\nname = \"again\"\nscenario = \"inner.toml\"\n";
+    let text = passing("misbehave.fmu", "fault = 'abort when freed', at = 0.0") + validation;
+    run(&lab, &text).expect(0).says(&["fmi2FreeInstance", "its results are complete"]);
+    let report = lab.report("out");
+    assert_eq!(
+        (&report["verdict"], &report["validations"][0]["verdict"]),
+        (&"pass".into(), &"pass".into())
+    );
+}
+
+fn a_run_over_its_limit_is_ended_with_node_and_call() {
+    let lab = lab();
+    let hanging = passing("misbehave.fmu", "fault = 'sleep', at = 0.5");
+    let says =
+        ["node `tank`: fmi2DoStep at t = 0.5 s did not return", "after 0.5 s, its time limit"];
+    run(&lab, &hanging.replace("stop = 1.0", "stop = 1.0\nlimit = 0.5")).expect(3).says(&says);
+    // The argument counts, not the scenario.
+    lab.write("case.toml", hanging.replace("stop = 1.0", "stop = 1.0\nlimit = 1e6"));
+    let arguments = ["run", "case.toml", "--out", "out", "--limit", "0.5"];
+    lab.trackside(&arguments).expect(3).says(&says);
+    // A run that goes on ends at a communication point, with all that it has recorded.
+    lab.write(
+        "case.toml",
+        passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"),
+    );
+    let arguments = [&arguments[..], &["--realtime", "1"]].concat();
+    lab.trackside(&arguments).expect(3).says(&["the run was not over after 0.5 s"]);
+    let report = lab.report("out");
+    assert_eq!(report["verdict"], "error");
+    let steps = usize::try_from(report["steps"].as_u64().expect("a number")).expect("a count");
+    assert_eq!(recorded(&lab.path("out/run.mcap")), steps + 1);
+    // After the end of the run it is a matter of the FMU alone.
+    let late = passing("misbehave.fmu", "fault = 'sleep when freed', at = 0.0");
+    run(&lab, &late.replace("stop = 1.0", "stop = 1.0\nlimit = 5")).expect(0).says(&[
+        "fmi2FreeInstance",
+        "did not return",
+        "its verdict stands",
+    ]);
+}
+
+fn a_limit_that_is_none_is_refused() {
+    let lab = lab();
+    let text = passing("misbehave.fmu", "at = 0.0");
+    run(&lab, &text.replace("stop = 1.0", "stop = 1.0\nlimit = 1e300")).expect(0);
+    for limit in ["0.0", "-1.0", "nan", "inf"] {
+        run(&lab, &text.replace("stop = 1.0", &format!("stop = 1.0\nlimit = {limit}")))
+            .expect(2)
+            .says(&["expected a time limit above 0 s", "case.toml:4:"]);
+        for command in ["run", "test"] {
+            let argument = format!("--limit={limit}");
+            lab.trackside(&[command, "case.toml", &argument])
+                .expect(2)
+                .says(&["--limit: expected a time above 0 s"]);
+        }
+    }
+}
+
+fn a_test_over_its_limit_does_not_stop_the_others() {
+    let lab = lab();
+    lab.write("a_good.toml", passing("misbehave.fmu", "at = 0.0"));
+    let sleeping = passing("misbehave.fmu", "fault = 'sleep', at = 0.5");
+    lab.write("b_sleeps.toml", sleeping.replace("stop = 1.0", "stop = 1.0\nlimit = 0.5"));
+    // One that does not even react to its own limit.
+    lab.write("stopped.fmu", compile(&["-DAT_LOAD=kill(getpid(),SIGSTOP)"]));
+    lab.write(
+        "c_stops.toml",
+        passing("stopped.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1.0\nlimit = 0.5"),
+    );
+    lab.write("d_good.toml", passing("misbehave.fmu", "at = 0.0"));
+    let ended = lab.trackside(&["test", ".", "--jobs", "1"]).expect(1);
+    for line in [
+        "ok       ./a_good.toml",
+        "FAILED   ./b_sleeps.toml",
+        "node `tank`: fmi2DoStep at t = 0.5 s did not return",
+        "FAILED   ./c_stops.toml",
+        "it did not end by itself after 0.5 s, its time limit, and was killed",
+        "ok       ./d_good.toml",
+    ] {
+        assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
+    }
+}
+
+fn what_an_fmu_starts_ends_with_its_test() {
+    let lab = lab();
+    lab.write("case.toml", passing("misbehave.fmu", "fault = 'another process', at = 0.5"));
+    lab.trackside(&["test", "case.toml"]).expect(0);
+    wait_until("the other process is gone", || !lives(&lab, "other.pid"));
+}
+
+fn nothing_outlives_a_test_that_is_killed() {
+    let lab = lab();
+    lab.write("case.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
+    let mut child =
+        trackside(&lab.path("")).args(["test", "case.toml"]).spawn().expect("it starts");
+    wait_until("the FMU sleeps", || lives(&lab, "sleeping.pid"));
+    child.kill().and_then(|()| child.wait()).expect("it can be killed");
+    wait_until("the run is gone", || !lives(&lab, "sleeping.pid"));
+}
+
+/// Whether the process lives whose number this file holds.
+fn lives(lab: &Lab, file: &str) -> bool {
+    let Ok(number) = std::fs::read_to_string(lab.path(file)) else { return false };
+    let status = std::fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
+    let state = status.rsplit(')').next().unwrap_or_default().trim_start().chars().next();
+    !number.is_empty() && state.is_some_and(|state| state != 'Z' && state != 'X')
+}
+
+/// Waits for what comes without fail; a test does not fail because a machine is slow.
+fn wait_until(what: &str, holds: impl Fn() -> bool) {
+    let begin = Instant::now();
+    while !holds() {
+        assert!(begin.elapsed() < Duration::from_secs(300), "waited in vain until {what}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// The program with its signals as they are on a terminal: a shell that runs the tests in the background has SIGINT ignored.
+fn listening(lab: &Lab) -> Command {
+    let own = trackside(&lab.path(""));
+    let mut command = Command::new("env");
+    command.arg("--default-signal=INT,TERM,HUP").arg(own.get_program()).current_dir(lab.path(""));
+    command.envs(own.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Starts the program and waits until this file is there.
+fn start(lab: &Lab, arguments: &[&str], file: &str) -> Child {
+    let mut command = listening(lab);
+    command.args(arguments);
+    let child = command.spawn().expect("it starts");
+    wait_until(&format!("there is {file}"), || lab.has(file));
+    child
+}
+
+fn signal(child: &Child, name: &str) {
+    let kill = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status();
+    assert!(kill.expect("kill").success());
+}
+
+/// The folders of unpacked archives whose process is this one.
+fn unpacked(lab: &Lab) -> Vec<String> {
+    let entries = std::fs::read_dir(lab.path("temporary")).expect("a folder").flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+}
+
+fn a_signal_ends_a_run_at_the_next_communication_point() {
+    for (name, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let lab = lab();
+        lab.write(
+            "case.toml",
+            passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"),
+        );
+        lab.write("later.toml", passing("misbehave.fmu", "at = 0.0"));
+        std::fs::create_dir(lab.path("temporary")).expect("a folder");
+        let mut command = listening(&lab);
+        command.args(["run", "case.toml", "later.toml", "--out", "out", "--csv", "--rerun", "off"]);
+        command.args(["--realtime", "1"]).env("TMPDIR", lab.path("temporary"));
+        let child = command.spawn().expect("it starts");
+        wait_until("it records", || lab.has("out/case/report.json.partial"));
+        signal(&child, name);
+        let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(code);
+        ended.says(&[&format!("a signal ended the run: SIG{name}"), "not run: later.toml"]);
+        let report = lab.report("out/case");
+        assert_eq!(report["verdict"], "interrupted");
+        let steps = usize::try_from(report["steps"].as_u64().expect("a number")).expect("a count");
+        assert_eq!(recorded(&lab.path("out/case/run.mcap")), steps + 1);
+        assert!(!lab.has("out/case/run.csv") && !lab.has("out/case/report.json.partial"));
+        assert!(!lab.has("out/later"));
+        assert_eq!(unpacked(&lab), [""; 0]);
+    }
+}
+
+fn a_signal_ends_an_analysis_and_the_runs_to_come() {
+    let lab = lab();
+    super::plugins::compile(&lab, plugin::abi::VERSION);
+    lab.write("inner.toml", passing("misbehave.fmu", "at = 0.0"));
+    let validation = "\n[[validation]]\nname = \"again\"\nscenario = \"inner.toml\"\n";
+    let text = analysed("goes on") + validation;
+    lab.write("case.toml", text);
+    let child = start(&lab, &["run", "case.toml", "--out", "out"], "analysis.begun");
+    signal(&child, "TERM");
+    let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(143);
+    ended.says(&["a signal ended the run: SIGTERM"]);
+    let report = lab.report("out");
+    assert_eq!((&report["verdict"], &report["steps"]), (&"interrupted".into(), &10.into()));
+    assert!(!lab.has("out/again"));
+}
+
+fn a_second_signal_ends_a_run_at_once() {
+    let lab = lab();
+    lab.write("case.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
+    let child = start(&lab, &["run", "case.toml", "--out", "out"], "sleeping.pid");
+    signal(&child, "INT");
+    wait_until("it noted the signal", || {
+        // Both would be one if they came together.
+        let status =
+            std::fs::read_to_string(format!("/proc/{}/status", child.id())).expect("a process");
+        let pending = status
+            .lines()
+            .filter(|line| line.starts_with("ShdPnd:") || line.starts_with("SigPnd:"));
+        pending
+            .flat_map(|line| line.split_whitespace().nth(1))
+            .all(|set| set.trim_matches('0').is_empty())
+    });
+    assert!(lives(&lab, "sleeping.pid"));
+    signal(&child, "INT");
+    Ended::of(child.wait_with_output().expect("it ends")).expect(130);
+    assert!(!lab.has("out/report.json"));
+}
+
+fn a_signal_to_a_test_is_passed_on_and_the_rest_is_told() {
+    let lab = lab();
+    lab.write("a_good.toml", passing("misbehave.fmu", "at = 0.0"));
+    lab.write("b_sleeps.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
+    lab.write("c_good.toml", passing("misbehave.fmu", "at = 0.0"));
+    let arguments = ["test", ".", "--jobs", "1", "--junit", "junit.xml"];
+    let child = start(&lab, &arguments, "sleeping.pid");
+    signal(&child, "INT");
+    let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(130);
+    for line in [
+        "ok       ./a_good.toml",
+        "stopped  ./b_sleeps.toml",
+        "stopped  ./c_good.toml",
+        "(not started: SIGINT)",
+        "1 passed, 0 failed, 0 skipped, 2 not run to the end",
+    ] {
+        assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
+    }
+    assert!(lab.read("junit.xml").contains("errors=\"2\""));
+    wait_until("the run is gone", || !lives(&lab, "sleeping.pid"));
+}
