@@ -51,16 +51,15 @@ impl Model for MassChain {
     fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {
         let n = (step / 1e-3).ceil();
         for _ in 0..n as u32 {
-            // The force of the spring before each mass, with none behind the last one.
+            // The force of the spring before each mass; there is none behind the last one.
             let mut springs = [0.0; 4];
-            for i in 0..3 {
-                let (x, v) = if i == 0 { (0.0, 0.0) } else { (self.x[i - 1], self.v[i - 1]) };
-                springs[i] = self.k * (x - self.x[i]) + self.d * (v - self.v[i]);
+            let mut before = (0.0, 0.0);
+            for (spring, here) in springs.iter_mut().zip(self.x.into_iter().zip(self.v)) {
+                *spring = self.k * (before.0 - here.0) + self.d * (before.1 - here.1);
+                before = here;
             }
-            for i in 0..3 {
-                self.v[i] += (self.F[i] + springs[i] - springs[i + 1]) / self.m[i] * step / n;
-            }
-            for i in 0..3 {
+            for (i, pair) in springs.windows(2).enumerate() {
+                self.v[i] += (self.F[i] + pair[0] - pair[1]) / self.m[i] * step / n;
                 self.x[i] += self.v[i] * step / n;
             }
         }

@@ -251,12 +251,15 @@ mod tests {
         let text = file(
             "<Terminal name=\"axle.f\" matchingRule=\"plug\"><TerminalMemberVariable variableName=\"T\" memberName=\"torque\" variableKind=\"inflow\"/><Terminal name=\"hub\" matchingRule=\"sequence\"><TerminalMemberVariable variableName=\"w\" variableKind=\"signal\"/></Terminal></Terminal>",
         );
-        let (terminals, problems) = read(&text).unwrap();
+        let (terminals, problems) = read(&text).expect("it is there");
         assert_eq!(problems, [""; 0]);
         assert_eq!(Terminal::paths(&terminals), ["axle.f", "axle.f.hub"]);
-        let hub = Terminal::find(&terminals, "axle.f.hub").unwrap();
+        let hub = Terminal::find(&terminals, "axle.f.hub").expect("it is there");
         assert_eq!((hub.rule.clone(), hub.variables()), (MatchingRule::Sequence, vec!["w"]));
-        assert_eq!(Terminal::find(&terminals, "axle.f").unwrap().variables(), ["T", "w"]);
+        assert_eq!(
+            Terminal::find(&terminals, "axle.f").expect("it is there").variables(),
+            ["T", "w"]
+        );
         for absent in ["axle", "axle.f.", "axle.f.hub.x", "axle.fhub", ""] {
             assert_eq!(Terminal::find(&terminals, absent), None, "{absent}");
         }
@@ -267,7 +270,7 @@ mod tests {
         let text = file(
             "<Terminal name=\"port\" matchingRule=\"bus\"><TerminalStreamMemberVariable inStreamMemberName=\"h_in\" outStreamMemberName=\"h\" inStreamVariableName=\"a\" outStreamVariableName=\"b\"/></Terminal>",
         );
-        let (terminals, _) = read(&text).unwrap();
+        let (terminals, _) = read(&text).expect("it is there");
         assert_eq!(terminals[0].streams[0].names, ["h_in", "h"]);
         assert_eq!(terminals[0].variables(), ["a", "b"]);
     }
@@ -292,13 +295,17 @@ mod tests {
             ),
         ];
         for (wrong, expected) in cases {
-            let (terminals, problems) = read(&file(&format!("{wrong}{good}"))).unwrap();
+            let (terminals, problems) =
+                read(&file(&format!("{wrong}{good}"))).expect("it is there");
             assert_eq!(Terminal::paths(&terminals), ["good"], "{wrong}");
             assert!(problems[0].contains(expected), "{problems:?}");
         }
         let deep = "<Terminal name=\"x\" matchingRule=\"bus\">".repeat(100);
-        let (_, problems) = read(&file(&format!("{deep}{}", "</Terminal>".repeat(100)))).unwrap();
+        let (_, problems) =
+            read(&file(&format!("{deep}{}", "</Terminal>".repeat(100)))).expect("it is there");
         assert!(problems[0].contains("inside each other"), "{problems:?}");
-        assert!(read("<fmiModelDescription/>").unwrap_err().contains("fmiTerminalsAndIcons"));
+        assert!(
+            read("<fmiModelDescription/>").expect_err("a refusal").contains("fmiTerminalsAndIcons")
+        );
     }
 }
