@@ -132,19 +132,28 @@ fn the_closed_loop_as_a_system_gives_equal_results_in_other_importers() {
 
 fn the_jacobi_closed_loop_gives_equal_results_in_other_importers() {
     let scenario = closed_loop(10.0);
-    let path = |name: &str| ours().join(format!("{name}.fmu"));
-    let system = json!({
-        "step": 0.01,
-        "fmus": {
-            "plant": path("plant"),
-            "estimator": path("estimator"),
-            "controller": path("controller"),
-        },
-        "start": { "controller.v_ref": 25.0, "controller.r_ref": 0.2, "controller.psi_ref": 0.0 },
-        "connections": LOOP,
-        "inputs": [],
-    });
-    compare(&scenario, system);
+    let system = |version: &str| {
+        let path = |name: &str| ours().join(format!("{name}{version}.fmu"));
+        json!({
+            "step": 0.01,
+            "fmus": {
+                "plant": path("plant"),
+                "estimator": path("estimator"),
+                "controller": path("controller"),
+            },
+            "start": {
+                "controller.v_ref": 25.0, "controller.r_ref": 0.2, "controller.psi_ref": 0.0
+            },
+            "connections": LOOP,
+            "inputs": [],
+            "outputs": ["plant.X", "plant.Y", "plant.r", "controller.F_x", "estimator.v_x"],
+        })
+    };
+    let lab = compare(&scenario, system(""));
+    // libcosim has no FMI 3.0.
+    let description = lab.write("system3.json", system("_fmi3").to_string());
+    let csv = lab.path("run/run.csv");
+    python().run("coupled.py", &["ecos".as_ref(), description.as_os_str(), csv.as_os_str()]);
 }
 
 /// libcosim unloads the library of an FMU before its threads end.

@@ -8,6 +8,7 @@ use super::python::python;
 
 tests! {
     a_closed_loop_in_one_fmu_has_the_bits_of_its_run: Python,
+    the_state_of_a_scenario_without_effects_goes_through_bytes: Python,
     an_input_takes_the_place_of_a_signal_or_a_connection: Compiler,
     mistakes_about_an_fmu_of_a_scenario_are_told: Compiler,
 }
@@ -29,6 +30,16 @@ fn a_closed_loop_in_one_fmu_has_the_bits_of_its_run() {
     }
     // Sensor effects of the scenario go back, too.
     python().run("state.py", &[&lab.path("out/lane_change.fmu")]);
+}
+
+fn the_state_of_a_scenario_without_effects_goes_through_bytes() {
+    let lab = Lab::new();
+    let mut pack = trackside(Path::new(ROOT));
+    pack.args(["pack", "scenarios/step_steer.toml", "--fmu", "steer", "--out"])
+        .arg(lab.path("out"));
+    Ended::of(pack.output().expect("it starts")).expect(0);
+    let ended = python().run("state.py", &[&lab.path("out/steer.fmu")]);
+    assert!(ended.stdout.contains("restored from bytes"), "{}", ended.stdout);
 }
 
 /// Two relays: a signal and a connection with a sensor effect that a state has to keep.

@@ -1,4 +1,5 @@
-"""Saves the state of an FMU in the middle of a run, goes on, and goes on again from there: state.py FMU"""
+"""Saves the state of an FMU in the middle of a run, goes on, and goes on again from there, if the FMU can also in another instance
+and from bytes: state.py FMU"""
 import sys
 
 import fmpy
@@ -8,17 +9,25 @@ fmu = sys.argv[1]
 description = fmpy.read_model_description(fmu)
 step = float(description.defaultExperiment.stepSize)
 outputs = [variable.valueReference for variable in description.modelVariables if variable.causality == "output"]
-instance = FMU2Slave(
-    guid=description.guid, unzipDirectory=fmpy.extract(fmu),
-    modelIdentifier=description.coSimulation.modelIdentifier, instanceName="instance",
-)
-instance.instantiate()
+folder = fmpy.extract(fmu)
+
+
+def make(name):
+    made = FMU2Slave(
+        guid=description.guid, unzipDirectory=folder,
+        modelIdentifier=description.coSimulation.modelIdentifier, instanceName=name,
+    )
+    made.instantiate()
+    return made
+
+
+instance = make("instance")
 instance.setupExperiment(startTime=0.0)
 instance.enterInitializationMode()
 instance.exitInitializationMode()
 
 
-def steps(first, last):
+def steps(first, last, instance=instance):
     rows = []
     for tick in range(first, last):
         instance.doStep(tick * step, step)
@@ -35,6 +44,14 @@ assert steps(30, 60) == first, "the state is not restored"
 instance.reset()
 instance.setFMUstate(state)
 assert steps(30, 60) == first, "the state is not restored after a reset"
+if description.coSimulation.canSerializeFMUstate:
+    other = make("other")
+    restored = other.deSerializeFMUstate(instance.serializeFMUstate(state))
+    other.setFMUstate(restored)
+    assert steps(30, 60, other) == first, "the state is not restored from bytes"
+    other.freeFMUstate(restored)
+    other.freeInstance()
+    print("restored from bytes")
 instance.freeFMUstate(state)
 instance.terminate()
 instance.freeInstance()
