@@ -98,8 +98,7 @@ impl System {
         let notes = (&mut mistakes, &mut warnings);
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
         let notes = (&mut mistakes, &mut warnings);
-        let connects = terminals::expanded(scenario, &unplaced, notes);
-        let connects = connectors::connects(scenario, &connects, &mut unplaced, &mut mistakes);
+        let connects = connectors::connects(scenario, &mut unplaced, notes);
         let conversions =
             connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
         let converted = (connects.as_slice(), &conversions);
@@ -116,8 +115,7 @@ impl System {
         let checks = checks::resolve(scenario, (&columns, &units), clock);
         let checks = mistakes.take(checks).unwrap_or_default();
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
-        mistakes.take(recorded::check(scenario, &columns));
-        let recorded = recorded::selection(scenario, &columns);
+        let recorded = recorded::selection(scenario, &columns, &mut mistakes);
         let header = RunHeader {
             scenario: scenario.name.clone(),
             title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),

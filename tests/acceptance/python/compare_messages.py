@@ -20,6 +20,7 @@ with open(sys.argv[2], "rb") as file:
     reader = make_reader(file)
     whole = messages(reader.iter_messages(log_time_order=False))
     summary = reader.get_summary()
-assert found and whole == found, (len(whole), len(found))
+# What was not in the file yet comes from the one beside it.
+assert found and whole[: len(found)] == found, (len(whole), len(found))
 assert summary.statistics.message_count == len(whole)
 print(len(whole), "messages")

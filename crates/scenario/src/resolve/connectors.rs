@@ -8,7 +8,7 @@ use diagnostics::{Error, Mistakes};
 use super::nodes::UnplacedNode;
 use super::port::{Side, find};
 use super::ports::Port;
-use super::{arrays, types, unit};
+use super::{Notes, arrays, terminals, types, unit};
 use crate::plan::Body;
 use crate::words::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Unconnected};
 
@@ -16,11 +16,11 @@ use crate::words::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Uncon
 /// input connector without one are left out.
 pub(super) fn connects(
     scenario: &Scenario,
-    words: &[Connect],
     unplaced: &mut Vec<UnplacedNode>,
-    mistakes: &mut Mistakes,
+    (mistakes, warnings): Notes,
 ) -> Vec<Connect> {
-    let mut connects = arrays::expanded(scenario, words, unplaced, mistakes);
+    let words = terminals::expanded(scenario, unplaced, (mistakes, warnings));
+    let mut connects = arrays::expanded(scenario, &words, unplaced, mistakes);
     let mut open: BTreeMap<String, (Range<usize>, Vec<Open>)> = BTreeMap::new();
     for word in &scenario.document.connector {
         let name = word.name.get_ref();

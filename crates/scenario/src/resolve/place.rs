@@ -20,20 +20,7 @@ pub(super) fn place(
     connections: Connections,
 ) -> (Vec<NodePlan>, Columns<Full>) {
     let mut columns = Columns::default();
-    let sources = connections.iter().flatten().flatten().map(|connection| connection.from.0);
-    let sources: BTreeSet<_> = sources.collect();
-    let sides =
-        unplaced.iter().zip(&connections).enumerate().map(|(place, (node, connections))| {
-            let UnplacedNode { name, body, outputs, .. } = node;
-            let is_used = connections.iter().any(Option::is_some) || sources.contains(&place);
-            match body {
-                // As for other inputs, a value that nobody gives is none.
-                Body::Inlet if !is_used => Side::append(&mut columns, name, &[], Direction::Input),
-                Body::Inlet => Side::append(&mut columns, name, outputs, Direction::Input),
-                _ => Side::append(&mut columns, name, outputs, Direction::Output),
-            }
-        });
-    let outputs: Vec<_> = sides.collect();
+    let outputs = outputs(&mut columns, &unplaced, &connections);
     let mut nodes = Vec::new();
     for ((mut unplaced_node, connections), output) in
         unplaced.into_iter().zip(connections).zip(&outputs)
@@ -87,6 +74,27 @@ pub(super) fn place(
         nodes.push(plan);
     }
     (nodes, columns)
+}
+
+/// Gives the outputs of all nodes their columns. Those of an input connector are inputs.
+fn outputs(
+    columns: &mut Columns<Full>,
+    unplaced: &[UnplacedNode],
+    connections: &Connections,
+) -> Vec<Side> {
+    let sources = connections.iter().flatten().flatten().map(|connection| connection.from.0);
+    let sources: BTreeSet<_> = sources.collect();
+    let sides = unplaced.iter().zip(connections).enumerate().map(|(place, (node, connections))| {
+        let UnplacedNode { name, body, outputs, .. } = node;
+        let is_used = connections.iter().any(Option::is_some) || sources.contains(&place);
+        match body {
+            // As for other inputs, a value that nobody gives is none.
+            Body::Inlet if !is_used => Side::append(columns, name, &[], Direction::Input),
+            Body::Inlet => Side::append(columns, name, outputs, Direction::Input),
+            _ => Side::append(columns, name, outputs, Direction::Output),
+        }
+    });
+    sides.collect()
 }
 
 /// Finds the connections of a node with an integer of 64 bits at one end or at both. Where both have one and nothing changes it,

@@ -7,7 +7,7 @@ use crate::pattern::matches;
 use crate::words::Scenario;
 
 /// Finds the patterns of `[record]` that no variable fits.
-pub(super) fn check(scenario: &Scenario, columns: &Columns<Full>) -> Result<(), Error> {
+fn check(scenario: &Scenario, columns: &Columns<Full>) -> Result<(), Error> {
     let names: Vec<_> = columns.iter().map(Column::name).collect();
     let except = scenario.document.record.except.iter();
     let unknown =
@@ -21,7 +21,12 @@ pub(super) fn check(scenario: &Scenario, columns: &Columns<Full>) -> Result<(), 
 }
 
 /// The variables that `[record]` does not except.
-pub(super) fn selection(scenario: &Scenario, columns: &Columns<Full>) -> Selection {
+pub(super) fn selection(
+    scenario: &Scenario,
+    columns: &Columns<Full>,
+    mistakes: &mut Mistakes,
+) -> Selection {
+    mistakes.take(check(scenario, columns));
     let except = &scenario.document.record.except;
     let kept =
         |column: &Column| !except.iter().any(|pattern| matches(pattern.get_ref(), &column.name()));
