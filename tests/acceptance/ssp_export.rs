@@ -111,8 +111,16 @@ fn arrays_and_fmi_3_make_a_system_of_version_2() {
 
 fn our_scenarios_come_back_bit_by_bit() {
     let lab = Lab::new();
-    for name in ["step_steer", "double_lane_change"] {
-        let scenario = format!("{ROOT}/scenarios/{name}.toml");
+    for path in [
+        "step_steer",
+        "double_lane_change",
+        "validation/iso_19365_gentle",
+        "validation/iso_19365_sine_with_dwell",
+        "validation/iso_3888_double_lane_change",
+        "validation/iso_7401_step_steer",
+    ] {
+        let scenario = format!("{ROOT}/scenarios/{path}.toml");
+        let name = path.rsplit('/').next().unwrap_or(path);
         let (archive, direct) = (format!("{name}.ssp"), format!("direct/{name}"));
         lab.trackside(&["pack", &scenario, "--ssp", "--out", "."]).expect(0);
         let run = |path: &str, out: &str| {

@@ -263,6 +263,8 @@ fn mistakes_about_terminals_are_told() {
     run(&lab, &Scenario::headed(&single))
         .expect(2)
         .says(&["`a.port` is a terminal", "`b.x` is none"]);
+    let typo = scenario.clone().text().replace("b.port", "b.prt");
+    run(&lab, &Scenario::headed(&typo)).expect(2).says(&["unknown terminal `b.prt`", "b.port"]);
     let twice = scenario.connect("a.port", "b.port");
     run(&lab, &twice).expect(2).says(&["connected twice"]);
     // What cannot be read matters only to those who name it.

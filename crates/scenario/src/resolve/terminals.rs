@@ -4,7 +4,7 @@ mod matching;
 
 use std::ops::Range;
 
-use diagnostics::suggest::shortened;
+use diagnostics::suggest::{self, shortened};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Fmu, Terminal, Value};
@@ -33,7 +33,7 @@ pub(super) fn expanded(
             all.push(connect.clone());
             continue;
         }
-        let links = ends(scenario, connect, [from, to]).and_then(|ends| {
+        let links = ends((scenario, nodes), connect, [from, to]).and_then(|ends| {
             plain(scenario, connect)?;
             members(scenario, connect, &ends, warnings)
         });
@@ -89,20 +89,37 @@ fn end_terminal<'a>(
 
 /// Both ends, each of which has to be a terminal.
 fn ends<'a>(
-    scenario: &Scenario,
+    context: (&Scenario, &[UnplacedNode]),
     connect: &Connect,
     ends: [Option<End<'a>>; 2],
 ) -> Result<[End<'a>; 2], Error> {
     match ends {
         [Some(from), Some(to)] => Ok([from, to]),
-        [Some(_), None] => Err(alone(scenario, &connect.from, &connect.to)),
-        [None, _] => Err(alone(scenario, &connect.to, &connect.from)),
+        [Some(_), None] => Err(alone(context, &connect.from, &connect.to)),
+        [None, _] => Err(alone(context, &connect.to, &connect.from)),
     }
 }
 
-fn alone(scenario: &Scenario, terminal: &Spanned<String>, other: &Spanned<String>) -> Error {
-    let (terminal, name) = (terminal.get_ref(), other.get_ref());
-    let message = format!("`{terminal}` is a terminal, and `{name}` is none");
+fn alone(
+    (scenario, nodes): (&Scenario, &[UnplacedNode]),
+    terminal: &Spanned<String>,
+    other: &Spanned<String>,
+) -> Error {
+    let name = other.get_ref();
+    let node = name.split_once('.').and_then(|(node, _)| nodes.iter().find(|it| it.name == node));
+    let known = match node.map(|node| (node, &node.body)) {
+        Some((node, Body::Fmu { fmu, .. })) if !names_variable(nodes, name) => {
+            let (terminals, _) = fmu.terminals().unwrap_or_default();
+            let paths = Terminal::paths(&terminals).into_iter();
+            paths.map(|path| format!("{}.{path}", node.name)).collect()
+        }
+        _ => Vec::new(),
+    };
+    if !known.is_empty() {
+        let unknown = suggest::unknown("terminal", name, known.iter().map(String::as_str));
+        return unknown.at(&scenario.source, other.span());
+    }
+    let message = format!("`{}` is a terminal, and `{name}` is none", terminal.get_ref());
     let help = "connect two terminals, or two variables: `trackside inspect` lists both of an FMU";
     scenario.error(other, message).help(help)
 }
