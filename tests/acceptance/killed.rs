@@ -19,7 +19,7 @@ tests! {
 
 /// Kills of each kind; `TRACKSIDE_KILLS` asks for more.
 fn kills() -> u64 {
-    std::env::var("TRACKSIDE_KILLS").ok().and_then(|it| it.parse().ok()).unwrap_or(5)
+    std::env::var("TRACKSIDE_KILLS").ok().and_then(|it| it.parse().ok()).unwrap_or(7)
 }
 
 /// A run of one FMU that notes its steps in a file.
