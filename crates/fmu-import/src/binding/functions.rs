@@ -42,7 +42,6 @@ macro_rules! functions {
 
         impl $name {
             /// All of them.
-            #[allow(dead_code, reason = "nobody lists those of clocks")]
             pub(super) const SYMBOLS: &[&str] = &[$($symbol,)* $($uncalled,)*];
 
             /// Finds those that are called.
@@ -203,26 +202,19 @@ functions! {
 
 /// What the common functions and those of co-simulation of FMI 3.0 are besides, which a plain simulation does not call.
 pub(super) const BESIDES: &[&str] = &[
-    "fmi3GetClock",
-    "fmi3SetClock",
     "fmi3GetNumberOfVariableDependencies",
     "fmi3GetVariableDependencies",
     "fmi3GetDirectionalDerivative",
     "fmi3GetAdjointDerivative",
     "fmi3EnterConfigurationMode",
     "fmi3ExitConfigurationMode",
-    "fmi3EnterEventMode",
-    "fmi3GetIntervalDecimal",
     "fmi3GetIntervalFraction",
-    "fmi3GetShiftDecimal",
     "fmi3GetShiftFraction",
     "fmi3SetIntervalDecimal",
     "fmi3SetIntervalFraction",
     "fmi3SetShiftDecimal",
     "fmi3SetShiftFraction",
     "fmi3EvaluateDiscreteStates",
-    "fmi3UpdateDiscreteStates",
-    "fmi3EnterStepMode",
     "fmi3GetOutputDerivatives",
 ];
 

@@ -74,9 +74,12 @@ impl Library {
         let version = fmu.description.version;
         let events = if fmu.description.event_mode { Events::SYMBOLS } else { &[] };
         let missing: Vec<_> = absent(&library, version).chain(lacking(&library, events)).collect();
-        let besides = if version == Version::Three { BESIDES } else { &[] };
-        let others = lacking(&library, besides).filter(|symbol| !missing.contains(symbol));
-        let others = others.collect();
+        let others: &[&[_]] = match version {
+            Version::Two => &[],
+            Version::Three => &[Events::SYMBOLS, Clocks::SYMBOLS, BESIDES],
+        };
+        let others = others.iter().flat_map(|symbols| lacking(&library, symbols));
+        let others = others.filter(|symbol| !missing.contains(symbol)).collect();
         Ok([missing, others])
     }
 

@@ -4,7 +4,7 @@ use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, hexadeci
 use scenario::plan::Group;
 
 use super::FmuNode;
-use super::events::is_clock;
+use super::events::{Events, is_clock};
 
 /// Memory for the values of each group of one side.
 #[derive(Debug, Default)]
@@ -31,6 +31,67 @@ fn put<T: Copy + PartialEq>(group: &Group, values: &[T], all: &mut [T]) -> bool 
         changed |= std::mem::replace(&mut all[*place], *value) != *value;
     }
     changed
+}
+
+/// A number as an FMU takes and gives it: integers of 64 bits have a form of their own.
+trait Form: Copy + Default + PartialEq {
+    fn set(instance: &mut Instance, group: &Group, values: &[Self]) -> Result<(), CallError>;
+    fn get(instance: &mut Instance, group: &Group, values: &mut [Self]) -> Result<(), CallError>;
+}
+
+impl Form for f64 {
+    fn set(instance: &mut Instance, group: &Group, values: &[f64]) -> Result<(), CallError> {
+        instance.set_numbers(group.storage, &group.references, values)
+    }
+
+    fn get(instance: &mut Instance, group: &Group, values: &mut [f64]) -> Result<(), CallError> {
+        instance.get_numbers(group.storage, &group.references, values)
+    }
+}
+
+impl Form for i128 {
+    fn set(instance: &mut Instance, group: &Group, values: &[i128]) -> Result<(), CallError> {
+        instance.set_exact(group.storage, &group.references, values)
+    }
+
+    fn get(instance: &mut Instance, group: &Group, values: &mut [i128]) -> Result<(), CallError> {
+        instance.get_exact(group.storage, &group.references, values)
+    }
+}
+
+/// Gives the FMU the values of a group that travel, or keeps them for an event.
+fn give<T: Form>(
+    (instance, events): (&mut Instance, &mut Events),
+    group: &Group,
+    (values, kept): (&[T], &mut [T]),
+) -> Result<(), CallError> {
+    let delays = events.delays(group);
+    if delays || group.discrete {
+        events.changed |= put(group, values, kept) && group.clocks.is_empty();
+    } else if !group.is_whole() {
+        put(group, values, kept);
+    }
+    if delays {
+        return Ok(());
+    }
+    T::set(instance, group, if group.is_whole() { values } else { kept })
+}
+
+/// Takes the values of a group that travel; those of a clocked one are what it showed last.
+fn take<T: Form>(
+    instance: &mut Instance,
+    group: &Group,
+    (values, shown): (&mut [T], &mut Vec<T>),
+) -> Result<(), CallError> {
+    if group.is_whole() && group.clocks.is_empty() {
+        return T::get(instance, group, values);
+    }
+    shown.resize(group.elements, T::default());
+    if group.clocks.is_empty() {
+        T::get(instance, group, shown)?;
+    }
+    values.iter_mut().zip(&group.places).for_each(|(it, at)| *it = shown[*at]);
+    Ok(())
 }
 
 impl FmuNode {
@@ -60,12 +121,9 @@ impl FmuNode {
             if is_clock(group) {
                 continue;
             }
-            if group.is_exact() {
-                let values = &mut kept.integers[place];
-                instance.get_exact(group.storage, &group.references, values)?;
-            } else {
-                let values = &mut kept.numbers[place];
-                instance.get_numbers(group.storage, &group.references, values)?;
+            match group.is_exact() {
+                true => Form::get(instance, group, &mut kept.integers[place])?,
+                false => Form::get(instance, group, &mut kept.numbers[place])?,
             }
         }
         for (place, group) in inputs.texts.iter().enumerate().filter(|(_, it)| delayed(it)) {
@@ -86,16 +144,7 @@ impl FmuNode {
                 let ticks = ticks.filter(|(_, value)| events.running && **value != 0.0);
                 ticks.for_each(|(reference, _)| events.clocks.trigger(*reference));
             } else if !group.is_exact() {
-                let delays = events.delays(group);
-                if delays || group.discrete {
-                    events.changed |= put(group, values, kept) && group.clocks.is_empty();
-                } else if !group.is_whole() {
-                    put(group, values, kept);
-                }
-                if !delays {
-                    let values = if group.is_whole() { values } else { kept };
-                    instance.set_numbers(group.storage, &group.references, values)?;
-                }
+                give((instance, events), group, (values, kept))?;
             }
         }
         events.changed &= events.running;
@@ -109,16 +158,7 @@ impl FmuNode {
         for (group, kept) in groups.filter(|(group, _)| group.is_exact()) {
             let (values, others) = rest.split_at(group.places.len());
             rest = others;
-            let delays = events.delays(group);
-            if delays || group.discrete {
-                events.changed |= put(group, values, kept) && group.clocks.is_empty();
-            } else if !group.is_whole() {
-                put(group, values, kept);
-            }
-            if !delays {
-                let values = if group.is_whole() { values } else { kept };
-                instance.set_exact(group.storage, &group.references, values)?;
-            }
+            give((instance, events), group, (values, kept))?;
         }
         events.changed &= events.running;
         Ok(())
@@ -153,10 +193,9 @@ impl FmuNode {
             if is_clock(group) {
                 continue;
             }
-            let (form, references) = (group.storage, &group.references);
             match group.is_exact() {
-                true => instance.set_exact(form, references, &kept.integers[place])?,
-                false => instance.set_numbers(form, references, &kept.numbers[place])?,
+                true => Form::set(instance, group, &kept.integers[place])?,
+                false => Form::set(instance, group, &kept.numbers[place])?,
             }
         }
         for (place, group) in inputs.texts.iter().enumerate().filter(|(_, it)| now(it)) {
@@ -172,12 +211,10 @@ impl FmuNode {
         for (place, group) in outputs.numbers.iter().enumerate().filter(|(_, it)| ticks(it)) {
             if group.is_exact() {
                 shown.integers[place].resize(group.elements, 0);
-                let values = &mut shown.integers[place];
-                instance.get_exact(group.storage, &group.references, values)?;
+                Form::get(instance, group, &mut shown.integers[place])?;
             } else {
                 shown.numbers[place].resize(group.elements, 0.0);
-                let values = &mut shown.numbers[place];
-                instance.get_numbers(group.storage, &group.references, values)?;
+                Form::get(instance, group, &mut shown.numbers[place])?;
             }
         }
         for (place, group) in outputs.texts.iter().enumerate().filter(|(_, it)| ticks(it)) {
@@ -198,15 +235,8 @@ impl FmuNode {
                     |reference: &u32| f64::from(u8::from(events.clocks.ticked(*reference)));
                 let ticked = group.references.iter().map(ticked);
                 values.iter_mut().zip(ticked).for_each(|(value, ticked)| *value = ticked);
-            } else if group.is_exact() {
-            } else if group.is_whole() && group.clocks.is_empty() {
-                instance.get_numbers(group.storage, &group.references, values)?;
-            } else {
-                shown.resize(group.elements, 0.0);
-                if group.clocks.is_empty() {
-                    instance.get_numbers(group.storage, &group.references, shown)?;
-                }
-                values.iter_mut().zip(&group.places).for_each(|(it, at)| *it = shown[*at]);
+            } else if !group.is_exact() {
+                take(instance, group, (values, shown))?;
             }
         }
         Ok(())
@@ -219,11 +249,7 @@ impl FmuNode {
         for (group, shown) in groups.filter(|(group, _)| group.is_exact()) {
             let (values, others) = rest.split_at_mut(group.places.len());
             rest = others;
-            shown.resize(group.elements, 0);
-            if group.clocks.is_empty() {
-                instance.get_exact(group.storage, &group.references, shown)?;
-            }
-            values.iter_mut().zip(&group.places).for_each(|(it, at)| *it = shown[*at]);
+            take(instance, group, (values, shown))?;
         }
         Ok(())
     }
