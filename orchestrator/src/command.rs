@@ -4,6 +4,7 @@ mod conform;
 mod doctor;
 mod explain;
 mod inspect;
+mod isolated;
 mod pack;
 mod progress;
 mod recover;
@@ -45,6 +46,9 @@ pub enum Command {
     Schema(schema::Arguments),
     /// Explain a key of scenario files.
     Explain(explain::Arguments),
+    /// For runs: run an FMU in a process of its own.
+    #[command(hide = true)]
+    Isolated(isolated::Arguments),
 }
 
 impl Command {
@@ -61,6 +65,7 @@ impl Command {
             Command::Recover(arguments) => recover::run(arguments),
             Command::Schema(arguments) => schema::run(arguments),
             Command::Explain(arguments) => explain::run(arguments),
+            Command::Isolated(arguments) => isolated::run(arguments),
         };
         result.unwrap_or_else(report_error)
     }

@@ -43,6 +43,10 @@ pub struct RunOptions {
     pub identity: Option<String>,
     /// Simulated seconds per second; as fast as possible unless it is given.
     pub realtime: Option<f64>,
+    /// This program, which FMUs in processes of their own need; without it they run in this process.
+    pub program: Option<PathBuf>,
+    /// A call of such an FMU that lasts longer than this is reported; 10 s unless it is given.
+    pub patience: Option<Duration>,
 }
 
 /// An event of a run, for a progress bar.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use cosim::baseline::{BaselineOutcome, Baselines};
 use cosim::coupling;
 use cosim::master::{self, Progress};
-use cosim::node::{self, Node};
+use cosim::node::{self, Host, Node};
 use diagnostics::{Error, Mistakes};
 use scenario::plan::{Clock, System};
 use scenario::resolve::{self, Overrides};
@@ -44,7 +44,25 @@ impl Remains {
     fn check(&self) -> Result<(), Error> {
         self.stop.as_ref().map_or(Ok(()), Stop::check)
     }
+
+    /// What processes of FMUs need of this one.
+    fn host(&self, options: &RunOptions) -> Option<Host> {
+        let program = (options.program.clone()?, vec!["isolated".to_owned()]);
+        let give_up = self.stop.as_ref()?.patience();
+        Some(Host { program, patience: options.patience.unwrap_or(PATIENCE), give_up })
+    }
+
+    /// Why a run ended that failed because it had to end.
+    fn why(&self, error: Error) -> Error {
+        match &self.stop {
+            Some(stop) => stop.or(error),
+            None => error,
+        }
+    }
 }
+
+/// A call that lasts longer than this is reported.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Receives the events of a run.
 type Events<'a> = &'a mut dyn FnMut(ProgressEvent);
@@ -103,7 +121,9 @@ impl Job<'_> {
         };
         let csv = self.options.csv || (bless && baseline::wants_csv(&system));
         let options = RunOptions { csv, ..self.options.clone() };
-        let mut nodes = node::instantiate(&mut system)?;
+        let host = remains.host(self.options);
+        let mut nodes =
+            node::instantiate(&mut system, host.as_ref()).map_err(|error| remains.why(error))?;
         // The runtime of an FMU may have taken the signals.
         fmu_import::note_requests_to_end();
         let begin = Instant::now();
@@ -124,6 +144,7 @@ impl Job<'_> {
         };
         let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), &mut tick);
         remains.nodes.append(&mut nodes);
+        let outcome = outcome.map_err(|error| remains.why(error));
         let outcome = outcome
             .and_then(|()| analyse(&system, &mut recorder, &mut report, (remains, &mut *events)))
             .and_then(|()| self.validate_all(&system, &mut report, remains, events));
@@ -179,6 +200,7 @@ impl Job<'_> {
             overrides: Overrides {
                 seed: self.options.overrides.seed,
                 tolerance: self.options.overrides.tolerance,
+                isolate: self.options.overrides.isolate,
                 ..overrides
             },
             // A viewer that is connected goes on showing this run.

@@ -1,6 +1,7 @@
 //! Ends a run before its end: when a signal asks for it, and at its time limit.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use diagnostics::Error;
@@ -23,6 +24,25 @@ impl Stop {
     pub fn new(limit: Option<Duration>) -> Self {
         fmu_import::note_requests_to_end();
         Stop { begin: Instant::now(), limit, _watch: limit.and_then(watch) }
+    }
+
+    /// Says when to wait no longer for a call of foreign code: some time after the run has to end.
+    pub fn patience(&self) -> Arc<dyn Fn() -> bool + Send + Sync> {
+        let (begin, limit, asked) = (self.begin, self.limit, OnceLock::new());
+        Arc::new(move || {
+            let overdue = limit.is_some_and(|limit| begin.elapsed() > limit.saturating_add(GRACE));
+            let asked = fmu_import::requested_end().map(|_| asked.get_or_init(Instant::now));
+            overdue || asked.is_some_and(|since| since.elapsed() > GRACE)
+        })
+    }
+
+    /// The error of a run that has to end, if it does; or else this one.
+    pub fn or(&self, error: Error) -> Error {
+        match self.check() {
+            Ok(()) => error,
+            Err(Error::Overdue(limit)) => Error::Overdue(format!("{error}; {limit}")),
+            Err(end) => end,
+        }
     }
 
     /// Whether the run goes on.

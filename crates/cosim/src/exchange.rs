@@ -314,7 +314,7 @@ impl<'a> Exchange<'a> {
 /// The failed call of a node at a time [s].
 #[must_use]
 pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
-    Error::component(&plan.name, error.call, Some(time), error.what)
+    Error::component(&plan.name, &error.call, Some(time), error.what)
 }
 
 fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {

@@ -39,6 +39,7 @@ pub fn run(
     let result = drive(&mut exchange, coupling, sink, progress, tick);
     progress.efforts = exchange.efforts().to_vec();
     progress.notices = exchange.notices().to_vec();
+    progress.notices.extend(exchange.nodes.iter_mut().flat_map(|node| node.notices()));
     result
 }
 

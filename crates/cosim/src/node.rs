@@ -3,6 +3,8 @@
 //! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
 mod fmu;
+mod isolated;
+mod refusal;
 mod source;
 
 use std::any::Any;
@@ -12,6 +14,9 @@ use fmu_import::{CallError, Message};
 use scenario::plan::{Body, Clock, NodePlan, System};
 
 pub use fmu::FmuNode;
+pub use isolated::{Host, serve};
+use isolated::{IsolatedNode, Making};
+pub use refusal::Refusal;
 pub use source::{Source, SourceNode};
 
 /// Share of a step that times may differ by and still be the same.
@@ -102,6 +107,11 @@ pub trait Node: Send {
         Err(state_error("the node cannot read its state from bytes"))
     }
 
+    /// Takes what to tell at the end of the run: failures that it went on after.
+    fn notices(&mut self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Takes the messages that the node logged since the last time.
     fn messages(&mut self) -> Vec<Message> {
         Vec::new()
@@ -133,27 +143,33 @@ fn state_error(what: &str) -> CallError {
     CallError::new("the state", what)
 }
 
-/// Makes the nodes that the master steps.
+/// Makes the nodes that the master steps. FMUs to be kept apart run in processes of `host`; without one, they run in this process, too.
 ///
 /// # Errors
 /// With the node's name, when an FMU does not load or refuses the experiment; at the word that gives it, when an FMU refuses a start
 /// value.
-pub fn instantiate(system: &mut System) -> Result<Vec<Box<dyn Node>>, Error> {
+pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
-    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, times, tolerance)))
+    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, (times, tolerance), host)))
 }
 
 fn node(
     plan: &mut NodePlan,
-    times: (f64, Option<f64>),
-    tolerance: Option<f64>,
+    (times, tolerance): ((f64, Option<f64>), Option<f64>),
+    host: Option<&Host>,
 ) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
-        Body::Fmu { fmu, starts, inputs, outputs, log } => {
-            let ports = (inputs.clone(), outputs.clone());
-            let mut node = FmuNode::new(fmu, &plan.name, *log, ports)?;
-            node.prepare(times, tolerance, starts.clone())?;
+        Body::Fmu { fmu, starts, inputs, outputs, log, isolation } => {
+            let (log, name, ports) = (*log, &plan.name, (inputs.clone(), outputs.clone()));
+            let starts = starts.clone();
+            if let (Some(isolation), Some(host)) = (isolation, host) {
+                let making = Making { fmu, name, log, ports, times, tolerance, starts };
+                return Ok(Box::new(IsolatedNode::new(making, isolation, host)?));
+            }
+            let told = |refusal: Refusal| refusal.told(name, times.0);
+            let mut node = FmuNode::new(fmu, name, log, ports).map_err(told)?;
+            node.prepare(times, tolerance, starts).map_err(told)?;
             Box::new(node)
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),

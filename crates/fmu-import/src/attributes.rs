@@ -1,7 +1,9 @@
 //! Says who determines a variable, when it may change, and how its first value comes about, in the words of all versions of FMI.
 
+use serde::{Deserialize, Serialize};
+
 /// Who determines a variable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Causality {
     /// The environment, before the run.
     Parameter,

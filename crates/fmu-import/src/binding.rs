@@ -27,7 +27,10 @@ use std::ffi::{CString, c_int, c_void};
 
 use crate::CallError;
 pub use activity::{calls_going_on, during_plugin, leave_signals_alone, watch};
-pub use ending::{complete, completed, guard_exit, leave, note_requests_to_end, requested_end};
+pub use ending::{
+    LastNote, complete, completed, guard_exit, ignore_requests_to_end, leave, note_requests_to_end,
+    requested_end, write_notes_to,
+};
 pub use instance::Instance;
 pub use library::Library;
 pub use mailbox::STRANGER;

@@ -1,13 +1,17 @@
 //! Results of calls to an FMU: failures, ends of steps, and log messages.
 
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
 use crate::Version;
 
 /// What a call to an FMU did instead of succeeding.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error, Serialize, Deserialize)]
 #[error("{call} {what}")]
 pub struct CallError {
     /// The function, by its name in the FMU's version of FMI.
-    pub call: &'static str,
+    pub call: Cow<'static, str>,
     /// What it returned, and what the FMU says about it.
     pub what: String,
     /// The FMU ended the simulation on purpose, having come to this time [s].
@@ -17,8 +21,8 @@ pub struct CallError {
 impl CallError {
     /// The error `what` of the function `call`.
     #[must_use]
-    pub fn new(call: &'static str, what: impl Into<String>) -> Self {
-        CallError { call, what: what.into(), terminated: None }
+    pub fn new(call: impl Into<Cow<'static, str>>, what: impl Into<String>) -> Self {
+        CallError { call: call.into(), what: what.into(), terminated: None }
     }
 
     /// The error of an output that is NaN.
@@ -96,7 +100,7 @@ impl StepStatus {
             Version::Two => "fmi2DoStep",
             Version::Three => "fmi3DoStep",
         };
-        let error = |what, terminated| Err(CallError { call, what, terminated });
+        let error = |what, terminated| Err(CallError { call: call.into(), what, terminated });
         match self {
             StepStatus::Done => Ok(()),
             StepStatus::Discarded { what, .. } => error(what, None),
@@ -106,7 +110,7 @@ impl StepStatus {
 }
 
 /// How grave a message is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum MessageLevel {
     /// All is well.
     Info,
@@ -117,7 +121,7 @@ pub enum MessageLevel {
 }
 
 /// A message that an FMU logged.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Message {
     level: MessageLevel,
     /// The category that it came with.

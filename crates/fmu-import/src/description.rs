@@ -1,5 +1,6 @@
 //! Holds the description of an FMU, in words common to all versions of FMI.
 
+use serde::{Deserialize, Serialize};
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
@@ -92,7 +93,7 @@ pub enum Type {
 }
 
 /// The form in which values of a variable are handed over, in the order in which they travel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "they are the types of FMI 3.0")]
 pub enum Storage {
     /// Also `Real` of FMI 2.0.

@@ -24,6 +24,19 @@ static void note(int signal) {
     }
 }
 
+static void ignore(int signal) { (void)signal; }
+
+/* By a handler, which programs that are started from here do not inherit. */
+void trackside_ignore_requests(void) {
+    for (int i = 0; i < COUNT; i++) {
+        struct sigaction action;
+        memset(&action, 0, sizeof action);
+        action.sa_handler = ignore;
+        action.sa_flags = SA_RESTART;
+        sigaction(REQUESTS[i], &action, NULL);
+    }
+}
+
 /* May be called again: the runtime of an FMU may have put a handler of its own there. A signal that is ignored stays so:
    that is how nohup works. */
 void trackside_note_requests(void) {

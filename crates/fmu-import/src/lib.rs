@@ -73,19 +73,23 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use archive::Folder;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
-    Block, FmuState, Instance, Library, STRANGER, calls_going_on, complete, completed,
-    during_plugin, guard_exit, leave, leave_signals_alone, note_requests_to_end, requested_end,
-    watch,
+    Block, FmuState, Instance, LastNote, Library, STRANGER, calls_going_on, complete, completed,
+    during_plugin, guard_exit, ignore_requests_to_end, leave, leave_signals_alone,
+    note_requests_to_end, requested_end, watch, write_notes_to,
 };
 pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
 pub use error::OpenError;
 pub use terminals::{MatchingRule, Member, MemberKind, Stream, Terminal};
 pub use value::{Value, bytes, hexadecimal};
+
+/// The file of the description.
+const DESCRIPTION: &str = "modelDescription.xml";
 
 /// A description may be this long; the longest real ones have some hundred thousand variables.
 const LONGEST: u64 = 64 << 20;
@@ -112,6 +116,16 @@ pub(crate) const fn platform(version: Version) -> &'static str {
     }
 }
 
+/// Where an opened FMU is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Place {
+    path: PathBuf,
+    sha256: String,
+    /// The unpacked archive.
+    pub folder: PathBuf,
+    sizes: BTreeMap<u32, u64>,
+}
+
 /// An opened FMU, from which instances are made.
 #[derive(Debug)]
 pub struct Fmu {
@@ -122,9 +136,29 @@ pub struct Fmu {
     /// What it says about itself.
     pub description: Description,
     /// The unpacked archive, which lives as long as any instance.
-    folder: Folder,
+    folder: Unpacked,
+    /// Values of structural parameters that differ from the description.
+    sizes: BTreeMap<u32, u64>,
     /// Set by the status fatal, which ends the life of all instances.
     lost: AtomicBool,
+}
+
+/// An unpacked archive.
+#[derive(Debug)]
+enum Unpacked {
+    /// It is removed when it is dropped.
+    Own(Folder),
+    /// That of another process.
+    Borrowed(PathBuf),
+}
+
+impl Unpacked {
+    fn path(&self) -> &Path {
+        match self {
+            Unpacked::Own(folder) => folder.path(),
+            Unpacked::Borrowed(path) => path,
+        }
+    }
 }
 
 /// SHA-256 in hexadecimal digits.
@@ -141,7 +175,33 @@ impl Fmu {
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let (folder, sha256, xml) = unpack(path)?;
         let description = parse(&xml, &fmi3::Sizes::new()).map_err(|refusal| refusal.of(path))?;
-        Ok(Fmu { path: path.to_owned(), sha256, description, folder, lost: AtomicBool::new(false) })
+        let folder = Unpacked::Own(folder);
+        let (path, sizes, lost) = (path.to_owned(), BTreeMap::new(), AtomicBool::new(false));
+        Ok(Fmu { path, sha256, description, folder, sizes, lost })
+    }
+
+    /// Opens what another process unpacked, which it is at least until this one ends.
+    ///
+    /// # Errors
+    /// When the folder is gone, or holds no such FMU.
+    pub fn reopen(there: &Place) -> Result<Self, OpenError> {
+        let Place { path, sha256, folder, sizes } = there.clone();
+        let xml = std::fs::read_to_string(folder.join(DESCRIPTION));
+        let xml = xml.map_err(|source| OpenError::Read { path: folder.clone(), source })?;
+        let description = parse(&xml, &sizes).map_err(|refusal| refusal.of(&path))?;
+        let folder = Unpacked::Borrowed(folder);
+        Ok(Fmu { path, sha256, description, folder, sizes, lost: AtomicBool::new(false) })
+    }
+
+    /// Where another process finds this FMU, as long as it is not dropped.
+    #[must_use]
+    pub fn place(&self) -> Place {
+        Place {
+            path: self.path.clone(),
+            sha256: self.sha256.clone(),
+            folder: self.folder.path().to_owned(),
+            sizes: self.sizes.clone(),
+        }
     }
 
     /// Gives the arrays the sizes that follow from these values of structural parameters, by reference.
@@ -150,9 +210,10 @@ impl Fmu {
     /// When there are too many elements, or the archive has been removed.
     pub fn resize(&mut self, sizes: &BTreeMap<u32, u64>) -> Result<(), OpenError> {
         let wrong = |what: String| OpenError::Description { path: self.path.clone(), what };
-        let xml = std::fs::read_to_string(self.folder.path().join("modelDescription.xml"))
+        let xml = std::fs::read_to_string(self.folder.path().join(DESCRIPTION))
             .map_err(|error| wrong(error.to_string()))?;
         self.description = parse(&xml, sizes).map_err(|refusal| refusal.of(&self.path))?;
+        self.sizes.clone_from(sizes);
         Ok(())
     }
 
@@ -243,7 +304,7 @@ impl Fmu {
     /// Whether the unpacked files are still there: somebody may clean up temporary folders.
     #[must_use]
     pub fn is_intact(&self) -> bool {
-        self.folder.path().join("modelDescription.xml").is_file()
+        self.folder.path().join(DESCRIPTION).is_file()
     }
 
     /// The unpacked `resources` folder, as its version wants it: a URI, or a path that ends with a separator, which is empty
@@ -265,7 +326,7 @@ fn unpack(path: &Path) -> Result<(Folder, String, String), OpenError> {
     let folder = Folder::new().map_err(read)?;
     archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
     let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
-    let xml = folder.path().join("modelDescription.xml");
+    let xml = folder.path().join(DESCRIPTION);
     let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();
     if length > LONGEST {
         return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));

@@ -1,7 +1,9 @@
 //! Holds a value of any type.
 
+use serde::{Deserialize, Serialize};
+
 /// A value of any type.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum Value {
     /// `Real`, `Float32` or `Float64`.
     Real(f64),

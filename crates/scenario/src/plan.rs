@@ -8,6 +8,7 @@ mod coupling;
 mod input_chain;
 
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnostics::Error;
@@ -17,9 +18,10 @@ use recording::{
     Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, RunHeader, Selection,
     TextIndex, TextRange,
 };
+use serde::{Deserialize, Serialize};
 
 use crate::signal::Signal;
-use crate::words::{Algorithm, At};
+use crate::words::{Algorithm, At, OnFailure};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
@@ -37,7 +39,7 @@ pub fn is_reserved(name: &str) -> bool {
 }
 
 /// The communication points of a run: `t = t_0 + k h`, computed and never accumulated.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     /// The first communication point [s].
     pub start: f64,
@@ -76,7 +78,7 @@ impl Clock {
 }
 
 /// Variables of one form, which are read and written at once: all elements of arrays.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Group {
     /// The form.
     pub storage: Storage,
@@ -107,7 +109,7 @@ impl Group {
 }
 
 /// Variables of an FMU, in the order in which their values travel.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ports {
     /// Those of numbers.
     pub numbers: Vec<Group>,
@@ -116,7 +118,7 @@ pub struct Ports {
 }
 
 /// A start value of an FMU.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Start {
     /// The variable.
     pub name: String,
@@ -131,6 +133,7 @@ pub struct Start {
     /// The value, of the variable's type.
     pub value: Value,
     /// Its place in a scenario; none when the command line gives it.
+    #[serde(skip)]
     pub place: Option<WordPlace>,
 }
 
@@ -151,6 +154,19 @@ impl Start {
     }
 }
 
+/// How an FMU in a process of its own is dealt with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Isolation {
+    /// What its failure does.
+    pub on_failure: OnFailure,
+    /// A call may last this long [s].
+    pub call_limit: Option<f64>,
+    /// Whether its process is shut in a sandbox.
+    pub sandbox: bool,
+    /// What it may read there besides its own files and those of the system.
+    pub may_read: Vec<PathBuf>,
+}
+
 /// The kind of a node with its contents.
 #[derive(Debug)]
 pub enum Body {
@@ -166,6 +182,8 @@ pub enum Body {
         outputs: Ports,
         /// Whether it logs all it has to say.
         log: bool,
+        /// How it is kept apart from the others; without it, it is not.
+        isolation: Option<Isolation>,
     },
     /// Generated signals, one for each output.
     Signals(Vec<Signal>),

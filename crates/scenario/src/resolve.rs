@@ -8,6 +8,7 @@ mod connection_units;
 mod connections;
 mod connectors;
 mod declared_units;
+mod isolation;
 mod logs;
 mod nodes;
 mod order;
@@ -34,6 +35,7 @@ use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
 use recording::{Columns, Full, RunHeader, StatusTrack};
 
+pub use self::isolation::Isolate;
 pub use self::plots::by_unit;
 use self::signal_units::SignalUnits;
 pub use self::view::layout;
@@ -66,6 +68,8 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Relative tolerance of the integration inside the FMUs [-].
     pub tolerance: Option<f64>,
+    /// Which FMUs run in processes of their own, where the scenario does not say it.
+    pub isolate: Isolate,
 }
 
 impl Overrides {

@@ -30,7 +30,7 @@ pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert, Transform};
 pub use fault::Fault;
-pub use nodes::{Fmu, Table, Unconnected};
+pub use nodes::{Fmu, OnFailure, Table, Unconnected};
 pub(crate) use read::merged;
 pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;

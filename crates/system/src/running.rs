@@ -81,7 +81,7 @@ impl Running {
         let mut system = System::resolve(&scenario, &Built::default(), &overrides, folder)?;
         system.clock.start = course.now;
         system.announced_stop = course.stop;
-        let mut nodes = node::instantiate(&mut system)?;
+        let mut nodes = node::instantiate(&mut system, None)?;
         let (inputs, outputs) = guide(&system, &mut nodes, interface)?;
         let memory = Some(Memory::new(&system));
         let coupling = coupling::of(system.coupling);

@@ -8,9 +8,9 @@ use clap::{Args, ValueEnum};
 use diagnostics::{Error, Mistakes};
 use indicatif::ProgressBar;
 use orchestrator::{ProgressEvent, Remains, Replay, RunOptions, suite};
-use scenario::resolve::{Override, Overrides};
+use scenario::resolve::{Isolate, Override, Overrides};
 
-use super::{print, progress, report_error, supervised};
+use super::{print, progress, report_error, supervised, this_program};
 
 /// Arguments of `trackside run`.
 #[derive(Args)]
@@ -60,9 +60,42 @@ pub struct Arguments {
     /// End the run with exit code 3 when it is not over after this time, instead of the scenario's limit [s].
     #[arg(long, value_name = "SECONDS")]
     limit: Option<f64>,
+    /// Run FMUs in processes of their own, where the scenario does not say it: all, or those of `path` only.
+    #[arg(long, value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "all", value_name = "WHICH")]
+    isolate: Option<IsolateArg>,
     /// For `trackside test`: end with the program that holds standard input, whose first line is the identity of the run.
     #[arg(long, hide = true)]
     supervised: bool,
+}
+
+/// FMUs that run in processes of their own.
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum IsolateArg {
+    /// All.
+    All,
+    /// Those of `path`: nobody here built them.
+    Foreign,
+    /// None.
+    None,
+}
+
+impl IsolateArg {
+    fn word(self) -> Isolate {
+        match self {
+            IsolateArg::All => Isolate::Everything,
+            IsolateArg::Foreign => Isolate::Foreign,
+            IsolateArg::None => Isolate::Nothing,
+        }
+    }
+
+    /// The argument of `trackside run`.
+    pub(super) fn argument(self) -> &'static str {
+        match self {
+            IsolateArg::All => "--isolate=all",
+            IsolateArg::Foreign => "--isolate=foreign",
+            IsolateArg::None => "--isolate=none",
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -88,6 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         .map_err(|error| Error::input(format!("--patience: {error}")))?;
     // The progress bar holds the line that the cursor is on.
     fmu_import::watch(patience, |what| eprintln!("\n{what}"));
+    (options.program, options.patience) = (Some(this_program()?), Some(patience));
     if arguments.supervised {
         options.identity = Some(supervised::begin()?);
     }
@@ -138,6 +172,7 @@ impl Arguments {
                 starts,
                 seed: self.seed,
                 tolerance: self.tolerance,
+                isolate: self.isolate.map(IsolateArg::word).unwrap_or_default(),
                 ..Overrides::default()
             },
             replay: match self.rerun {
@@ -149,6 +184,8 @@ impl Arguments {
             limit: seconds("--limit", self.limit)?,
             identity: None,
             realtime: self.realtime,
+            program: None,
+            patience: None,
         })
     }
 

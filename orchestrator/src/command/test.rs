@@ -9,7 +9,7 @@ use orchestrator::package::BuildProgress;
 use orchestrator::suite::{self, Program, ScenarioOutcome, TestResult};
 
 use super::progress::BuildLine;
-use super::run::seconds;
+use super::run::{IsolateArg, seconds};
 use super::{print, this_program};
 
 /// Arguments of `trackside test`.
@@ -27,6 +27,9 @@ pub struct Arguments {
     /// End each scenario that is not over after this time, instead of its own limit or an hour [s].
     #[arg(long, value_name = "SECONDS")]
     limit: Option<f64>,
+    /// Run FMUs in processes of their own, where the scenario does not say it: those of `path`, or all, or none.
+    #[arg(long, value_enum, value_name = "WHICH", default_value_t = IsolateArg::Foreign)]
+    isolate: IsolateArg,
     /// Write the results as JUnit XML.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -42,9 +45,10 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.map_or(cores, usize::from);
     let path = this_program()?;
-    let more: &[&str] = if arguments.bless { &["--bless"] } else { &[] };
+    let mut more = vec![arguments.isolate.argument()];
+    more.extend(arguments.bless.then_some("--bless"));
     let limit = seconds("--limit", arguments.limit)?;
-    let program = Program { path: &path, arguments: more, limit };
+    let program = Program { path: &path, arguments: &more, limit };
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
     let terminal = Mutex::new(());

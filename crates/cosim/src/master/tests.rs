@@ -240,7 +240,8 @@ fn a_failing_node_is_named_with_call_and_time_after_its_own_message() {
 #[test]
 fn a_node_may_end_the_run() {
     let mut system = system(1, &[], 4);
-    let done = || CallError { call: "step", what: "finished".to_owned(), terminated: Some(1.0) };
+    let done =
+        || CallError { call: "step".into(), what: "finished".to_owned(), terminated: Some(1.0) };
     let nodes = vec![mock(move |time, _| if time > 1.0 { Err(done()) } else { Ok(0.0) })];
     let (record, progress, result) = play(&mut system, nodes);
     result.expect("that is no error");

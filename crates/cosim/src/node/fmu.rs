@@ -13,6 +13,7 @@ use scenario::plan::{Clock, Ports, Start};
 use self::events::Events;
 use self::ports::Memory;
 
+use super::refusal::Refusal;
 use super::{Node, NodeState};
 
 /// An FMU as a node.
@@ -41,11 +42,11 @@ impl FmuNode {
         name: &str,
         logging: bool,
         (inputs, outputs): (Ports, Ports),
-    ) -> Result<Self, Error> {
-        let failure = |error: CallError| Error::component(name, error.call, None, error.what);
-        let library =
-            fmu.load().map_err(|error| failure(CallError::new("loading", error.to_string())))?;
-        let instance = Instance::with_events(library, name, logging).map_err(failure)?;
+    ) -> Result<Self, Refusal> {
+        let library = fmu
+            .load()
+            .map_err(|error| Refusal::Early(CallError::new("loading", error.to_string())))?;
+        let instance = Instance::with_events(library, name, logging).map_err(Refusal::Early)?;
         Ok(FmuNode {
             name: name.to_owned(),
             begin: 0.0,
@@ -70,30 +71,47 @@ impl FmuNode {
         (start, stop): (f64, Option<f64>),
         tolerance: Option<f64>,
         starts: Vec<Start>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), Refusal> {
         (self.starts, self.begin) = (starts, start);
         let tolerance = tolerance.or(self.instance.description().default_tolerance);
-        let setup = self.instance.setup_experiment(start, stop, tolerance);
-        let FmuNode { name, begin, instance, starts, .. } = self;
-        let node = (name.as_str(), *begin);
-        setup.map_err(|error| failure(node, error))?;
+        self.instance.setup_experiment(start, stop, tolerance)?;
+        let FmuNode { instance, starts, .. } = self;
         let structural = |start: &&Start| start.causality == Causality::StructuralParameter;
         let sizes: Vec<_> = starts.iter().filter(structural).cloned().collect();
         if !sizes.is_empty() {
             let mut refused = Ok(());
             let configured = instance.configure(|instance| {
-                refused = sizes.chunks(1).try_for_each(|start| give(instance, node, start));
+                refused = sizes.chunks(1).try_for_each(|start| give(instance, start));
                 Ok(())
             });
             refused?;
-            configured.map_err(|error| failure(node, error))?;
+            configured?;
         }
         let early = |start: &Start| {
             !matches!(start.causality, Causality::Input | Causality::StructuralParameter)
         };
         variables(starts)
             .filter(|variable| early(&variable[0]))
-            .try_for_each(|variable| give(instance, node, variable))
+            .try_for_each(|variable| give(instance, variable))
+    }
+
+    /// Begins the initialisation; what the FMU did not keep of what it was told.
+    ///
+    /// # Errors
+    /// When the FMU refuses the initialisation or a start value.
+    pub fn initialise(&mut self) -> Result<Vec<String>, Refusal> {
+        let FmuNode { name, instance, starts, .. } = self;
+        instance.enter_initialization()?;
+        let mut notices = Vec::new();
+        for variable in variables(&std::mem::take(starts)) {
+            match variable[0].causality {
+                Causality::Input => give(instance, variable)?,
+                Causality::Parameter => notices.extend(insist(instance, name, variable)?),
+                _ => {}
+            }
+        }
+        self.keep()?;
+        Ok(notices)
     }
 }
 
@@ -102,12 +120,12 @@ fn variables(starts: &[Start]) -> impl Iterator<Item = &[Start]> {
     starts.chunk_by(|one, next| one.reference == next.reference && one.element.1 > 1)
 }
 
-/// Gives the instance of a node, named with its first time [s], the start values of a variable. Elements without one take that of the description.
-fn give(instance: &mut Instance, node: (&str, f64), starts: &[Start]) -> Result<(), Error> {
+/// Gives an instance the start values of a variable. Elements without one take that of the description.
+fn give(instance: &mut Instance, starts: &[Start]) -> Result<(), Refusal> {
     let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(());
     };
-    let refused = |what: String| starts[0].refused(node.0, &what);
+    let refused = |what: String| Refusal::Start(Box::new(starts[0].clone()), what);
     let mut values = Vec::with_capacity(*count);
     for element in 0..*count {
         let given = starts.iter().find(|start| start.element.0 == element);
@@ -132,21 +150,15 @@ fn described(instance: &Instance, reference: u32, element: usize) -> Result<Valu
 
 /// Gives a parameter its start values once more, if the instance did not keep them; what to tell if it does not keep them then.
 /// It may not be called after an error.
-fn insist(
-    instance: &mut Instance,
-    node: (&str, f64),
-    starts: &[Start],
-) -> Result<Vec<String>, Error> {
+fn insist(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<Vec<String>, Refusal> {
     let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(Vec::new());
     };
-    let lost = |instance: &mut Instance| -> Result<Vec<(String, Value)>, Error> {
-        let kept = instance.read(*storage, *reference, *count);
-        let kept = kept.map_err(|error| failure(node, error))?;
+    let lost = |instance: &mut Instance| -> Result<Vec<(String, Value)>, Refusal> {
+        let kept = instance.read(*storage, *reference, *count)?;
         let differs = |start: &Start| {
             let now = kept.get(start.element.0).filter(|now| **now != start.value)?;
             let Start { name: variable, value, .. } = start;
-            let name = node.0;
             let told = format!("`{name}` does not keep the start value {value} of `{variable}`");
             Some((told, now.clone()))
         };
@@ -155,30 +167,13 @@ fn insist(
     if lost(instance)?.is_empty() {
         return Ok(Vec::new());
     }
-    give(instance, node, starts)?;
+    give(instance, starts)?;
     Ok(lost(instance)?.into_iter().map(|(told, now)| format!("{told}: it has {now}")).collect())
-}
-
-/// The error of a call before the first step.
-fn failure((name, begin): (&str, f64), error: CallError) -> Error {
-    Error::component(name, error.call, Some(begin), error.what)
 }
 
 impl Node for FmuNode {
     fn enter(&mut self) -> Result<Vec<String>, Error> {
-        let FmuNode { name, begin, instance, starts, .. } = self;
-        let node = (name.as_str(), *begin);
-        instance.enter_initialization().map_err(|error| failure(node, error))?;
-        let mut notices = Vec::new();
-        for variable in variables(&std::mem::take(starts)) {
-            match variable[0].causality {
-                Causality::Input => give(instance, node, variable)?,
-                Causality::Parameter => notices.extend(insist(instance, node, variable)?),
-                _ => {}
-            }
-        }
-        self.keep().map_err(|error| failure((&self.name, self.begin), error))?;
-        Ok(notices)
+        self.initialise().map_err(|refusal| refusal.told(&self.name, self.begin))
     }
 
     fn ready(&mut self) -> Result<(), CallError> {

@@ -1,16 +1,19 @@
 //! Ends the program: on request, without the destructors of foreign code, and never by foreign code unnoticed.
 
-use std::ffi::c_int;
+use std::ffi::{c_char, c_int};
 use std::io::Write as _;
+use std::sync::atomic::AtomicU8;
 
 unsafe extern "C" {
-    /// Defined in `crash.c`, as the next three.
+    /// Defined in `crash.c`, as the next four.
     fn trackside_guard_exit();
     fn trackside_complete(code: c_int);
     fn trackside_completed() -> c_int;
     fn trackside_leave(code: c_int) -> !;
-    /// Defined in `interruption.c`, as the next one.
+    fn trackside_write_to(memory: *mut c_char);
+    /// Defined in `interruption.c`, as the next two.
     fn trackside_note_requests();
+    fn trackside_ignore_requests();
     fn trackside_requested_end() -> c_int;
 }
 
@@ -55,4 +58,46 @@ pub fn requested_end() -> Option<u8> {
     // SAFETY: the function reads a number that is written as a whole.
     let signal = unsafe { trackside_requested_end() };
     u8::try_from(signal).ok().filter(|signal| *signal != 0)
+}
+
+/// Ignores SIGINT, SIGTERM and SIGHUP from here on: another process ends this one.
+pub fn ignore_requests_to_end() {
+    // SAFETY: the function installs handlers that do nothing.
+    unsafe { trackside_ignore_requests() };
+}
+
+/// Bytes of a note, see [`write_notes_to`].
+const NOTE: usize = 512;
+/// Where the name of the call begins, and the last words.
+const CALL: usize = 8;
+const WORDS: usize = 64;
+
+/// What a process was doing when it ended.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LastNote {
+    /// The call that went on; empty between calls.
+    pub call: String,
+    /// What the process said when it ended; empty when it could say nothing.
+    pub words: String,
+}
+
+impl LastNote {
+    /// Reads what [`write_notes_to`] wrote.
+    #[must_use]
+    pub fn read(bytes: &[u8; NOTE]) -> Self {
+        let text = |bytes: &[u8]| {
+            let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+            let text = String::from_utf8_lossy(&bytes[..end]);
+            text.trim().replace(|letter: char| letter.is_control(), " ")
+        };
+        LastNote { call: text(&bytes[CALL..WORDS]), words: text(&bytes[WORDS..]) }
+    }
+}
+
+/// Notes the call that goes on in this memory from here on, and the last words when the process ends, which then do not go to standard
+/// error: another process reads them. With nothing, they go there again.
+pub fn write_notes_to(memory: Option<&'static [AtomicU8; NOTE]>) {
+    let address = memory.map_or(std::ptr::null_mut(), |memory| memory.as_ptr().cast_mut().cast());
+    // SAFETY: the memory lives as long as the process, and its bytes may change at any time.
+    unsafe { trackside_write_to(address) };
 }

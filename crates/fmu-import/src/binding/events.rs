@@ -85,7 +85,7 @@ impl Instance {
         })?;
         if terminate != 0 {
             let what = "asks for the end".to_owned();
-            return Err(CallError { call, what, terminated: Some(time) });
+            return Err(CallError { call: call.into(), what, terminated: Some(time) });
         }
         let next = Some(next).filter(|next| known != 0 && next.is_finite());
         Ok(Updated { again: again != 0, next })

@@ -15,7 +15,7 @@ use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::ports::{Port, port, references};
 use super::starts::{sizes, starts};
-use super::{Notes, Overrides, overrides, readings};
+use super::{Notes, Overrides, isolation::isolation, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
 use crate::plan::{Body, Clock, Ports};
@@ -98,8 +98,9 @@ fn only_once(
     unplaced_node: &UnplacedNode,
     before: &[UnplacedNode],
 ) -> Result<(), Error> {
-    let Body::Fmu { fmu, .. } = &unplaced_node.body else { return Ok(()) };
-    let same = |other: &&UnplacedNode| matches!(&other.body, Body::Fmu { fmu: other, .. } if other.sha256 == fmu.sha256);
+    let Body::Fmu { fmu, isolation: None, .. } = &unplaced_node.body else { return Ok(()) };
+    // One in a process of its own shares that with none.
+    let same = |other: &&UnplacedNode| matches!(&other.body, Body::Fmu { fmu: other, isolation: None, .. } if other.sha256 == fmu.sha256);
     let Some(first) = before.iter().find(same).filter(|_| fmu.description.only_once) else {
         return Ok(());
     };
@@ -109,7 +110,7 @@ fn only_once(
     );
     let error = scenario.source.error(unplaced_node.place.clone(), message, "the second one");
     Err(error.help(
-        "its description sets canBeInstantiatedOnlyOncePerProcess: leave one of the nodes out",
+        "its description sets canBeInstantiatedOnlyOncePerProcess: give one of the nodes `isolate = true`",
     ))
 }
 
@@ -311,6 +312,7 @@ fn fmu(
             inputs: Ports::default(),
             outputs: references,
             log: node.log,
+            isolation: isolation(scenario, node, overrides, mistakes),
         },
         outputs,
         inputs,

@@ -61,6 +61,38 @@ pub struct Fmu {
     #[serde(default)]
     #[schemars(example = true)]
     pub log: bool,
+    /// Whether the FMU runs in a process of its own: a crash or a hang there leaves the run alone. Without a word that is up to
+    /// `--isolate`, and `trackside test` isolates all FMUs of `path`.
+    #[schemars(with = "Option<bool>", example = true)]
+    pub isolate: Option<Spanned<bool>>,
+    /// What a failure of the isolated FMU does: a call with an error, a crash, or a call over `call_limit`.
+    #[schemars(with = "Option<OnFailure>", example = &"restart")]
+    pub on_failure: Option<Spanned<OnFailure>>,
+    /// A call of the isolated FMU fails when it lasts longer than this [s].
+    #[schemars(with = "Option<f64>", example = 10.0)]
+    pub call_limit: Option<Spanned<f64>>,
+    /// Whether the process of the isolated FMU is in a sandbox, as far as the system has one: no network; of the files, only its own, those of
+    /// the system, and a folder for temporary ones.
+    #[schemars(with = "Option<bool>", example = false)]
+    pub sandbox: Option<Spanned<bool>>,
+    /// Files and folders that the FMU may read in its sandbox, relative to the scenario file.
+    #[serde(default)]
+    #[schemars(example = ["maps"])]
+    pub may_read: Vec<Spanned<String>>,
+}
+
+/// What a failure of an isolated FMU does.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OnFailure {
+    /// It ends the run.
+    #[default]
+    End,
+    /// The outputs keep their values until the end of the run.
+    Hold,
+    /// The FMU starts again in a new process, with its start values and the inputs of the moment, at the time where it failed. A
+    /// second failure in the same step ends the run.
+    Restart,
 }
 
 /// What becomes of inputs without a connection and a start value.

@@ -1,0 +1,322 @@
+//! Steps an FMU in a process of its own, as a node: what it does wrong there, it does alone.
+
+mod guest;
+mod node;
+mod talk;
+
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use archive::Folder;
+use diagnostics::Error;
+use fmu_import::{CallError, Fmu, LastNote, Message, MessageLevel};
+use isolation::{End, Guest, Talk};
+use scenario::plan::{Clock, Isolation, Ports, Start};
+use scenario::words::OnFailure;
+
+pub use self::guest::serve;
+use self::talk::{Answer, Done, Others, Question, Setup, Task};
+use super::NodeState;
+use super::refusal::Refusal;
+
+/// What processes for FMUs need of the program that starts them.
+#[derive(Clone)]
+pub struct Host {
+    /// The program with its arguments, which has to call [`serve`] with the number that comes after them.
+    pub program: (PathBuf, Vec<String>),
+    /// A call of an FMU that lasts longer than this is reported.
+    pub patience: Duration,
+    /// Whether to wait no longer for any answer.
+    pub give_up: Arc<dyn Fn() -> bool + Send + Sync>,
+}
+
+/// What a node is made of.
+pub(super) struct Making<'a> {
+    pub fmu: &'a Arc<Fmu>,
+    pub name: &'a str,
+    pub log: bool,
+    pub ports: (Ports, Ports),
+    pub times: (f64, Option<f64>),
+    pub tolerance: Option<f64>,
+    pub starts: Vec<Start>,
+}
+
+/// An FMU in a process of its own, as a node.
+pub(super) struct IsolatedNode {
+    setup: Setup,
+    isolation: Isolation,
+    host: Host,
+    guest: Guest,
+    /// The folder that it works in; removed after the process has ended.
+    scratch: Folder,
+    /// Keeps its files there.
+    _fmu: Arc<Fmu>,
+    inputs: (Vec<f64>, Others),
+    /// Whether the FMU does not know them yet.
+    pending: bool,
+    outputs: (Vec<f64>, Others),
+    /// Whether they are those of now.
+    shown: bool,
+    /// Whether the FMU failed, and its outputs stay as they are.
+    held: bool,
+    /// States that nobody needs any more.
+    dropped: Arc<Mutex<Vec<u64>>>,
+    /// How often the process was started.
+    started: u64,
+    can: (bool, bool),
+    talk: Talk,
+    messages: Vec<Message>,
+    /// What to tell at the end of the run.
+    notices: Vec<String>,
+    lacks: Vec<String>,
+}
+
+/// A state of a process, by its number.
+struct KeptState {
+    number: u64,
+    started: u64,
+    dropped: Arc<Mutex<Vec<u64>>>,
+}
+
+impl Drop for KeptState {
+    fn drop(&mut self) {
+        self.dropped.lock().unwrap_or_else(PoisonError::into_inner).push(self.number);
+    }
+}
+
+impl IsolatedNode {
+    /// Starts the process and makes the instance there.
+    ///
+    /// # Errors
+    /// When it does not start; when the library does not load, or the FMU makes no instance or refuses the experiment.
+    pub fn new(making: Making, isolation: &Isolation, host: &Host) -> Result<Self, Error> {
+        let Making { fmu, name, log, ports: (inputs, outputs), times, tolerance, starts } = making;
+        let failed = |error: std::io::Error| {
+            Error::component(name, "its process", None, format!("does not start: {error}"))
+        };
+        let scratch = Folder::new().map_err(failed)?;
+        let place = fmu.place();
+        let sandbox = isolation.sandbox.then(|| {
+            let read = isolation.may_read.iter().cloned().chain([place.folder.clone()]);
+            (read.collect(), vec![scratch.path().to_owned()])
+        });
+        let patience = host.patience.as_secs_f64();
+        let name = name.to_owned();
+        let setup = Setup {
+            name,
+            fmu: place,
+            log,
+            inputs,
+            outputs,
+            times,
+            tolerance,
+            starts,
+            sandbox,
+            patience,
+        };
+        let guest = start(&setup, &scratch, host).map_err(failed)?;
+        let mut node = IsolatedNode {
+            isolation: isolation.clone(),
+            host: host.clone(),
+            guest,
+            scratch,
+            _fmu: Arc::clone(fmu),
+            inputs: Default::default(),
+            pending: false,
+            outputs: Default::default(),
+            shown: false,
+            held: false,
+            dropped: Arc::default(),
+            started: 1,
+            can: (false, false),
+            talk: Talk::default(),
+            messages: Vec::new(),
+            notices: Vec::new(),
+            lacks: Vec::new(),
+            setup,
+        };
+        node.open().map_err(|refusal| node.told(refusal))?;
+        Ok(node)
+    }
+
+    fn told(&self, refusal: Refusal) -> Error {
+        let refusal = match refusal {
+            Refusal::Early(mut error) if self.setup.sandbox.is_some() => {
+                error.what +=
+                    "; it runs in a sandbox, which `may_read` widens and `sandbox = false` opens";
+                Refusal::Early(error)
+            }
+            // The place of its word did not travel.
+            Refusal::Start(start, what) => {
+                let known = self.setup.starts.iter().find(|known| known.name == start.name);
+                Refusal::Start(known.map_or(start, |known| Box::new(known.clone())), what)
+            }
+            other => other,
+        };
+        refusal.told(&self.setup.name, self.setup.times.0)
+    }
+
+    fn open(&mut self) -> Result<(), Refusal> {
+        let setup = Box::new(self.setup.clone());
+        if let Done::Opened { save, serialise, lacks } = self.ask(Task::Open(setup))? {
+            (self.can, self.lacks) = ((save, serialise), lacks);
+        }
+        Ok(())
+    }
+
+    /// Asks the process, with the inputs that it does not know yet.
+    fn ask(&mut self, task: Task) -> Result<Done, Refusal> {
+        let inputs = std::mem::take(&mut self.pending);
+        self.shown = false;
+        let question = Question {
+            forget: std::mem::take(
+                &mut self.dropped.lock().unwrap_or_else(PoisonError::into_inner),
+            ),
+            inputs: inputs.then(|| self.inputs.1.clone()),
+            task,
+        };
+        let unfit = |error: postcard::Error| CallError::new("its process", error.to_string());
+        let bytes = postcard::to_stdvec(&question).map_err(unfit)?;
+        let numbers = if inputs { self.inputs.0.as_slice() } else { &[] };
+        let IsolatedNode { guest, talk, host, isolation, .. } = self;
+        let limit = isolation.call_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
+        let begin = Instant::now();
+        let late = || limit.is_some_and(|limit| begin.elapsed() > limit);
+        guest
+            .ask((numbers, &bytes), talk, || late() || (host.give_up)())
+            .map_err(|end| lost(guest, end, late()))?;
+        let answer = postcard::from_bytes::<Answer>(&talk.bytes);
+        let Answer { done, messages } = answer.map_err(unfit)?;
+        self.messages.extend(messages);
+        let done = done?;
+        if let Done::Shown(others) = done {
+            std::mem::swap(&mut self.outputs.0, &mut self.talk.numbers);
+            self.outputs.1 = others;
+            self.shown = true;
+            return Ok(Done::Well);
+        }
+        Ok(done)
+    }
+
+    fn call(&mut self, task: Task) -> Result<Done, CallError> {
+        self.ask(task).map_err(|refusal| match refusal {
+            Refusal::Early(error) | Refusal::Call(error) => error,
+            Refusal::Start(start, what) => {
+                CallError::new("its start value", format!("`{}`: {what}", start.name))
+            }
+        })
+    }
+
+    /// Goes on after a failure, if it may: with the outputs as they are, or from communication point `tick` on in a new process.
+    ///
+    /// # Errors
+    /// With that failure when it may not, and with the next one when the new process fails, too.
+    fn go_on(&mut self, failure: CallError, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        if failure.terminated.is_some() || (self.host.give_up)() {
+            return Err(failure);
+        }
+        let time = diagnostics::rounded(clock.at(tick));
+        match self.isolation.on_failure {
+            OnFailure::End => Err(failure),
+            OnFailure::Hold => {
+                self.tell(format!(
+                    "{failure} in the step from {time} s on; its outputs keep their values"
+                ));
+                self.held = true;
+                Ok(())
+            }
+            OnFailure::Restart => {
+                self.tell(format!("{failure} in the step from {time} s on; it starts again there"));
+                let again = self.restart(clock.at(tick)).and_then(|()| self.go(clock, tick));
+                again.map_err(|mut error| {
+                    error.what += ", after a restart in the same step";
+                    error
+                })
+            }
+        }
+    }
+
+    fn tell(&mut self, what: String) {
+        self.messages.push(Message::new(MessageLevel::Error, "", &what));
+        self.notices.push(format!("`{}`: {what}", self.setup.name));
+    }
+
+    fn go(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        self.call(Task::Step(*clock, tick)).map(|_| ())
+    }
+
+    /// Starts again at a time [s], with the start values and the inputs of this step.
+    fn restart(&mut self, time: f64) -> Result<(), CallError> {
+        let unstarted = |what: String| CallError::new("its process", what);
+        self.setup.times.0 = time;
+        self.guest = start(&self.setup, &self.scratch, &self.host)
+            .map_err(|error| unstarted(format!("does not start: {error}")))?;
+        self.started += 1;
+        self.dropped = Arc::default();
+        self.pending = false;
+        self.open().map_err(|refusal| unstarted(self.told(refusal).to_string()))?;
+        self.call(Task::Enter)?;
+        self.pending = true;
+        self.call(Task::Ready)?;
+        self.pending = true;
+        Ok(())
+    }
+
+    /// The number of a state in the process of now.
+    fn number(&self, state: &NodeState) -> Result<u64, CallError> {
+        let state = state.get::<KeptState>()?;
+        if state.started != self.started || !Arc::ptr_eq(&state.dropped, &self.dropped) {
+            return Err(CallError::new("the state", "is that of another process"));
+        }
+        Ok(state.number)
+    }
+
+    fn kept(&self, done: &Done) -> Result<NodeState, CallError> {
+        let Done::State(number) = *done else { return Err(nonsense()) };
+        let (started, dropped) = (self.started, Arc::clone(&self.dropped));
+        Ok(NodeState::new(KeptState { number, started, dropped }))
+    }
+}
+
+impl Drop for IsolatedNode {
+    fn drop(&mut self) {
+        let question = Question { forget: Vec::new(), inputs: None, task: Task::Leave };
+        // The folder goes after the process.
+        let left = postcard::to_stdvec(&question).is_ok_and(|bytes| self.guest.dismiss(&bytes));
+        if !left {
+            let name = &self.setup.name;
+            eprintln!(
+                "warning: `{name}` did not end well after the run, whose results are complete"
+            );
+        }
+    }
+}
+
+fn start(setup: &Setup, scratch: &Folder, host: &Host) -> std::io::Result<Guest> {
+    let (program, arguments) = &host.program;
+    let mut command = Command::new(program);
+    command.args(arguments).current_dir(scratch.path()).env("TMPDIR", scratch.path());
+    let count = |ports: &Ports| ports.numbers.iter().map(|group| group.places.len()).sum::<usize>();
+    Guest::start(command, count(&setup.inputs).max(count(&setup.outputs)))
+}
+
+fn nonsense() -> CallError {
+    CallError::new("its process", "gave an answer without meaning")
+}
+
+/// The error of a process that did not answer, with the call that it was in.
+fn lost(guest: &Guest, end: End, late: bool) -> CallError {
+    let LastNote { call, words } = LastNote::read(&guest.note());
+    let what = match end {
+        _ if !words.is_empty() => words,
+        End::GivenUp if late => {
+            "did not return within `call_limit`; its process was ended".to_owned()
+        }
+        End::GivenUp => "did not return when the run had to end; its process was ended".to_owned(),
+        end => format!("did not return: {end}"),
+    };
+    let call = if call.is_empty() { "its process".to_owned() } else { call };
+    CallError::new(call, what)
+}

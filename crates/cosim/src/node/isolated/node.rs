@@ -1,0 +1,137 @@
+//! Makes the process of an FMU a node like others.
+
+use diagnostics::Error;
+use fmu_import::{CallError, Message};
+use scenario::plan::Clock;
+
+use super::talk::{Done, Task};
+use super::{IsolatedNode, nonsense};
+use crate::node::{Node, NodeState};
+
+impl IsolatedNode {
+    /// Asks for the outputs, unless they are there.
+    fn see(&mut self) -> Result<(), CallError> {
+        match self.shown || self.held {
+            true => Ok(()),
+            false => self.call(Task::Show).map(|_| ()),
+        }
+    }
+}
+
+/// Copies outputs of which there are as many as expected.
+fn copy<T: Clone>(from: &[T], to: &mut [T]) -> Result<(), CallError> {
+    if from.len() != to.len() {
+        return Err(nonsense());
+    }
+    to.clone_from_slice(from);
+    Ok(())
+}
+
+impl Node for IsolatedNode {
+    fn enter(&mut self) -> Result<Vec<String>, Error> {
+        match self.ask(Task::Enter).map_err(|refusal| self.told(refusal))? {
+            Done::Entered(mut notices) => {
+                let name = &self.setup.name;
+                let lacks = self.lacks.drain(..);
+                notices.extend(
+                    lacks.map(|what| format!("the sandbox of `{name}` is not whole: {what}")),
+                );
+                Ok(notices)
+            }
+            _ => Err(self.told(nonsense().into())),
+        }
+    }
+
+    fn ready(&mut self) -> Result<(), CallError> {
+        self.call(Task::Ready).map(|_| ())
+    }
+
+    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.inputs.0.clear();
+        self.inputs.0.extend_from_slice(inputs);
+        (self.pending, self.shown) = (true, false);
+        Ok(())
+    }
+
+    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+        self.see()?;
+        copy(&self.outputs.0, outputs)
+    }
+
+    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        self.inputs.1.texts.clear();
+        self.inputs.1.texts.extend_from_slice(inputs);
+        (self.pending, self.shown) = (true, false);
+        Ok(())
+    }
+
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        self.see()?;
+        copy(&self.outputs.1.texts, outputs)
+    }
+
+    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
+        self.inputs.1.integers.clear();
+        self.inputs.1.integers.extend_from_slice(inputs);
+        (self.pending, self.shown) = (true, false);
+        Ok(())
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        self.see()?;
+        copy(&self.outputs.1.integers, outputs)
+    }
+
+    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        if self.held {
+            return Ok(());
+        }
+        self.go(clock, tick).or_else(|failure| self.go_on(failure, clock, tick))
+    }
+
+    fn end(&mut self) -> Result<(), CallError> {
+        match self.held {
+            true => Ok(()),
+            false => self.call(Task::End).map(|_| ()),
+        }
+    }
+
+    fn can_save(&self) -> bool {
+        self.can.0
+    }
+
+    fn save(&mut self) -> Result<NodeState, CallError> {
+        let done = self.call(Task::Save)?;
+        self.kept(&done)
+    }
+
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        let number = self.number(state)?;
+        self.call(Task::Restore(number)).map(|_| ())
+    }
+
+    fn can_serialise(&self) -> bool {
+        self.can.1
+    }
+
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        let number = self.number(state)?;
+        match self.call(Task::Serialise(number))? {
+            Done::Bytes(bytes) => Ok(bytes),
+            _ => Err(nonsense()),
+        }
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        let done = self.call(Task::Deserialise(bytes.to_owned()))?;
+        self.kept(&done)
+    }
+
+    fn messages(&mut self) -> Vec<Message> {
+        std::mem::take(&mut self.messages)
+    }
+
+    fn notices(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notices)
+    }
+}

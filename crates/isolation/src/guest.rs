@@ -1,0 +1,150 @@
+//! Starts a guest, watches over it, and ends it; and makes this process the guest of another.
+
+use std::fs::File;
+use std::io;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::AtomicU8;
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, getpid, getppid, set_parent_process_death_signal};
+
+use crate::line::{Line, Talk};
+use crate::memory::{Memory, NOTE};
+
+/// A guest that is asked to end gets this time.
+const FAREWELL: Duration = Duration::from_secs(5);
+const NAP: Duration = Duration::from_millis(1);
+
+/// Why a guest does not answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum End {
+    /// Its process ended.
+    #[error("its process ended with {0}")]
+    Ended(ExitStatus),
+    /// The host did not want to wait any longer, and ended it.
+    #[error("its process was ended")]
+    GivenUp,
+    /// It wrote what no guest writes, and was ended.
+    #[error("its process gave an answer without meaning, and was ended")]
+    Nonsense,
+}
+
+/// A process that answers.
+#[derive(Debug)]
+pub struct Guest {
+    child: Child,
+    line: Line,
+    end: Option<End>,
+}
+
+impl Guest {
+    /// Starts a guest with the memory as its standard input. It calls [`become_guest`] first, with the number of this process,
+    /// which is its last argument. `numbers` may travel at once. The thread that calls this has to outlive the guest.
+    ///
+    /// # Errors
+    /// When the program does not start, or the system cannot share memory.
+    pub fn start(mut command: Command, numbers: usize) -> io::Result<Self> {
+        if cfg!(not(target_os = "linux")) {
+            return Err(io::Error::new(io::ErrorKind::Unsupported, "isolation needs Linux"));
+        }
+        let (memory, file) = Memory::new(numbers)?;
+        command.arg(getpid().to_string()).stdin(Stdio::from(file));
+        let child = command.spawn()?;
+        Ok(Guest { child, line: Line::new(memory, 0), end: None })
+    }
+
+    /// Asks, and waits for the answer. `give_up` is looked at every 10 ms; when it is true, the guest is ended.
+    ///
+    /// # Errors
+    /// When the guest has ended, or is ended.
+    pub fn ask(
+        &mut self,
+        question: (&[f64], &[u8]),
+        answer: &mut Talk,
+        give_up: impl Fn() -> bool,
+    ) -> Result<(), End> {
+        if let Some(end) = self.end {
+            return Err(end);
+        }
+        let Guest { child, line, .. } = self;
+        let mut look = || match child.try_wait() {
+            Ok(Some(status)) => Err(End::Ended(status)),
+            _ if give_up() => Err(End::GivenUp),
+            _ => Ok(()),
+        };
+        let answered = line
+            .send(question, &mut look)
+            .and_then(|()| line.receive(answer, &mut look))
+            .and_then(|meant| if meant { Ok(()) } else { Err(End::Nonsense) });
+        answered.inspect_err(|end| self.end(*end))
+    }
+
+    fn end(&mut self, end: End) {
+        self.end = Some(end);
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    /// What the guest was doing when it wrote that last: bytes of its note.
+    #[must_use]
+    pub fn note(&self) -> [u8; NOTE] {
+        let mut note = [0; NOTE];
+        let cells = self.line.memory().note();
+        note.iter_mut().zip(cells).for_each(|(byte, cell)| *byte = cell.load(Relaxed));
+        note
+    }
+
+    /// Sends a last question, and waits some seconds until the guest has ended by itself. True when it did, with success.
+    pub fn dismiss(&mut self, question: &[u8]) -> bool {
+        if self.end.is_some() {
+            return true;
+        }
+        let begin = Instant::now();
+        let child = &mut self.child;
+        let mut look = || match child.try_wait() {
+            Ok(None) if begin.elapsed() < FAREWELL => Ok(()),
+            _ => Err(()),
+        };
+        let asked = self.line.send((&[], question), &mut look).is_ok();
+        while asked && look().is_ok() {
+            std::thread::sleep(NAP);
+        }
+        let ended = self.child.try_wait();
+        self.end(End::GivenUp);
+        ended.is_ok_and(|status| status.is_some_and(|status| status.success()))
+    }
+}
+
+impl Drop for Guest {
+    fn drop(&mut self) {
+        if self.end.is_none() {
+            self.end(End::GivenUp);
+        }
+    }
+}
+
+/// Makes this process the guest of `host`, the number of a process: it gets its end of the line, ends when the host does, and has an
+/// empty standard input.
+///
+/// # Errors
+/// When standard input is no memory of a host.
+pub fn become_guest(host: u32) -> io::Result<(Line, &'static [AtomicU8; NOTE])> {
+    // A host that is gone already cannot send its signal any more.
+    set_parent_process_death_signal(Some(Signal::KILL))?;
+    if !has_host(host) {
+        return Err(io::Error::other("its host has ended"));
+    }
+    let memory = Memory::of(rustix::stdio::stdin())?;
+    // The note is written until the process ends, by handlers of signals, too.
+    let note: &'static Memory = Box::leak(Box::new(Memory::of(rustix::stdio::stdin())?));
+    rustix::stdio::dup2_stdin(&File::open("/dev/null")?)?;
+    Ok((Line::new(memory, 1), note.note()))
+}
+
+/// Whether the process that started this one is still there.
+#[must_use]
+pub fn has_host(host: u32) -> bool {
+    let parent = getppid().map(Pid::as_raw_nonzero);
+    parent.is_some_and(|parent| i64::from(parent.get()) == i64::from(host))
+}

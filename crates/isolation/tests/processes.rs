@@ -1,0 +1,2 @@
+//! Tests guests as what they are, other processes: this program starts itself.
+fn main() {}

@@ -1,0 +1,72 @@
+//! Decides which FMUs run in processes of their own, and how.
+
+use std::time::Duration;
+
+use diagnostics::{Error, Mistakes};
+
+use super::Overrides;
+use crate::plan::Isolation;
+use crate::words::{Fmu, Scenario};
+
+/// Which FMUs run in processes of their own, where the scenario does not say it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Isolate {
+    /// None.
+    #[default]
+    Nothing,
+    /// All that are not built from a package of the workspace.
+    Foreign,
+    /// All.
+    Everything,
+}
+
+/// How an FMU is kept apart from the others.
+pub(super) fn isolation(
+    scenario: &Scenario,
+    node: &Fmu,
+    overrides: &Overrides,
+    mistakes: &mut Mistakes,
+) -> Option<Isolation> {
+    let written = node.isolate.as_ref().map(|word| *word.get_ref());
+    let apart = written.unwrap_or(match overrides.isolate {
+        Isolate::Nothing => false,
+        Isolate::Foreign => node.package.is_none(),
+        Isolate::Everything => true,
+    });
+    if written != Some(true) {
+        let words = [
+            ("on_failure", node.on_failure.as_ref().map(|word| word.span())),
+            ("call_limit", node.call_limit.as_ref().map(|word| word.span())),
+            ("sandbox", node.sandbox.as_ref().map(|word| word.span())),
+            ("may_read", node.may_read.first().map(|word| word.span())),
+        ];
+        for (key, place) in words.into_iter().filter_map(|(key, place)| Some((key, place?))) {
+            let message = format!("`{key}` is for an FMU in a process of its own");
+            let error = scenario.source.error(place, message, "");
+            mistakes.push(error.help("add `isolate = true`"));
+        }
+    }
+    let call_limit = node.call_limit.as_ref().filter(|word| {
+        let limit = *word.get_ref();
+        let fits = Duration::try_from_secs_f64(limit).is_ok_and(|limit| !limit.is_zero());
+        if !fits {
+            mistakes
+                .push(scenario.error(*word, format!("expected a time above 0 s, found {limit} s")));
+        }
+        fits
+    });
+    let call_limit = call_limit.map(|word| *word.get_ref());
+    let existing = |word: &diagnostics::Spanned<String>| -> Result<_, Error> {
+        let path = scenario.source.resolve(word);
+        std::path::absolute(&path).and_then(|path| path.metadata().map(|_| path)).map_err(|error| {
+            scenario.error(word, format!("cannot read {}: {error}", path.display()))
+        })
+    };
+    let may_read = node.may_read.iter().filter_map(|word| mistakes.take(existing(word))).collect();
+    apart.then(|| Isolation {
+        on_failure: node.on_failure.as_ref().map(|word| *word.get_ref()).unwrap_or_default(),
+        call_limit,
+        sandbox: node.sandbox.as_ref().is_none_or(|word| *word.get_ref()),
+        may_read,
+    })
+}
