@@ -72,6 +72,9 @@ mod extending;
 // Failures of FMUs, and the recordings they leave.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// FMUs in processes of their own.
+#[path = "acceptance/isolated.rs"]
+mod isolated;
 // An FMU of FMI 3.0 with event mode and clocks.
 #[path = "acceptance/clocks.rs"]
 mod clocks;
@@ -181,6 +184,7 @@ fn main() -> ExitCode {
     identification::register(&mut tests);
     importers::register(&mut tests);
     interop::register(&mut tests);
+    isolated::register(&mut tests);
     #[cfg(feature = "rerun")]
     live::register(&mut tests);
     lengths::register(&mut tests);

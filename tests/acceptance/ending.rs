@@ -68,9 +68,12 @@ fn an_exit_of_an_fmu_never_passes_for_a_verdict() {
         // The report of an earlier run that passed must not stand for this one.
         lab.write("good.toml", passing("misbehave.fmu", "at = 0.0"));
         lab.trackside(&["run", "good.toml", "--out", "target/runs/case"]).expect(0);
-        let ended = lab.trackside(&["test", "case.toml", "--junit", "junit.xml"]).expect(1);
-        assert!(ended.stdout.contains("0 passed, 1 failed"), "{fault}\n{}", ended.stdout);
-        assert!(lab.read("junit.xml").contains("errors=\"1\""), "{fault}");
+        for isolate in ["none", "all"] {
+            let arguments = ["test", "case.toml", "--junit", "junit.xml", "--isolate", isolate];
+            let ended = lab.trackside(&arguments).expect(1);
+            assert!(ended.stdout.contains("0 passed, 1 failed"), "{fault}\n{}", ended.stdout);
+            assert!(lab.read("junit.xml").contains("errors=\"1\""), "{fault}");
+        }
     }
 }
 
@@ -222,7 +225,7 @@ fn a_test_over_its_limit_does_not_stop_the_others() {
         passing("stopped.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1.0\nlimit = 0.5"),
     );
     lab.write("d_good.toml", passing("misbehave.fmu", "at = 0.0"));
-    let ended = lab.trackside(&["test", ".", "--jobs", "1"]).expect(1);
+    let ended = lab.trackside(&["test", ".", "--jobs", "1", "--isolate", "none"]).expect(1);
     for line in [
         "ok       ./a_good.toml",
         "FAILED   ./b_sleeps.toml",
@@ -238,15 +241,17 @@ fn a_test_over_its_limit_does_not_stop_the_others() {
 fn what_an_fmu_starts_ends_with_its_test() {
     let lab = lab();
     lab.write("case.toml", passing("misbehave.fmu", "fault = 'another process', at = 0.5"));
-    lab.trackside(&["test", "case.toml"]).expect(0);
+    lab.trackside(&["test", "case.toml", "--isolate", "none"]).expect(0);
     wait_until("the other process is gone", || !lives(&lab, "other.pid"));
 }
 
 fn nothing_outlives_a_test_that_is_killed() {
     let lab = lab();
     lab.write("case.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
-    let mut child =
-        trackside(&lab.path("")).args(["test", "case.toml"]).spawn().expect("it starts");
+    let mut child = trackside(&lab.path(""))
+        .args(["test", "case.toml", "--isolate", "none"])
+        .spawn()
+        .expect("it starts");
     wait_until("the FMU sleeps", || lives(&lab, "sleeping.pid"));
     child.kill().and_then(|()| child.wait()).expect("it can be killed");
     wait_until("the run is gone", || !lives(&lab, "sleeping.pid"));
@@ -369,7 +374,7 @@ fn a_signal_to_a_test_is_passed_on_and_the_rest_is_told() {
     lab.write("a_good.toml", passing("misbehave.fmu", "at = 0.0"));
     lab.write("b_sleeps.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
     lab.write("c_good.toml", passing("misbehave.fmu", "at = 0.0"));
-    let arguments = ["test", ".", "--jobs", "1", "--junit", "junit.xml"];
+    let arguments = ["test", ".", "--jobs", "1", "--junit", "junit.xml", "--isolate", "none"];
     let child = start(&lab, &arguments, "sleeping.pid");
     signal(&child, "INT");
     let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(130);

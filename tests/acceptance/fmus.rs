@@ -97,6 +97,12 @@ pub fn clocked() -> &'static [u8] {
     BUILT.get_or_init(|| build("clocked", &[]))
 }
 
+/// The FMU of `fmu/trespass.c`, compiled once: it does what a process may not.
+pub fn trespass() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| build("trespass", &[]))
+}
+
 /// The FMU of `fmu/clock.c`, compiled once: it notes its steps where they outlive it.
 pub fn clock() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();

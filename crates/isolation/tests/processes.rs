@@ -1,2 +1,111 @@
 //! Tests guests as what they are, other processes: this program starts itself.
-fn main() {}
+
+use std::cell::Cell;
+use std::process::{Command, ExitCode};
+
+use isolation::{End, Guest, Talk, become_guest, has_host};
+use libtest_mimic::{Arguments, Trial};
+
+/// Numbers that may travel at once.
+const NUMBERS: usize = 5;
+
+fn main() -> ExitCode {
+    let mut words = std::env::args().skip(1);
+    if words.next().is_some_and(|word| word == "guest") {
+        let host = words.next().and_then(|host| host.parse().ok()).expect("a number");
+        serve(host);
+        return ExitCode::SUCCESS;
+    }
+    let test = |name: &str, body: fn()| {
+        Trial::test(name, move || {
+            body();
+            Ok(())
+        })
+    };
+    let tests = vec![
+        test(
+            "numbers_and_bytes_of_any_length_come_back",
+            numbers_and_bytes_of_any_length_come_back,
+        ),
+        test("an_end_is_told_and_stays", an_end_is_told_and_stays),
+        test("a_guest_that_does_not_answer_is_ended", a_guest_that_does_not_answer_is_ended),
+        test("the_note_of_a_guest_outlives_it", the_note_of_a_guest_outlives_it),
+        test("a_guest_leaves_when_it_is_asked_to", a_guest_leaves_when_it_is_asked_to),
+    ];
+    libtest_mimic::run(&Arguments::from_args(), tests).exit_code()
+}
+
+/// Adds 1 to each number, and gives the bytes back in reverse; some words mean something.
+fn serve(host: u32) {
+    let (line, note) = become_guest(host).expect("a host");
+    let look = || if has_host(host) { Ok(()) } else { Err("the host is gone") };
+    let mut talk = Talk::default();
+    loop {
+        line.receive(&mut talk, look).expect("a question");
+        note[0].store(7, std::sync::atomic::Ordering::Relaxed);
+        match talk.bytes.as_slice() {
+            b"leave" => return,
+            b"exit" => std::process::exit(5),
+            b"sleep" => std::thread::sleep(std::time::Duration::from_secs(1000)),
+            _ => {}
+        }
+        talk.numbers.iter_mut().for_each(|number| *number += 1.0);
+        talk.bytes.reverse();
+        line.send((&talk.numbers, &talk.bytes), look).expect("a host");
+    }
+}
+
+fn guest() -> Guest {
+    let mut command = Command::new(std::env::current_exe().expect("this program"));
+    command.arg("guest");
+    Guest::start(command, NUMBERS).expect("a process")
+}
+
+fn numbers_and_bytes_of_any_length_come_back() {
+    let (mut guest, mut answer) = (guest(), Talk::default());
+    let numbers = [0.0, -0.0, f64::NAN, f64::INFINITY, 1e-310];
+    for length in [0, 1, 65_535, 65_536, 65_537, 1_000_000] {
+        let bytes: Vec<u8> = (0..length).map(|place: u32| (place % 251) as u8).collect();
+        for count in [0, NUMBERS] {
+            guest.ask((&numbers[..count], &bytes), &mut answer, || false).expect("an answer");
+            let same = answer
+                .numbers
+                .iter()
+                .zip(&numbers)
+                .all(|(got, sent)| got.to_bits() == (sent + 1.0).to_bits());
+            assert!(same && answer.numbers.len() == count, "{:?}", answer.numbers);
+            assert!(answer.bytes.iter().rev().eq(&bytes), "{length} bytes");
+        }
+    }
+}
+
+fn an_end_is_told_and_stays() {
+    let (mut guest, mut answer) = (guest(), Talk::default());
+    for _ in 0..2 {
+        let Err(End::Ended(status)) = guest.ask((&[], b"exit"), &mut answer, || false) else {
+            panic!("it answers");
+        };
+        assert_eq!(status.code(), Some(5));
+    }
+}
+
+fn a_guest_that_does_not_answer_is_ended() {
+    let (mut guest, mut answer, asked) = (guest(), Talk::default(), Cell::new(0));
+    let patience = || asked.replace(asked.get() + 1) >= 3;
+    assert_eq!(guest.ask((&[], b"sleep"), &mut answer, patience), Err(End::GivenUp));
+    assert_eq!(asked.get(), 4);
+    assert_eq!(guest.ask((&[], b""), &mut answer, || false), Err(End::GivenUp));
+}
+
+fn the_note_of_a_guest_outlives_it() {
+    let (mut guest, mut answer) = (guest(), Talk::default());
+    assert_eq!(guest.note()[0], 0);
+    guest.ask((&[], b"exit"), &mut answer, || false).expect_err("it ends");
+    assert_eq!(guest.note()[0], 7);
+}
+
+fn a_guest_leaves_when_it_is_asked_to() {
+    let mut guest = guest();
+    assert!(guest.dismiss(b"leave"));
+    assert!(!self::guest().dismiss(b"exit"));
+}
