@@ -317,7 +317,7 @@ fn a_signal_ends_a_run_at_the_next_communication_point() {
         command.args(["run", "case.toml", "later.toml", "--out", "out", "--csv", "--rerun", "off"]);
         command.args(["--realtime", "1"]).env("TMPDIR", lab.path("temporary"));
         let child = command.spawn().expect("it starts");
-        wait_until("it records", || lab.has("out/case/report.json.partial"));
+        wait_until("it records", || lab.has("out/case/run.mcap.tail"));
         signal(&child, name);
         let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(code);
         ended.says(&[&format!("a signal ended the run: SIG{name}"), "not run: later.toml"]);
