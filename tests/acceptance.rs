@@ -57,6 +57,9 @@ mod documents;
 // The Modelica Reference FMUs, if they are at hand.
 #[path = "acceptance/reference_fmus.rs"]
 mod reference_fmus;
+// Disks that are full.
+#[path = "acceptance/full_disks.rs"]
+mod full_disks;
 // Runs that are killed, and what is recovered of them.
 #[path = "acceptance/killed.rs"]
 mod killed;
@@ -167,6 +170,7 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     conform3::register(&mut tests);
+    full_disks::register(&mut tests);
     killed::register(&mut tests);
     determinism::register(&mut tests);
     doctor::register(&mut tests);

@@ -14,8 +14,10 @@ mod supervised;
 mod test;
 mod view;
 
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 use clap::Subcommand;
 use diagnostics::Error;
@@ -67,7 +69,9 @@ impl Command {
             Command::Explain(arguments) => explain::run(arguments),
             Command::Isolated(arguments) => isolated::run(arguments),
         };
-        result.unwrap_or_else(report_error)
+        let code = result.unwrap_or_else(report_error);
+        // Whoever asked for it must not take half of it for all.
+        if code == 0 && UNPRINTED.load(Relaxed) { UNWRITTEN } else { code }
     }
 }
 
@@ -90,9 +94,21 @@ fn report_error(error: Error) -> u8 {
     code
 }
 
-/// Prints to standard output; a reader that has gone away is no reason to panic.
+/// Whether standard output did not take something.
+static UNPRINTED: AtomicBool = AtomicBool::new(false);
+/// The exit code when a result could not be written.
+const UNWRITTEN: u8 = 2;
+
+/// Prints to standard output; a reader that has gone away has seen enough.
 fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    let mut output = std::io::stdout();
+    let written = output.write_all(text.as_bytes()).and_then(|()| output.flush());
+    match written {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe && !UNPRINTED.swap(true, Relaxed) => {
+            eprintln!("standard output: could not write: {error}");
+        }
+        _ => {}
+    }
 }
 
 fn this_program() -> Result<PathBuf, Error> {

@@ -1,7 +1,7 @@
 //! Kills runs at random moments, and counts what `recover` gives back of the steps that the run had made.
 
 use std::path::Path;
-use std::process::Child;
+use std::process::{Child, Command};
 use std::time::Duration;
 
 use mcap::MessageStream;
@@ -15,6 +15,7 @@ tests! {
     a_run_killed_at_30_times_real_time_loses_at_most_a_second: Compiler,
     a_run_killed_with_long_steps_loses_at_most_the_last_one: Compiler,
     a_killed_run_that_was_slower_than_real_time_leaves_what_it_had_made_long_before: Compiler,
+    a_signal_at_any_moment_leaves_all_rows: Compiler,
 }
 
 /// Kills of each kind; `TRACKSIDE_KILLS` asks for more.
@@ -117,4 +118,24 @@ fn a_killed_run_that_was_slower_than_real_time_leaves_what_it_had_made_long_befo
     running.wait_for(30);
     let [made, left] = running.kill();
     assert!(left >= 10, "{left} of {made} steps");
+}
+
+fn a_signal_at_any_moment_leaves_all_rows() {
+    for place in 0..10_u32 {
+        let mut running = Running::start(0.01, &["--csv"]);
+        running.wait_for(1);
+        let share = (f64::from(place) * 0.618_033_988_75).fract();
+        std::thread::sleep(Duration::from_secs_f64(0.2 * share));
+        let (signal, code) = [("INT", 130), ("TERM", 143), ("HUP", 129)][place as usize % 3];
+        let child = running.child.id().to_string();
+        let kill = Command::new("kill").args([&format!("-{signal}"), &child]).status();
+        assert!(kill.expect("kill").success());
+        let status = running.child.wait().expect("it ends");
+        assert_eq!(status.code(), Some(code), "{}", running.lab.read("output"));
+        let report = running.lab.report("out");
+        assert_eq!(report["verdict"], "interrupted");
+        let steps = report["steps"].as_u64().expect("a number");
+        assert_eq!((running.steps(), recovered(&running.lab.path("out/run.mcap"))), (steps, steps));
+        assert!(!running.lab.has("out/run.csv"));
+    }
 }

@@ -23,12 +23,14 @@ pub enum Requirement {
     Viewer,
     /// valgrind.
     Valgrind,
+    /// File systems of any size, which a program may mount in namespaces of its own.
+    SmallDisk,
     /// The Modelica Reference FMUs with their published results.
     ReferenceFmus,
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 6] = [const { OnceLock::new() }; 6];
+static ANSWERS: [OnceLock<Option<String>>; 7] = [const { OnceLock::new() }; 7];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -47,6 +49,7 @@ impl Requirement {
             #[cfg(feature = "rerun")]
             Requirement::Viewer => "no viewer",
             Requirement::Valgrind => "no valgrind",
+            Requirement::SmallDisk => "no mount",
             Requirement::ReferenceFmus => "no data",
         }
     }
@@ -60,6 +63,11 @@ impl Requirement {
         match self {
             Requirement::Compiler => starts("cc", "compiles FMUs and plugins that misbehave"),
             Requirement::Valgrind => starts("valgrind", "looks for errors and leaks in our FMUs"),
+            Requirement::SmallDisk => {
+                let mount = super::full_disks::on_disk("1m", "/tmp", "true").output();
+                let mounts = mount.is_ok_and(|mount| mount.status.success());
+                (!mounts).then(|| "this user cannot mount a small disk (unshare, mount)".to_owned())
+            }
             Requirement::Python => python::environment().as_ref().err().cloned(),
             Requirement::PythonLibrary => python::environment().as_ref().map_or_else(
                 |reason| Some(reason.clone()),

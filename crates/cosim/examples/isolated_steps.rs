@@ -36,7 +36,9 @@ fn measure(path: &Path, rounds: usize) -> Result<(), Box<dyn std::error::Error>>
     });
     println!(
         "median of {rounds}: {:.2} us per step and FMU in one process, {:.2} us in processes of their own, {:.2} us more",
-        median[0], median[1], median[1] - median[0]
+        median[0],
+        median[1],
+        median[1] - median[0]
     );
     Ok(())
 }
