@@ -14,6 +14,7 @@ tests! {
     a_failure_there_ends_the_run_with_node_call_and_time: Compiler,
     a_failure_before_the_first_step_is_told: Compiler,
     a_call_that_does_not_return_is_ended: Compiler,
+    a_call_that_lasts_is_reported_even_when_its_process_is_stopped: Compiler,
     outputs_of_a_failed_fmu_are_held_where_that_is_wanted: Compiler,
     a_failed_fmu_starts_again_where_that_is_wanted: Compiler,
     an_fmu_that_fails_at_once_after_a_restart_ends_the_run: Compiler,
@@ -178,6 +179,13 @@ fn a_call_that_does_not_return_is_ended() {
     let (lab, ended) = run(&isolated("misbehave.fmu", start, "").text(), &["--limit", "0.3"]);
     ended.expect(3).says(&["node `tank`: fmi2DoStep at t = 0.5 s", "after 0.3 s, its time limit"]);
     assert_eq!(lab.report("out")["verdict"], "error");
+}
+
+fn a_call_that_lasts_is_reported_even_when_its_process_is_stopped() {
+    let text = isolated("trespass.fmu", "u = 0.0, at = 0.5, how = 'stop'", "").text();
+    let (lab, ended) = run(&text, &["--patience", "0.2", "--limit", "1.0"]);
+    ended.expect(3).says(&["node `tank`: fmi2DoStep at t = 0.5 s has been running for"]);
+    assert_eq!(lab.report("out")["steps"], 5);
 }
 
 fn column(lab: &Lab, name: &str) -> Vec<f64> {

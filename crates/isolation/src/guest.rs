@@ -54,7 +54,8 @@ impl Guest {
         Ok(Guest { child, line: Line::new(memory, 0), end: None })
     }
 
-    /// Asks, and waits for the answer. `give_up` is looked at every 10 ms; when it is true, the guest is ended.
+    /// Asks, and waits for the answer. `give_up` is asked every 10 ms, with the note of the guest; when it says true, the guest is
+    /// ended.
     ///
     /// # Errors
     /// When the guest has ended, or is ended.
@@ -62,7 +63,7 @@ impl Guest {
         &mut self,
         question: (&[f64], &[u8]),
         answer: &mut Talk,
-        give_up: impl Fn() -> bool,
+        mut give_up: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
     ) -> Result<(), End> {
         if let Some(end) = self.end {
             return Err(end);
@@ -70,7 +71,7 @@ impl Guest {
         let Guest { child, line, .. } = self;
         let mut look = || match child.try_wait() {
             Ok(Some(status)) => Err(End::Ended(status)),
-            _ if give_up() => Err(End::GivenUp),
+            _ if give_up(&|| read(line)) => Err(End::GivenUp),
             _ => Ok(()),
         };
         let answered = line
@@ -89,10 +90,7 @@ impl Guest {
     /// What the guest was doing when it wrote that last: bytes of its note.
     #[must_use]
     pub fn note(&self) -> [u8; NOTE] {
-        let mut note = [0; NOTE];
-        let cells = self.line.memory().note();
-        note.iter_mut().zip(cells).for_each(|(byte, cell)| *byte = cell.load(Relaxed));
-        note
+        read(&self.line)
     }
 
     /// Sends a last question, and waits some seconds until the guest has ended by itself. True when it did, with success.
@@ -114,6 +112,14 @@ impl Guest {
         self.end(End::GivenUp);
         ended.is_ok_and(|status| status.is_some_and(|status| status.success()))
     }
+}
+
+/// The note at the other end of a line.
+fn read(line: &Line) -> [u8; NOTE] {
+    let mut note = [0; NOTE];
+    let cells = line.memory().note();
+    note.iter_mut().zip(cells).for_each(|(byte, cell)| *byte = cell.load(Relaxed));
+    note
 }
 
 impl Drop for Guest {

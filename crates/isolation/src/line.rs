@@ -14,6 +14,9 @@ const LOOKS: usize = 50;
 /// A sleeper looks this often whether there is somebody to wait for.
 const NAP: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
 
+/// Nobody has more to say at once [bytes].
+const LONGEST: usize = 1 << 30;
+
 /// What travels at once.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct Talk {
@@ -78,6 +81,7 @@ impl Line {
             self.wait(&mut look)?;
             match self.memory.take(&mut talk.numbers, &mut talk.bytes) {
                 None => return Ok(false),
+                Some(true) if talk.bytes.len() > LONGEST => return Ok(false),
                 Some(false) => return Ok(true),
                 Some(true) => self.ring(),
             }

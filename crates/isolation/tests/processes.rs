@@ -67,7 +67,7 @@ fn numbers_and_bytes_of_any_length_come_back() {
     for length in [0, 1, 65_535, 65_536, 65_537, 1_000_000] {
         let bytes: Vec<u8> = (0..length).map(|place: u32| (place % 251) as u8).collect();
         for count in [0, NUMBERS] {
-            guest.ask((&numbers[..count], &bytes), &mut answer, || false).expect("an answer");
+            guest.ask((&numbers[..count], &bytes), &mut answer, |_| false).expect("an answer");
             let same = answer
                 .numbers
                 .iter()
@@ -82,7 +82,7 @@ fn numbers_and_bytes_of_any_length_come_back() {
 fn an_end_is_told_and_stays() {
     let (mut guest, mut answer) = (guest(), Talk::default());
     for _ in 0..2 {
-        let Err(End::Ended(status)) = guest.ask((&[], b"exit"), &mut answer, || false) else {
+        let Err(End::Ended(status)) = guest.ask((&[], b"exit"), &mut answer, |_| false) else {
             panic!("it answers");
         };
         assert_eq!(status.code(), Some(5));
@@ -91,16 +91,16 @@ fn an_end_is_told_and_stays() {
 
 fn a_guest_that_does_not_answer_is_ended() {
     let (mut guest, mut answer, asked) = (guest(), Talk::default(), Cell::new(0));
-    let patience = || asked.replace(asked.get() + 1) >= 3;
+    let patience = |_: &dyn Fn() -> _| asked.replace(asked.get() + 1) >= 3;
     assert_eq!(guest.ask((&[], b"sleep"), &mut answer, patience), Err(End::GivenUp));
     assert_eq!(asked.get(), 4);
-    assert_eq!(guest.ask((&[], b""), &mut answer, || false), Err(End::GivenUp));
+    assert_eq!(guest.ask((&[], b""), &mut answer, |_| false), Err(End::GivenUp));
 }
 
 fn the_note_of_a_guest_outlives_it() {
     let (mut guest, mut answer) = (guest(), Talk::default());
     assert_eq!(guest.note()[0], 0);
-    guest.ask((&[], b"exit"), &mut answer, || false).expect_err("it ends");
+    guest.ask((&[], b"exit"), &mut answer, |_| false).expect_err("it ends");
     assert_eq!(guest.note()[0], 7);
 }
 

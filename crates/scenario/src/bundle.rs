@@ -169,6 +169,12 @@ impl Gathering<'_> {
             let key = Spanned::new(0..0, DeString::from("path"));
             let value = DeValue::String(format!("{}{inside}", beside.back).into());
             entry.insert(key, Spanned::new(0..0, value));
+            if entry.remove("may_read").is_some() {
+                let name = fmu.name.get_ref();
+                self.notes.push(format!(
+                    "`may_read` of `{name}` names files of this machine: it is left out"
+                ));
+            }
             paths.insert(fmu.name.get_ref().clone(), inside);
         }
         paths

@@ -121,7 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         .map_err(|error| Error::input(format!("--patience: {error}")))?;
     // The progress bar holds the line that the cursor is on.
     fmu_import::watch(patience, |what| eprintln!("\n{what}"));
-    (options.program, options.patience) = (Some(this_program()?), Some(patience));
+    (options.program, options.patience) = (Some(program_of_guests()?), Some(patience));
     if arguments.supervised {
         options.identity = Some(supervised::begin()?);
     }
@@ -141,6 +141,14 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         }
     }
     Ok(worst)
+}
+
+/// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
+fn program_of_guests() -> Result<PathBuf, Error> {
+    match cfg!(target_os = "linux") {
+        true => Ok(PathBuf::from("/proc/self/exe")),
+        false => this_program(),
+    }
 }
 
 /// A time of the command line.

@@ -42,6 +42,7 @@ static double trespass(Model *m) {
         for (int file = 0; file < 256; file++) close(file);
     if (is(m, "stack")) return deeper(0);
     if (is(m, "kill")) raise(SIGKILL);
+    if (is(m, "stop")) raise(SIGSTOP);
     if (is(m, "once") && !opens("been here", O_RDONLY)) {
         opens("been here", O_WRONLY | O_CREAT);
         abort();

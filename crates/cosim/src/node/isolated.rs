@@ -4,15 +4,17 @@ mod guest;
 mod node;
 mod talk;
 
+#[cfg(unix)]
+use std::os::unix::process::CommandExt as _;
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use archive::Folder;
-use diagnostics::Error;
+use diagnostics::{Error, rounded};
 use fmu_import::{CallError, Fmu, LastNote, Message, MessageLevel};
-use isolation::{End, Guest, Talk};
+use isolation::{End, Guest, NOTE, Talk};
 use scenario::plan::{Clock, Isolation, Ports, Start};
 use scenario::words::OnFailure;
 
@@ -43,6 +45,9 @@ pub(super) struct Making<'a> {
     pub starts: Vec<Start>,
 }
 
+/// So many failures of a node are told one by one.
+const TOLD: usize = 10;
+
 /// An FMU in a process of its own, as a node.
 pub(super) struct IsolatedNode {
     setup: Setup,
@@ -68,7 +73,8 @@ pub(super) struct IsolatedNode {
     can: (bool, bool),
     talk: Talk,
     messages: Vec<Message>,
-    /// What to tell at the end of the run.
+    /// How often it failed, and what to tell of that at the end of the run.
+    failures: usize,
     notices: Vec<String>,
     lacks: Vec<String>,
 }
@@ -102,20 +108,9 @@ impl IsolatedNode {
             let read = isolation.may_read.iter().cloned().chain([place.folder.clone()]);
             (read.collect(), vec![scratch.path().to_owned()])
         });
-        let patience = host.patience.as_secs_f64();
         let name = name.to_owned();
-        let setup = Setup {
-            name,
-            fmu: place,
-            log,
-            inputs,
-            outputs,
-            times,
-            tolerance,
-            starts,
-            sandbox,
-            patience,
-        };
+        let setup =
+            Setup { name, fmu: place, log, inputs, outputs, times, tolerance, starts, sandbox };
         let guest = start(&setup, &scratch, host).map_err(failed)?;
         let mut node = IsolatedNode {
             isolation: isolation.clone(),
@@ -133,6 +128,7 @@ impl IsolatedNode {
             can: (false, false),
             talk: Talk::default(),
             messages: Vec::new(),
+            failures: 0,
             notices: Vec::new(),
             lacks: Vec::new(),
             setup,
@@ -184,9 +180,15 @@ impl IsolatedNode {
         let limit = isolation.call_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
         let begin = Instant::now();
         let late = || limit.is_some_and(|limit| begin.elapsed() > limit);
-        guest
-            .ask((numbers, &bytes), talk, || late() || (host.give_up)())
-            .map_err(|end| lost(guest, end, late()))?;
+        let (name, mut next) = (&self.setup.name, host.patience);
+        let give_up = |note: &dyn Fn() -> [u8; NOTE]| {
+            if begin.elapsed() > next {
+                report(name, &LastNote::read(&note()), begin.elapsed());
+                next *= 2;
+            }
+            late() || (host.give_up)()
+        };
+        guest.ask((numbers, &bytes), talk, give_up).map_err(|end| lost(guest, end, late()))?;
         let answer = postcard::from_bytes::<Answer>(&talk.bytes);
         let Answer { done, messages } = answer.map_err(unfit)?;
         self.messages.extend(messages);
@@ -217,7 +219,7 @@ impl IsolatedNode {
         if failure.terminated.is_some() || (self.host.give_up)() {
             return Err(failure);
         }
-        let time = diagnostics::rounded(clock.at(tick));
+        let time = rounded(clock.at(tick));
         match self.isolation.on_failure {
             OnFailure::End => Err(failure),
             OnFailure::Hold => {
@@ -240,7 +242,10 @@ impl IsolatedNode {
 
     fn tell(&mut self, what: String) {
         self.messages.push(Message::new(MessageLevel::Error, "", &what));
-        self.notices.push(format!("`{}`: {what}", self.setup.name));
+        self.failures += 1;
+        if self.failures <= TOLD {
+            self.notices.push(format!("`{}`: {what}", self.setup.name));
+        }
     }
 
     fn go(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
@@ -298,8 +303,17 @@ fn start(setup: &Setup, scratch: &Folder, host: &Host) -> std::io::Result<Guest>
     let (program, arguments) = &host.program;
     let mut command = Command::new(program);
     command.args(arguments).current_dir(scratch.path()).env("TMPDIR", scratch.path());
+    #[cfg(unix)]
+    command.arg0("trackside");
     let count = |ports: &Ports| ports.numbers.iter().map(|group| group.places.len()).sum::<usize>();
     Guest::start(command, count(&setup.inputs).max(count(&setup.outputs)))
+}
+
+/// Reports a call that goes on for long.
+fn report(name: &str, LastNote { call, time, .. }: &LastNote, since: Duration) {
+    let call = if call.is_empty() { "its process" } else { call };
+    let at = time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default();
+    eprintln!("\nnode `{name}`: {call}{at} has been running for {:.0} s", since.as_secs_f64());
 }
 
 fn nonsense() -> CallError {
@@ -308,7 +322,7 @@ fn nonsense() -> CallError {
 
 /// The error of a process that did not answer, with the call that it was in.
 fn lost(guest: &Guest, end: End, late: bool) -> CallError {
-    let LastNote { call, words } = LastNote::read(&guest.note());
+    let LastNote { call, words, .. } = LastNote::read(&guest.note());
     let what = match end {
         _ if !words.is_empty() => words,
         End::GivenUp if late => {

@@ -77,6 +77,8 @@ const WORDS: usize = 64;
 pub struct LastNote {
     /// The call that went on; empty between calls.
     pub call: String,
+    /// The time at which it went on [s], once there is one.
+    pub time: Option<f64>,
     /// What the process said when it ended; empty when it could say nothing.
     pub words: String,
 }
@@ -90,7 +92,12 @@ impl LastNote {
             let text = String::from_utf8_lossy(&bytes[..end]);
             text.trim().replace(|letter: char| letter.is_control(), " ")
         };
-        LastNote { call: text(&bytes[CALL..WORDS]), words: text(&bytes[WORDS..]) }
+        let time = bytes.first_chunk().map(|bytes| f64::from_ne_bytes(*bytes));
+        LastNote {
+            call: text(&bytes[CALL..WORDS]),
+            time: time.filter(|time| time.is_finite()),
+            words: text(&bytes[WORDS..]),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use diagnostics::Error;
 use fmu_export::pack::{Version, archive, is_identifier};
 use orchestrator::package::{self, BuildProgress, Workspace};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
-use scenario::plan::System;
+use scenario::plan::{Body, NodePlan, System};
 use scenario::resolve::Overrides;
 use scenario::{BuildRequest, Built, Scenario};
 
@@ -105,6 +105,13 @@ fn gather(
     let layout = Layout { fmus: "fmus", others: "files" };
     let bundle = Bundle::gather(scenario, built, layout)?;
     bundle.write(folder)?;
+    let apart = |node: &&NodePlan| matches!(node.body, Body::Fmu { isolation: Some(_), .. });
+    for node in original.nodes.iter().filter(apart) {
+        eprintln!(
+            "note: `{}` is not isolated there: an FMU steps all of its own in one process",
+            node.name
+        );
+    }
     let document = &scenario.document;
     let judging = [
         ("check", document.check.is_empty()),

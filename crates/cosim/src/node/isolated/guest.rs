@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
 
 use diagnostics::Error;
 use fmu_import::{CallError, Fmu, OpenError};
@@ -155,10 +154,6 @@ fn open(setup: Setup) -> Result<(Served, Done), Refusal> {
     let early = |error: OpenError| Refusal::Early(CallError::new("opening", error.to_string()));
     let shut = |(read, write)| isolation::shut(&Sandbox { read, write });
     let lacks = setup.sandbox.map(shut).unwrap_or_default();
-    // The host may believe in more time than a duration can hold.
-    if let Ok(patience) = Duration::try_from_secs_f64(setup.patience) {
-        fmu_import::watch(patience, |what| eprintln!("\n{what}"));
-    }
     let fmu = Arc::new(Fmu::reopen(&setup.fmu).map_err(early)?);
     let Ports { numbers, texts } = &setup.outputs;
     let exact = numbers.iter().filter(|group| group.is_exact());

@@ -5,7 +5,7 @@ use fmu_import::{CallError, Message};
 use scenario::plan::Clock;
 
 use super::talk::{Done, Task};
-use super::{IsolatedNode, nonsense};
+use super::{IsolatedNode, TOLD, nonsense};
 use crate::node::{Node, NodeState};
 
 impl IsolatedNode {
@@ -132,6 +132,10 @@ impl Node for IsolatedNode {
     }
 
     fn notices(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.notices)
+        let mut notices = std::mem::take(&mut self.notices);
+        if let Some(more) = self.failures.checked_sub(TOLD).filter(|more| *more > 0) {
+            notices.push(format!("`{}` failed {more} times more", self.setup.name));
+        }
+        notices
     }
 }

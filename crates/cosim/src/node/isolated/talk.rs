@@ -22,8 +22,6 @@ pub(super) struct Setup {
     pub starts: Vec<Start>,
     /// What may be read and written in its sandbox; without it there is none.
     pub sandbox: Option<(Vec<PathBuf>, Vec<PathBuf>)>,
-    /// A call that lasts longer is reported [s].
-    pub patience: f64,
 }
 
 /// Inputs or outputs, besides the numbers.
