@@ -93,6 +93,12 @@ mod importers;
 // Ends of the program: by foreign code, by limits, by signals.
 #[path = "acceptance/ending.rs"]
 mod ending;
+// Crashes of foreign code, in calls and outside of them.
+#[path = "acceptance/crashes.rs"]
+mod crashes;
+// What foreign code changes for the whole process.
+#[path = "acceptance/surroundings.rs"]
+mod surroundings;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
@@ -165,6 +171,7 @@ fn main() -> ExitCode {
     conform::register(&mut tests);
     conform3::register(&mut tests);
     killed::register(&mut tests);
+    crashes::register(&mut tests);
     determinism::register(&mut tests);
     doctor::register(&mut tests);
     documents::register(&mut tests);
@@ -194,6 +201,7 @@ fn main() -> ExitCode {
     state::register(&mut tests);
     sizes::register(&mut tests);
     ssp_export::register(&mut tests);
+    surroundings::register(&mut tests);
     systems::register(&mut tests);
     terminals::register(&mut tests);
     subsystems::register(&mut tests);

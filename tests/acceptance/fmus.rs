@@ -121,7 +121,8 @@ fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     if folder == "linux64" {
         cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
     }
-    let output = cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).output();
+    cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).arg("-lm");
+    let output = cc.output();
     Ended::of(output.expect("a C compiler")).expect(0);
     let library = std::fs::read(library).expect("the library");
     let path = format!("binaries/{folder}/{name}.so");

@@ -77,9 +77,9 @@ use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
-    Block, FmuState, Instance, Library, STRANGER, calls_going_on, complete, completed,
-    during_plugin, guard_exit, leave, leave_signals_alone, note_requests_to_end, requested_end,
-    watch,
+    Block, FmuState, Instance, Library, STRANGER, calls_going_on, changed_surroundings, complete,
+    completed, during_plugin, guard_exit, leave, leave_signals_alone, note_requests_to_end,
+    requested_end, watch,
 };
 pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};

@@ -118,8 +118,8 @@ impl Instance {
         let function = self.clock_functions("fmi3GetClock")?.get_clock;
         let mut values = vec![0_u8; references.len()];
         // SAFETY: the component is alive, and both arrays have the length that is stated.
-        self.run(c"fmi3GetClock", |c| unsafe {
-            function(c, references.as_ptr(), references.len(), values.as_mut_ptr())
+        self.fill(c"fmi3GetClock", &mut values, |c, values| unsafe {
+            function(c, references.as_ptr(), references.len(), values)
         })?;
         let active = references.iter().zip(values).filter(|(_, value)| *value != 0);
         Ok(active.map(|(reference, _)| *reference).collect())
