@@ -77,7 +77,7 @@ const ARROWS: [(&str, &[&str]); 29] = [
     ("expression", &["diagnostics", "units"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["archive", "units"]),
-    ("fmu-conformance", &["fmu-import"]),
+    ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "plugin", "units"]),
     ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "ssp", "units"]),
     ("cosim", &["diagnostics", "expression", "fmu-import", "recording", "scenario"]),

@@ -19,6 +19,7 @@ tests! {
     a_test_over_its_limit_does_not_stop_the_others: Compiler,
     what_an_fmu_starts_ends_with_its_test: Compiler,
     nothing_outlives_a_test_that_is_killed: Compiler,
+    what_a_killed_conform_leaves_goes_at_the_next_start: Compiler,
     a_signal_ends_a_run_at_the_next_communication_point: Compiler,
     a_signal_ends_an_analysis_and_the_runs_to_come: Compiler,
     a_second_signal_ends_a_run_at_once: Compiler,
@@ -239,20 +240,46 @@ fn a_test_over_its_limit_does_not_stop_the_others() {
 }
 
 fn what_an_fmu_starts_ends_with_its_test() {
+    for fault in ["another process", "another session"] {
+        let lab = lab();
+        lab.write("case.toml", passing("misbehave.fmu", &format!("fault = '{fault}', at = 0.5")));
+        lab.trackside(&["test", "case.toml"]).expect(0);
+        assert!(lab.has("other.pid"), "{fault}");
+        wait_until("the other process is gone", || !lives(&lab, "other.pid"));
+    }
+}
+
+fn what_a_killed_conform_leaves_goes_at_the_next_start() {
     let lab = lab();
-    lab.write("case.toml", passing("misbehave.fmu", "fault = 'another process', at = 0.5"));
-    lab.trackside(&["test", "case.toml"]).expect(0);
-    wait_until("the other process is gone", || !lives(&lab, "other.pid"));
+    lab.write("slow.fmu", super::fmus::deviate(&["-DBREAKS=\"a step takes for ever\""]));
+    std::fs::create_dir(lab.path("temporary")).expect("a folder");
+    let conform = |fmu: &str| {
+        let mut command = trackside(&lab.path(""));
+        command.args(["conform", fmu]).env("TMPDIR", lab.path("temporary"));
+        command
+    };
+    let mut child = conform("slow.fmu").stdout(Stdio::null()).spawn().expect("it starts");
+    wait_until("it judges", || !unpacked(&lab).is_empty());
+    child.kill().and_then(|()| child.wait()).expect("it can be killed");
+    assert!(!unpacked(&lab).is_empty());
+    // The lock of its folder goes with it, those of the rules that it ran with their processes.
+    wait_until("nothing is left", || {
+        conform("misbehave.fmu").output().expect("it starts");
+        unpacked(&lab).is_empty()
+    });
 }
 
 fn nothing_outlives_a_test_that_is_killed() {
-    let lab = lab();
-    lab.write("case.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
-    let mut child =
-        trackside(&lab.path("")).args(["test", "case.toml"]).spawn().expect("it starts");
-    wait_until("the FMU sleeps", || lives(&lab, "sleeping.pid"));
-    child.kill().and_then(|()| child.wait()).expect("it can be killed");
-    wait_until("the run is gone", || !lives(&lab, "sleeping.pid"));
+    for (fault, file) in [("sleep", "sleeping.pid"), ("another session and sleep", "other.pid")] {
+        let lab = lab();
+        lab.write("case.toml", passing("misbehave.fmu", &format!("fault = '{fault}', at = 0.5")));
+        let mut child =
+            trackside(&lab.path("")).args(["test", "case.toml"]).spawn().expect("it starts");
+        wait_until("the FMU sleeps", || lives(&lab, "sleeping.pid") && lives(&lab, file));
+        child.kill().and_then(|()| child.wait()).expect("it can be killed");
+        wait_until("the run is gone", || !lives(&lab, "sleeping.pid"));
+        wait_until("what it started is gone", || !lives(&lab, file));
+    }
 }
 
 /// Whether the process lives whose number this file holds.

@@ -38,6 +38,10 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         None => conform::TIME_LIMIT,
     };
     if let (Some(rule), Some(log)) = (&arguments.rule, &arguments.progress_log) {
+        // A rule that hangs does not outlive who would end it.
+        #[cfg(target_os = "linux")]
+        let _ =
+            rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
         let judged = conform::run_one(&arguments.fmu, rule, log, limit);
         return judged.map(|()| 0).map_err(not_judged);
     }

@@ -162,9 +162,12 @@ int fmi2DoStep(void *c, double time, double step, int keep) {
     if (is(m, "child crashes")) child(crash);
     if (is(m, "another process") && !m->started++) start_another(0);
     if (is(m, "another session") && !m->started++) start_another(1);
+    if (is(m, "another session and sleep") && !m->started++) start_another(1);
     change(m);
-    if (is(m, "sleep")) leave_number("sleeping.pid");
-    while (is(m, "sleep")) pause();
+    if (is(m, "sleep") || is(m, "another session and sleep")) {
+        leave_number("sleeping.pid");
+        for (;;) pause();
+    }
 #if defined ONE_STEP
     if (step != ONE_STEP) return ERROR;
 #endif
