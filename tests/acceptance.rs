@@ -96,6 +96,9 @@ mod ending;
 // Crashes of foreign code, in calls and outside of them.
 #[path = "acceptance/crashes.rs"]
 mod crashes;
+// Texts of others, with what a terminal obeys.
+#[path = "acceptance/escapes.rs"]
+mod escapes;
 // What foreign code changes for the whole process.
 #[path = "acceptance/surroundings.rs"]
 mod surroundings;
@@ -177,6 +180,7 @@ fn main() -> ExitCode {
     documents::register(&mut tests);
     editors::register(&mut tests);
     ending::register(&mut tests);
+    escapes::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     clocks::register(&mut tests);

@@ -17,7 +17,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use diagnostics::Error;
+use diagnostics::{Error, Printable, is_obeyed, shown};
 
 /// A command with its arguments.
 #[derive(Subcommand)]
@@ -75,7 +75,7 @@ fn report_error(error: Error) -> u8 {
     let errors = error.split();
     let (count, more) = (errors.len(), errors.len().saturating_sub(PRINTED));
     for error in errors.into_iter().take(PRINTED) {
-        eprintln!("{:?}", miette::Report::new(error));
+        eprintln!("{:?}", miette::Report::new(Printable::of(&error)));
     }
     match (count, more) {
         (..=1, _) => {}
@@ -85,9 +85,27 @@ fn report_error(error: Error) -> u8 {
     code
 }
 
-/// Prints to standard output; a reader that has gone away is no reason to panic.
+/// Prints to standard output; a reader that has gone away is no reason to panic. Texts of others are shown, not obeyed.
 fn print(text: &str) {
+    let _ = std::io::stdout().write_all(shown(text).as_bytes());
+}
+
+/// Prints JSON, in which texts of others are escaped as JSON has it.
+fn print_json(value: &serde_json::Value) {
+    let mut text = String::new();
+    for character in format!("{value:#}\n").chars() {
+        match is_obeyed(character) {
+            // All of these have four digits.
+            true => text += &format!("\\u{:04x}", u32::from(character)),
+            false => text.push(character),
+        }
+    }
     let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+/// Prints a line to standard error. Texts of others are shown, not obeyed.
+fn tell(line: &str) {
+    eprintln!("{}", shown(line));
 }
 
 fn this_program() -> Result<PathBuf, Error> {

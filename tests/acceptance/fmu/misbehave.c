@@ -143,6 +143,11 @@ int fmi2Reset(void *m) { return call(m, "fmi2Reset"); }
 int fmi2DoStep(void *c, double time, double step, int keep) {
     Model *m = c;
     m->time = time;
+    if (is(m, "escapes")) {
+        m->callbacks->logger(m->callbacks->environment, m->name, ERROR, "logStatusError",
+                             "\033[2Jgone \302\23331m \342\200\256");
+        return ERROR;
+    }
     if (is(m, "crash")) crash();
     if (is(m, "abort")) abort();
     if (is(m, "exit")) exit(0);

@@ -46,6 +46,15 @@ unsafe impl Send for Activity {}
 // SAFETY: as above, and all else is atomic.
 unsafe impl Sync for Activity {}
 
+/// The name without what a terminal would obey: the handler writes it as it is.
+fn harmless(who: &str) -> String {
+    let show = |character: char| match character.is_control() {
+        true => character.escape_unicode().to_string(),
+        false => character.to_string(),
+    };
+    who.chars().map(show).collect()
+}
+
 /// The activities of all instances of the process.
 static ALL: Mutex<Vec<Weak<Activity>>> = Mutex::new(Vec::new());
 
@@ -67,7 +76,7 @@ impl Activity {
 
     fn of(who: &str, kind: &'static CStr, watched: bool) -> Arc<Self> {
         let note = Note {
-            who: CString::new(who).unwrap_or_default().into_raw(),
+            who: CString::new(harmless(who)).unwrap_or_default().into_raw(),
             kind: kind.as_ptr(),
             call: AtomicPtr::new(ptr::null_mut()),
             time: AtomicU64::new(f64::NAN.to_bits()),

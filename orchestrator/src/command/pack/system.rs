@@ -15,7 +15,7 @@ use scenario::resolve::Overrides;
 use scenario::{BuildRequest, Built, Scenario};
 
 use crate::command::progress::BuildLine;
-use crate::command::{print, this_program};
+use crate::command::{print, tell, this_program};
 
 /// The package whose library steps a scenario.
 const LIBRARY: &str = "system-fmu";
@@ -79,9 +79,9 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     packed.map_err(|error| Error::input(error.to_string()))?;
     if !left_out.is_empty() {
         let names = left_out.join(", ");
-        eprintln!(
+        tell(&format!(
             "note: these parameters are none of the FMU, since they have no start value that FMI 2.0 can hold: {names}"
-        );
+        ));
     }
     print(&format!("{}\n", path.display()));
     Ok(0)
