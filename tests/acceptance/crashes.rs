@@ -1,7 +1,7 @@
 //! Checks that each crash of foreign code ends the program with exit code 3, and says once whose it is: in a call or outside of one.
 
 use super::fixture::Scenario;
-use super::fmus::{compile, misbehave};
+use super::fmus::{compile, misbehave, resizable_with_wide_booleans};
 use super::harness::{Ended, Lab};
 
 tests! {
@@ -11,6 +11,7 @@ tests! {
     a_crash_while_a_library_loads_or_goes_is_told: Compiler,
     a_text_that_is_none_names_the_call_that_gave_it: Compiler,
     values_past_the_end_of_an_array_are_an_error: Compiler,
+    a_boolean_that_is_too_wide_is_an_error: Compiler,
     a_library_that_misses_a_symbol_is_refused: Compiler,
     a_process_of_an_fmu_ends_as_it_likes: Compiler,
     a_signal_from_outside_is_nobodys_crash: Compiler,
@@ -92,6 +93,15 @@ fn values_past_the_end_of_an_array_are_an_error() {
     let says = "node `tank`: fmi2GetReal at t = 0.5 s wrote past the end of the array";
     ended.expect(3).says(&[says, "expected 1 value, found more"]);
     assert_eq!(lab.report("out")["verdict"], "error");
+}
+
+fn a_boolean_that_is_too_wide_is_an_error() {
+    let lab = Lab::new();
+    lab.write("wide.fmu", resizable_with_wide_booleans());
+    let one = Scenario::new().time(0.1, 0.3).fmu("tank", "wide.fmu", "");
+    lab.write("case.toml", one.key("unconnected = \"start\"").text());
+    let ended = lab.trackside(&["run", "case.toml", "--out", "out", "--rerun", "off"]).expect(3);
+    ended.says(&["node `tank`: fmi3DoStep at t = 0.2 s wrote past the end", "expected 1 value"]);
 }
 
 fn a_library_that_misses_a_symbol_is_refused() {

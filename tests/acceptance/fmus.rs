@@ -91,6 +91,11 @@ pub fn resizable() -> &'static [u8] {
     BUILT.get_or_init(|| build("resizable", &[]))
 }
 
+/// The same, whose steps write a boolean of four bytes where there is one byte.
+pub fn resizable_with_wide_booleans() -> Vec<u8> {
+    build("resizable", &["-DWIDE"])
+}
+
 /// The FMU of `fmu/clocked.c`, compiled once: one of FMI 3.0 with event mode, clocks and intermediate updates.
 pub fn clocked() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();

@@ -8,7 +8,7 @@ use super::{Component, Instance, Status};
 use crate::CallError;
 
 /// What stands behind the values: bytes that no FMU writes by chance.
-const GUARD: [u8; 64] = *b"what stands here is not the FMU's: it was asked for less values.";
+const GUARD: [u8; 64] = *b"what stands here is not the FMU's; it was asked for fewer values";
 /// How much memory is behind the values, for what comes too much [bytes].
 const SPARE: usize = 1 << 15;
 const WORD: usize = size_of::<u64>();
@@ -45,6 +45,33 @@ impl Lent {
             array.copy_to_nonoverlapping(values.as_mut_ptr(), values.len());
             array.add(values.len()).cast::<[u8; GUARD.len()]>().read_unaligned() == GUARD
         }
+    }
+}
+
+/// A single value that an FMU fills in, beside others.
+#[repr(C)]
+pub(super) struct Slot<T> {
+    value: T,
+    guard: [u8; GUARD.len()],
+}
+
+impl<T: Plain> Slot<T> {
+    pub(super) fn new(value: T) -> Self {
+        Slot { value, guard: GUARD }
+    }
+
+    /// Where the FMU writes. Also what stands behind the value may be written.
+    pub(super) fn address(&mut self) -> *mut T {
+        (&raw mut *self).cast()
+    }
+
+    pub(super) fn get(&self) -> T {
+        self.value
+    }
+
+    /// Whether the FMU wrote the value alone.
+    pub(super) fn is_whole(&self) -> bool {
+        self.guard == GUARD
     }
 }
 
@@ -96,7 +123,7 @@ impl Instance {
     }
 
     #[cold]
-    fn overrun(&mut self, call: &'static CStr, count: usize) -> CallError {
+    pub(super) fn overrun(&mut self, call: &'static CStr, count: usize) -> CallError {
         self.phase = Phase::Failed(name(call));
         let values = if count == 1 { "1 value".to_owned() } else { format!("{count} values") };
         let what = format!(
@@ -109,6 +136,17 @@ impl Instance {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_value_that_is_too_wide_is_seen() {
+        let mut slot = Slot::new(1_u8);
+        // SAFETY: there is room for one value, and more.
+        unsafe { slot.address().write(2) };
+        assert!(slot.is_whole() && slot.get() == 2);
+        // SAFETY: as above.
+        unsafe { slot.address().cast::<u32>().write_unaligned(3) };
+        assert!(!slot.is_whole());
+    }
 
     #[test]
     fn what_is_lent_comes_back_and_one_more_value_is_seen() {
