@@ -69,8 +69,12 @@ fn what_an_instance_sets_for_the_process_is_put_back() {
     // It is in the folder `/` otherwise, and would write there.
     ended.expect(0).says(&["node `wanderer`: fmi2Instantiate set the current folder"]);
     let told = warnings(&lab);
-    for what in ["set the current folder", "set the permissions of new files", "held signals back"]
-    {
+    for what in [
+        "set the current folder",
+        "set the permissions of new files",
+        "held signals back",
+        "took handlers of signals away",
+    ] {
         assert_eq!(told.iter().filter(|warning| warning.contains(what)).count(), 1, "{told:?}");
     }
     use std::os::unix::fs::PermissionsExt as _;

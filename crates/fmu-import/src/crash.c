@@ -280,19 +280,35 @@ void trackside_end_thread(void *result) {
     trackside_end(FOREIGN_FAILED);
 }
 
-/* Called before the first library is loaded, so that the handlers of an FMU's runtime come before these. */
-void trackside_watch_crashes(void) {
-    static int watched;
+static void install(int i, struct sigaction *earlier) {
     struct sigaction action;
-    if (watched) return;
-    watched = 1;
-    home = getpid();
-    trackside_note_own_libraries();
     memset(&action, 0, sizeof action);
     action.sa_sigaction = handle;
     /* A stack that overflowed cannot hold the handler; Rust gives each of its threads another one. */
     action.sa_flags = SA_SIGINFO | SA_ONSTACK;
-    for (int i = 0; i < COUNT; i++) sigaction(SIGNALS[i], &action, &before[i]);
+    sigaction(SIGNALS[i], &action, earlier);
+}
+
+/* A handler of an FMU's runtime may stay, since it knows that there was another one: none at all may not. */
+int trackside_watch_again(void) {
+    int again = 0;
+    for (int i = 0; home != 0 && i < COUNT; i++) {
+        struct sigaction now;
+        if (sigaction(SIGNALS[i], NULL, &now) != 0 || is_handler(&now)) continue;
+        install(i, NULL);
+        again = 1;
+    }
+    return again;
+}
+
+/* Called before the first library is loaded, so that the handlers of an FMU's runtime come before these. */
+void trackside_watch_crashes(void) {
+    static int watched;
+    if (watched) return;
+    watched = 1;
+    home = getpid();
+    trackside_note_own_libraries();
+    for (int i = 0; i < COUNT; i++) install(i, &before[i]);
     atexit(at_exit);
 #if defined __linux__
     at_quick_exit(at_exit);

@@ -17,6 +17,8 @@ typedef struct {
 extern pid_t trackside_guarded;
 /* What this thread does for foreign code: a call that goes on, or else a thread that such a call started; null for ours. */
 const Note *trackside_current(void);
+/* Puts the handlers of crashes back where foreign code left none; says whether it did. */
+int trackside_watch_again(void);
 /* Ends the process at once; unlike `_exit`, which this program gives foreign code as its own. */
 __attribute__((noreturn)) void trackside_end(int code);
 

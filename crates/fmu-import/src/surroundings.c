@@ -17,7 +17,7 @@
 #include "foreign.h"
 
 /* The bits are those of `Changes` in binding/surroundings.rs. */
-enum { ROUNDING = 1, TINY = 2, TRAPS = 4, LOCALE = 8, FOLDER = 16, UMASK = 32, SIGNALS = 64 };
+enum { ROUNDING = 1, TINY = 2, TRAPS = 4, LOCALE = 8, FOLDER = 16, UMASK = 32, SIGNALS = 64, HANDLERS = 128 };
 
 /* The layout is that of `Before` in binding/surroundings.rs. */
 typedef struct {
@@ -134,6 +134,7 @@ int trackside_after_rare(const sigset_t *mask) {
     pthread_sigmask(SIG_SETMASK, mask, &now);
     for (int signal = 1; signal < NSIG; signal++)
         if (sigismember(&now, signal) != sigismember(mask, signal)) changes |= SIGNALS;
+    if (trackside_watch_again()) changes |= HANDLERS;
     if (home_descriptor < 0) return changes;
     if (stat(".", &folder) != 0 || folder.st_dev != home_folder.st_dev || folder.st_ino != home_folder.st_ino)
         if (fchdir(home_descriptor) == 0) changes |= FOLDER;

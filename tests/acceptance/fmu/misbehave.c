@@ -108,6 +108,7 @@ static void wander(void) {
     sigset_t all;
     sigfillset(&all);
     pthread_sigmask(SIG_BLOCK, &all, NULL);
+    signal(SIGSEGV, SIG_DFL);
     umask(0);
     if (chdir("/") != 0) abort();
 }

@@ -27,7 +27,7 @@ struct Mask([u8; 128]);
 pub(super) type Changes = u32;
 
 /// What was done, and what that would have changed.
-const WORDS: [(&str, &str); 7] = [
+const WORDS: [(&str, &str); 8] = [
     ("set how numbers are rounded", "the numbers of all other nodes"),
     ("had tiny numbers flushed to zero", "the numbers of all other nodes"),
     ("had calculations without a result end the program", "how all other nodes end"),
@@ -35,6 +35,7 @@ const WORDS: [(&str, &str); 7] = [
     ("set the current folder", "where all files lie"),
     ("set the permissions of new files", "all files of the run"),
     ("held signals back", "how the program can be ended"),
+    ("took handlers of signals away", "what is told of crashes"),
 ];
 
 impl Before {
