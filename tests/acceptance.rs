@@ -99,6 +99,15 @@ mod importers;
 // Ends of the program: by foreign code, by limits, by signals.
 #[path = "acceptance/ending.rs"]
 mod ending;
+// Crashes of foreign code, in calls and outside of them.
+#[path = "acceptance/crashes.rs"]
+mod crashes;
+// Texts of others, with what a terminal obeys.
+#[path = "acceptance/escapes.rs"]
+mod escapes;
+// What foreign code changes for the whole process.
+#[path = "acceptance/surroundings.rs"]
+mod surroundings;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
@@ -172,11 +181,13 @@ fn main() -> ExitCode {
     conform3::register(&mut tests);
     full_disks::register(&mut tests);
     killed::register(&mut tests);
+    crashes::register(&mut tests);
     determinism::register(&mut tests);
     doctor::register(&mut tests);
     documents::register(&mut tests);
     editors::register(&mut tests);
     ending::register(&mut tests);
+    escapes::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
     clocks::register(&mut tests);
@@ -202,6 +213,7 @@ fn main() -> ExitCode {
     state::register(&mut tests);
     sizes::register(&mut tests);
     ssp_export::register(&mut tests);
+    surroundings::register(&mut tests);
     systems::register(&mut tests);
     terminals::register(&mut tests);
     subsystems::register(&mut tests);

@@ -20,7 +20,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
 
 use clap::Subcommand;
-use diagnostics::Error;
+use diagnostics::{Error, Printable, is_obeyed, shown};
 
 /// A command with its arguments.
 #[derive(Subcommand)]
@@ -84,7 +84,7 @@ fn report_error(error: Error) -> u8 {
     let errors = error.split();
     let (count, more) = (errors.len(), errors.len().saturating_sub(PRINTED));
     for error in errors.into_iter().take(PRINTED) {
-        eprintln!("{:?}", miette::Report::new(error));
+        eprintln!("{:?}", miette::Report::new(Printable::of(&error)));
     }
     match (count, more) {
         (..=1, _) => {}
@@ -99,16 +99,38 @@ static UNPRINTED: AtomicBool = AtomicBool::new(false);
 /// The exit code when a result could not be written.
 const UNWRITTEN: u8 = 2;
 
-/// Prints to standard output; a reader that has gone away has seen enough.
+/// Prints to standard output; a reader that has gone away has seen enough. Texts of others are shown, not obeyed.
 fn print(text: &str) {
+    put(&shown(text));
+}
+
+fn put(text: &str) {
     let mut output = std::io::stdout();
     let written = output.write_all(text.as_bytes()).and_then(|()| output.flush());
     match written {
         Err(error) if error.kind() != ErrorKind::BrokenPipe && !UNPRINTED.swap(true, Relaxed) => {
-            eprintln!("standard output: could not write: {error}");
+            tell(&format!("standard output: could not write: {error}"));
         }
         _ => {}
     }
+}
+
+/// Prints JSON, in which texts of others are escaped as JSON has it.
+fn print_json(value: &serde_json::Value) {
+    let mut text = String::new();
+    for character in format!("{value:#}\n").chars() {
+        match is_obeyed(character) {
+            // All of these have four digits.
+            true => text += &format!("\\u{:04x}", u32::from(character)),
+            false => text.push(character),
+        }
+    }
+    put(&text);
+}
+
+/// Prints a line to standard error. Texts of others are shown, not obeyed.
+fn tell(line: &str) {
+    eprintln!("{}", shown(line));
 }
 
 fn this_program() -> Result<PathBuf, Error> {

@@ -162,6 +162,7 @@ impl Job<'_> {
             baseline::bless(&system, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
+        report.warnings.extend(fmu_import::changed_surroundings());
         report.took(begin.elapsed().as_secs_f64());
         report.write(&self.scenario.source)?;
         match failure {

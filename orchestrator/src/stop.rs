@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use diagnostics::Error;
+use diagnostics::{Error, shown};
 
 /// The exit code of a run in which foreign code failed.
 const FOREIGN_FAILED: u8 = 3;
@@ -82,7 +82,7 @@ fn end_what_hangs(limit: Duration, dropped: &Receiver<()>) {
     while lasts(GRACE) {
         let now = fmu_import::calls_going_on();
         if let Some((_, call)) = now.iter().find(|call| before.contains(call)) {
-            eprintln!("\n{call} did not return; {}", overdue(limit));
+            eprintln!("\n{} did not return; {}", shown(call), overdue(limit));
             let completed = fmu_import::completed();
             if completed.is_some() {
                 eprintln!("warning: its results are complete, and its verdict stands");

@@ -1,6 +1,7 @@
 //! Runs scenarios as tests: each in a process of its own, several at a time, a line for each.
 
 mod junit;
+pub mod orphans;
 mod process;
 
 use std::path::{Path, PathBuf};
@@ -140,6 +141,7 @@ pub fn run(
         }
     }
     fmu_import::note_requests_to_end();
+    orphans::take_in();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
     let pool = pool.map_err(|error| Error::input(format!("cannot start {jobs} jobs: {error}")))?;
     Ok(pool.install(|| {

@@ -78,7 +78,7 @@ const ARROWS: [(&str, &[&str]); 30] = [
     ("expression", &["diagnostics", "units"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["archive", "units"]),
-    ("fmu-conformance", &["fmu-import"]),
+    ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "plugin", "units"]),
     ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "ssp", "units"]),
     ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "recording", "scenario"]),

@@ -91,6 +91,11 @@ pub fn resizable() -> &'static [u8] {
     BUILT.get_or_init(|| build("resizable", &[]))
 }
 
+/// The same, whose steps write a boolean of four bytes where there is one byte.
+pub fn resizable_with_wide_booleans() -> Vec<u8> {
+    build("resizable", &["-DWIDE"])
+}
+
 /// The FMU of `fmu/clocked.c`, compiled once: one of FMI 3.0 with event mode, clocks and intermediate updates.
 pub fn clocked() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
@@ -127,7 +132,8 @@ fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     if folder == "linux64" {
         cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
     }
-    let output = cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).output();
+    cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).arg("-lm");
+    let output = cc.output();
     Ended::of(output.expect("a C compiler")).expect(0);
     let library = std::fs::read(library).expect("the library");
     let path = format!("binaries/{folder}/{name}.so");

@@ -118,16 +118,14 @@ fn a_failure_there_ends_the_run_with_node_call_and_time() {
         ("misbehave", "fault = 'abort'", "aborted (SIGABRT)"),
         ("misbehave", "fault = 'exit'", "exit"),
         ("misbehave", "fault = 'quick_exit'", "exit"),
-        ("misbehave", "fault = '_exit'", "exit"),
+        ("misbehave", "fault = '_exit'", "called _exit"),
         ("misbehave", "fault = 'exit on a thread'", "exit"),
-        ("misbehave", "fault = 'pthread_exit'", ""),
+        ("misbehave", "fault = 'pthread_exit'", "called pthread_exit"),
         ("misbehave", "fault = 'fmi2DoStep', status = 3", "fmi2Error"),
-        ("trespass", "how = 'stack'", "ended its process"),
+        ("trespass", "how = 'stack'", "overflowed its stack (SIGSEGV)"),
         ("trespass", "how = 'kill'", "signal: 9"),
     ] {
         let start = format!("u = 0.0, at = 0.5, {fault}");
-        // It frees what it can on its way out, and dies after that.
-        let step = if fault.contains("pthread_exit") { "node `tank`" } else { step };
         let (lab, ended) = run(&isolated(&format!("{fmu}.fmu"), &start, "").text(), &[]);
         ended.expect(3).says(&[step, says]);
         let report = lab.report("out");

@@ -28,7 +28,7 @@ pub fn compile(lab: &Lab, version: u32) {
     let mut cc = Command::new("cc");
     cc.args(["-shared", "-fPIC", "-D_GNU_SOURCE"]).arg(format!("-DVERSION={version}"));
     cc.arg(Path::new(ROOT).join("tests/acceptance/plugin/odd.c"));
-    let output = cc.arg("-o").arg(lab.path("odd.so")).output();
+    let output = cc.arg("-o").arg(lab.path("odd.so")).arg("-lm").output();
     Ended::of(output.expect("a C compiler")).expect(0);
 }
 

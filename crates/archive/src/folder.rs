@@ -1,11 +1,13 @@
-//! Makes the temporary folders of unpacked archives, and removes those that a process left behind when it died.
+//! Makes temporary folders, such as those of unpacked archives, and removes those that a process left behind when it died.
 
+use std::fs::Permissions;
 use std::fs::{File, TryLockError};
 use std::io;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::sync::Once;
 
-use tempfile::TempDir;
+use tempfile::{Builder, TempDir};
 
 /// What all of them are called at the beginning.
 const PREFIX: &str = "trackside-unpacked-";
@@ -31,7 +33,9 @@ impl Folder {
     }
 
     fn within(parent: &Path) -> io::Result<Self> {
-        let folder = TempDir::with_prefix_in(PREFIX, parent)?;
+        // Nobody else has a business in it; the temporary folder is everybody's.
+        let private = Permissions::from_mode(0o700);
+        let folder = Builder::new().prefix(PREFIX).permissions(private).tempdir_in(parent)?;
         // It gets its name once it is locked: until then nobody else can tell whether the folder is in use.
         let (fresh, name) = (folder.path().join(".locking"), folder.path().join(LOCK));
         let lock = File::create(&fresh)?;
@@ -71,6 +75,8 @@ mod tests {
     fn folders_of_the_dead_are_removed_and_no_others() {
         let parent = TempDir::new().expect("a folder");
         let alive = Folder::within(parent.path()).expect("a folder");
+        let mode = std::fs::metadata(alive.path()).expect("a folder").permissions().mode();
+        assert_eq!(mode & 0o777, 0o700);
         let Folder { folder, _lock: lock } = Folder::within(parent.path()).expect("a folder");
         let dead = folder.keep();
         drop(lock);

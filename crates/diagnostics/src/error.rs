@@ -219,6 +219,10 @@ impl Error {
 }
 
 impl Input {
+    pub(crate) fn file(&self) -> Option<&NamedSource<String>> {
+        self.file.as_ref()
+    }
+
     /// The name of the file and the place in it [byte], if there is one.
     pub(crate) fn place(&self) -> Option<(&str, usize)> {
         Some((self.file.as_ref()?.name(), self.labels.first()?.offset()))

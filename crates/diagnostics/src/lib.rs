@@ -4,6 +4,8 @@
 mod bounded;
 mod error;
 mod mistakes;
+mod printable;
+mod shown;
 mod source;
 mod span;
 pub mod suggest;
@@ -12,6 +14,8 @@ mod text_file;
 pub use bounded::{read_bounded, read_text_bounded};
 pub use error::{Error, Failure, Input, rounded, signal_name};
 pub use mistakes::Mistakes;
+pub use printable::Printable;
+pub use shown::{in_markdown, is_obeyed, shown};
 pub use source::Source;
 pub use span::Spanned;
 pub use text_file::TextFile;

@@ -63,7 +63,7 @@ struct Ended {
 /// Runs the rule, or says why it could not run.
 fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<Ended, String> {
     let cannot = |error: std::io::Error| format!("the rule could not be run: {error}");
-    let folder = tempfile::TempDir::with_prefix("trackside-conform-").map_err(cannot)?;
+    let folder = archive::Folder::new().map_err(cannot)?;
     let path_of_log = folder.path().join("progress");
     let create = |path: &Path| File::options().read(true).append(true).create(true).open(path);
     let mut log = create(&path_of_log).map_err(cannot)?;

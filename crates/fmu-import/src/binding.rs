@@ -11,6 +11,7 @@ mod events;
 mod functions;
 mod instance;
 mod instantiation;
+mod lent;
 mod library;
 mod mailbox;
 mod numbers;
@@ -18,6 +19,7 @@ mod phase;
 mod state;
 mod status;
 mod step;
+mod surroundings;
 mod texts;
 mod three;
 mod values;
@@ -35,6 +37,7 @@ pub use instance::Instance;
 pub use library::Library;
 pub use mailbox::STRANGER;
 pub use state::FmuState;
+pub use surroundings::changed_surroundings;
 pub use three::Block;
 
 /// The name of a function in the version of an instance's library.

@@ -3,6 +3,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "foreign.h"
+
 static const int REQUESTS[] = {SIGINT, SIGTERM, SIGHUP};
 enum { COUNT = sizeof REQUESTS / sizeof REQUESTS[0] };
 
@@ -15,7 +17,7 @@ static void note(int signal) {
     /* When a terminal closes, the system and the shell both send SIGHUP. */
     if (requested == SIGHUP && signal == SIGHUP) return;
     /* What a shell reports of a program that a signal ended. */
-    if (requested) _exit(128 + signal);
+    if (requested) trackside_end(128 + signal);
     requested = signal;
     if (signal == SIGINT && on_terminal) {
         static const char text[] = "\nending; Ctrl-C once more ends at once\n";

@@ -1,6 +1,7 @@
 //! Makes text safe to stand in XML.
 
-/// Text that may stand in XML, in an attribute too. Characters that XML does not allow are replaced.
+/// Text that may stand in XML, in an attribute too. Characters that XML does not allow are replaced, and those that nobody would
+/// see are shown as their numbers, such as `\u{202e}`.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -11,7 +12,16 @@ pub fn escape(text: &str) -> String {
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
             '\t' | '\n' | '\r' => escaped.push(' '),
-            '\u{0}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
+            '\u{0}' | '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
+            // Also what turns the order of other letters around: nothing would show it.
+            '\u{61c}'
+            | '\u{200e}'
+            | '\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2066}'..='\u{2069}' => {
+                escaped.extend(character.escape_unicode());
+            }
+            other if other.is_control() => escaped.extend(other.escape_unicode()),
             other => escaped.push(other),
         }
     }
@@ -24,6 +34,7 @@ mod tests {
 
     #[test]
     fn text_cannot_break_out_of_its_element() {
+        assert_eq!(escape("\u{1b}[0m\u{9b}\u{202e}"), "\\u{1b}[0m\\u{9b}\\u{202e}");
         assert_eq!(escape("<a b=\"c\">&'\u{0}é"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;\u{fffd}é");
     }
 }

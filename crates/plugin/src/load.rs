@@ -4,7 +4,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use libloading::Library;
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
 use crate::abi::{Call, Callbacks, SYMBOL, Text, VERSION, Vtable};
 use crate::analysis::{Host, Request, Silent};
@@ -78,8 +78,10 @@ impl Plugin {
     /// # Errors
     /// When it is no plugin for this version of the interface.
     pub fn load(path: &Path) -> Result<Self, LoadError> {
+        // All that it needs from others is looked for now: what is missing would end the process at its first use.
+        let how = RTLD_NOW | RTLD_LOCAL;
         // SAFETY: loading runs the library's initialisers, on behalf of the user who named it.
-        let library = unsafe { Library::new(path) };
+        let library = unsafe { Library::open(Some(path), how) };
         let library = library.map_err(|error| LoadError::Open(path.to_owned(), error))?;
         // SAFETY: a library that exports this name exports this function, in every version of the interface.
         let entry = unsafe { library.get::<unsafe extern "C" fn() -> *const Vtable>(SYMBOL) };

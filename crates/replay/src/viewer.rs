@@ -1,5 +1,7 @@
 //! Finds the Rerun viewer and opens a run in it.
 
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -38,7 +40,8 @@ pub fn compare(
     }
     let mut comparison = Comparison::open(a, b)?;
     let failed = |error: std::io::Error| Error::output(&std::env::temp_dir(), error);
-    let folder = tempfile::tempdir().map_err(failed)?;
+    let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
+    let folder = private.map_err(failed)?;
     let path = save.map_or_else(|| folder.path().join("comparison.rrd"), Path::to_owned);
     if let Err(error) = comparison.write(&path) {
         // A part of it would pass for the whole.

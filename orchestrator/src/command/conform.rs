@@ -7,7 +7,7 @@ use clap::Args;
 use diagnostics::Error;
 use fmu_conformance::{self as conform, JudgeError};
 
-use super::{print, this_program};
+use super::{print, print_json, this_program};
 
 /// Arguments of `trackside conform`.
 #[derive(Args)]
@@ -38,14 +38,18 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         None => conform::TIME_LIMIT,
     };
     if let (Some(rule), Some(log)) = (&arguments.rule, &arguments.progress_log) {
+        // A rule that hangs does not outlive who would end it.
+        #[cfg(target_os = "linux")]
+        let _ =
+            rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
         let judged = conform::run_one(&arguments.fmu, rule, log, limit);
         return judged.map(|()| 0).map_err(not_judged);
     }
     let judged = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
-    print(&match arguments.json {
-        true => format!("{:#}\n", serde_json::json!(judged.findings)),
-        false => conform::lines(&judged.findings, judged.version),
-    });
+    match arguments.json {
+        true => print_json(&serde_json::json!(judged.findings)),
+        false => print(&conform::lines(&judged.findings, judged.version)),
+    }
     Ok(conform::exit_code(&judged.findings))
 }
 

@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use self::columns::Chosen;
 use self::corrected::{Keys, quoted};
-use super::{print, progress};
+use super::{print, progress, tell};
 
 /// Arguments of `trackside doctor`. A column is its title, with a unit behind a colon where that of the file is not the one of the
 /// signal: `--v_x "Speed:km/h"`.
@@ -133,7 +133,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let options =
         RunOptions { out: Some(out.clone()), replay: Replay::Off, ..RunOptions::default() };
     let report = progress::run(&scenario, &options, &mut Remains::default(), |_, _| ())?.report;
-    report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    report.warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let result = &report.analyses[NAME];
     print(&lines(&chosen, result));
     let findings = result["doctor"]["findings"].as_array().map_or(&[][..], Vec::as_slice);

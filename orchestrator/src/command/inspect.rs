@@ -6,7 +6,7 @@ use clap::Args;
 use diagnostics::Error;
 use fmu_import::Fmu;
 
-use super::print;
+use super::{print, print_json};
 
 /// Arguments of `trackside inspect`.
 #[derive(Args)]
@@ -24,9 +24,9 @@ pub struct Arguments {
 /// When the archive cannot be opened.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let fmu = Fmu::open(&arguments.fmu).map_err(|error| Error::input(error.to_string()))?;
-    print(&match arguments.json {
-        true => format!("{:#}\n", orchestrator::inspect::json(&fmu)),
-        false => orchestrator::inspect::lines(&fmu),
-    });
+    match arguments.json {
+        true => print_json(&orchestrator::inspect::json(&fmu)),
+        false => print(&orchestrator::inspect::lines(&fmu)),
+    }
     Ok(0)
 }

@@ -4,7 +4,7 @@ use std::io::IsTerminal as _;
 use std::path::Path;
 use std::time::Duration;
 
-use diagnostics::Error;
+use diagnostics::{Error, shown};
 use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::package::BuildProgress;
 use orchestrator::{ProgressEvent, Remains, Run, RunOptions};
@@ -36,7 +36,8 @@ fn progress_bar(scenario: &Path) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta:>4}");
     let bar =
         ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.set_message(scenario.file_stem().unwrap_or_default().to_string_lossy().into_owned());
+    let name = scenario.file_stem().unwrap_or_default().to_string_lossy();
+    bar.set_message(shown(&name).into_owned());
     bar.tick();
     bar
 }
@@ -55,7 +56,7 @@ impl BuildLine {
         if std::io::stderr().is_terminal() {
             self.draw(progress);
         } else if let Some(line) = self.line(progress) {
-            eprintln!("{line}");
+            super::tell(&line);
         }
     }
 

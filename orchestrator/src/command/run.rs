@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use diagnostics::{Error, Mistakes};
+use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
 use orchestrator::{ProgressEvent, Remains, Replay, RunOptions, suite};
 use scenario::resolve::{Isolate, Override, Overrides};
 
-use super::{print, progress, report_error, supervised, this_program};
+use super::{print, progress, report_error, supervised, tell, this_program};
 
 /// Arguments of `trackside run`.
 #[derive(Args)]
@@ -120,7 +120,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let patience = Duration::try_from_secs_f64(arguments.patience)
         .map_err(|error| Error::input(format!("--patience: {error}")))?;
     // The progress bar holds the line that the cursor is on.
-    fmu_import::watch(patience, |what| eprintln!("\n{what}"));
+    fmu_import::watch(patience, |what| tell(&format!("\n{what}")));
     (options.program, options.patience) = (Some(program_of_guests()?), Some(patience));
     if arguments.supervised {
         options.identity = Some(supervised::begin()?);
@@ -136,7 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         fmu_import::complete(end.then_some(worst));
         drop(remains);
         if end {
-            rest.iter().for_each(|path| eprintln!("not run: {}", path.display()));
+            rest.iter().for_each(|path| tell(&format!("not run: {}", path.display())));
             break;
         }
     }
@@ -223,7 +223,7 @@ fn run_one(path: &Path, options: &RunOptions, remains: &mut Remains) -> u8 {
         Err(error) => return report_error(error),
     };
     for warning in &run.report.warnings {
-        eprintln!("warning: {warning}");
+        tell(&format!("warning: {warning}"));
     }
     print(&run.report.lines());
     if matches!(options.replay, Replay::Serve(_)) {
@@ -255,8 +255,8 @@ fn show(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
         ProgressEvent::Analysis(name, share, what) => {
             bar.set_length(1000);
             bar.set_position((share * 1e3) as u64);
-            bar.set_message(format!("{name}: {what}"));
+            bar.set_message(shown(&format!("{name}: {what}")).into_owned());
         }
-        ProgressEvent::Validation(name) => bar.set_message((*name).to_owned()),
+        ProgressEvent::Validation(name) => bar.set_message(shown(name).into_owned()),
     }
 }

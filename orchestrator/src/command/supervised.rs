@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
 
 use diagnostics::Error;
+use orchestrator::suite::orphans;
 use rustix::process::{Signal, getpgrp, getpid, kill_process_group};
 
 /// The first descriptor that is no standard one.
@@ -31,6 +32,7 @@ pub fn begin() -> Result<String, Error> {
     if !identity.ends_with('\n') {
         return Err(wrong("standard input does not begin with a line".to_owned()));
     }
+    orphans::take_in();
     let thread = std::thread::Builder::new().name("supervised".to_owned());
     thread.spawn(move || end_with(input)).map_err(system)?;
     Ok(identity.trim_end().to_owned())
@@ -43,6 +45,8 @@ fn end_with(mut input: BufReader<File>) {
             Ok(1..) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Ok(0) | Err(_) => {
+                // First what has left the group.
+                orphans::end_descendants();
                 let _ = kill_process_group(getpgrp(), Signal::KILL);
             }
         }

@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 
 #[cfg(feature = "rerun")]
 fn view(run: &Path) -> Result<u8, Error> {
-    replay::viewer::view(run, &mut |note| eprintln!("note: {note}")).map(|()| 0)
+    replay::viewer::view(run, &mut |note| super::tell(&format!("note: {note}"))).map(|()| 0)
 }
 
 #[cfg(not(feature = "rerun"))]
@@ -40,7 +40,7 @@ fn view(_run: &Path) -> Result<u8, Error> {
 
 #[cfg(feature = "rerun")]
 fn compare(a: &Path, b: &Path, save: Option<&Path>) -> Result<u8, Error> {
-    let mut note = |note: &str| eprintln!("note: {note}");
+    let mut note = |note: &str| super::tell(&format!("note: {note}"));
     replay::viewer::compare(a, b, save, &mut note)?;
     if let Some(path) = save {
         super::print(&format!("{}\n", path.display()));

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use cosim::check::Verdict;
+use diagnostics::in_markdown;
 
 use super::told::Told;
 use super::{Ending, RunReport, Validated};
@@ -11,7 +12,7 @@ impl RunReport {
     /// The verdict as Markdown, for the recordings.
     #[must_use]
     pub fn markdown(&self) -> String {
-        let mut text = format!("**{}**\n\n", self.headline());
+        let mut text = format!("**{}**\n\n", in_markdown(&self.headline()));
         let of_validations = |it: &Validated| {
             let named = |check| (format!("{}: ", it.name), check);
             it.checks.clone().into_iter().map(named).collect::<Vec<_>>()
@@ -28,8 +29,9 @@ impl RunReport {
             let (name, worst, limit, at) =
                 (&check.name, number(check.value), number(check.limit), number(check.at));
             // Writing into a string cannot fail.
-            let unit = check.unit.as_deref().unwrap_or_default();
-            let _ = writeln!(text, "| {of}{name} | {sign} | {worst} | {limit} | {unit} | {at} |");
+            let unit = in_markdown(check.unit.as_deref().unwrap_or_default());
+            let name = in_markdown(&format!("{of}{name}"));
+            let _ = writeln!(text, "| {name} | {sign} | {worst} | {limit} | {unit} | {at} |");
         }
         text
     }

@@ -3,7 +3,7 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use diagnostics::Error;
+use diagnostics::{Error, shown};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use super::{Checked, ScenarioOutcome, TestResult};
@@ -48,6 +48,7 @@ pub fn write_junit(results: &[TestResult], path: &Path) -> Result<(), Error> {
 
 fn suite(result: &TestResult) -> TestSuite {
     let name = result.path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = shown(&name);
     let mut suite = TestSuite::new(name.as_ref());
     suite.set_time(result.time);
     let whole = whole(result).map(|status| {
@@ -68,7 +69,7 @@ fn whole(result: &TestResult) -> Option<TestCaseStatus> {
     match &result.outcome {
         ScenarioOutcome::Skipped(reason) => {
             let mut status = TestCaseStatus::skipped();
-            status.set_message(reason.as_str());
+            status.set_message(shown(reason).as_ref());
             Some(status)
         }
         ScenarioOutcome::Broken(text) | ScenarioOutcome::Interrupted(text) => {
@@ -101,13 +102,13 @@ fn check(checked: &Checked) -> TestCase {
 
 fn failure(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
     let mut status = TestCaseStatus::non_success(kind);
-    status.set_message(message).set_description(text);
+    status.set_message(shown(message).as_ref()).set_description(shown(text).as_ref());
     status
 }
 
 fn case(name: &str, status: TestCaseStatus, (file, line): (&Path, usize)) -> TestCase {
-    let mut case = TestCase::new(name, status);
-    case.extra.insert("file".into(), file.display().to_string().into());
+    let mut case = TestCase::new(shown(name).as_ref(), status);
+    case.extra.insert("file".into(), shown(&file.display().to_string()).as_ref().into());
     case.extra.insert("line".into(), line.to_string().into());
     case
 }

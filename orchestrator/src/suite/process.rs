@@ -12,7 +12,7 @@ use rustix::process::{
     Pid, Signal, WaitId, WaitIdOptions, kill_process, kill_process_group, waitid,
 };
 
-use super::Program;
+use super::{Program, orphans};
 use crate::report::SUPERVISED;
 use crate::stop::GRACE;
 
@@ -44,7 +44,7 @@ pub(super) struct Ended {
     pub identity: String,
 }
 
-/// Runs the scenario at `path` into `folder`. Processes that it starts end with it, or with this program, unless they leave its group.
+/// Runs the scenario at `path` into `folder`. Processes that it starts end with it, or with this program.
 pub(super) fn run(
     Program { path: program, arguments, .. }: Program,
     path: &Path,
@@ -57,7 +57,9 @@ pub(super) fn run(
     command.arg("run").args(arguments).arg(path).arg("--out").arg(folder).arg(SUPERVISED);
     command.arg("--limit").arg(limit.as_secs_f64().to_string());
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(output.try_clone()?);
-    let mut child = command.process_group(0).spawn()?;
+    command.process_group(0);
+    let mut child =
+        orphans::start(|| command.spawn().map(|child| (Pid::from_child(&child), child)))?;
     let identity = format!("{:016x}", RandomState::new().hash_one(child.id()));
     // The run ends when this closes.
     let mut life = child.stdin.take();
@@ -68,7 +70,8 @@ pub(super) fn run(
     let cut = wait(&child, &output, limit)?;
     // Until the process is waited for, nobody else has its number.
     kill_process_group(Pid::from_child(&child), Signal::KILL)?;
-    let status = child.wait()?;
+    let status = orphans::over(Pid::from_child(&child), || child.wait())?;
+    orphans::end_orphans();
     Ok(Ended { status, cut, said: end_of(&mut output)?, identity })
 }
 

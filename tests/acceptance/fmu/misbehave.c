@@ -1,12 +1,21 @@
 /* Does what FMI 2.0 asks for, until the function named by the parameter `fault` goes wrong at the time `at`. */
+#define _GNU_SOURCE
+#include <fenv.h>
+#include <locale.h>
 #include <math.h>
 #include <pthread.h>
-#include <stdio.h>
 #include <signal.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <threads.h>
 #include <unistd.h>
+#if defined __x86_64__
+#include <xmmintrin.h>
+#endif
 
 #include "fmi2.h"
 
@@ -31,16 +40,36 @@ static int is(Model *m, const char *fault) {
     return strcmp(m->fault, fault) == 0 && m->time >= m->at;
 }
 
+static void crash(void) {
+    volatile int *nowhere = NULL;
+    *nowhere = 0;
+}
 #if defined AT_LOAD
 __attribute__((constructor)) static void at_load(void) { AT_LOAD; }
 #endif
 #if defined AT_UNLOAD
 __attribute__((destructor)) static void at_unload(void) { AT_UNLOAD; }
 #endif
-
-static void *exit_on_a_thread(void *nothing) {
-    exit(0);
-    return nothing;
+static int overflow(volatile int depth) {
+    volatile char frame[4096];
+    frame[0] = (char)depth;
+    return depth < 0 ? 0 : overflow(depth + 1) + frame[0];
+}
+static void *exit_on_a_thread(void *nothing) { exit(0); }
+static void *crash_on_a_thread(void *nothing) { return crash(), nothing; }
+static void *abort_on_a_thread(void *nothing) { abort(); }
+static void *overflow_on_a_thread(void *nothing) { return overflow(0), nothing; }
+static void on_a_thread(void *(*what)(void *)) {
+    pthread_t thread;
+    pthread_create(&thread, NULL, what, NULL);
+    pthread_join(thread, NULL);
+}
+/* One that nobody saw begin. */
+static int crash_unseen(void *nothing) { return crash(), 0; }
+static void on_an_unseen_thread(void) {
+    thrd_t thread;
+    thrd_create(&thread, crash_unseen, NULL);
+    thrd_join(thread, NULL);
 }
 /* Writes the number of this process into a file of its folder. */
 static void leave_number(const char *name) {
@@ -48,11 +77,40 @@ static void leave_number(const char *name) {
     fprintf(file, "%d", getpid());
     fclose(file);
 }
-/* A process that nobody waits for, with the standard files of this one. */
-static void start_another(void) {
+/* A process that nobody waits for, with the standard files of this one; in a session of its own, if that is asked for. */
+static void start_another(int alone) {
     if (fork() != 0) return;
+    if (alone) setsid();
     leave_number("other.pid");
     for (;;) pause();
+}
+
+/* A process that ends by this, and is waited for. */
+static void child(void (*end)(void)) {
+    pid_t number = fork();
+    if (number == 0) end();
+    waitpid(number, NULL, 0);
+}
+static void by_exit(void) { exit(0); }
+static void by__exit(void) { _exit(0); }
+
+/* Changes what belongs to the whole process, or to its thread. */
+static void change(Model *m) {
+    if (is(m, "rounds")) fesetround(FE_UPWARD);
+#if defined __x86_64__
+    if (is(m, "flushes")) _mm_setcsr(_mm_getcsr() | 0x8040);
+#endif
+    if (is(m, "traps")) feenableexcept(FE_DIVBYZERO);
+    if (is(m, "sets the locale")) setlocale(LC_ALL, "C.UTF-8");
+    if (is(m, "uses a locale")) uselocale(newlocale(LC_ALL_MASK, "C.UTF-8", NULL));
+}
+static void wander(void) {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, NULL);
+    signal(SIGSEGV, SIG_DFL);
+    umask(0);
+    if (chdir("/") != 0) abort();
 }
 
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
@@ -62,6 +120,7 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
                           "%s is not welcome", name);
         return NULL;
     }
+    if (strcmp(name, "wanderer") == 0) wander();
     Model *m = callbacks->allocate(1, sizeof(Model));
     m->callbacks = callbacks;
     strncpy(m->name, name, sizeof m->name - 1);
@@ -85,23 +144,36 @@ int fmi2Reset(void *m) { return call(m, "fmi2Reset"); }
 int fmi2DoStep(void *c, double time, double step, int keep) {
     Model *m = c;
     m->time = time;
-    if (is(m, "crash")) {
-        volatile int *nowhere = NULL;
-        *nowhere = 0;
+    if (is(m, "escapes")) {
+        m->callbacks->logger(m->callbacks->environment, m->name, ERROR, "logStatusError",
+                             "\033[2Jgone \302\23331m \342\200\256");
+        return ERROR;
     }
+    if (is(m, "crash")) crash();
     if (is(m, "abort")) abort();
     if (is(m, "exit")) exit(0);
     if (is(m, "quick_exit")) quick_exit(0);
     if (is(m, "_exit")) _exit(0);
+    if (is(m, "_Exit")) _Exit(0);
     if (is(m, "pthread_exit")) pthread_exit(NULL);
-    if (is(m, "exit on a thread")) {
-        pthread_t thread;
-        pthread_create(&thread, NULL, exit_on_a_thread, NULL);
-        pthread_join(thread, NULL);
+    if (is(m, "overflow")) overflow(0);
+    if (is(m, "exit on a thread")) on_a_thread(exit_on_a_thread);
+    if (is(m, "crash on a thread")) on_a_thread(crash_on_a_thread);
+    if (is(m, "abort on a thread")) on_a_thread(abort_on_a_thread);
+    if (is(m, "overflow on a thread")) on_a_thread(overflow_on_a_thread);
+    if (is(m, "crash on an unseen thread")) on_an_unseen_thread();
+    if (is(m, "child exits")) child(by_exit);
+    if (is(m, "child _exits")) child(by__exit);
+    if (is(m, "child aborts")) child(abort);
+    if (is(m, "child crashes")) child(crash);
+    if (is(m, "another process") && !m->started++) start_another(0);
+    if (is(m, "another session") && !m->started++) start_another(1);
+    if (is(m, "another session and sleep") && !m->started++) start_another(1);
+    change(m);
+    if (is(m, "sleep") || is(m, "another session and sleep")) {
+        leave_number("sleeping.pid");
+        for (;;) pause();
     }
-    if (is(m, "another process") && !m->started++) start_another();
-    if (is(m, "sleep")) leave_number("sleeping.pid");
-    while (is(m, "sleep")) pause();
 #if defined ONE_STEP
     if (step != ONE_STEP) return ERROR;
 #endif
@@ -115,6 +187,7 @@ int fmi2GetReal(void *c, const unsigned *reference, size_t n, double *value) {
     Model *m = c;
     for (size_t i = 0; i < n; i++)
         value[i] = reference[i] == 1 ? m->at : is(m, "nan") ? NAN : is(m, "infinity") ? INFINITY : m->time;
+    if (is(m, "writes past the end")) value[n] = m->time;
     return call(m, "fmi2GetReal");
 }
 int fmi2SetReal(void *c, const unsigned *reference, size_t n, const double *value) {
@@ -139,7 +212,7 @@ int fmi2SetBoolean(void *c, const unsigned *reference, size_t n, const int *valu
     return OK;
 }
 int fmi2GetString(void *c, const unsigned *reference, size_t n, const char **value) {
-    if (n > 0) value[0] = ((Model *)c)->fault;
+    if (n > 0) value[0] = is(c, "dangling text") ? (const char *)8 : ((Model *)c)->fault;
     return OK;
 }
 int fmi2SetString(void *c, const unsigned *reference, size_t n, const char *const *value) {

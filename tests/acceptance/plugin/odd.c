@@ -1,4 +1,5 @@
 // A plugin that does what its configuration says, most of it wrong. VERSION is the interface's that it claims.
+#include <fenv.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stddef.h>
@@ -44,6 +45,21 @@ static void *leave(void *nothing) {
     exit(0);
     return nothing;
 }
+static void *crash(void *nothing) {
+    volatile int *nowhere = NULL;
+    *nowhere = 0;
+    return nothing;
+}
+static int overflow(volatile int depth) {
+    volatile char frame[4096];
+    frame[0] = (char)depth;
+    return depth < 0 ? 0 : overflow(depth + 1) + frame[0];
+}
+static void on_a_thread(void *(*what)(void *)) {
+    pthread_t thread;
+    pthread_create(&thread, NULL, what, NULL);
+    pthread_join(thread, NULL);
+}
 
 static void run(Text config, const Column *columns, size_t count, const Callbacks *host) {
     double time[] = {0.0, -1.0}, values[] = {1.0, 2.0};
@@ -53,13 +69,13 @@ static void run(Text config, const Column *columns, size_t count, const Callback
         fclose(fopen("analysis.begun", "w"));
         while (host->progress(host->context, 0.5, text("more"))) usleep(1000);
     }
-    if (says(config, "exits")) exit(0);
+    if (says(config, "\"exits")) exit(0);
+    if (says(config, "_exits")) _exit(0);
+    if (says(config, "overflows")) overflow(0);
+    if (says(config, "crashes")) on_a_thread(crash);
+    if (says(config, "rounds")) fesetround(FE_UPWARD);
     if (says(config, "aborts")) abort();
-    if (says(config, "leaves")) {
-        pthread_t thread;
-        pthread_create(&thread, NULL, leave, NULL);
-        pthread_join(thread, NULL);
-    }
+    if (says(config, "leaves")) on_a_thread(leave);
     if (says(config, "silent")) return;
     if (says(config, "fails")) { host->done(host->context, &(Outcome){FAILED, NULL, 0, text("no tire in sight")}); return; }
     if (says(config, "escapes")) host->file(host->context, text("../escaped.txt"), text("out"));

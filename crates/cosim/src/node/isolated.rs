@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use archive::Folder;
-use diagnostics::{Error, rounded};
+use diagnostics::{Error, rounded, shown};
 use fmu_import::{CallError, Fmu, LastNote, Message, MessageLevel};
 use isolation::{End, Guest, NOTE, Talk};
 use scenario::plan::{Clock, Isolation, Ports, Start};
@@ -292,9 +292,8 @@ impl Drop for IsolatedNode {
         let left = postcard::to_stdvec(&question).is_ok_and(|bytes| self.guest.dismiss(&bytes));
         if !left {
             let name = &self.setup.name;
-            eprintln!(
-                "warning: `{name}` did not end well after the run, whose results are complete"
-            );
+            let what = "did not end well after the run, whose results are complete";
+            eprintln!("{}", shown(&format!("warning: `{name}` {what}")));
         }
     }
 }
@@ -313,7 +312,9 @@ fn start(setup: &Setup, scratch: &Folder, host: &Host) -> std::io::Result<Guest>
 fn report(name: &str, LastNote { call, time, .. }: &LastNote, since: Duration) {
     let call = if call.is_empty() { "its process" } else { call };
     let at = time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default();
-    eprintln!("\nnode `{name}`: {call}{at} has been running for {:.0} s", since.as_secs_f64());
+    let since = since.as_secs_f64();
+    let text = format!("\nnode `{name}`: {call}{at} has been running for {since:.0} s");
+    eprintln!("{}", shown(&text));
 }
 
 fn nonsense() -> CallError {

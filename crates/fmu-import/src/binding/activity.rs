@@ -2,14 +2,18 @@
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
-use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, Once, PoisonError, Weak};
 use std::time::{Duration, Instant};
+
+use super::surroundings::{self, Before, Changes};
 
 unsafe extern "C" {
     /// Defined in `crash.c`, as the next one.
     fn trackside_enter(note: *const Note) -> *const Note;
     fn trackside_watch_crashes();
+    /// Defined in `libraries.c`.
+    fn trackside_note_libraries(who: *const c_char, kind: *const c_char);
 }
 
 /// What the handler of `crash.c` reads when the program dies.
@@ -33,6 +37,8 @@ pub(super) struct Activity {
     calls: AtomicU64,
     /// Whether a call that lasts long is worth a word.
     watched: bool,
+    /// What it changed around itself and has been told.
+    told: AtomicU32,
 }
 
 // SAFETY: the activity owns the name, and the kind is static; nobody writes either.
@@ -40,8 +46,27 @@ unsafe impl Send for Activity {}
 // SAFETY: as above, and all else is atomic.
 unsafe impl Sync for Activity {}
 
+/// The name without what a terminal would obey: the handler writes it as it is.
+fn harmless(who: &str) -> String {
+    let show = |character: char| match character.is_control() {
+        true => character.escape_unicode().to_string(),
+        false => character.to_string(),
+    };
+    who.chars().map(show).collect()
+}
+
 /// The activities of all instances of the process.
 static ALL: Mutex<Vec<Weak<Activity>>> = Mutex::new(Vec::new());
+
+/// The note of the call around another one, which counts again when that one ends, in whatever way.
+struct Outer(*const Note);
+
+impl Drop for Outer {
+    fn drop(&mut self) {
+        // SAFETY: the note of the call around this one lives until that ends; without one it is null.
+        unsafe { trackside_enter(self.0) };
+    }
+}
 
 impl Activity {
     /// The activity of an FMU; `who` is how messages call it.
@@ -51,12 +76,13 @@ impl Activity {
 
     fn of(who: &str, kind: &'static CStr, watched: bool) -> Arc<Self> {
         let note = Note {
-            who: CString::new(who).unwrap_or_default().into_raw(),
+            who: CString::new(harmless(who)).unwrap_or_default().into_raw(),
             kind: kind.as_ptr(),
             call: AtomicPtr::new(ptr::null_mut()),
             time: AtomicU64::new(f64::NAN.to_bits()),
         };
-        let activity = Arc::new(Activity { note, calls: AtomicU64::new(0), watched });
+        let activity =
+            Arc::new(Activity { note, calls: AtomicU64::new(0), watched, told: AtomicU32::new(0) });
         let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|other| other.strong_count() > 0);
         all.push(Arc::downgrade(&activity));
@@ -68,17 +94,61 @@ impl Activity {
         self.note.time.store(time.to_bits(), Relaxed);
     }
 
-    /// Runs a call of the FMU.
-    pub(super) fn during<T>(&self, call: &'static CStr, body: impl FnOnce() -> T) -> T {
+    /// Runs a call of the FMU, and puts back what it changes around itself; what of that is not told yet comes with the result.
+    pub(super) fn during<T>(
+        &self,
+        call: &'static CStr,
+        body: impl FnOnce() -> T,
+    ) -> (T, Option<Changes>) {
         self.note.call.store(call.as_ptr().cast_mut(), Relaxed);
         self.calls.fetch_add(1, Relaxed);
+        let before = Before::now();
         // SAFETY: the note lives until the call ends, when it is taken back.
-        let outer = unsafe { trackside_enter(&raw const self.note) };
+        let outer = Outer(unsafe { trackside_enter(&raw const self.note) });
         let result = body();
-        // SAFETY: the note of the call around this one lives until that ends; without one it is null.
-        unsafe { trackside_enter(outer) };
+        drop(outer);
+        let changes = before.put_back();
         self.note.call.store(ptr::null_mut(), Relaxed);
-        result
+        (result, if changes == 0 { None } else { self.news(changes) })
+    }
+
+    /// Runs a call that loads a library or makes an instance, after which more is looked at.
+    pub(super) fn during_rare<T>(
+        &self,
+        call: &'static CStr,
+        body: impl FnOnce() -> T,
+    ) -> (T, Option<Changes>) {
+        let alone = GUEST.load(Relaxed);
+        let ((result, changes), more) =
+            surroundings::around_rare(alone, || self.during(call, body));
+        let more = if more == 0 { None } else { self.news(more) };
+        (result, changes.or(more).map(|_| changes.unwrap_or(0) | more.unwrap_or(0)))
+    }
+
+    /// Those changes that have not been told; they are from here on.
+    #[cold]
+    fn news(&self, changes: Changes) -> Option<Changes> {
+        let told = self.told.fetch_or(changes, Relaxed);
+        Some(changes & !told).filter(|news| *news != 0)
+    }
+
+    /// Tells changes of a call in the report of the run; the same sentences come back.
+    #[cold]
+    pub(super) fn tell(&self, changes: Changes, call: &'static CStr) -> Vec<String> {
+        let sentences: Vec<_> = surroundings::in_words(changes, &call.to_string_lossy()).collect();
+        let who = self.who().to_string_lossy();
+        if !GUEST.load(Relaxed) {
+            sentences.iter().for_each(|it| surroundings::tell(format!("{who}: {it}")));
+        }
+        sentences
+    }
+
+    /// Puts down all libraries that were loaded since the last time as those of this FMU or plugin.
+    pub(super) fn own_libraries(&self) {
+        if !GUEST.load(Relaxed) {
+            // SAFETY: both texts live as long as the activity; they are copied, or static.
+            unsafe { trackside_note_libraries(self.note.who, self.note.kind) };
+        }
     }
 
     fn who(&self) -> &CStr {
@@ -112,8 +182,21 @@ impl Drop for Activity {
 
 /// Runs a call of a plugin, with a note for the case that it ends the program. `who` is how messages call the plugin.
 pub fn during_plugin<T>(who: &str, call: &'static CStr, body: impl FnOnce() -> T) -> T {
+    watch_crashes();
     // It tells its progress itself.
-    Activity::of(who, c"plugin", false).during(call, body)
+    let activity = Activity::of(who, c"plugin", false);
+    let (result, changes) = activity.during_rare(call, body);
+    activity.own_libraries();
+    changes.into_iter().for_each(|changes| drop(activity.tell(changes, call)));
+    result
+}
+
+/// Forgets the libraries that are gone.
+pub(super) fn forget_libraries() {
+    if !GUEST.load(Relaxed) {
+        // SAFETY: without a name the function only forgets.
+        unsafe { trackside_note_libraries(ptr::null(), ptr::null()) };
+    }
 }
 
 /// The calls of foreign code that are going on: whose, which, at what time, and a number that no other call of it has.

@@ -12,8 +12,9 @@ impl Instance {
         let (mut value, function) =
             (f64::NAN, self.library.two("fmi2GetDirectionalDerivative")?.directional_derivative);
         // SAFETY: the component is alive, and each array has one element.
-        self.run(c"fmi2GetDirectionalDerivative", |c| unsafe {
-            function(c, &raw const unknown, 1, &raw const known, 1, &1.0, &raw mut value)
+        let found = std::slice::from_mut(&mut value);
+        self.fill(c"fmi2GetDirectionalDerivative", found, |c, value| unsafe {
+            function(c, &raw const unknown, 1, &raw const known, 1, &1.0, value)
         })?;
         Ok(value)
     }
@@ -43,8 +44,9 @@ impl Instance {
         let (mut value, function) =
             (f64::NAN, self.library.two("fmi2GetRealOutputDerivatives")?.get_output_derivatives);
         // SAFETY: the component is alive, and each array has one element.
-        self.run(c"fmi2GetRealOutputDerivatives", |c| unsafe {
-            function(c, &raw const reference, 1, &raw const order, &raw mut value)
+        let found = std::slice::from_mut(&mut value);
+        self.fill(c"fmi2GetRealOutputDerivatives", found, |c, value| unsafe {
+            function(c, &raw const reference, 1, &raw const order, value)
         })?;
         Ok(value)
     }

@@ -17,8 +17,9 @@ unsafe extern "C" {
     fn trackside_requested_end() -> c_int;
 }
 
-/// Takes each end of the process for foreign code's, from here on, but that by [`leave`]: who called `exit` is told, and the exit
-/// code is 3. An end by `_exit` is seen from outside only.
+/// Takes each end of the process for foreign code's, from here on, but that by [`leave`]: who crashed or called `exit` is told, and the
+/// exit code is 3. An end by `_exit` is seen if the program exports `trackside_foreign_exit` as `_exit`. Remembers locale, current
+/// folder and umask, to be put back after calls. Call it before there is any foreign code.
 pub fn guard_exit() {
     // SAFETY: the function installs handlers that live as long as the program.
     unsafe { trackside_guard_exit() };

@@ -1,8 +1,10 @@
 //! Leads an instance of FMI 3.0 through event mode (FMI 3.0, section 4.2).
 
+use std::slice;
 use std::sync::Arc;
 
 use super::functions::{Clocks, Events};
+use super::lent::Slot;
 use super::phase::Phase;
 use super::{Instance, Library};
 use crate::{CallError, IntervalChange, Updated, Version};
@@ -69,20 +71,27 @@ impl Instance {
     pub fn update_discrete_states(&mut self, time: f64) -> Result<Updated, CallError> {
         let call = "fmi3UpdateDiscreteStates";
         let function = self.event_functions(call)?.update_discrete_states;
-        let (mut again, mut terminate, mut nominals, mut values, mut known) = (0, 0, 0, 0, 0);
-        let mut next = f64::NAN;
-        // SAFETY: the component is alive, and each of the six values is written at most.
+        let [mut again, mut terminate, mut nominals, mut values, mut known] =
+            [0; 5].map(Slot::<u8>::new);
+        let mut next = Slot::new(f64::NAN);
+        // SAFETY: the component is alive, and there is room behind each of the six values.
         self.run(c"fmi3UpdateDiscreteStates", |component| unsafe {
             function(
                 component,
-                &raw mut again,
-                &raw mut terminate,
-                &raw mut nominals,
-                &raw mut values,
-                &raw mut known,
-                &raw mut next,
+                again.address(),
+                terminate.address(),
+                nominals.address(),
+                values.address(),
+                known.address(),
+                next.address(),
             )
         })?;
+        let all = [&again, &terminate, &nominals, &values, &known];
+        if !all.iter().all(|it| it.is_whole()) || !next.is_whole() {
+            return Err(self.overrun(c"fmi3UpdateDiscreteStates", 1));
+        }
+        let (again, terminate, known, next) =
+            (again.get(), terminate.get(), known.get(), next.get());
         if terminate != 0 {
             let what = "asks for the end".to_owned();
             return Err(CallError { call: call.into(), what, terminated: Some(time) });
@@ -118,8 +127,8 @@ impl Instance {
         let function = self.clock_functions("fmi3GetClock")?.get_clock;
         let mut values = vec![0_u8; references.len()];
         // SAFETY: the component is alive, and both arrays have the length that is stated.
-        self.run(c"fmi3GetClock", |c| unsafe {
-            function(c, references.as_ptr(), references.len(), values.as_mut_ptr())
+        self.fill(c"fmi3GetClock", &mut values, |c, values| unsafe {
+            function(c, references.as_ptr(), references.len(), values)
         })?;
         let active = references.iter().zip(values).filter(|(_, value)| *value != 0);
         Ok(active.map(|(reference, _)| *reference).collect())
@@ -133,8 +142,9 @@ impl Instance {
         let function = self.clock_functions("fmi3GetIntervalDecimal")?.get_interval;
         let (mut seconds, mut change) = (f64::NAN, 0);
         // SAFETY: the component is alive, and each array has one element.
-        self.run(c"fmi3GetIntervalDecimal", |c| unsafe {
-            function(c, &raw const reference, 1, &raw mut seconds, &raw mut change)
+        let arrays = (slice::from_mut(&mut seconds), slice::from_mut(&mut change));
+        self.fill_both(c"fmi3GetIntervalDecimal", arrays, |c, seconds, change| unsafe {
+            function(c, &raw const reference, 1, seconds, change)
         })?;
         let change = match change {
             0 => IntervalChange::Unknown,
@@ -152,8 +162,9 @@ impl Instance {
         let function = self.clock_functions("fmi3GetShiftDecimal")?.get_shift;
         let mut seconds = 0.0;
         // SAFETY: the component is alive, and each array has one element.
-        self.run(c"fmi3GetShiftDecimal", |c| unsafe {
-            function(c, &raw const reference, 1, &raw mut seconds)
+        let found = slice::from_mut(&mut seconds);
+        self.fill(c"fmi3GetShiftDecimal", found, |c, seconds| unsafe {
+            function(c, &raw const reference, 1, seconds)
         })?;
         Ok(seconds)
     }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::activity::Activity;
 use super::functions::Own;
 use super::instantiation::{self, Callbacks};
+use super::lent::Lent;
 use super::mailbox::Mailbox;
 use super::phase::Phase;
 use super::state::States;
@@ -45,6 +46,8 @@ pub struct Instance {
     pub(super) events: bool,
     /// Whether it may end a step early.
     pub(super) may_return_early: bool,
+    /// Memory for values that the FMU fills in.
+    pub(super) lent: Lent,
     /// Memory for integers on their way.
     pub(super) integers: Vec<c_int>,
     /// Kept for FMUs of FMI 2.0.
@@ -112,7 +115,7 @@ impl Instance {
             Own::Two(_) => Some(Callbacks::new(Arc::clone(&library), &mailbox)),
             Own::Three(_) => None,
         };
-        let component = activity.during(call, || {
+        let (component, changes) = activity.during_rare(call, || {
             mailbox.during(|| match (&library.own, &callbacks) {
                 (Own::Two(own), Some(callbacks)) => {
                     instantiation::two(own, &texts, callbacks, logging)
@@ -121,6 +124,9 @@ impl Instance {
                 _ => ptr::null_mut(),
             })
         });
+        if let Some(changes) = changes {
+            mailbox.warn(activity.tell(changes, call));
+        }
         if component.is_null() {
             let what = format!("returned no instance{}", mailbox.said());
             return Err((CallError::new(self::name(call), what), mailbox.take()));
@@ -135,6 +141,7 @@ impl Instance {
             phase: Phase::default(),
             events: modes[0],
             may_return_early: modes[1],
+            lent: Lent::default(),
             integers: Vec::new(),
             _callbacks: callbacks,
             library,
@@ -179,7 +186,11 @@ impl Instance {
         if self.is_lost() {
             return Err(lost(&self.library, call));
         }
-        let status = self.activity.during(call, || self.mailbox.during(|| body(self.component)));
+        let (status, changes) =
+            self.activity.during(call, || self.mailbox.during(|| body(self.component)));
+        if let Some(changes) = changes {
+            self.mailbox.warn(self.activity.tell(changes, call));
+        }
         if status == FATAL {
             self.library.lose();
         }
@@ -303,7 +314,8 @@ impl Drop for Instance {
             // SAFETY: the component is alive and not used again.
             let free = || unsafe { (self.library.common.free_instance)(self.component) };
             let call = named!(self.library, c"fmi2FreeInstance", c"fmi3FreeInstance");
-            self.activity.during(call, || self.mailbox.during(free));
+            // Nobody takes its messages any more.
+            let _ = self.activity.during(call, || self.mailbox.during(free));
         }
     }
 }

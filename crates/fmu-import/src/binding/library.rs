@@ -11,6 +11,8 @@ use super::functions::{BESIDES, Clocks, Common, Events, Finder, Own, Text, Three
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
 
+const LOADING: &CStr = c"loading its library";
+
 /// A loaded library and the functions that this program calls.
 pub struct Library {
     pub(super) common: Common,
@@ -35,7 +37,11 @@ impl Library {
     pub(crate) fn load(fmu: Arc<Fmu>, path: &Path) -> Result<Self, OpenError> {
         let lacks = |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol };
         let activity = Activity::new(&format!("the FMU {}", fmu.path.display()));
-        let library = activity.during(c"loading its library", || open(&fmu, path))?;
+        activity::watch_crashes();
+        let (library, changes) = activity.during_rare(LOADING, || open(&fmu, path));
+        let library = library?;
+        activity.own_libraries();
+        changes.into_iter().for_each(|changes| drop(activity.tell(changes, LOADING)));
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
         if let (Version::Two, Some(symbol)) = (version, absent(&library, version).next()) {
@@ -126,10 +132,11 @@ impl Drop for Library {
     fn drop(&mut self) {
         // What was not freed may go on running: threads of the FMU, for example.
         if !self.is_lost() {
-            self.activity.during(c"unloading its library", || {
+            let _ = self.activity.during_rare(c"unloading its library", || {
                 // SAFETY: nobody uses the library after this, since all instances are gone.
                 unsafe { ManuallyDrop::drop(&mut self.handle) };
             });
+            activity::forget_libraries();
         }
     }
 }
@@ -148,9 +155,23 @@ fn open(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
     // An FMU's runtime may install handlers of its own while it is loaded: they must come before ours.
     activity::watch_crashes();
     // SAFETY: loading runs the library's initialisers; an FMU is code that the user asked to run.
-    unsafe { libloading::Library::new(path) }
+    unsafe { load(path) }
         .map_err(|error| OpenError::Library { path: fmu.path.clone(), what: reason(&error) })
 }
+
+/// Loads a library with all that it needs from others: what is missing would end the process at its first use.
+///
+/// # Safety
+/// Loading runs the library's initialisers.
+#[cfg(unix)]
+unsafe fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
+    use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+    // SAFETY: as for this function.
+    unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
+}
+
+#[cfg(not(unix))]
+use libloading::Library::new as load;
 
 fn absent(library: &libloading::Library, version: Version) -> impl Iterator<Item = &'static str> {
     let symbols = match version {

@@ -67,6 +67,14 @@ impl Mailbox {
         result
     }
 
+    /// Warns of what the instance did, in sentences of this program.
+    #[cold]
+    pub(super) fn warn(&self, sentences: Vec<String>) {
+        for text in sentences {
+            self.held.put(Message::new(MessageLevel::Warning, "", &text));
+        }
+    }
+
     /// Takes the messages that came since the last time.
     pub(super) fn take(&self) -> Vec<Message> {
         std::mem::take(&mut self.held.messages.lock().unwrap_or_else(PoisonError::into_inner))

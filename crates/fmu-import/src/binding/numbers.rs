@@ -4,13 +4,14 @@ use std::ffi::CStr;
 
 use super::Instance;
 use super::functions::{Boolean, Get3, Own, Set3, Three};
+use super::lent::Plain;
 use crate::{CallError, Storage};
 
 /// How many more values than stated there is memory for, for an FMU that does not look.
 pub(super) const SPARE: usize = 4096;
 
 /// A number of some form of FMI 3.0.
-trait Form: Copy + Default {
+trait Form: Plain + Default {
     const GET: &'static CStr;
     const SET: &'static CStr;
 
@@ -295,15 +296,10 @@ impl Instance {
     fn get_form<T: Form>(&mut self, references: &[u32], values: &mut [T]) -> Result<(), CallError> {
         let Own::Three(own) = &self.library.own else { return Ok(()) };
         let function = T::getter(own);
+        let count = values.len();
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
-        self.run(T::GET, |component| unsafe {
-            function(
-                component,
-                references.as_ptr(),
-                references.len(),
-                values.as_mut_ptr(),
-                values.len(),
-            )
+        self.fill(T::GET, values, |component, values| unsafe {
+            function(component, references.as_ptr(), references.len(), values, count)
         })
     }
 

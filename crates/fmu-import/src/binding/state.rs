@@ -170,10 +170,8 @@ impl Instance {
         bytes.resize(size, 0);
         let function = self.library.common.serialise;
         // SAFETY: as above, and the array has the length that is stated.
-        self.run(
-            named!(self.library, c"fmi2SerializeFMUstate", c"fmi3SerializeFMUState"),
-            |c| unsafe { function(c, pointer, bytes.as_mut_ptr(), bytes.len()) },
-        )?;
+        let call = named!(self.library, c"fmi2SerializeFMUstate", c"fmi3SerializeFMUState");
+        self.fill(call, &mut bytes, |c, bytes| unsafe { function(c, pointer, bytes, size) })?;
         Ok(bytes)
     }
 

@@ -1,6 +1,7 @@
 //! Makes the calls of the life of an instance that a plain simulation does not need: reset, log categories, status.
 
 use std::ffi::{c_char, c_int};
+use std::slice;
 
 use super::functions::Own;
 use super::phase::Phase;
@@ -67,7 +68,8 @@ impl Instance {
     pub fn status(&mut self) -> Result<i32, CallError> {
         let (mut value, function) = (0, self.library.two("fmi2GetStatus")?.get_status);
         // SAFETY: the component is alive, and one value is written.
-        self.run(c"fmi2GetStatus", |c| unsafe { function(c, DO_STEP_STATUS, &raw mut value) })?;
+        let found = slice::from_mut(&mut value);
+        self.fill(c"fmi2GetStatus", found, |c, it| unsafe { function(c, DO_STEP_STATUS, it) })?;
         Ok(value)
     }
 
@@ -79,8 +81,9 @@ impl Instance {
         let mut value = 0.0;
         let function = self.library.two("fmi2GetRealStatus")?.get_real_status;
         // SAFETY: the component is alive, and one value is written.
-        self.run(c"fmi2GetRealStatus", |c| unsafe {
-            function(c, LAST_SUCCESSFUL_TIME, &raw mut value)
+        let found = slice::from_mut(&mut value);
+        self.fill(c"fmi2GetRealStatus", found, |c, it| unsafe {
+            function(c, LAST_SUCCESSFUL_TIME, it)
         })?;
         Ok(value)
     }
@@ -93,7 +96,8 @@ impl Instance {
         let mut value = 0;
         let function = self.library.two("fmi2GetBooleanStatus")?.get_boolean_status;
         // SAFETY: the component is alive, and one value is written.
-        self.run(c"fmi2GetBooleanStatus", |c| unsafe { function(c, TERMINATED, &raw mut value) })?;
+        let found = slice::from_mut(&mut value);
+        self.fill(c"fmi2GetBooleanStatus", found, |c, it| unsafe { function(c, TERMINATED, it) })?;
         Ok(value != 0)
     }
 }

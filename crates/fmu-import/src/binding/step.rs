@@ -2,6 +2,7 @@
 
 use super::functions::Own;
 use super::instance::name;
+use super::lent::Slot;
 use super::{Component, DISCARD, Instance, OK, Status, WARNING};
 use crate::{Advance, CallError, StepStatus};
 
@@ -78,20 +79,26 @@ impl Instance {
     ) -> Result<(StepStatus, Advance), CallError> {
         let call = c"fmi3DoStep";
         // NaN stands for an FMU that does not say how far it came.
-        let (mut event, mut terminate, mut early, mut reached) = (0, 0, 0, f64::NAN);
-        // SAFETY: the component is alive, and each of the four values is written at most.
+        let [mut event, mut terminate, mut early] = [0; 3].map(Slot::<u8>::new);
+        let mut reached = Slot::new(f64::NAN);
+        // SAFETY: the component is alive, and there is room behind each of the four values.
         let status = self.run_for_status(call, |component| unsafe {
             function(
                 component,
                 time,
                 step,
                 no_way_back,
-                &raw mut event,
-                &raw mut terminate,
-                &raw mut early,
-                &raw mut reached,
+                event.address(),
+                terminate.address(),
+                early.address(),
+                reached.address(),
             )
         })?;
+        if ![&event, &terminate, &early].iter().all(|it| it.is_whole()) || !reached.is_whole() {
+            return Err(self.overrun(call, 1));
+        }
+        let (event, terminate, early) = (event.get(), terminate.get(), early.get());
+        let reached = reached.get();
         let said = || self.mailbox.said();
         let returned_early = early != 0 && self.may_return_early;
         let to = if returned_early && !reached.is_nan() { reached } else { time + step };

@@ -24,15 +24,22 @@ impl Instance {
         let function = own.get_string;
         let mut texts: Vec<*const c_char> = vec![ptr::null(); elements];
         // SAFETY: the component is alive, and the array has the length that is stated.
-        self.run(c"fmi3GetString", |c| unsafe {
-            function(c, &raw const reference, 1, texts.as_mut_ptr(), elements)
+        self.fill(c"fmi3GetString", &mut texts, |c, texts| unsafe {
+            function(c, &raw const reference, 1, texts, elements)
         })?;
-        let copy = |text: *const c_char| match text.is_null() {
-            true => String::new(),
-            // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
-            false => unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned(),
-        };
+        let copy = |text| self.copy_text(c"reading the text of fmi3GetString", text);
         Ok(texts.into_iter().map(copy).collect())
+    }
+
+    /// Copies a text that the FMU handed over just now; null counts as an empty one. What is no text ends the program, with this
+    /// as the call.
+    pub(super) fn copy_text(&self, call: &'static CStr, text: *const c_char) -> String {
+        if text.is_null() {
+            return String::new();
+        }
+        // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
+        let copy = || unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
+        self.activity.during(call, copy).0
     }
 
     /// Writes all elements of a `String`.
@@ -66,15 +73,17 @@ impl Instance {
         let function = own.get_binary;
         let (mut sizes, mut values) = (vec![0_usize; elements], vec![ptr::null(); elements]);
         // SAFETY: the component is alive, and the arrays have the length that is stated.
-        self.run(c"fmi3GetBinary", |c| unsafe {
-            function(c, &raw const reference, 1, sizes.as_mut_ptr(), values.as_mut_ptr(), elements)
+        let arrays = (&mut sizes[..], &mut values[..]);
+        self.fill_both(c"fmi3GetBinary", arrays, |c, sizes, values| unsafe {
+            function(c, &raw const reference, 1, sizes, values, elements)
         })?;
         let copy = |(size, bytes): (usize, *const u8)| match bytes.is_null() {
             true => Vec::new(),
             // SAFETY: the FMU keeps this many bytes until it is called again; the copy is made before that.
             false => unsafe { std::slice::from_raw_parts(bytes, size) }.to_vec(),
         };
-        Ok(sizes.into_iter().zip(values).map(copy).collect())
+        let all = || sizes.into_iter().zip(values).map(copy).collect();
+        Ok(self.activity.during(c"reading the bytes of fmi3GetBinary", all).0)
     }
 
     /// Writes all elements of a `Binary`.

@@ -119,7 +119,7 @@ impl Instance {
         let function = unsafe { self.library.optional::<Sensitivity>(call) }?;
         let mut found = vec![f64::NAN; count];
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
-        self.run(call, |c| unsafe {
+        self.fill(call, &mut found, |c, found| unsafe {
             function(
                 c,
                 &raw const unknown.0,
@@ -128,8 +128,8 @@ impl Instance {
                 1,
                 seed.as_ptr(),
                 seed.len(),
-                found.as_mut_ptr(),
-                found.len(),
+                found,
+                count,
             )
         })?;
         Ok(found)
@@ -149,8 +149,8 @@ impl Instance {
         let function = unsafe { self.library.optional::<OutputDerivatives>(call) }?;
         let mut values = vec![f64::NAN; elements];
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
-        self.run(call, |c| unsafe {
-            function(c, &raw const reference, 1, &raw const order, values.as_mut_ptr(), elements)
+        self.fill(call, &mut values, |c, values| unsafe {
+            function(c, &raw const reference, 1, &raw const order, values, elements)
         })?;
         Ok(values)
     }

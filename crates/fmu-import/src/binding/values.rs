@@ -4,12 +4,13 @@ use std::ffi::{CStr, c_char};
 use std::ptr;
 
 use super::functions::{Get2, Set2};
+use super::lent::Plain;
 use super::{Instance, c_text};
 use crate::CallError;
 
 /// Functions of FMI 2.0. Those of all versions are in `numbers.rs` and `texts.rs`.
 impl Instance {
-    fn get<T>(
+    fn get<T: Plain>(
         &mut self,
         name: &'static CStr,
         function: Get2<T>,
@@ -21,8 +22,8 @@ impl Instance {
             return Ok(());
         }
         // SAFETY: the component is alive, and the arrays have the length that is stated.
-        self.run(name, |component| unsafe {
-            function(component, references.as_ptr(), references.len(), values.as_mut_ptr())
+        self.fill(name, values, |component, values| unsafe {
+            function(component, references.as_ptr(), references.len(), values)
         })
     }
 
@@ -80,11 +81,7 @@ impl Instance {
         let mut text: [*const c_char; 1] = [ptr::null()];
         let function = self.library.two("fmi2GetString")?.get_string;
         self.get(c"fmi2GetString", function, &[reference], &mut text)?;
-        match text[0].is_null() {
-            true => Ok(String::new()),
-            // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
-            false => Ok(unsafe { CStr::from_ptr(text[0]) }.to_string_lossy().into_owned()),
-        }
+        Ok(self.copy_text(c"reading the text of fmi2GetString", text[0]))
     }
 
     /// `fmi2SetReal`.

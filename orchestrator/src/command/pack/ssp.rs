@@ -10,8 +10,8 @@ use scenario::export::export;
 use scenario::plan::System;
 use scenario::resolve::Overrides;
 
-use crate::command::print;
 use crate::command::progress::BuildLine;
+use crate::command::{print, tell};
 
 /// The folder of the archives when none is named.
 const FOLDER: &str = "target/ssp";
@@ -55,7 +55,7 @@ fn pack(path: &Path, archive: &Path) -> Result<(), Error> {
     validation::rehearse(&scenario, &built, &system)?;
     let exported = export(&scenario, &built, &system, archive)?;
     for note in &exported.notes {
-        eprintln!("note: {note}");
+        tell(&format!("note: {note}"));
     }
     print(&format!("{} (SSP {})\n", archive.display(), exported.version));
     Ok(())

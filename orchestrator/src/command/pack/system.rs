@@ -1,6 +1,8 @@
 //! `trackside pack --fmu`: packs a scenario as one FMU.
 
 use std::collections::BTreeMap;
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use ::system::expose::{self, Choice};
@@ -13,7 +15,7 @@ use scenario::resolve::Overrides;
 use scenario::{BuildRequest, Built, Scenario};
 
 use crate::command::progress::BuildLine;
-use crate::command::{print, this_program};
+use crate::command::{print, tell, this_program};
 
 /// The package whose library steps a scenario.
 const LIBRARY: &str = "system-fmu";
@@ -53,7 +55,8 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let progress = &mut |progress: BuildProgress| building.show(&progress);
     let built = package::build(&scenario, progress)?;
     let library = library(progress)?;
-    let folder = tempfile::tempdir().map_err(|error| Error::output(Path::new("."), error))?;
+    let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
+    let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
     let made = gather(&scenario, &built, &order.choice, folder.path())?;
     let Made { mut interface, table, left_out, mut resources } = made;
     // The identity is that of all that is in the archive: a library and a scenario of different builds do not fit together.
@@ -76,9 +79,9 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     packed.map_err(|error| Error::input(error.to_string()))?;
     if !left_out.is_empty() {
         let names = left_out.join(", ");
-        eprintln!(
+        tell(&format!(
             "note: these parameters are none of the FMU, since they have no start value that FMI 2.0 can hold: {names}"
-        );
+        ));
     }
     print(&format!("{}\n", path.display()));
     Ok(0)

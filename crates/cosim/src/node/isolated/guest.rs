@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Fmu, OpenError};
+use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
 use isolation::{Line, Sandbox, Talk};
 use scenario::plan::Ports;
 
@@ -37,9 +37,15 @@ pub fn serve(host: u32) -> Result<(), Error> {
             drop(served);
             return Ok(());
         }
+        let end = matches!(question.task, Task::End);
         let done = answer(&mut served, question, &mut talk.numbers);
         let messages = served.as_mut().map(|served| served.node.messages());
-        let answer = Answer { done, messages: messages.unwrap_or_default() };
+        let mut messages = messages.unwrap_or_default();
+        if end {
+            let changed = fmu_import::changed_surroundings().into_iter();
+            messages.extend(changed.map(|what| Message::new(MessageLevel::Warning, "", &what)));
+        }
+        let answer = Answer { done, messages };
         tell(&line, &talk, &answer, look)?;
     }
 }

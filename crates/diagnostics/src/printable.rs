@@ -1,0 +1,63 @@
+//! An error as a terminal gets it: with its place, and without anything that a terminal would obey.
+
+use std::fmt;
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+
+use crate::Error;
+use crate::shown::{same_length, shown};
+
+/// An error whose texts are harmless.
+#[derive(Debug)]
+pub struct Printable {
+    message: String,
+    help: Option<String>,
+    labels: Vec<LabeledSpan>,
+    file: Option<NamedSource<String>>,
+}
+
+impl Printable {
+    /// The error with its texts made harmless.
+    #[must_use]
+    pub fn of(error: &Error) -> Self {
+        let input = error.as_input();
+        let label = |label: &LabeledSpan| {
+            let text = label.label().map(|text| shown(text).into_owned());
+            LabeledSpan::new_with_span(text, *label.inner())
+        };
+        let file = input.and_then(|input| input.file()).map(|file| {
+            let text = same_length(file.inner());
+            NamedSource::new(shown(file.name()), text).with_language("toml")
+        });
+        Printable {
+            message: shown(&error.to_string()).into_owned(),
+            help: Diagnostic::help(error).map(|help| shown(&help.to_string()).into_owned()),
+            labels: Diagnostic::labels(error).into_iter().flatten().map(|it| label(&it)).collect(),
+            file,
+        }
+    }
+}
+
+impl fmt::Display for Printable {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Printable {}
+
+impl Diagnostic for Printable {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as _)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.file.as_ref().map(|file| file as _)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        // Without a place there is nothing to underline.
+        self.file.as_ref()?;
+        Some(Box::new(self.labels.iter().cloned()))
+    }
+}

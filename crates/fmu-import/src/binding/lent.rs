@@ -1,0 +1,168 @@
+//! Lends an FMU memory for the values that it gives, and sees when it writes more of them than it was asked for.
+
+use std::ffi::CStr;
+
+use super::instance::name;
+use super::phase::Phase;
+use super::{Component, Instance, Status};
+use crate::CallError;
+
+/// What stands behind the values: bytes that no FMU writes by chance.
+const GUARD: [u8; 64] = *b"what stands here is not the FMU's; it was asked for fewer values";
+/// How much memory is behind the values, for what comes too much [bytes].
+const SPARE: usize = 1 << 15;
+const WORD: usize = size_of::<u64>();
+
+/// Memory that an instance lends its FMU. It is kept from call to call.
+#[derive(Debug, Default)]
+pub(super) struct Lent(Vec<u64>);
+
+impl Lent {
+    /// An array with these values.
+    fn lend<T: Copy>(&mut self, values: &[T]) -> *mut T {
+        const { assert!(align_of::<T>() <= align_of::<u64>(), "words are aligned enough") };
+        let needed = (size_of_val(values) + SPARE).div_ceil(WORD);
+        if self.0.len() < needed {
+            self.0.resize(needed, 0);
+        }
+        let array = self.0.as_mut_ptr().cast::<T>();
+        // SAFETY: there is room for the values and, since that is smaller than what is spare, the guard.
+        unsafe {
+            array.copy_from_nonoverlapping(values.as_ptr(), values.len());
+            array.add(values.len()).cast::<[u8; GUARD.len()]>().write_unaligned(GUARD);
+        }
+        array
+    }
+
+    /// Takes as many values back as were lent; whether the FMU wrote no more.
+    ///
+    /// # Safety
+    /// The array is one of so many values, and each of them is one, whatever the FMU wrote.
+    unsafe fn take_back<T: Copy>(&self, values: &mut [T]) -> bool {
+        let array = self.0.as_ptr().cast::<T>();
+        // SAFETY: as in `lend`.
+        unsafe {
+            array.copy_to_nonoverlapping(values.as_mut_ptr(), values.len());
+            array.add(values.len()).cast::<[u8; GUARD.len()]>().read_unaligned() == GUARD
+        }
+    }
+}
+
+/// A single value that an FMU fills in, beside others.
+#[repr(C)]
+pub(super) struct Slot<T> {
+    value: T,
+    guard: [u8; GUARD.len()],
+}
+
+impl<T: Plain> Slot<T> {
+    pub(super) fn new(value: T) -> Self {
+        Slot { value, guard: GUARD }
+    }
+
+    /// Where the FMU writes. Also what stands behind the value may be written.
+    pub(super) fn address(&mut self) -> *mut T {
+        (&raw mut *self).cast()
+    }
+
+    pub(super) fn get(&self) -> T {
+        self.value
+    }
+
+    /// Whether the FMU wrote the value alone.
+    pub(super) fn is_whole(&self) -> bool {
+        self.guard == GUARD
+    }
+}
+
+/// A value that may have any bits.
+pub(super) trait Plain: Copy {}
+macro_rules! plain {
+    ($($form:ty)*) => { $(impl Plain for $form {})* };
+}
+plain!(f64 f32 i8 u8 i16 u16 i32 u32 i64 u64 usize super::functions::Boolean);
+impl<T> Plain for *const T {}
+
+impl Instance {
+    /// Calls a function that fills an array.
+    ///
+    /// # Errors
+    /// As of [`run`](Self::run); also when the FMU writes past the end of the array.
+    #[inline]
+    pub(super) fn fill<T: Plain>(
+        &mut self,
+        call: &'static CStr,
+        values: &mut [T],
+        body: impl FnOnce(Component, *mut T) -> Status,
+    ) -> Result<(), CallError> {
+        let mut lent = std::mem::take(&mut self.lent);
+        let array = lent.lend(values);
+        let filled = self.run(call, |component| body(component, array));
+        // SAFETY: it was lent with these values just now, of a type that may have any bits.
+        let whole = unsafe { lent.take_back(values) };
+        self.lent = lent;
+        if whole { filled } else { Err(self.overrun(call, values.len())) }
+    }
+
+    /// The same for two arrays of one length.
+    ///
+    /// # Errors
+    /// See [`fill`](Self::fill).
+    pub(super) fn fill_both<S: Plain, T: Plain>(
+        &mut self,
+        call: &'static CStr,
+        (sizes, values): (&mut [S], &mut [T]),
+        body: impl FnOnce(Component, *mut S, *mut T) -> Status,
+    ) -> Result<(), CallError> {
+        let mut lent = Lent::default();
+        let array = lent.lend(sizes);
+        let filled = self.fill(call, values, |component, values| body(component, array, values));
+        // SAFETY: it was lent with these values just now, of a type that may have any bits.
+        let whole = unsafe { lent.take_back(sizes) };
+        if whole { filled } else { Err(self.overrun(call, sizes.len())) }
+    }
+
+    #[cold]
+    pub(super) fn overrun(&mut self, call: &'static CStr, count: usize) -> CallError {
+        self.phase = Phase::Failed(name(call));
+        let values = if count == 1 { "1 value".to_owned() } else { format!("{count} values") };
+        let what = format!(
+            "wrote past the end of the array that it was given: expected {values}, found more"
+        );
+        CallError::new(name(call), what)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_is_too_wide_is_seen() {
+        let mut slot = Slot::new(1_u8);
+        // SAFETY: there is room for one value, and more.
+        unsafe { slot.address().write(2) };
+        assert!(slot.is_whole() && slot.get() == 2);
+        // SAFETY: as above.
+        unsafe { slot.address().cast::<u32>().write_unaligned(3) };
+        assert!(!slot.is_whole());
+    }
+
+    #[test]
+    fn what_is_lent_comes_back_and_one_more_value_is_seen() {
+        let mut lent = Lent::default();
+        for count in [0_u8, 1, 3, 9, 200, 2] {
+            let mut values: Vec<u8> = (0..count).collect();
+            for written in [count, count + 1] {
+                let array = lent.lend(&values);
+                for place in 0..written {
+                    // SAFETY: there is room for much more.
+                    unsafe { array.add(place.into()).write(7) };
+                }
+                // SAFETY: it was lent with these values.
+                assert_eq!(unsafe { lent.take_back(&mut values) }, written == count, "{count}");
+                assert!(values.iter().all(|value| *value == 7));
+            }
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Puts back what a call of foreign code changed around itself, and puts that into words.
+
+use std::ffi::{c_int, c_void};
+use std::sync::{Mutex, PoisonError};
+
+unsafe extern "C" {
+    /// Defined in `surroundings.c`, as the next three.
+    fn trackside_before(before: *mut Before);
+    fn trackside_after(before: *const Before) -> c_int;
+    fn trackside_signals(mask: *mut Mask);
+    fn trackside_after_rare(mask: *const Mask) -> c_int;
+}
+
+/// What any call may change, as it was before.
+#[repr(C)]
+pub(super) struct Before {
+    control: u64,
+    locale: *mut c_void,
+    x87: u32,
+}
+
+/// The signals that a thread holds back; room for the `sigset_t` of any system.
+#[repr(C, align(8))]
+struct Mask([u8; 128]);
+
+/// What was changed: one bit for each row of [`WORDS`].
+pub(super) type Changes = u32;
+
+/// What was done, and what that would have changed.
+const WORDS: [(&str, &str); 8] = [
+    ("set how numbers are rounded", "the numbers of all other nodes"),
+    ("had tiny numbers flushed to zero", "the numbers of all other nodes"),
+    ("had calculations without a result end the program", "how all other nodes end"),
+    ("set the locale", "how all other nodes read and write numbers"),
+    ("set the current folder", "where all files lie"),
+    ("set the permissions of new files", "all files of the run"),
+    ("held signals back", "how the program can be ended"),
+    ("took handlers of signals away", "what is told of crashes"),
+];
+
+impl Before {
+    /// What is so now.
+    #[inline]
+    pub(super) fn now() -> Self {
+        let mut before = Before { control: 0, locale: std::ptr::null_mut(), x87: 0 };
+        // SAFETY: the function writes the structure, which has the same layout there.
+        unsafe { trackside_before(&raw mut before) };
+        before
+    }
+
+    /// Puts back what is different now, which is said.
+    #[inline]
+    pub(super) fn put_back(&self) -> Changes {
+        // SAFETY: the function reads the structure.
+        unsafe { trackside_after(&raw const *self) }.cast_unsigned()
+    }
+}
+
+/// Runs a rare call, and puts back what only such a call is looked at for; `alone` says that the process is somebody else's.
+pub(super) fn around_rare<T>(alone: bool, body: impl FnOnce() -> T) -> (T, Changes) {
+    if alone {
+        return (body(), 0);
+    }
+    let mut mask = Mask([0; 128]);
+    // SAFETY: the function writes a set of signals, for which there is room.
+    unsafe { trackside_signals(&raw mut mask) };
+    let result = body();
+    // SAFETY: the function reads what the other one wrote.
+    (result, unsafe { trackside_after_rare(&raw const mask) }.cast_unsigned())
+}
+
+/// One sentence for each change, about the call that made it.
+pub(super) fn in_words(changes: Changes, call: &str) -> impl Iterator<Item = String> {
+    let rows = WORDS.iter().enumerate().filter(move |(bit, _)| changes >> bit & 1 == 1);
+    rows.map(move |(_, (what, whose))| {
+        format!("{call} {what}, which would have changed {whose}: it is put back after each call")
+    })
+}
+
+/// What foreign code of this process changed, until somebody takes it.
+static ALL: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Keeps a sentence for the report of the run.
+pub(super) fn tell(sentence: String) {
+    ALL.lock().unwrap_or_else(PoisonError::into_inner).push(sentence);
+}
+
+/// Takes what is to be told of foreign code that changed what belongs to the whole process, such as how numbers are rounded, which
+/// was put back after the call. Each kind of change is told once for each node and plugin.
+#[must_use]
+pub fn changed_surroundings() -> Vec<String> {
+    std::mem::take(&mut ALL.lock().unwrap_or_else(PoisonError::into_inner))
+}

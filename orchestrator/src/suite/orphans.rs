@@ -1,0 +1,139 @@
+//! Ends the processes that a run leaves behind, also those that left its group: this program takes in whose parents have ended.
+
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use rustix::process::{Pid, Signal, WaitOptions, getpgrp, getpid, kill_process, waitpid};
+
+/// How often processes are looked for that others started meanwhile, and how long each time; what a machine cannot end by then stays.
+const ROUNDS: u32 = 500;
+const PAUSE: Duration = Duration::from_millis(2);
+
+/// The processes of runs, which end by themselves or are ended by name.
+static RUNS: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
+
+/// Takes in all processes below this one whose parents end. Other systems than Linux give them to the first process.
+pub fn take_in() {
+    #[cfg(target_os = "linux")]
+    // A system that does not know this leaves them alone, as it did before.
+    let _ = rustix::process::set_child_subreaper(Some(getpid()));
+}
+
+/// Starts the process of a run, which [`end_orphans`] leaves alone until [`over`].
+pub(super) fn start<T>(spawn: impl FnOnce() -> std::io::Result<(Pid, T)>) -> std::io::Result<T> {
+    let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
+    let (process, started) = spawn()?;
+    runs.push(process);
+    Ok(started)
+}
+
+/// Waits for a run that has ended, whose number another one may have from then on.
+pub(super) fn over<T>(run: Pid, wait: impl FnOnce() -> T) -> T {
+    let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
+    let ended = wait();
+    runs.retain(|other| *other != run);
+    ended
+}
+
+/// Ends what runs that are over have left: what this process has taken in, and all below it. What it started itself is a run, or belongs
+/// to its group.
+pub(super) fn end_orphans() {
+    let own = getpgrp();
+    for _ in 0..ROUNDS {
+        // A run that begins meanwhile is not known yet.
+        let runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = processes();
+        let mine = |it: &&Process| it.parent == getpid();
+        let strange = |it: &&Process| it.group != Some(own) && !runs.contains(&it.number);
+        let orphans: Vec<_> = all.iter().filter(mine).filter(strange).collect();
+        if orphans.is_empty() {
+            return;
+        }
+        for orphan in orphans {
+            end(orphan);
+            if orphan.ended {
+                let _ = waitpid(Some(orphan.number), WaitOptions::NOHANG);
+            }
+        }
+        drop(runs);
+        std::thread::sleep(PAUSE);
+    }
+}
+
+/// Ends all processes below this one.
+pub fn end_descendants() {
+    for _ in 0..ROUNDS {
+        let all = processes();
+        let mut below = vec![getpid()];
+        // As often as it takes: a child may come before its parent in the list.
+        loop {
+            let new = |it: &&Process| below.contains(&it.parent) && !below.contains(&it.number);
+            let Some(found) = all.iter().find(new) else { break };
+            below.push(found.number);
+        }
+        let living =
+            |it: &&Process| it.number != getpid() && !it.ended && below.contains(&it.number);
+        let living: Vec<_> = all.iter().filter(living).collect();
+        if living.is_empty() {
+            return;
+        }
+        living.into_iter().for_each(end);
+        std::thread::sleep(PAUSE);
+    }
+}
+
+fn end(process: &Process) {
+    // It may have ended meanwhile.
+    let _ = kill_process(process.number, Signal::KILL);
+}
+
+/// A process, as the system lists it.
+struct Process {
+    number: Pid,
+    parent: Pid,
+    group: Option<Pid>,
+    /// Whether it waits for nothing but its parent.
+    ended: bool,
+}
+
+/// All processes that can be seen; none where there is no `/proc`.
+fn processes() -> Vec<Process> {
+    let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    let read = |entry: std::fs::DirEntry| {
+        let number: i32 = entry.file_name().to_str()?.parse().ok()?;
+        parsed(number, &std::fs::read_to_string(entry.path().join("stat")).ok()?)
+    };
+    entries.filter_map(read).collect()
+}
+
+/// The process of a line such as `7 (a name) S 1 7 ...` (proc_pid_stat(5)): state, parent, group.
+fn parsed(number: i32, line: &str) -> Option<Process> {
+    // The name may have parentheses and blanks of its own.
+    let mut words = line.rsplit_once(')')?.1.split_whitespace();
+    let state = words.next()?;
+    let mut next = || words.next()?.parse().ok();
+    let (parent, group): (i32, i32) = (next()?, next()?);
+    Some(Process {
+        number: Pid::from_raw(number)?,
+        parent: Pid::from_raw(parent)?,
+        group: Pid::from_raw(group),
+        ended: state == "Z" || state == "X",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_process_is_read_whatever_its_name() {
+        let process = parsed(7, "7 (a) S (b 3) Z 5 6 0 0").expect("a process");
+        assert_eq!((process.number, process.parent), (pid(7), pid(5)));
+        assert_eq!((process.group, process.ended), (Some(pid(6)), true));
+        assert!(parsed(1, "1 (init) S 0 1 1").is_none(), "nobody is its parent");
+    }
+
+    fn pid(number: i32) -> Pid {
+        Pid::from_raw(number).expect("a number")
+    }
+}

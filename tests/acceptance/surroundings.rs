@@ -1,0 +1,92 @@
+//! Checks that what an FMU or a plugin changes for the whole process is put back, and told once.
+
+use super::ending::analysed;
+use super::fixture::Scenario;
+use super::fmus::{misbehave, relay};
+use super::harness::{Ended, Lab};
+
+tests! {
+    numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets: Compiler,
+    what_an_instance_sets_for_the_process_is_put_back: Compiler,
+    what_a_plugin_sets_is_put_back: Compiler,
+}
+
+/// A node that may set something in its steps, and others with numbers that are rounded, and tiny ones.
+fn scenario(fault: &str) -> String {
+    let start = format!("u = 0.0, fault = '{fault}', at = 0.375");
+    // The times of its steps are exact, so its own number does not depend on how it rounds.
+    let odd = Scenario::new().time(0.125, 1.0).fmu("tank", "misbehave.fmu", &start);
+    let keep = "unconnected = 'start'";
+    let others = odd.fmu("one", "relay.fmu", "").key(keep).fmu("tiny", "relay.fmu", "").key(keep);
+    others
+        .signal("driver.u", "ramp = { start = 0.0, end = 1.0, before = 0.1, after = 0.9 }")
+        .connect("driver.u", "one.x")
+        .key("gain = 0.1\nbias = 1e-3")
+        .connect("driver.u", "tiny.x")
+        .key("gain = 1e-310")
+        .check("tiny", "tiny.x_out > 0")
+        .key("during = [0.5, 1.0]")
+        .text()
+}
+
+fn run(text: &str) -> (Lab, Ended) {
+    let lab = Lab::new();
+    lab.write("misbehave.fmu", misbehave());
+    lab.write("relay.fmu", relay());
+    lab.write("case.toml", text);
+    let ended = lab.trackside(&["run", "case.toml", "--out", "out", "--csv", "--rerun", "off"]);
+    (lab, ended)
+}
+
+fn warnings(lab: &Lab) -> Vec<String> {
+    serde_json::from_value(lab.report("out")["warnings"].clone()).expect("a list of texts")
+}
+
+fn numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets() {
+    let (lab, ended) = run(&scenario(""));
+    ended.expect(0);
+    let (table, calm) = (lab.read("out/run.csv"), warnings(&lab));
+    for (fault, what) in [
+        ("rounds", "set how numbers are rounded"),
+        ("flushes", "had tiny numbers flushed to zero"),
+        ("traps", "had calculations without a result end the program"),
+        ("sets the locale", "set the locale"),
+        ("uses a locale", "set the locale"),
+    ] {
+        let (lab, ended) = run(&scenario(fault));
+        let said = format!("node `tank`: fmi2DoStep {what}");
+        ended.expect(0).says(&[&said]);
+        assert!(lab.read("out/run.csv") == table, "{fault}");
+        let told = warnings(&lab);
+        let told: Vec<_> = told.iter().filter(|warning| !calm.contains(warning)).collect();
+        assert!(told.len() == 1 && told[0].starts_with(&said), "{fault}: {told:?}");
+    }
+}
+
+fn what_an_instance_sets_for_the_process_is_put_back() {
+    let text = Scenario::new().time(0.1, 1.0).fmu("wanderer", "misbehave.fmu", "u = 0.0");
+    let (lab, ended) = run(&text.check("clock", "time >= 0").text());
+    // It is in the folder `/` otherwise, and would write there.
+    ended.expect(0).says(&["node `wanderer`: fmi2Instantiate set the current folder"]);
+    let told = warnings(&lab);
+    for what in [
+        "set the current folder",
+        "set the permissions of new files",
+        "held signals back",
+        "took handlers of signals away",
+    ] {
+        assert_eq!(told.iter().filter(|warning| warning.contains(what)).count(), 1, "{told:?}");
+    }
+    use std::os::unix::fs::PermissionsExt as _;
+    let mode = |name: &str| std::fs::metadata(lab.path(name)).expect("a file").permissions().mode();
+    assert_eq!(mode("out/run.csv"), mode("case.toml"));
+}
+
+fn what_a_plugin_sets_is_put_back() {
+    let lab = Lab::new();
+    lab.write("misbehave.fmu", misbehave());
+    super::plugins::compile(&lab, plugin::abi::VERSION);
+    lab.write("case.toml", analysed("rounds"));
+    let ended = lab.trackside(&["run", "case.toml", "--out", "out", "--rerun", "off"]).expect(0);
+    ended.says(&["analysis `odd`: its run set how numbers are rounded"]);
+}
