@@ -45,6 +45,9 @@ pub(super) struct Making<'a> {
     pub starts: Vec<Start>,
 }
 
+/// What may be behind a failure that the FMU does not have elsewhere.
+const SANDBOXED: &str = "; it is isolated, in a sandbox: with `isolate = true`, `may_read` adds files that it may read, and `sandbox = false` lets it out";
+
 /// So many failures of a node are told one by one.
 const TOLD: usize = 10;
 
@@ -139,11 +142,6 @@ impl IsolatedNode {
 
     fn told(&self, refusal: Refusal) -> Error {
         let refusal = match refusal {
-            Refusal::Early(mut error) if self.setup.sandbox.is_some() => {
-                error.what +=
-                    "; it runs in a sandbox, which `may_read` widens and `sandbox = false` opens";
-                Refusal::Early(error)
-            }
             // The place of its word did not travel.
             Refusal::Start(start, what) => {
                 let known = self.setup.starts.iter().find(|known| known.name == start.name);
@@ -156,7 +154,16 @@ impl IsolatedNode {
 
     fn open(&mut self) -> Result<(), Refusal> {
         let setup = Box::new(self.setup.clone());
-        if let Done::Opened { save, serialise, lacks } = self.ask(Task::Open(setup))? {
+        let opened = self.ask(Task::Open(setup)).map_err(|refusal| match refusal {
+            Refusal::Early(mut error) | Refusal::Call(mut error) => {
+                if self.setup.sandbox.is_some() {
+                    error.what += SANDBOXED;
+                }
+                Refusal::Early(error)
+            }
+            refusal @ Refusal::Start(..) => refusal,
+        })?;
+        if let Done::Opened { save, serialise, lacks } = opened {
             (self.can, self.lacks) = ((save, serialise), lacks);
         }
         Ok(())
