@@ -154,14 +154,13 @@ impl IsolatedNode {
 
     fn open(&mut self) -> Result<(), Refusal> {
         let setup = Box::new(self.setup.clone());
-        let opened = self.ask(Task::Open(setup)).map_err(|refusal| match refusal {
-            Refusal::Early(mut error) | Refusal::Call(mut error) => {
-                if self.setup.sandbox.is_some() {
-                    error.what += SANDBOXED;
-                }
-                Refusal::Early(error)
+        let opened = self.ask(Task::Open(setup)).map_err(|mut refusal| {
+            if let Refusal::Early(error) | Refusal::Call(error) = &mut refusal
+                && self.setup.sandbox.is_some()
+            {
+                error.what += SANDBOXED;
             }
-            refusal @ Refusal::Start(..) => refusal,
+            refusal
         })?;
         if let Done::Opened { save, serialise, lacks } = opened {
             (self.can, self.lacks) = ((save, serialise), lacks);
