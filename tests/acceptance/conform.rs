@@ -77,7 +77,7 @@ const DEVIATIONS: &[(&str, &[&str], &[&str])] = &[
     ("an output can be set", &["illegal-access", "unknown-references"], &["found success: `y` (Continuous Output) in Instantiated"]),
     ("a fixed parameter moves", &["illegal-access"], &["found success: `gain` (Fixed Parameter) in StepComplete"]),
     ("an input is refused", &["variable-access"], &["expected success", "`u` (Continuous Input) in InitializationMode", "not this input"]),
-    ("an unknown reference is read", &["unknown-references"], &["ended by signal 11 during fmi2GetReal of the reference 3"]),
+    ("an unknown reference is read", &["unknown-references"], &["ended with exit code 3 during fmi2GetReal of the reference 3"]),
     ("an unknown reference is written", &["unknown-references"], &["after fmi2SetReal of 3"]),
     ("the stop time is passed", &["stop-time"], &["fmi2DoStep of 0.1 s from t = 3 s", "3.050000 s as the stop time"]),
     ("no state before the first step", &["state-anywhere"], &["fmi2GetFMUstate", "InitializationMode"]),

@@ -42,7 +42,7 @@ const DEVIATIONS: &[(&str, &[&str], &str)] = &[
     ("an output can be set", &["illegal-access"], "found success: `y` (Continuous Output) in Instantiated"),
     ("a fixed parameter moves", &["illegal-access"], "found success: `gain` (Fixed Parameter) in StepMode"),
     ("an input is refused", &["variable-access"], "`u` (Continuous Input) in InitializationMode returned fmi3Error; it says: not this input"),
-    ("an unknown reference is read", &["unknown-references", "wrong-type"], "ended by signal 11 during fmi3GetFloat64 of the reference 9"),
+    ("an unknown reference is read", &["unknown-references", "wrong-type"], "ended with exit code 3 during fmi3GetFloat64 of the reference 9"),
     ("an unknown reference is accepted", &["unknown-references", "wrong-type"], "found success: fmi3GetFloat64 of 9"),
     ("another type is read", &["wrong-type"], "found success: fmi3GetFloat32 of `y`, a Float64"),
     ("another number of values is accepted", &["wrong-count"], "found success: reading 2 values of `y`, which has 1"),
