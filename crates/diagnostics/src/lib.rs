@@ -3,6 +3,7 @@
 
 mod bounded;
 mod error;
+mod excerpt;
 mod mistakes;
 mod source;
 mod span;
