@@ -32,6 +32,9 @@ mod baselines;
 // Mistakes of users, and the messages about them.
 #[path = "acceptance/bad_input.rs"]
 mod bad_input;
+// Immense names, absurd numbers, very many of something.
+#[path = "acceptance/hostile_inputs.rs"]
+mod hostile_inputs;
 // Two runs in one recording.
 #[cfg(feature = "rerun")]
 #[path = "acceptance/comparing.rs"]
@@ -173,6 +176,7 @@ fn main() -> ExitCode {
     let mut tests = Vec::new();
     architecture::register(&mut tests);
     bad_input::register(&mut tests);
+    hostile_inputs::register(&mut tests);
     baselines::register(&mut tests);
     cli::register(&mut tests);
     #[cfg(feature = "rerun")]

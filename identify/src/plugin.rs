@@ -3,6 +3,8 @@
 mod closed_loop;
 mod curve;
 mod doctor;
+#[cfg(test)]
+mod hostile;
 mod tires;
 
 use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};

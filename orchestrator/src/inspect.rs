@@ -35,8 +35,9 @@ pub fn lines(fmu: &Fmu) -> String {
     for (name, value) in rows {
         let _ = writeln!(text, "{name:<18} {value}");
     }
-    let width =
-        about.variables.iter().map(|variable| variable.name.chars().count()).max().unwrap_or(0);
+    let widths = about.variables.iter().map(|variable| variable.name.chars().count());
+    // Longer names stand out of their column: a width must be below 65,536.
+    let width = widths.max().unwrap_or(0).min(1000);
     let _ = writeln!(text, "\n{} variables", about.variables.len());
     for variable in &about.variables {
         let _ = writeln!(text, "{}", line(about.version, variable, &about.variables, width));

@@ -63,7 +63,7 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 30] = [
+const ARROWS: [(&str, &[&str]); 31] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
@@ -73,6 +73,7 @@ const ARROWS: [(&str, &[&str]); 30] = [
     ("diagnostics", &[]),
     ("html-page", &[]),
     ("archive", &[]),
+    ("damage", &[]),
     ("isolation", &[]),
     ("ssp", &["archive"]),
     ("expression", &["diagnostics", "units"]),

@@ -1,13 +1,16 @@
 //! Unpacks archives of others, FMUs and systems of SSP, into folders that vanish with their process.
 //!
-//! An archive may be hostile: nothing is written outside of its folder, and sizes are bounded.
+//! An archive may be hostile: nothing is written outside of its folder, and sizes are bounded. So are elements of the XML files
+//! in it, by [`crowded`].
 
+mod crowd;
 mod folder;
 mod unpack;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
+pub use crowd::{ATTRIBUTES, crowded};
 pub use folder::Folder;
 pub use unpack::{is_archive, unpack};
 

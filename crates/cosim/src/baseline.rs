@@ -2,6 +2,7 @@
 
 mod tube;
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use diagnostics::Error;
@@ -183,8 +184,9 @@ impl Baselines {
     ) -> Option<String> {
         let [begin, end] = [golden.times[0], golden.times[golden.times.len() - 1]];
         let reached = self.times.last().copied().unwrap_or_default();
-        let unknown = |name: &&str| !self.names.iter().any(|known| known == name);
-        let recorded = golden.columns.iter().map(|column| column.name.as_str());
+        let names: HashSet<_> = self.names.iter().map(String::as_str).collect();
+        let unknown = |name: &&str| !names.contains(name);
+        let recorded = golden.columns().iter().map(|column| column.name.as_str());
         let lost: Vec<_> = recorded.filter(unknown).collect();
         if reached < to - self.slack {
             Some(format!(

@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use miette::{Diagnostic, LabeledSpan, SourceCode};
 
+use crate::excerpt::Excerpt;
 use crate::text_file::TextFile;
 
 /// Why a run could not be done, or not to its end.
@@ -56,7 +57,7 @@ pub enum Error {
 #[error("{message}")]
 pub struct Input {
     message: String,
-    file: Option<NamedSource<String>>,
+    file: Option<Excerpt>,
     labels: Vec<LabeledSpan>,
     help: Option<String>,
     /// The name that nothing has, when this is what is wrong.
@@ -104,11 +105,12 @@ impl Error {
         message: impl Into<String>,
         label: &str,
     ) -> Self {
-        let named = NamedSource::new(file.path.display().to_string(), file.text.clone());
+        let name = file.path.display().to_string();
+        let (excerpt, span) = Excerpt::new(name, &file.text, span);
         let label = (!label.is_empty()).then(|| label.to_owned());
         Error::Input(Box::new(Input {
             message: message.into(),
-            file: Some(named.with_language("toml")),
+            file: Some(excerpt),
             labels: vec![LabeledSpan::new_with_span(label, span)],
             help: None,
             unknown: None,

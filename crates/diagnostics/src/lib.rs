@@ -3,6 +3,7 @@
 
 mod bounded;
 mod error;
+mod excerpt;
 mod mistakes;
 mod printable;
 mod shown;

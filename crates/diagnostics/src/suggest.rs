@@ -8,6 +8,8 @@ use crate::source::Source;
 
 /// Names that a message lists; the rest is counted.
 const LISTED: usize = 16;
+/// Longer names get no suggestion [B].
+const LONGEST: usize = 500;
 
 /// The message about an unknown name.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -83,11 +85,20 @@ impl fmt::Display for Unknown {
 #[must_use]
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = letters(name);
+    // Nobody mistypes so long a name, and comparing two of them takes hours.
+    let is_short = |candidate: &&str| name.len().max(candidate.len()) <= LONGEST;
+    let candidates = candidates.into_iter().filter(is_short);
+    let most = (wanted.len() / 3).max(1);
     let is_likely = |candidate: &&str| {
-        let errors = distance(&wanted, &letters(candidate), &Costs::EQUAL);
-        errors <= (wanted.len() / 3).max(1) && (errors == 0 || errors < wanted.len())
+        let letters = letters(candidate);
+        // Each letter more or less is an error.
+        if letters.len().abs_diff(wanted.len()) > most {
+            return false;
+        }
+        let errors = distance(&wanted, &letters, &Costs::EQUAL);
+        errors <= most && (errors == 0 || errors < wanted.len())
     };
-    let likely = candidates.into_iter().filter(is_likely);
+    let likely = candidates.filter(is_likely);
     likely.min_by_key(|candidate| distance(&wanted, &letters(candidate), &Costs::LIKELY))
 }
 

@@ -192,8 +192,11 @@ impl<'a> Rules<'a> {
     fn made(self, unit: Option<Unit>, span: Range<usize>) -> Typed<Dimension> {
         let quoted = &self.text[span.clone()];
         unit.map(|unit| Dimension::Known(Known { unit, name: None })).ok_or_else(|| {
-            ParseError::new(span, format!("`{quoted}` has no unit with whole exponents"))
-                .help("numbers may have units too: `sqrt(2 * 9.81 m/s2 * car.h)`")
+            ParseError::new(
+                span,
+                format!("`{quoted}` has no unit with whole exponents and a usual factor"),
+            )
+            .help("numbers may have units too: `sqrt(2 * 9.81 m/s2 * car.h)`")
         })
     }
 

@@ -2,6 +2,7 @@
 //!
 //! fmi-rs 0.3.4 misspells the element of the units, and takes the first declared type only.
 
+use std::collections::HashMap;
 use std::str::FromStr;
 
 use fmi_rs::model_description::fmi2::{Item, ModelDescription, SimpleType};
@@ -99,6 +100,53 @@ fn item(node: Node) -> Result<Item, String> {
         value: required(node, "value")?,
         range: node.range(),
     })
+}
+
+/// The unit of this name that a file defines by exponents of SI units, a factor and an offset.
+///
+/// # Errors
+/// When nothing can be converted by these numbers.
+pub(super) fn base_unit(
+    name: &str,
+    exponents: [i32; 8],
+    [factor, offset]: [f64; 2],
+) -> Result<units::Unit, String> {
+    let mut small = [0_i8; 8];
+    for (to, from) in small.iter_mut().zip(exponents) {
+        *to = i8::try_from(from).map_err(|_| {
+            format!("the unit `{name}`: expected exponents of -128 to 127, found {from}")
+        })?;
+    }
+    units::Unit::defined(small, factor, offset)
+        .map_err(|error| format!("the unit `{name}`: {error}; correct its <BaseUnit>"))
+}
+
+/// So many names that are there twice are listed in an error.
+const LISTED: usize = 5;
+
+/// Refuses names of variables that are there twice (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7.1): nobody could say which one is
+/// meant. Each name comes with its place in the text [B].
+pub(super) fn unique<'a>(
+    names: impl Iterator<Item = (&'a str, usize)>,
+    xml: &str,
+) -> Result<(), String> {
+    let (mut known, mut twice) = (HashMap::new(), Vec::new());
+    for (name, place) in names {
+        if let Some(first) = known.insert(name, place) {
+            twice.push((name, [first, place]));
+        }
+    }
+    if twice.is_empty() {
+        return Ok(());
+    }
+    let line = |place: usize| 1 + xml.as_bytes()[..place].iter().filter(|it| **it == b'\n').count();
+    let listed = twice.iter().take(LISTED).map(|(name, [first, second])| {
+        format!("`{name}` in lines {} and {}", line(*first), line(*second))
+    });
+    let listed = listed.collect::<Vec<_>>().join(", ");
+    let more = twice.len().saturating_sub(LISTED);
+    let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+    Err(format!("expected a name of its own for each variable, found {listed}{more}"))
 }
 
 pub(super) fn attribute<T: FromStr>(node: Node, name: &str) -> Result<Option<T>, String> {

@@ -1,5 +1,8 @@
 //! Holds the description of an FMU, in words common to all versions of FMI.
 
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
 use serde::{Deserialize, Serialize};
 use units::Unit;
 
@@ -71,7 +74,12 @@ pub struct Description {
     pub variables: Vec<Variable>,
     /// What breaks the rules of FMI but does not hinder a run.
     pub problems: Vec<String>,
+    pub(crate) names: Names,
 }
+
+/// The variables by their names, once somebody has asked for one.
+#[derive(Debug, Default)]
+pub(crate) struct Names(OnceLock<HashMap<String, usize>>);
 
 /// The type of a variable, whatever the size of its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -226,7 +234,7 @@ pub struct Variable {
     /// One line about it.
     pub description: Option<String>,
     /// For outputs, the indices of the variables that it follows directly; `None` means all inputs.
-    pub dependencies: Option<Vec<usize>>,
+    pub dependencies: Option<Arc<[usize]>>,
     /// Of a clock, its ticks.
     pub ticks: Option<Ticks>,
     /// The value references of the clocks at whose ticks alone it has a value; none of a variable without clocks.
@@ -268,10 +276,22 @@ impl Description {
         self.event_mode || self.early_return
     }
 
-    /// The index of the variable called `name`.
+    /// The index of the variable called `name`, or of the first element of the array.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.variables.iter().position(|variable| variable.name == name)
+        let names = self.names.0.get_or_init(|| {
+            let mut names = HashMap::new();
+            for (place, variable) in self.variables.iter().enumerate() {
+                names.insert(variable.name.clone(), place);
+            }
+            for (place, variable) in self.variables.iter().enumerate() {
+                if variable.element.1 > 1 && variable.element.0 == 0 {
+                    names.entry(variable.array().to_owned()).or_insert(place);
+                }
+            }
+            names
+        });
+        names.get(name).copied()
     }
 
     /// The indices of the variables with a causality.

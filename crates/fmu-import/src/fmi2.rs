@@ -1,12 +1,15 @@
 //! Reads the description of an FMU of FMI 2.0.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use fmi_rs::model_description::DefaultExperiment;
-use fmi_rs::model_description::fmi2::{self, ModelDescription, SimpleType, VariableType};
+use fmi_rs::model_description::fmi2::{self, ModelDescription, SimpleType, Unknown, VariableType};
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
 use crate::definitions;
-use crate::description::{Description, Item, Storage, Type, Variable, Version};
+use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
 
 /// Reads the text of a `modelDescription.xml`.
 ///
@@ -22,8 +25,11 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
     }
     let experiment = found.defaultExperiment.as_ref();
     let default = |of: fn(&DefaultExperiment) -> Option<&String>| -> Option<f64> {
-        experiment.and_then(of)?.parse().ok()
+        experiment.and_then(of)?.parse().ok().filter(|it: &f64| it.is_finite())
     };
+    let named = found.modelVariables.iter().map(|it| (it.name.as_str(), it.range.start));
+    definitions::unique(named, xml)?;
+    let known = Known::new(&found)?;
     Ok(Description {
         version: Version::Two,
         name: found.modelName.clone(),
@@ -45,18 +51,55 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         default_stop: default(|it| it.stopTime.as_ref()),
         default_tolerance: default(|it| it.tolerance.as_ref()),
         log_categories: found.logCategories.iter().map(|category| category.name.clone()).collect(),
-        variables: (0..found.modelVariables.len()).map(|index| variable(&found, index)).collect(),
+        variables: (0..found.modelVariables.len()).map(|it| variable(&found, &known, it)).collect(),
         problems,
+        names: Names::default(),
     })
 }
 
-fn variable(found: &ModelDescription, index: usize) -> Variable {
+/// What variables refer to, by names and indices: a description may have a hundred thousand of each.
+struct Known<'a> {
+    units: HashMap<&'a str, Unit>,
+    types: HashMap<&'a str, &'a SimpleType>,
+    /// Outputs by the indices of their variables, which count from 1.
+    outputs: HashMap<u32, &'a Unknown>,
+}
+
+impl<'a> Known<'a> {
+    /// Of two of one name the first one counts.
+    fn new(found: &'a ModelDescription) -> Result<Self, String> {
+        let mut units = HashMap::new();
+        for unit in found.unitDefintions.iter().rev() {
+            let Some(base) = &unit.baseUnit else { continue };
+            let exponents = [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad];
+            let defined = definitions::base_unit(&unit.name, exponents, [base.factor, base.offset]);
+            units.insert(unit.name.as_str(), defined?);
+        }
+        let types = found.typeDefinitions.iter().rev().map(|it| (it.name(), it)).collect();
+        let outputs = found.outputs.iter().rev().map(|it| (it.index, it)).collect();
+        Ok(Known { units, types, outputs })
+    }
+
+    /// The declared type that a variable names.
+    fn declared(&self, kind: &VariableType) -> Option<&'a SimpleType> {
+        let name = match kind {
+            VariableType::Real { declaredType, .. }
+            | VariableType::Integer { declaredType, .. } => declaredType.as_ref()?,
+            VariableType::Enumeration { declaredType, .. } => declaredType,
+            _ => return None,
+        };
+        self.types.get(name.as_str()).copied()
+    }
+}
+
+fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
     let scalar = &found.modelVariables[index];
-    let unit = unit_name(found, &scalar.variableType);
-    let [min, max, nominal] = range(found, &scalar.variableType);
-    let unknown = found.outputs.iter().find(|unknown| unknown.index as usize == index + 1);
+    let declared = known.declared(&scalar.variableType);
+    let unit = unit_name(declared, &scalar.variableType);
+    let [min, max, nominal] = range(declared, &scalar.variableType);
+    let unknown = u32::try_from(index + 1).ok().and_then(|index| known.outputs.get(&index));
     let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {
-        indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect()
+        indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect::<Arc<[_]>>()
     });
     let (kind, storage) = match scalar.variableType {
         VariableType::Real { .. } => (Type::Real, Storage::Float64),
@@ -71,14 +114,17 @@ fn variable(found: &ModelDescription, index: usize) -> Variable {
         kind,
         storage,
         element: (0, 1),
-        items: items(found, &scalar.variableType),
+        items: items(declared, &scalar.variableType),
         causality: scalar.causality.into(),
         variability: scalar.variability.into(),
         initial: scalar.initial.map(Into::into),
         min,
         max,
         nominal,
-        dimension: unit.as_deref().and_then(|name| dimension(found, name)),
+        // The file's own definition of a unit, or else what its name says.
+        dimension: unit
+            .as_deref()
+            .and_then(|name| known.units.get(name).copied().or_else(|| Unit::parse(name).ok())),
         unit,
         start: scalar.variableType.start().clone(),
         description: scalar.description.clone(),
@@ -89,9 +135,9 @@ fn variable(found: &ModelDescription, index: usize) -> Variable {
 }
 
 /// The items of an enumeration's declared type.
-fn items(found: &ModelDescription, kind: &VariableType) -> Vec<Item> {
-    let VariableType::Enumeration { declaredType, .. } = kind else { return Vec::new() };
-    let Some(SimpleType::Enumeration { items, .. }) = found.get_type_definition(declaredType)
+fn items(declared: Option<&SimpleType>, kind: &VariableType) -> Vec<Item> {
+    let (VariableType::Enumeration { .. }, Some(SimpleType::Enumeration { items, .. })) =
+        (kind, declared)
     else {
         return Vec::new();
     };
@@ -102,41 +148,23 @@ fn items(found: &ModelDescription, kind: &VariableType) -> Vec<Item> {
 }
 
 /// The unit that the variable or its declared type names.
-fn unit_name(found: &ModelDescription, kind: &VariableType) -> Option<String> {
-    let VariableType::Real { unit, declaredType, .. } = kind else { return None };
-    unit.clone().or_else(|| {
-        let declared = found.get_type_definition(declaredType.as_ref()?)?;
-        match declared {
-            SimpleType::Real { unit, .. } => unit.clone(),
-            _ => None,
-        }
+fn unit_name(declared: Option<&SimpleType>, kind: &VariableType) -> Option<String> {
+    let VariableType::Real { unit, .. } = kind else { return None };
+    unit.clone().or_else(|| match declared? {
+        SimpleType::Real { unit, .. } => unit.clone(),
+        _ => None,
     })
 }
 
-/// The file's own definition of a unit, or else what its name says.
-fn dimension(found: &ModelDescription, name: &str) -> Option<Unit> {
-    let defined = found.unitDefintions.iter().find(|unit| unit.name == name);
-    let Some(base) = defined.and_then(|unit| unit.baseUnit.as_ref()) else {
-        return Unit::parse(name).ok();
-    };
-    let exponents = [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad];
-    let exponents = exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
-    Some(Unit::from_base(exponents, base.factor, base.offset))
-}
-
 /// Minimum, maximum and nominal value of the variable or its declared type.
-fn range(found: &ModelDescription, kind: &VariableType) -> [Option<f64>; 3] {
+fn range(declared: Option<&SimpleType>, kind: &VariableType) -> [Option<f64>; 3] {
     let own = |text: &Option<String>| text.as_ref().and_then(|text| text.parse().ok());
-    let (declared, own) = match kind {
-        VariableType::Real { declaredType, min, max, nominal, .. } => {
-            (declaredType.as_ref(), [own(min), own(max), own(nominal)])
-        }
-        VariableType::Integer { declaredType, min, max, .. } => {
-            (declaredType.as_ref(), [own(min), own(max), None])
-        }
-        _ => (None, [None; 3]),
+    let own = match kind {
+        VariableType::Real { min, max, nominal, .. } => [own(min), own(max), own(nominal)],
+        VariableType::Integer { min, max, .. } => [own(min), own(max), None],
+        _ => return [None; 3],
     };
-    let declared = match declared.and_then(|name| found.get_type_definition(name)) {
+    let declared = match declared {
         Some(SimpleType::Real { min, max, nominal, .. }) => {
             [*min, *max, *nominal].map(|x| x.map(f64::from))
         }

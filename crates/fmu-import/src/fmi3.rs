@@ -1,19 +1,23 @@
 //! Reads the description of an FMU of FMI 3.0; arrays become their elements.
 
 mod clocks;
+mod structure;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use fmi_rs::model_description::fmi3::ModelDescription;
 use roxmltree::{Document, Node};
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
-use crate::definitions::{attribute, children, required};
-use crate::description::{Description, Item, Storage, Type, Variable, Version};
+use crate::definitions::{self, attribute, children, required};
+use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
 
-/// A description may have this many elements of arrays in all.
-const MOST: usize = 1 << 22;
+/// A description may have this many elements of arrays in all, which take 0.5 GB.
+const MOST: usize = 1 << 20;
+/// All elements together may have this many bytes of texts: an array may have a million elements and a long description.
+const MOST_TEXT: usize = 1 << 28;
 
 /// Names of the elements of variables.
 const TYPES: [(&str, Type, Storage); 15] = [
@@ -56,7 +60,9 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
     };
     let flag = |name: &str| Ok::<_, String>(truth(cs, name)?.unwrap_or(false));
     let experiment = interface("DefaultExperiment");
-    let default = |name: &str| -> Option<f64> { experiment?.attribute(name)?.trim().parse().ok() };
+    let default = |name: &str| -> Option<f64> {
+        experiment?.attribute(name)?.trim().parse().ok().filter(|it: &f64| it.is_finite())
+    };
     Ok(Description {
         version: Version::Three,
         name: required(root, "modelName")?,
@@ -84,6 +90,7 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
             .collect::<Result<_, _>>()?,
         variables: variables(root, sizes)?,
         problems,
+        names: Names::default(),
     })
 }
 
@@ -115,101 +122,69 @@ impl Declared<'_> {
     }
 }
 
-fn variables<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Variable>, String> {
+/// The variables of the file, with the sizes of arrays.
+fn declared<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Declared<'a>>, String> {
     let list = root.children().filter(|node| node.has_tag_name("ModelVariables"));
     let nodes = || list.clone().flat_map(|list| list.children().filter(Node::is_element));
-    let sizes = structure(nodes(), sizes)?;
-    let mut all: Vec<Declared> = Vec::new();
-    let mut count = 0;
+    let sizes = structure::sizes(nodes(), sizes)?;
+    let (mut all, mut first, mut count) = (Vec::new(), 0_usize, 0_usize);
     for node in nodes() {
         let name = node.tag_name().name();
         let Some((_, kind, storage)) = TYPES.iter().find(|known| known.0 == name) else {
             return Err(format!("expected a variable of a type of FMI 3.0, found <{name}>"));
         };
-        let dimensions = dimensions(node, &sizes)?;
+        let dimensions = structure::dimensions(node, &sizes)?;
         let reference = required(node, "valueReference")?;
-        let one =
-            Declared { node, kind: *kind, storage: *storage, reference, dimensions, first: count };
-        count = one.dimensions.iter().try_fold(1_usize, |n, size| n.checked_mul(*size)).and_then(|n| count.checked_add(n)).filter(|count| *count <= MOST).ok_or_else(|| {
+        let elements = dimensions.iter().try_fold(1_usize, |n, size| n.checked_mul(*size));
+        let names = 1 + aliases(node).count();
+        let all_names = elements.and_then(|elements| elements.checked_mul(names));
+        let fits = |count: &usize| *count <= MOST;
+        count = all_names.and_then(|n| count.checked_add(n)).filter(fits).ok_or_else(|| {
             format!("expected at most {MOST} elements of arrays, found more: look at the sizes of structural parameters")
         })?;
-        all.push(one);
+        all.push(Declared { node, kind: *kind, storage: *storage, reference, dimensions, first });
+        first += elements.unwrap_or_default();
     }
-    let by_reference: BTreeMap<u32, usize> =
-        all.iter().enumerate().map(|(index, one)| (one.reference, index)).collect();
-    let follows = dependencies(root)?;
+    Ok(all)
+}
+
+fn aliases<'a>(node: Node<'a, 'a>) -> impl Iterator<Item = Node<'a, 'a>> {
+    node.children().filter(|child| child.has_tag_name("Alias"))
+}
+
+fn variables<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Variable>, String> {
+    let all = declared(root, sizes)?;
+    let places = |it: &Declared| (it.reference, it.first..it.first + it.elements());
+    let follows = structure::dependencies(root, &all.iter().map(places).collect())?;
     let types = declared_types(root)?;
     let units = units(root)?;
-    let mut variables = Vec::with_capacity(count);
+    let (mut variables, mut places, mut length) = (Vec::new(), Vec::new(), 0_usize);
     for one in &all {
-        let follows = follows.get(&one.reference).and_then(Option::as_ref).map(|references| {
-            let found = references.iter().filter_map(|it| all.get(*by_reference.get(it)?));
-            found.flat_map(|it| it.first..it.first + it.elements()).collect()
-        });
-        variables.extend(elements(one, &types, &units, follows)?);
+        let follows = follows.get(&one.reference).cloned().flatten();
+        let elements = elements(one, (&types, &units), follows, &mut length)?;
+        places.extend(elements.iter().map(|_| one.node.range().start));
+        variables.extend(elements);
     }
     for one in &all {
-        for alias in one.node.children().filter(|child| child.has_tag_name("Alias")) {
+        for alias in aliases(one.node) {
             let name: String = required(alias, "name")?;
             for element in 0..one.elements() {
                 let mut variable = variables[one.first + element].clone();
                 variable.name = format!("{name}{}", one.subscript(element));
                 // The variable itself is connected; by its other name it can be looked at.
                 variable.causality = Causality::Local;
+                places.push(alias.range().start);
                 variables.push(variable);
             }
         }
     }
+    let names = variables.iter().map(|it| it.name.as_str());
+    definitions::unique(names.zip(places), root.document().input_text())?;
     Ok(variables)
 }
 
-/// The sizes of arrays by reference: start values of structural parameters, unless others are given.
-fn structure<'a>(
-    nodes: impl Iterator<Item = Node<'a, 'a>>,
-    given: &Sizes,
-) -> Result<Sizes, String> {
-    let mut sizes = Sizes::new();
-    for node in nodes.filter(|node| node.has_tag_name("UInt64")) {
-        if let Some(start) = attribute(node, "start").ok().flatten() {
-            sizes.insert(required(node, "valueReference")?, start);
-        }
-    }
-    sizes.extend(given);
-    Ok(sizes)
-}
-
-fn dimensions(node: Node, sizes: &Sizes) -> Result<Vec<usize>, String> {
-    let size = |dimension: Node| -> Result<usize, String> {
-        let size: u64 = match attribute::<u32>(dimension, "valueReference")? {
-            Some(reference) => *sizes.get(&reference).ok_or_else(|| {
-                format!(
-                    "a <Dimension> refers to {reference}, which is no UInt64 with a start value"
-                )
-            })?,
-            None => required(dimension, "start")?,
-        };
-        usize::try_from(size).map_err(|error| error.to_string())
-    };
-    node.children().filter(|child| child.has_tag_name("Dimension")).map(size).collect()
-}
-
-/// What outputs follow by reference, both as references; `None` means all inputs.
-fn dependencies(root: Node) -> Result<BTreeMap<u32, Option<Vec<u32>>>, String> {
-    let outputs = children(root, "ModelStructure", "Output");
-    let one = |output: Node| {
-        let list = |text: String| -> Result<Vec<u32>, String> {
-            let numbers = text.split_whitespace().map(str::parse);
-            numbers.collect::<Result<_, _>>().map_err(|_| {
-                format!("dependencies=\"{text}\" of <Output> is no list of references")
-            })
-        };
-        let follows = attribute::<String>(output, "dependencies")?.map(list).transpose()?;
-        Ok((required(output, "valueReference")?, follows))
-    };
-    outputs.map(one).collect()
-}
-
-type Named<'a> = BTreeMap<String, Node<'a, 'a>>;
+type Named<'a> = HashMap<String, Node<'a, 'a>>;
+type Units = HashMap<String, Option<Unit>>;
 
 fn declared_types<'a>(root: Node<'a, 'a>) -> Result<Named<'a>, String> {
     let list = root.children().filter(|node| node.has_tag_name("TypeDefinitions"));
@@ -217,31 +192,34 @@ fn declared_types<'a>(root: Node<'a, 'a>) -> Result<Named<'a>, String> {
     types.map(|node| Ok((required(node, "name")?, node))).collect()
 }
 
-fn units(root: Node) -> Result<BTreeMap<String, Option<Unit>>, String> {
+fn units(root: Node) -> Result<Units, String> {
     children(root, "UnitDefinitions", "Unit").map(unit).collect()
 }
 
 fn unit(node: Node) -> Result<(String, Option<Unit>), String> {
+    let name: String = required(node, "name")?;
     let base = node.children().find(|child| child.has_tag_name("BaseUnit"));
     let base = base.map(|base| -> Result<Unit, String> {
-        let mut exponents = [0_i8; 8];
+        let mut exponents = [0_i32; 8];
         for (exponent, name) in
             exponents.iter_mut().zip(["kg", "m", "s", "A", "K", "mol", "cd", "rad"])
         {
             *exponent = attribute(base, name)?.unwrap_or(0);
         }
         let factor = attribute(base, "factor")?.unwrap_or(1.0);
-        Ok(Unit::from_base(exponents, factor, attribute(base, "offset")?.unwrap_or(0.0)))
+        let offset = attribute(base, "offset")?.unwrap_or(0.0);
+        definitions::base_unit(&name, exponents, [factor, offset])
     });
-    Ok((required(node, "name")?, base.transpose()?))
+    let base = base.transpose()?;
+    Ok((name, base))
 }
 
 /// The elements of a variable, row by row.
 fn elements(
     one: &Declared,
-    types: &Named,
-    units: &BTreeMap<String, Option<Unit>>,
-    follows: Option<Vec<usize>>,
+    (types, units): (&Named, &Units),
+    follows: Option<Arc<[usize]>>,
+    length: &mut usize,
 ) -> Result<Vec<Variable>, String> {
     let Declared { node, kind, storage, reference, .. } = *one;
     let declared = node.attribute("declaredType").and_then(|name| types.get(name)).copied();
@@ -280,6 +258,16 @@ fn elements(
         ticks: (kind == Type::Clock).then(|| clocks::ticks(&of)).transpose()?,
         clocks: clocks::of_variable(node)?,
     };
+    let texts = [Some(&name), variable.unit.as_ref(), variable.description.as_ref()];
+    let items = variable.items.iter().map(|item| item.name.len() + size_of::<Item>());
+    let text = texts.into_iter().flatten().map(String::len).sum::<usize>() + items.sum::<usize>();
+    let names = 1 + aliases(node).count();
+    *length = length.saturating_add(text.saturating_mul(count).saturating_mul(names));
+    if count > 1 && *length > MOST_TEXT {
+        return Err(format!(
+            "expected at most {MOST_TEXT} bytes of names, units and descriptions of elements, found more at `{name}`"
+        ));
+    }
     let element = |index: usize| Variable {
         name: format!("{name}{}", one.subscript(index)),
         element: (index, count),

@@ -372,6 +372,14 @@ fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, Refusal> {
         let what = "expected no document type declaration, found one";
         return Err(Refusal::Broken(what.to_owned()));
     }
+    // The XML library compares all attributes of an element with each other.
+    if let Some(place) = archive::crowded(xml) {
+        let line = 1 + xml[..place].matches('\n').count();
+        let most = archive::ATTRIBUTES;
+        return Err(Refusal::Broken(format!(
+            "line {line}: expected at most {most} attributes of an element and namespaces, found more"
+        )));
+    }
     let document =
         roxmltree::Document::parse(xml).map_err(|error| Refusal::Broken(error.to_string()))?;
     let root = document.root_element();

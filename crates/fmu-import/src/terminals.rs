@@ -132,6 +132,12 @@ impl Terminal {
 /// # Errors
 /// When the text is no such file.
 pub(crate) fn read(xml: &str) -> Result<(Vec<Terminal>, Vec<String>), String> {
+    if let Some(place) = archive::crowded(xml) {
+        let (line, most) = (1 + xml[..place].matches('\n').count(), archive::ATTRIBUTES);
+        return Err(format!(
+            "line {line}: expected at most {most} attributes of an element, found more"
+        ));
+    }
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
     if !root.has_tag_name("fmiTerminalsAndIcons") {

@@ -1,5 +1,6 @@
 //! Describes the variables of a run, each a column of its rows.
 
+use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::ops;
 
@@ -74,12 +75,20 @@ pub struct Columns<S> {
     texts: Vec<Column>,
     /// The place of each exact integer among the numbers.
     integers: Vec<usize>,
+    /// The first number and the first text of each name.
+    by_name: [HashMap<String, usize>; 2],
     space: PhantomData<S>,
 }
 
 impl<S> Default for Columns<S> {
     fn default() -> Self {
-        Self { numbers: Vec::new(), texts: Vec::new(), integers: Vec::new(), space: PhantomData }
+        Self {
+            numbers: Vec::new(),
+            texts: Vec::new(),
+            integers: Vec::new(),
+            by_name: Default::default(),
+            space: PhantomData,
+        }
     }
 }
 
@@ -96,11 +105,14 @@ impl<S> FromIterator<Column> for Columns<S> {
 impl<S> Columns<S> {
     /// Adds a column among the numbers or the texts, as its kind says.
     pub fn push(&mut self, column: Column) -> ColumnIndex<S> {
+        let [numbers, texts] = &mut self.by_name;
         if column.kind == ValueKind::String {
+            texts.entry(column.name()).or_insert(self.texts.len());
             self.texts.push(column);
             ColumnIndex::Text(TextIndex::new(self.texts.len() - 1))
         } else {
             let place = self.numbers.len();
+            numbers.entry(column.name()).or_insert(place);
             if column.kind.is_exact() {
                 self.integers.push(place);
             }
@@ -148,12 +160,9 @@ impl<S> Columns<S> {
     /// The first column of this name, `node.variable`.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<ColumnIndex<S>> {
-        let named = |column: &Column| {
-            let variable = name.strip_prefix(column.node.as_str());
-            variable.and_then(|rest| rest.strip_prefix('.')) == Some(column.variable.as_str())
-        };
-        let number = self.numbers.iter().position(named).map(NumberIndex::new);
-        let text = || self.texts.iter().position(named).map(TextIndex::new);
+        let [numbers, texts] = &self.by_name;
+        let number = numbers.get(name).copied().map(NumberIndex::new);
+        let text = || texts.get(name).copied().map(TextIndex::new);
         number.map(ColumnIndex::Number).or_else(|| text().map(ColumnIndex::Text))
     }
 

@@ -1,5 +1,6 @@
 //! Reads a whole recording of a run, MCAP or CSV, as columns over time: something to compare another run with.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use diagnostics::Error;
@@ -16,7 +17,9 @@ pub struct Golden {
     /// Time stamps [s], rising; at least one.
     pub times: Vec<f64>,
     /// The columns; of one name the output comes before the input.
-    pub columns: Vec<GoldenColumn>,
+    columns: Vec<GoldenColumn>,
+    /// The first column of each name.
+    by_name: HashMap<String, usize>,
 }
 
 /// A column of a recording.
@@ -55,14 +58,14 @@ impl Golden {
                 values: numbers.map_or(GoldenValues::Texts(texts), GoldenValues::Numbers),
             };
             let columns = read.columns.into_iter().map(column).collect();
-            return Ok(Golden { times: read.times, columns });
+            return Ok(Golden::new(read.times, columns));
         }
         let recording = Recording::open(path)?;
         let columns = &recording.header.columns;
         let numbers =
             columns.numbers().map(|(_, it)| golden(it, GoldenValues::Numbers(Vec::new())));
         let texts = columns.texts().map(|(_, it)| golden(it, GoldenValues::Texts(Vec::new())));
-        let mut all = Golden { times: Vec::new(), columns: numbers.chain(texts).collect() };
+        let mut all = Golden::new(Vec::new(), numbers.chain(texts).collect());
         recording.play(&mut all)?;
         if all.times.is_empty() {
             return Err(Error::input(format!("{} has no complete row", path.display())));
@@ -70,10 +73,26 @@ impl Golden {
         Ok(all)
     }
 
-    /// The column of this name.
+    /// Columns over these time stamps [s].
+    #[must_use]
+    pub fn new(times: Vec<f64>, columns: Vec<GoldenColumn>) -> Self {
+        let mut by_name = HashMap::new();
+        for (place, column) in columns.iter().enumerate() {
+            by_name.entry(column.name.clone()).or_insert(place);
+        }
+        Golden { times, columns, by_name }
+    }
+
+    /// The columns; of one name the output comes before the input.
+    #[must_use]
+    pub fn columns(&self) -> &[GoldenColumn] {
+        &self.columns
+    }
+
+    /// The first column of this name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<&GoldenColumn> {
-        self.columns.iter().find(|column| column.name == name)
+        self.by_name.get(name).map(|place| &self.columns[*place])
     }
 }
 

@@ -199,6 +199,19 @@ impl Records {
         read.map(|_| bytes)
     }
 
+    /// The next place from one on that is no hole of a sparse file: such holes are zeros, as many as anybody likes.
+    pub fn behind_hole(&mut self, at: u64) -> io::Result<u64> {
+        let found = match rustix::fs::seek(self.file.get_ref(), rustix::fs::SeekFrom::Data(at)) {
+            Ok(place) => place.max(at),
+            Err(rustix::io::Errno::NXIO) => self.length.max(at),
+            // The file system does not tell.
+            Err(_) => at,
+        };
+        self.file.seek(SeekFrom::Start(found))?;
+        self.position = found;
+        Ok(found)
+    }
+
     /// Whether the file begins and ends like an MCAP file.
     pub fn has_magic(&mut self, at: u64) -> io::Result<bool> {
         Ok(self.read(at, MAGIC.len() as u64)? == MAGIC)

@@ -1,19 +1,64 @@
 //! Recordings that are damaged or very wide.
 
-#[path = "support/damage.rs"]
-mod damage;
+#[path = "support/readings.rs"]
+mod readings;
+#[path = "support/recoveries.rs"]
+mod recoveries;
+#[path = "support/tables.rs"]
+mod tables;
 
-use std::path::Path;
-
+use recording::recover::recover;
 use recording::{Column, Direction, Golden, GoldenValues, Recording, ValueKind};
+use recoveries::made;
 
-/// More in `examples/damaged_recordings.rs`.
 #[test]
-fn a_damaged_recording_gives_nothing_that_it_had_not_held() {
-    let keep = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let tally = damage::try_damaged(400, 1, &[], keep).expect("it can be written");
-    assert_eq!((tally.panics, tally.wrong, tally.believed[1]), (0, 0, 0), "{tally:?}");
-    assert!(tally.rescued > 100 && tally.messages[1] > tally.messages[0] / 2, "{tally:?}");
+fn damaged_tables_are_read_or_refused() {
+    damage::replay(&tables::TARGET, 2_000);
+}
+
+#[test]
+fn damaged_recordings_are_read_or_refused() {
+    damage::replay(&readings::TARGET, 300);
+}
+
+#[test]
+fn damaged_recordings_give_nothing_that_they_had_not_held() {
+    damage::replay(&recoveries::TARGET, 300);
+}
+
+/// A third of the recording is overwritten; the rest is saved.
+#[test]
+fn most_of_a_damaged_recording_is_saved() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut bytes = made::finished(folder.path(), 900).expect("it can be made");
+    let count = |bytes: &[u8]| recoveries::contents(bytes).expect("it is sound").count;
+    let whole = count(&bytes);
+    let third = bytes.len() / 3;
+    bytes[third..2 * third].fill(0);
+    let (broken, into) = (folder.path().join("broken.mcap"), folder.path().join("new.mcap"));
+    std::fs::write(&broken, &bytes).expect("it can be written");
+    let found = recover(&broken, &into, false).expect("most is sound");
+    assert!(found.messages > whole / 2 && found.messages < whole, "{} of {whole}", found.messages);
+}
+
+/// Reading a hole of a terabyte takes an hour.
+#[cfg(target_os = "linux")]
+#[test]
+fn holes_of_a_sparse_file_are_skipped() {
+    use std::os::unix::fs::FileExt as _;
+    let folder = tempfile::tempdir().expect("a folder");
+    let bytes = made::finished(folder.path(), 900).expect("it can be made");
+    let count = |bytes: &[u8]| recoveries::contents(bytes).expect("it is sound").count;
+    let (half, behind) = (bytes.len() / 2, 1 << 40);
+    let (broken, into) = (folder.path().join("broken.mcap"), folder.path().join("new.mcap"));
+    let file = std::fs::File::create(&broken).expect("it can be written");
+    file.write_all_at(&bytes[..half], 0).expect("it can be written");
+    // Without the end of the file, which has a checksum over all of the data.
+    file.write_all_at(&bytes[half..bytes.len() - 100], behind).expect("it can be written");
+    let found = recover(&broken, &into, false).expect("most is sound");
+    let whole = count(&bytes);
+    assert!(found.messages > whole / 2 && found.messages < whole, "{} of {whole}", found.messages);
+    assert!(std::fs::metadata(&into).expect("it is there").len() <= 2 * bytes.len() as u64);
 }
 
 /// Protobuf keeps the numbers from 19,000 to 19,999 for itself.
@@ -29,12 +74,12 @@ fn more_variables_than_protobuf_has_numbers_in_a_row_are_read_back() {
         description: None,
     };
     let columns = (0..20_500).map(column).collect();
-    let bytes = damage::made(folder.path(), columns, 2).expect("it can be written");
+    let bytes = made::made(folder.path(), columns, 2).expect("it can be written");
     let read = Golden::read(&folder.path().join("run.mcap"), &[]).expect("it is sound");
-    assert_eq!((read.times.len(), read.columns.len()), (3, 20_500));
-    for (k, column) in read.columns.iter().enumerate() {
+    assert_eq!((read.times.len(), read.columns().len()), (3, 20_500));
+    for (k, column) in read.columns().iter().enumerate() {
         let GoldenValues::Numbers(values) = &column.values else { panic!("no numbers") };
-        let expected: Vec<_> = (0..3).map(|tick| damage::value_of(tick, k)).collect();
+        let expected: Vec<_> = (0..3).map(|tick| made::value_of(tick, k)).collect();
         assert_eq!((&column.name, values), (&format!("car.c[{k}]"), &expected));
     }
     let summary = mcap::Summary::read(&bytes).expect("it is sound").expect("a summary");
@@ -54,7 +99,7 @@ fn a_reader_refuses_damage_that_only_a_checksum_shows() {
         unit: None,
         description: None,
     };
-    let bytes = damage::made(folder.path(), [column].into_iter().collect(), 50).expect("written");
+    let bytes = made::made(folder.path(), [column].into_iter().collect(), 50).expect("written");
     let path = folder.path().join("run.mcap");
     let refused = |change: &dyn Fn(&mut Vec<u8>)| {
         let mut bytes = bytes.clone();
@@ -85,8 +130,7 @@ fn a_reader_refuses_damage_that_only_a_checksum_shows() {
 fn a_full_disk_is_told_as_one() {
     let folder = tempfile::tempdir().expect("a folder");
     std::os::unix::fs::symlink("/dev/full", folder.path().join("run.mcap")).expect("a link");
-    let error =
-        damage::made(folder.path(), std::iter::empty().collect(), 1).expect_err("it is full");
+    let error = made::made(folder.path(), std::iter::empty().collect(), 1).expect_err("it is full");
     let message = error.to_string();
     assert!(message.contains("run.mcap") && message.contains("No space left"), "{message}");
 }

@@ -11,6 +11,7 @@ mod place;
 mod read;
 mod recorded_file;
 mod results;
+mod sizes;
 mod subsystem;
 mod subsystems;
 mod system;

@@ -1,5 +1,6 @@
 //! Tells whether two systems mean the same, however they are written.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -14,9 +15,10 @@ impl System {
     /// system, start and stop. Names of files count, their contents do not.
     #[must_use]
     pub fn fingerprint(&self) -> String {
-        let folder = self.folder();
+        // Archives inside it are unpacked to folders of their own, elsewhere each time.
+        let folders: Vec<_> = std::iter::once(self.folder()).chain(self.folders()).collect();
         let mut lines: Vec<String> =
-            self.components.iter().map(|it| component(it, folder)).collect();
+            self.components.iter().map(|it| component(it, &folders)).collect();
         let port = |port: &Port| {
             let component = self.components.get(port.component);
             format!("{:?}.{:?}", component.map(|it| it.name.as_str()), port.variable)
@@ -48,9 +50,15 @@ impl System {
     }
 }
 
-fn component(component: &Component, folder: &Path) -> String {
-    let source = component.source.strip_prefix(folder).unwrap_or(&component.source);
-    let source: Vec<_> = source.iter().map(|part| part.to_string_lossy()).collect();
+fn component(component: &Component, folders: &[&Path]) -> String {
+    let inside = |(place, folder): (usize, &&Path)| {
+        let source = component.source.strip_prefix(folder).ok()?;
+        // Most often it lies in the folder of the description.
+        let folder = (place > 0).then(|| format!("{place}:").into());
+        Some(folder.into_iter().chain(source.iter().map(|part| part.to_string_lossy())).collect())
+    };
+    let source: Option<Vec<Cow<str>>> = folders.iter().enumerate().find_map(inside);
+    let source = source.unwrap_or_else(|| vec![component.source.to_string_lossy()]);
     let mut starts: Vec<_> = component
         .starts
         .iter()

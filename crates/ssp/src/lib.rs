@@ -33,7 +33,6 @@
 mod bind;
 mod chain;
 mod connect;
-mod crowd;
 mod dictionary;
 mod error;
 mod fingerprint;

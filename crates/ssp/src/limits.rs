@@ -26,6 +26,3 @@ pub(crate) const NOTES: usize = 1_000;
 
 /// A name may have this many bytes, with those of all systems around it.
 pub(crate) const NAME: usize = 1_000;
-
-/// An element may have this many attributes, and a file may name this many namespaces.
-pub(crate) const ATTRIBUTES: usize = 200;

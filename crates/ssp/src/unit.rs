@@ -129,15 +129,22 @@ fn unit(element: Element) -> Result<Unit, Error> {
     let mut exponents = [0; 8];
     for (exponent, name) in exponents.iter_mut().zip(BASES) {
         if let Some(text) = base.attribute(name) {
-            *exponent =
-                text.trim().parse().map_err(|_| base.wrong(name, "a whole number such as -2"))?;
+            let wrong = |_| base.wrong(name, "a whole number of -127 to 127");
+            *exponent = text.trim().parse::<i8>().map_err(wrong)?.into();
         }
     }
     let factor = base.number("factor")?.unwrap_or(1.0);
-    if factor == 0.0 {
-        return Err(base.wrong("factor", "a number other than 0"));
+    // Beyond these sizes conversions would overflow, or give 0.
+    let is_size = |number: f64| (1e-150..=1e150).contains(&number.abs());
+    if !is_size(factor) {
+        return Err(base.wrong("factor", "a number of 1e-150 to 1e150, or such a negative one"));
     }
     let offset = base.number("offset")?.unwrap_or(0.0);
+    if offset != 0.0 && !is_size(offset) {
+        return Err(
+            base.wrong("offset", "0 or a number of 1e-150 to 1e150, or such a negative one")
+        );
+    }
     Ok(Unit { name, base: Some(BaseUnit { exponents, factor, offset }) })
 }
 

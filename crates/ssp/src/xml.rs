@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use archive::{ATTRIBUTES, crowded};
 use roxmltree::{Document, Node, ParsingOptions};
 
-use crate::crowd::crowded;
 use crate::error::mistake;
-use crate::limits::{ATTRIBUTES, NAME};
+use crate::limits::NAME;
 use crate::notes::Notes;
 use crate::place::Text;
 use crate::{Annotation, Error, Place};

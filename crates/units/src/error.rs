@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Why a unit text cannot be read; every position is a byte index into the text.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnitError {
     /// A word is in no table.
     #[error("unknown unit `{word}` at byte {at} of `{text}`: {}", expected(*.meant))]
@@ -29,6 +29,18 @@ pub enum UnitError {
         at: usize,
         /// The whole unit text.
         text: String,
+    },
+    /// The factor of a definition converts nothing.
+    #[error("expected a factor of 1e-150 to 1e150, or such a negative one, found {found:?}")]
+    Factor {
+        /// The factor.
+        found: f64,
+    },
+    /// The offset of a definition converts nothing.
+    #[error("expected 0 or an offset of 1e-150 to 1e150, or such a negative one, found {found:?}")]
+    Offset {
+        /// The offset.
+        found: f64,
     },
     /// The text is not a product of powers.
     #[error("expected {expected} at byte {at} of the unit `{text}`, found {found}")]
@@ -64,13 +76,14 @@ impl UnitError {
         }
     }
 
-    /// The bytes of the unit text that the error is about.
+    /// The bytes of the unit text that the error is about; none of a definition by numbers.
     #[must_use]
     pub fn span(&self) -> Range<usize> {
         match self {
             Self::Unknown { word, at, .. } | Self::Shifted { word, at, .. } => {
                 *at..*at + word.len()
             }
+            Self::Factor { .. } | Self::Offset { .. } => 0..0,
             Self::Syntax { at, text, .. } => {
                 *at..*at + text[*at..].chars().next().map_or(0, char::len_utf8)
             }

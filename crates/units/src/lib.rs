@@ -61,6 +61,20 @@ impl Unit {
         Self { exponents, factor, offset }
     }
 
+    /// A unit from numbers that somebody else wrote into such an element.
+    ///
+    /// # Errors
+    /// When the factor is 0, or a number is none or beyond all units: conversions would give such numbers, too.
+    pub fn defined(exponents: [i8; 8], factor: f64, offset: f64) -> Result<Self, UnitError> {
+        if !is_size(factor) {
+            return Err(UnitError::Factor { found: factor });
+        }
+        if offset != 0.0 && !is_size(offset) {
+            return Err(UnitError::Offset { found: offset });
+        }
+        Ok(Self::from_base(exponents, factor, offset))
+    }
+
     /// Reads powers of named units, joined by `.`, `*` or `/` from left to right:
     /// `km/h`, `kg.m2`, `m/s^2`, `s-1`, `N/(m/s)`; `1` is the unit of plain numbers.
     ///
@@ -130,8 +144,8 @@ impl Unit {
         self
     }
 
-    /// `self^power`, or nothing when an exponent is not whole or leaves the range of `i8`. An angle counts as a plain number
-    /// where its own exponent is not whole.
+    /// `self^power`, or nothing when an exponent is not whole or leaves the range of `i8`, or the factor is beyond all units. An
+    /// angle counts as a plain number where its own exponent is not whole.
     #[must_use]
     pub fn to_the(self, power: f64) -> Option<Self> {
         let raised = |exponents: [i8; 8]| {
@@ -145,10 +159,10 @@ impl Unit {
         };
         let exponents =
             raised(self.exponents).or_else(|| raised(self.without_angle().exponents))?;
-        Some(Self::from_base(exponents, self.factor.powf(power), 0.0))
+        Self::defined(exponents, self.factor.powf(power), 0.0).ok()
     }
 
-    /// `self * other^exponent`, or nothing when a power leaves the range of `i8`.
+    /// `self * other^exponent`, or nothing when a power leaves the range of `i8`, or the factor is beyond all units.
     #[must_use]
     pub fn times(self, other: Self, exponent: i8) -> Option<Self> {
         let mut exponents = self.exponents;
@@ -156,8 +170,13 @@ impl Unit {
             *sum = sum.checked_add(power.checked_mul(exponent)?)?;
         }
         let factor = self.factor * other.factor.powi(i32::from(exponent));
-        Some(Self::from_base(exponents, factor, 0.0))
+        Self::defined(exponents, factor, 0.0).ok()
     }
+}
+
+/// Whether a factor or an offset is of a size that units have; the ratio of any two of them is finite, and no 0.
+fn is_size(number: f64) -> bool {
+    (1e-150..=1e150).contains(&number.abs())
 }
 
 #[cfg(test)]

@@ -39,9 +39,11 @@ impl<'a> Parser<'a> {
         let mut sign = 1;
         loop {
             let (factor, exponent) = self.power()?;
-            unit = unit
-                .times(factor, sign * exponent)
-                .ok_or_else(|| self.expected("powers within -128..=127 before this place"))?;
+            unit = unit.times(factor, sign * exponent).ok_or_else(|| {
+                self.expected(
+                    "powers within -128..=127, and a factor of 1e-150 to 1e150, before this place",
+                )
+            })?;
             sign = match self.peek() {
                 Some('.' | '*') => 1,
                 Some('/') => -1,

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use cosim::check::Verdict;
 use diagnostics::in_markdown;
 
-use super::told::Told;
+use super::told::{Told, WIDEST};
 use super::{Ending, RunReport, Validated};
 
 impl RunReport {
@@ -100,7 +100,8 @@ impl RunReport {
 /// A line for each check.
 fn lines(checks: &[Verdict], indent: &str) -> String {
     let mut text = String::new();
-    let width = checks.iter().map(|check| check.name.chars().count()).max().unwrap_or(0);
+    let widths = checks.iter().map(|check| check.name.chars().count());
+    let width = widths.max().unwrap_or(0).min(WIDEST);
     for check in checks {
         let sign = if check.passed { "ok    " } else { "FAILED" };
         let unit = check.unit.iter().map(|unit| format!(" {unit}")).collect::<String>();

@@ -9,6 +9,9 @@ use plugin::{Table, Words};
 use serde::Deserialize;
 use serde_json::Value;
 
+/// Longer names and cells stand out of their columns: the width of a formatted text must be below 65,536.
+pub(super) const WIDEST: usize = 1000;
+
 /// What a result says to people.
 #[derive(Debug, Default)]
 pub(super) struct Told(Words);
@@ -63,7 +66,7 @@ fn table_lines(table: &Table) -> String {
     let columns = all(table).map(Vec::len).max().unwrap_or(0);
     let width = |place: usize| {
         let cells = all(table).filter_map(|row| row.get(place));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0).min(WIDEST)
     };
     let widths: Vec<_> = (0..columns).map(width).collect();
     let line = |row: &Vec<String>| {

@@ -57,14 +57,12 @@ fn golden() -> Golden {
         values,
     };
     let texts = ["off", "off", "on"].map(str::to_owned).to_vec();
-    Golden {
-        times: vec![0.0, 0.5, 1.0],
-        columns: vec![
-            of("plant.v", Some("m/s"), GoldenValues::Numbers(vec![0.0, 1.0, 2.0])),
-            of("plant.gear", None, GoldenValues::Numbers(vec![1.0, 1.0, 2.0])),
-            of("plant.mode", None, GoldenValues::Texts(texts)),
-        ],
-    }
+    let columns = vec![
+        of("plant.v", Some("m/s"), GoldenValues::Numbers(vec![0.0, 1.0, 2.0])),
+        of("plant.gear", None, GoldenValues::Numbers(vec![1.0, 1.0, 2.0])),
+        of("plant.mode", None, GoldenValues::Texts(texts)),
+    ];
+    Golden::new(vec![0.0, 0.5, 1.0], columns)
 }
 
 /// The outcome of a run with a step of 0.25 s whose values are as recorded, but for an edit of each row.

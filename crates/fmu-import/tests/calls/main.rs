@@ -8,8 +8,6 @@ use fmu_import::{Fmu, FmuState, Instance, Library, MessageLevel, StepStatus};
 use libtest_mimic::{Arguments, Trial};
 use tempfile::TempDir;
 
-#[path = "../support/damage.rs"]
-mod damage;
 mod processes;
 #[path = "../support/mod.rs"]
 mod support;
@@ -33,7 +31,6 @@ const TESTS: &[(&str, fn())] = &[
     ("log_messages_may_come_from_a_thread", thread),
     ("odd_values_are_made_regular", odd_values),
     ("a_text_with_nul_is_refused", nul),
-    ("damaged_descriptions_are_opened_or_refused", damaged_descriptions),
     ("legal_calls_stay_legal", walk::legal_calls_stay_legal),
     ("a_refused_reset_names_the_state", walk::a_refused_reset_names_the_state),
     ("an_illegal_call_is_told_with_its_state", walk::an_illegal_call_is_told_with_its_state),
@@ -45,15 +42,6 @@ const TESTS: &[(&str, fn())] = &[
         processes::handler_that_gives_up,
     ),
 ];
-
-/// The long version is the example of the same name.
-fn damaged_descriptions() {
-    let outcome = damage::open_damaged(300, 0);
-    assert!(
-        outcome.panicked.is_empty() && outcome.opened > 0 && outcome.refused > 0,
-        "{outcome:?}"
-    );
-}
 
 fn main() -> ExitCode {
     if let Ok(part) = std::env::var(PART) {

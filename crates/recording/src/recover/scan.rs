@@ -38,6 +38,7 @@ impl Scan {
     ) -> Result<Option<u64>, Damage> {
         let mut start = bytes.start;
         while start < bytes.end {
+            start = records.behind_hole(start)?;
             let window = records.read(start, WINDOW + GLANCE as u64)?;
             let places = window.len().min(WINDOW as usize);
             let mut begin = 0;

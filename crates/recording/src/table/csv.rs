@@ -7,6 +7,7 @@ mod header;
 mod numbers;
 mod title;
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use diagnostics::read_bounded;
@@ -127,12 +128,17 @@ pub(crate) struct CsvColumn {
 pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
     let bytes = bytes(path)?;
     let file = CsvFile::open(path, &bytes, &[], &Dialect::default())?;
+    // Of two columns of one name nobody could say which one a signal is compared with.
+    for title in file.header.titles.iter().skip(1).filter(|title| !title.plain.is_empty()) {
+        file.only(&title.plain)?;
+    }
     let places: Vec<_> = (0..file.header.titles.len()).collect();
     let rows = file.rows(&places)?;
     let cells = Cells::new(&file, &rows, &places, (None, &[]))?;
+    let texts: HashSet<_> = texts.iter().copied().collect();
     let column = |place: usize| {
         let name = file.header.titles[place].plain.clone();
-        let is_text = texts.contains(&name.as_str());
+        let is_text = texts.contains(name.as_str());
         let numbers = cells.numbers(place).ok().filter(|_| !is_text);
         let numbers = numbers.map(|numbers| numbers.values);
         let texts = match &numbers {

@@ -12,6 +12,7 @@ use ::mcap::Channel;
 pub(super) use ::mcap::MAGIC;
 use ::mcap::records::MessageHeader;
 
+use self::catalogue::Catalogue;
 pub use self::error::RecordingError;
 use self::field::{Dead, Field, Reader};
 pub(crate) use self::file::Mcap;
@@ -78,9 +79,10 @@ pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError>
     }
     let file = Mcap::open(path)?;
     let channels = file.channels()?;
+    let catalogue = Catalogue::new(&file, &channels);
     let (mut tracks, mut columns) = (Vec::new(), Vec::new());
     for column in wanted.titles() {
-        let found = catalogue::find(&file, &channels, column);
+        let found = catalogue.find(column);
         columns.push(
             found.and_then(|(channel, path)| want(&file, column, channel, &path, &mut tracks)),
         );

@@ -38,13 +38,8 @@ pub(super) fn expanded(
 fn elements(unplaced: &[UnplacedNode], full: &str, side: Side) -> Vec<String> {
     let Some((node, array)) = full.split_once('.') else { return Vec::new() };
     let Some(unplaced) = unplaced.iter().find(|it| it.name == node) else { return Vec::new() };
-    let ports = match side {
-        Side::Input => &unplaced.inputs,
-        Side::Output => &unplaced.outputs,
-    };
-    let of_array = |name: &str| name.strip_prefix(array).is_some_and(|rest| rest.starts_with('['));
-    let is_element = |port: &&super::ports::Port| port.element.1 > 1 && of_array(&port.name);
-    ports.iter().filter(is_element).map(|port| format!("{node}.{}", port.name)).collect()
+    let ports = unplaced.ports(side);
+    unplaced.elements(side, array).map(|place| format!("{node}.{}", ports[place].name)).collect()
 }
 
 /// The error of two ends of different sizes, or of the one that is not there.

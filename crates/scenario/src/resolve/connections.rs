@@ -1,5 +1,7 @@
 //! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
 
+use std::collections::HashSet;
+
 use diagnostics::{Error, Mistakes};
 use fmu_import::description::Type;
 
@@ -36,8 +38,9 @@ pub(super) fn connect(
 ) -> Connections {
     let none = |node: &UnplacedNode| node.inputs.iter().map(|_| None).collect();
     let mut connections: Connections = unplaced.iter().map(none).collect();
+    let mut connected = HashSet::new();
     for (index, connect) in all.iter().enumerate() {
-        if all[..index].iter().any(|other| other.to == connect.to) {
+        if !connected.insert(connect.to.get_ref()) {
             let message = format!("`{}` is connected twice", connect.to.get_ref());
             mistakes.push(scenario.error(&connect.to, message));
             continue;
@@ -56,7 +59,7 @@ pub(super) fn connect(
         mistakes.take(attach(scenario, unplaced, &mut connections, fault));
     }
     for node in unplaced.iter().filter(|node| !node.is_connector()) {
-        mistakes.take(unconnected(scenario, all, node));
+        mistakes.take(unconnected(scenario, &connected, node));
     }
     connections
 }
@@ -188,10 +191,10 @@ fn action(scenario: &Scenario, fault: &Fault) -> Result<FaultPlan, Error> {
 /// the scenario has to say that it wants that.
 fn unconnected(
     scenario: &Scenario,
-    connects: &[Connect],
+    connected: &HashSet<&String>,
     node: &UnplacedNode,
 ) -> Result<(), Error> {
-    let open = open(connects, node);
+    let open = open(connected, node);
     let Some(first) = open.first().filter(|_| !keeps_start(scenario, node)) else { return Ok(()) };
     let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
     let (name, inputs) = (&node.name, names.join("`, `"));
@@ -205,12 +208,13 @@ fn unconnected(
 }
 
 /// The inputs without a connection and a start value.
-fn open<'a>(connects: &[Connect], node: &'a UnplacedNode) -> Vec<&'a Port> {
+fn open<'a>(connected: &HashSet<&String>, node: &'a UnplacedNode) -> Vec<&'a Port> {
+    let started: HashSet<_> = node.started.iter().collect();
     let is_open = |port: &&Port| {
         let name = format!("{}.{}", node.name, port.name);
-        let connected = connects.iter().any(|it| *it.to.get_ref() == name);
+        let is_connected = connected.contains(&name);
         // A clock without a connection never ticks.
-        !connected && !node.started.contains(&port.name) && port.kind != Type::Clock
+        !is_connected && !started.contains(&port.name) && port.kind != Type::Clock
     };
     node.inputs.iter().filter(is_open).collect()
 }
@@ -226,14 +230,14 @@ pub(super) fn kept<'a>(
     connects: &'a [Connect],
     nodes: &'a [UnplacedNode],
 ) -> impl Iterator<Item = String> + 'a {
+    let connected: HashSet<_> = connects.iter().map(|connect| connect.to.get_ref()).collect();
     let of = move |node: &UnplacedNode| {
         let Body::Fmu { fmu, .. } = &node.body else { return None };
-        let variables = &fmu.description.variables;
         let start = |port: &&Port| {
-            let variable = variables.iter().find(|variable| variable.name == port.name)?;
+            let variable = &fmu.description.variables[fmu.description.find(&port.name)?];
             Some(format!("`{}` = {}", port.name, variable.start.as_deref().unwrap_or("nothing")))
         };
-        let starts: Vec<_> = open(connects, node).iter().filter_map(start).collect();
+        let starts: Vec<_> = open(&connected, node).iter().filter_map(start).collect();
         (!starts.is_empty()).then(|| {
             format!(
                 "`{}` keeps the start values of its description: {}",

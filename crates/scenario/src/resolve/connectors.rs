@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use diagnostics::{Error, Mistakes};
 
-use super::nodes::UnplacedNode;
+use super::nodes::{Names, UnplacedNode};
 use super::port::{Side, find};
 use super::ports::Port;
 use super::{Notes, arrays, terminals, types, unit};
@@ -45,6 +45,7 @@ pub(super) fn connects(
             inputs: vec![port],
             started: Vec::new(),
             place: word.name.span(),
+            names: Names::default(),
         });
     }
     for (node, (place, open)) in open {
@@ -118,7 +119,8 @@ fn connector(
         name: variable.to_owned(),
         description: None,
         element: (0, 1),
-        follows: Some(vec![variable.to_owned()]),
+        place: 0,
+        follows: Some([0].into()),
         ..inner
     };
     if let Some((unit, word)) = own.zip(word.unit.as_ref()) {

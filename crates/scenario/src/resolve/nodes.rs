@@ -1,6 +1,7 @@
 //! Makes nodes of `[[fmu]]`, `[[signal]]` and `[[table]]`, whose inputs are not connected yet.
 
-use std::collections::BTreeMap;
+use std::cell::OnceCell;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use units::Unit;
 
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
-use super::ports::{Port, port, references};
+use super::ports::{Port, Side, port, references};
 use super::starts::{sizes, starts};
 use super::{Notes, Overrides, isolation::isolation, overrides, readings};
 use crate::build_request::BuildRequest;
@@ -33,12 +34,51 @@ pub(super) struct UnplacedNode {
     pub started: Vec<String>,
     /// Place of the node's name in the file.
     pub place: Range<usize>,
+    pub names: Names,
 }
+
+/// The ports of a node by their names, and the elements of arrays by those of the arrays; made when somebody asks first.
+#[derive(Debug, Default)]
+pub(super) struct Names([OnceCell<HashMap<String, Vec<usize>>>; 2]);
 
 impl UnplacedNode {
     /// Whether it hands on a value and does nothing else.
     pub fn is_connector(&self) -> bool {
         matches!(self.body, Body::Inlet | Body::Outlet)
+    }
+
+    /// The ports of a side.
+    pub fn ports(&self, side: Side) -> &[Port] {
+        match side {
+            Side::Input => &self.inputs,
+            Side::Output => &self.outputs,
+        }
+    }
+
+    /// The place of the port of this name on a side.
+    pub fn port(&self, side: Side, name: &str) -> Option<usize> {
+        let places = self.named(side).get(name)?;
+        places.iter().copied().find(|place| self.ports(side)[*place].name == name)
+    }
+
+    /// The places of the elements of an array on a side, row by row.
+    pub fn elements(&self, side: Side, array: &str) -> impl Iterator<Item = usize> {
+        let places = self.named(side).get(array).into_iter().flatten().copied();
+        places.filter(move |place| self.ports(side)[*place].name != array)
+    }
+
+    fn named(&self, side: Side) -> &HashMap<String, Vec<usize>> {
+        self.names.0[side as usize].get_or_init(|| {
+            let mut named = HashMap::<String, Vec<usize>>::new();
+            for (place, port) in self.ports(side).iter().enumerate() {
+                named.entry(port.name.clone()).or_default().push(place);
+                let array = port.name.rsplit_once('[').filter(|_| port.element.1 > 1);
+                if let Some((array, _)) = array {
+                    named.entry(array.to_owned()).or_default().push(place);
+                }
+            }
+            named
+        })
     }
 }
 
@@ -126,6 +166,7 @@ fn signals(
     mistakes: &mut Mistakes,
 ) -> Vec<UnplacedNode> {
     let mut unplaced: Vec<UnplacedNode> = Vec::new();
+    let (mut nodes, mut names) = (HashMap::new(), HashSet::new());
     for part in &scenario.document.signal {
         let Some(name) = &part.get_ref().name else {
             mistakes.push(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
@@ -135,13 +176,13 @@ fn signals(
         let Some((node, port, signal)) = mistakes.take_named(name.get_ref(), made) else {
             continue;
         };
-        match unplaced.iter_mut().find(|other| other.name == node) {
-            Some(UnplacedNode { outputs, .. })
-                if outputs.iter().any(|other| other.name == port.name) =>
-            {
-                let message = format!("there are two signals called `{}`", name.get_ref());
-                mistakes.push(scenario.error(name, message));
-            }
+        if !names.insert(name.get_ref()) {
+            let message = format!("there are two signals called `{}`", name.get_ref());
+            mistakes.push(scenario.error(name, message));
+            continue;
+        }
+        let place = *nodes.entry(node).or_insert(unplaced.len());
+        match unplaced.get_mut(place) {
             Some(UnplacedNode { outputs, body: Body::Signals(signals), .. }) => {
                 outputs.push(port);
                 signals.push(signal);
@@ -153,6 +194,7 @@ fn signals(
                 inputs: Vec::new(),
                 started: Vec::new(),
                 place: name.span(),
+                names: Names::default(),
             }),
         }
     }
@@ -193,7 +235,8 @@ fn signal<'a>(
         element: (0, 1),
         discrete: false,
         clocks: Vec::new(),
-        follows: Some(Vec::new()),
+        place: 0,
+        follows: Some(Arc::default()),
     };
     Ok((node, port, signal))
 }
@@ -236,7 +279,8 @@ fn table(
             element: (0, 1),
             discrete: false,
             clocks: Vec::new(),
-            follows: Some(Vec::new()),
+            place: 0,
+            follows: Some(Arc::default()),
         });
     }
     Ok(UnplacedNode {
@@ -246,6 +290,7 @@ fn table(
         inputs: Vec::new(),
         started: Vec::new(),
         place: table.name.span(),
+        names: Names::default(),
     })
 }
 
@@ -318,6 +363,7 @@ fn fmu(
         inputs,
         started,
         place: node.name.span(),
+        names: Names::default(),
     })
 }
 

@@ -1,5 +1,7 @@
 //! Finds the order of the nodes in a step: each gets its inputs as fresh as it needs them.
 
+use std::collections::HashSet;
+
 use diagnostics::Error;
 
 use super::connections::Connections;
@@ -47,8 +49,30 @@ pub(super) fn order(
     })
 }
 
+/// The inputs of a node that an output follows without a step in between, by their places; none when an output may follow all.
+struct Followed(Option<HashSet<usize>>);
+
+impl Followed {
+    fn of(node: &UnplacedNode) -> Self {
+        let (mut places, mut known) = (HashSet::new(), HashSet::new());
+        for output in &node.outputs {
+            let Some(inputs) = &output.follows else { return Followed(None) };
+            // All elements of an array share one list.
+            if known.insert(inputs.as_ptr()) {
+                places.extend(inputs.iter().copied());
+            }
+        }
+        Followed(Some(places))
+    }
+
+    fn has(&self, input: &Port) -> bool {
+        self.0.as_ref().is_none_or(|places| places.contains(&input.place))
+    }
+}
+
 fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
     let mut edges = Vec::new();
+    let followed: Vec<_> = unplaced.iter().map(Followed::of).collect();
     for (to, (unplaced_node, own)) in unplaced.iter().zip(connections).enumerate() {
         for (input, connection) in unplaced_node.inputs.iter().zip(own) {
             let Some(connection) =
@@ -58,15 +82,11 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
             };
             let (from, output) = connection.from;
             let output = &unplaced[from].outputs[output];
-            let follows = |output: &Port| match &output.follows {
-                Some(inputs) => inputs.contains(&input.name),
-                None => true,
-            };
             let needed = match (&unplaced[from].body, &unplaced_node.body) {
                 (Body::Inlet, _) | (_, Body::Outlet) => true,
                 // An inlet waits as its receivers would.
-                (_, Body::Inlet) => is_followed(unplaced, connections, to),
-                _ => unplaced_node.outputs.iter().any(follows),
+                (_, Body::Inlet) => is_followed(unplaced, (connections, &followed), to),
+                _ => followed[to].has(input),
             };
             edges.push(Edge {
                 from,
@@ -83,16 +103,16 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
 }
 
 /// Whether an output of a node that an inlet leads to follows the value without a step in between.
-fn is_followed(unplaced: &[UnplacedNode], connections: &Connections, inlet: usize) -> bool {
-    unplaced.iter().zip(connections).any(|(node, connections)| {
+fn is_followed(
+    unplaced: &[UnplacedNode],
+    (connections, followed): (&Connections, &[Followed]),
+    inlet: usize,
+) -> bool {
+    unplaced.iter().zip(connections).zip(followed).any(|((node, connections), followed)| {
         let fed = node.inputs.iter().zip(connections).filter(|(_, connection)| {
             connection.as_ref().is_some_and(|connection| connection.from.0 == inlet)
         });
-        let mut fed = fed.map(|(input, _)| &input.name);
-        fed.any(|input| {
-            let follows = |port: &Port| port.follows.as_ref().is_none_or(|it| it.contains(input));
-            node.outputs.iter().any(follows)
-        })
+        fed.into_iter().any(|(input, _)| followed.has(input))
     })
 }
 

@@ -21,6 +21,7 @@ pub(super) fn place(
 ) -> (Vec<NodePlan>, Columns<Full>) {
     let mut columns = Columns::default();
     let outputs = outputs(&mut columns, &unplaced, &connections);
+    let integers: Vec<_> = columns.integers().map(|(_, number)| number).collect();
     let mut nodes = Vec::new();
     for ((mut unplaced_node, connections), output) in
         unplaced.into_iter().zip(connections).zip(&outputs)
@@ -34,7 +35,7 @@ pub(super) fn place(
         if let Body::Fmu { inputs, .. } = &mut unplaced_node.body {
             *inputs = references(&connected);
         }
-        let (numbers, texts, integers) = match unplaced_node.body {
+        let (numbers, texts, own_integers) = match unplaced_node.body {
             // What it takes is what it gives.
             Body::Inlet | Body::Outlet => (output.numbers, output.texts, output.integers),
             _ => {
@@ -52,10 +53,8 @@ pub(super) fn place(
             texts: TextPlan { outputs: output.texts, inputs: texts, connections: Vec::new() },
             exact: ExactPlan {
                 outputs: output.integers,
-                numbers: columns.integers().map(|(_, number)| number).collect::<Vec<_>>()
-                    [output.integers.positions()]
-                .to_vec(),
-                inputs: integers,
+                numbers: integers[output.integers.positions()].to_vec(),
+                inputs: own_integers,
                 connections: Vec::new(),
             },
         };

@@ -1,5 +1,7 @@
 //! Turns `[[view.plot]]` into curves over time on axes with units.
 
+use std::collections::HashMap;
+
 use diagnostics::{Error, Mistakes};
 use recording::view::{Plot, Quantity, Role, Series};
 use recording::{Column, Direction, NumberIndex, Recorded};
@@ -113,6 +115,11 @@ pub fn by_unit<'a>(
     columns: impl Iterator<Item = (NumberIndex<Recorded>, &'a Column)> + Clone,
 ) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();
+    // The last plot of each title, and the columns of each node: there may be a hundred thousand.
+    let (mut last, mut sizes) = (HashMap::<String, usize>::new(), HashMap::<&str, usize>::new());
+    for (_, column) in columns.clone() {
+        *sizes.entry(&column.node).or_default() += 1;
+    }
     let outputs = columns.clone().filter(|(_, column)| column.direction == Direction::Output);
     for (index, column) in outputs {
         let title = format!("{} [{}]", column.node, column.unit.as_deref().unwrap_or("1"));
@@ -124,21 +131,18 @@ pub fn by_unit<'a>(
             role: Role::Other,
             bound: false,
         };
-        let open = |plot: &&mut Plot| plot.title == title && plot.series.len() < CURVES;
-        match plots.iter_mut().find(open) {
+        let known = last.get(&title).and_then(|place| plots.get_mut(*place));
+        match known.filter(|plot| plot.series.len() < CURVES) {
             Some(plot) => plot.series.push(series),
             None => {
+                last.insert(title.clone(), plots.len());
                 let group = Some(column.node.clone());
                 plots.push(Plot { title, group, range: None, series: vec![series] });
             }
         }
     }
-    let curves = |group: &Option<String>| {
-        columns.clone().filter(|(_, column)| Some(&column.node) == group.as_ref()).count()
-    };
     // First the node that has most to show.
-    let sizes: Vec<_> = plots.iter().map(|plot| curves(&plot.group)).collect();
-    let mut sorted: Vec<_> = sizes.into_iter().zip(plots).collect();
-    sorted.sort_by_key(|(size, _)| std::cmp::Reverse(*size));
-    sorted.into_iter().map(|(_, plot)| plot).collect()
+    let size = |plot: &Plot| plot.group.as_ref().and_then(|group| sizes.get(group.as_str()));
+    plots.sort_by_key(|plot| std::cmp::Reverse(size(plot).copied()));
+    plots
 }

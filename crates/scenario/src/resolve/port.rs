@@ -3,15 +3,9 @@
 use diagnostics::{Error, Spanned, suggest};
 
 use super::nodes::UnplacedNode;
+pub(super) use super::ports::Side;
 use crate::plan::Body;
 use crate::words::Scenario;
-
-/// The side of a node that a port is on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Side {
-    Input,
-    Output,
-}
 
 /// The node and the port that a word names.
 pub(super) fn find(
@@ -33,21 +27,18 @@ pub(super) fn find(
     }
     let (mut known, mut is_other) = (Vec::new(), false);
     let name = if side == Side::Input { "input" } else { "output" };
-    for (place, UnplacedNode { inputs, outputs, body, .. }) in own() {
-        let (ports, others) = match side {
-            Side::Input => (inputs, outputs),
-            Side::Output => (outputs, inputs),
-        };
-        if let Some(port) = ports.iter().position(|port| port.name == variable) {
+    let other = if side == Side::Input { Side::Output } else { Side::Input };
+    for (place, found) in own() {
+        if let Some(port) = found.port(side, variable) {
             return Ok((place, port));
         }
-        is_other |= others.iter().any(|port| port.name == variable);
+        is_other |= found.port(other, variable).is_some();
         // A connector has both sides; one of them is for the connections of its system.
         let is_meant = match side {
-            Side::Input => !matches!(body, Body::Outlet),
-            Side::Output => !matches!(body, Body::Inlet),
+            Side::Input => !matches!(found.body, Body::Outlet),
+            Side::Output => !matches!(found.body, Body::Inlet),
         };
-        let names = ports.iter().map(|port| format!("{node}.{}", port.name));
+        let names = found.ports(side).iter().map(|port| format!("{node}.{}", port.name));
         known.extend(names.filter(|_| is_meant));
     }
     if is_other {

@@ -1,5 +1,7 @@
 //! Describes the variables of nodes that can be connected or recorded, and groups those that are read and written at once.
 
+use std::sync::Arc;
+
 use fmu_import::description::{Item, Storage, Type, Variable};
 use fmu_import::{Causality, Variability};
 use recording::ValueKind;
@@ -7,6 +9,13 @@ use units::Unit;
 
 use super::types::recorded_kind;
 use crate::plan::{Group, Ports};
+
+/// The side of a node that a port is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Side {
+    Input,
+    Output,
+}
 
 /// A variable that can be connected or recorded.
 #[derive(Debug, Clone)]
@@ -31,20 +40,15 @@ pub(super) struct Port {
     pub discrete: bool,
     /// The value references of its clocks, of an FMU with event mode.
     pub clocks: Vec<u32>,
-    /// For outputs, the names of the inputs that they follow; `None` means all.
-    pub follows: Option<Vec<String>>,
+    /// Its place among the variables of its FMU.
+    pub place: usize,
+    /// For outputs, the places of the inputs that they follow; `None` means all.
+    pub follows: Option<Arc<[usize]>>,
 }
 
 /// The port of a variable, of an FMU that has event mode or has not.
 pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
     let variable = &variables[place];
-    let follows = variable.dependencies.as_ref().map(|places| {
-        places
-            .iter()
-            .filter_map(|&place| variables.get(place))
-            .map(|input| input.name.clone())
-            .collect()
-    });
     Port {
         name: variable.name.clone(),
         kind: variable.kind,
@@ -61,7 +65,8 @@ pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
             && variable.causality == Causality::Input
             && variable.variability != Variability::Continuous,
         clocks: if events { variable.clocks.clone() } else { Vec::new() },
-        follows,
+        place,
+        follows: variable.dependencies.clone(),
     }
 }
 

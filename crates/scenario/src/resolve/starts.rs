@@ -1,6 +1,6 @@
 //! Reads start values from the scenario and the command line, and checks that they fit their variables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub(super) fn starts(
     overrides: &Overrides,
     mistakes: &mut Mistakes,
 ) -> (Vec<Start>, Vec<String>) {
-    let mut starts = Starts { variables, written: BTreeMap::new() };
+    let mut starts = Starts::new(variables);
     let of_this = |given: &&Override| given.node == *node.name.get_ref();
     let outer = |given: &Override, starts: &mut Starts, mistakes: &mut Mistakes| {
         let value = typed(variables, &given.variable, &given.value);
@@ -95,23 +95,36 @@ fn leaves<'a>(value: &'a toml::Value, found: &mut Vec<&'a toml::Value>) {
 /// is written.
 struct Starts<'a> {
     variables: &'a [Variable],
+    /// The places of variables, and of the first elements of arrays.
+    names: HashMap<&'a str, usize>,
+    arrays: HashMap<&'a str, usize>,
     written: BTreeMap<usize, Option<Start>>,
 }
 
-impl Starts<'_> {
+impl<'a> Starts<'a> {
+    fn new(variables: &'a [Variable]) -> Self {
+        let places = || variables.iter().enumerate().rev();
+        let of_array = |(place, it): (usize, &'a Variable)| {
+            (it.name != it.array()).then(|| (it.array(), place))
+        };
+        Starts {
+            variables,
+            names: places().map(|(place, it)| (it.name.as_str(), place)).collect(),
+            arrays: places().filter_map(of_array).collect(),
+            written: BTreeMap::new(),
+        }
+    }
+
     fn add(
         &mut self,
         name: &str,
         value: &toml::Value,
         place: Option<WordPlace>,
     ) -> Result<(), String> {
-        if let Some(index) = self.variables.iter().position(|variable| variable.name == name) {
-            return self.add_one(index, value, place);
+        if let Some(index) = self.names.get(name) {
+            return self.add_one(*index, value, place);
         }
-        let of_array = |variable: &Variable| {
-            variable.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('['))
-        };
-        let (first, count) = match self.variables.iter().position(of_array) {
+        let (first, count) = match self.arrays.get(name).copied() {
             Some(first) => (first, self.variables[first].element.1),
             None => {
                 let firsts = self.variables.iter().filter(|variable| variable.element.0 == 0);

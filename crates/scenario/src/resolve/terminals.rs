@@ -2,6 +2,7 @@
 
 mod matching;
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use diagnostics::suggest::{self, shortened};
@@ -23,6 +24,7 @@ pub(super) fn expanded(
 ) -> Vec<Connect> {
     let words = &scenario.document.connect;
     let mut all = Vec::new();
+    let connected: HashSet<_> = words.iter().map(|word| word.to.get_ref()).collect();
     for connect in words {
         let is_variable = |end: &Spanned<String>| names_variable(nodes, end.get_ref());
         let [from, to] = [&connect.from, &connect.to]
@@ -37,8 +39,7 @@ pub(super) fn expanded(
             plain(scenario, connect)?;
             members(scenario, connect, &ends, warnings)
         });
-        let own =
-            |link: &Connect| words.iter().any(|other| other.to.get_ref() == link.to.get_ref());
+        let own = |link: &Connect| connected.contains(link.to.get_ref());
         all.extend(mistakes.take(links).into_iter().flatten().filter(|link| !own(link)));
     }
     all
@@ -58,7 +59,7 @@ fn names_variable(nodes: &[UnplacedNode], full: &str) -> bool {
     else {
         return true;
     };
-    fmu.description.variables.iter().any(|it| it.name == variable || it.array() == variable)
+    fmu.description.find(variable).is_some()
 }
 
 /// The terminal that a word names, if it names one.
@@ -219,8 +220,7 @@ fn word_of(causality: Causality) -> &'static str {
 }
 
 fn variable<'a>(end: &End<'a>, name: &str) -> Option<&'a Variable> {
-    let mut variables = end.fmu.description.variables.iter();
-    variables.find(|it| it.name == name || it.array() == name)
+    end.fmu.description.find(name).map(|place| &end.fmu.description.variables[place])
 }
 
 /// Parameters of connected terminals are equal, or there is something wrong with the system.

@@ -11,11 +11,14 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::extend::Wrong;
-use super::{Document, Imported, Scenario, Validation, extend, subsystems, system};
+use super::{Document, Imported, Scenario, Validation, extend, sizes, subsystems, system};
 use crate::schema::{self, Finding};
 
 /// Keys and values of earlier versions, with their names of today.
 const RENAMED: [(&str, &str); 2] = [("sequential", "gauss_seidel"), ("plane", "xy_plot")];
+
+/// So many mistakes in the form of a file are told at once: a broken one may have tens of thousands.
+const TOLD: usize = 100;
 
 impl Scenario {
     /// Reads the file at `path`, those that it extends, and the scenarios that it is validated by.
@@ -244,14 +247,17 @@ fn merge<'t>(
 /// The table of a file.
 fn parsed<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
     let (table, errors) = DeTable::parse_recoverable(text);
-    let errors = errors.iter().map(|error| wrong(source, error));
-    errors.collect::<Mistakes>().finish().map(|()| table)
+    let told = errors.iter().take(TOLD).map(|error| wrong(source, error));
+    told.collect::<Mistakes>().finish().map(|()| table)
 }
 
 /// The merged document of all files.
 fn document(source: &Source) -> Result<Document, Error> {
     let (texts, mut mistakes) = (source.shifted(), Mistakes::default());
     let merged = merge(source, &texts, &mut mistakes)?;
+    for (place, message) in sizes::absurd(&merged).into_iter().take(TOLD) {
+        mistakes.push(source.error(place, message, "here"));
+    }
     let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, merged.clone())));
     let document = document.map_err(|error| misshapen(source, &merged, &error));
     let document = document.and_then(|document| without_base(source, &document).map(|()| document));
@@ -278,7 +284,8 @@ fn wrong(source: &Source, error: &toml::de::Error) -> Error {
 /// The errors of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
 fn misshapen(source: &Source, merged: &DeTable, error: &toml::de::Error) -> Error {
     let found = schema::findings(super::schema(), 0..0, merged);
-    let found: Mistakes = found.into_iter().map(|finding| told(source, finding)).collect();
+    let found = found.into_iter().take(TOLD);
+    let found: Mistakes = found.map(|finding| told(source, finding)).collect();
     // Of what the schema does not tell, the parser tells the first.
     found.finish().err().unwrap_or_else(|| wrong(source, error))
 }

@@ -69,10 +69,3 @@ fn random_words_are_survived() {
     }
     assert!(survived > 20, "{survived}");
 }
-
-/// The long version: `cargo test -p ssp --lib random_damage -- --ignored`.
-#[test]
-#[ignore = "takes minutes"]
-fn random_damage_is_survived_for_long() {
-    damage(200_000);
-}

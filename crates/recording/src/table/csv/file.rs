@@ -1,11 +1,12 @@
 //! Holds a CSV file: its titles, units and rows.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::cell::{self, Cell};
 use super::error::CsvError;
 use super::header::{self, Header};
-use super::title::{Title, spelled, unit_cell};
+use super::title::{spelled, unit_cell};
 use super::{reader, text};
 use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
@@ -41,6 +42,8 @@ pub(super) struct CsvFile<'a> {
     pub header: Header,
     /// The units of the line below the titles.
     units: Vec<Option<String>>,
+    /// The places of each whole title, and of each title without its unit.
+    by_title: [HashMap<String, Vec<usize>>; 2],
     /// The first byte of the rows.
     begin: usize,
 }
@@ -94,7 +97,8 @@ impl<'a> CsvFile<'a> {
         let empty = || CsvError::Empty { path: path.to_owned(), found: "nothing" };
         let header = header::find(bytes, titles, dialect.separator).ok_or_else(empty)?;
         let begin = header.end;
-        let mut file = CsvFile { path, bytes, header, units: Vec::new(), begin };
+        let mut file =
+            CsvFile { path, bytes, by_title: by_title(&header), header, units: Vec::new(), begin };
         if file.header.is_numbers {
             let names = (1..file.header.titles.len()).map(|k| format!("x{k}"));
             let example =
@@ -160,22 +164,27 @@ impl<'a> CsvFile<'a> {
 
     /// Where a column is: by the whole title, or by the title without its unit.
     pub fn place(&self, name: &str) -> Result<usize, TableError> {
-        let titles = &self.header.titles;
-        let with = |is: fn(&Title) -> &str| -> Vec<usize> {
-            (0..titles.len()).filter(|place| is(&titles[*place]) == name).collect()
-        };
-        let whole = with(|title| &title.text);
-        let found = if whole.is_empty() { with(|title| &title.plain) } else { whole };
-        match found[..] {
-            [place] => Ok(place),
-            [] => Err(TableError::missing(self.path, name, self.names())),
-            _ => {
-                let place = |at: &usize| format!("{} `{}`", at + 1, titles[*at].text);
-                let places = found.iter().map(place).collect::<Vec<_>>().join(", ");
-                let (path, column) = (self.path.to_owned(), name.to_owned());
-                Err(CsvError::Ambiguous { path, column, places }.into())
-            }
+        let [whole, plain] = &self.by_title;
+        match whole.get(name).or_else(|| plain.get(name)).map(Vec::as_slice) {
+            Some([place]) => Ok(*place),
+            None => Err(TableError::missing(self.path, name, self.names())),
+            Some(found) => Err(self.ambiguous(name, found).into()),
         }
+    }
+
+    /// Refuses several columns of one name, whatever their units are.
+    pub fn only(&self, name: &str) -> Result<(), CsvError> {
+        match self.by_title[1].get(name).map(Vec::as_slice) {
+            None | Some([_]) => Ok(()),
+            Some(found) => Err(self.ambiguous(name, found)),
+        }
+    }
+
+    fn ambiguous(&self, name: &str, found: &[usize]) -> CsvError {
+        let place = |at: &usize| format!("{} `{}`", at + 1, self.header.titles[*at].text);
+        let places = found.iter().map(place).collect::<Vec<_>>().join(", ");
+        let (path, column) = (self.path.to_owned(), name.to_owned());
+        CsvError::Ambiguous { path, column, places }
     }
 
     /// The titles of the columns, with their units.
@@ -248,6 +257,16 @@ impl<'a> CsvFile<'a> {
         };
         CsvError::Ragged { path, line, expected, found, hint }
     }
+}
+
+fn by_title(header: &Header) -> [HashMap<String, Vec<usize>>; 2] {
+    let mut by_title = [HashMap::<_, Vec<_>>::new(), HashMap::new()];
+    for (place, title) in header.titles.iter().enumerate() {
+        for (places, text) in by_title.iter_mut().zip([&title.text, &title.plain]) {
+            places.entry(text.clone()).or_default().push(place);
+        }
+    }
+    by_title
 }
 
 /// Whether a row that begins with this cell is a comment. `#N/A` is a gap.

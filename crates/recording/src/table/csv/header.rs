@@ -1,5 +1,7 @@
 //! Finds the line of titles of a CSV file, and with it the separator.
 
+use std::collections::HashSet;
+
 use super::title::Title;
 use crate::table::wanted::Separator;
 
@@ -38,7 +40,7 @@ pub(super) fn find(bytes: &[u8], wanted: &[&str], separator: Option<Separator>) 
     for line in &lines {
         for separator in &separators {
             let mut header = line.header(*separator);
-            let found = wanted.iter().filter(|name| header.has(name)).count();
+            let found = header.count(wanted);
             // Titles may be numbers, if these are wanted.
             header.is_numbers &= found == 0;
             if found == wanted.len() && found > 0 {
@@ -90,13 +92,21 @@ impl Line<'_> {
         self.text.trim_ascii_start().starts_with(b"#")
     }
 
-    /// The line as a line of titles; numpy writes it as a comment.
-    fn header(&self, separator: Separator) -> Header {
+    fn cells(&self, separator: Separator) -> Vec<String> {
+        // A reader for each line takes longer than all the rest.
+        if !self.text.contains(&b'"') {
+            return self.text.split(|byte| *byte == separator.byte()).map(super::text).collect();
+        }
         let mut reader = super::reader(self.text, separator);
         let mut record = ::csv::ByteRecord::new();
         // Memory can be read, and any bytes are some record.
         let _ = reader.read_byte_record(&mut record);
-        let cells: Vec<_> = record.iter().map(super::text).collect();
+        record.iter().map(super::text).collect()
+    }
+
+    /// The line as a line of titles; numpy writes it as a comment.
+    fn header(&self, separator: Separator) -> Header {
+        let cells = self.cells(separator);
         let title = |(place, cell): (usize, &String)| match place {
             0 => Title::read(cell.trim_start().trim_start_matches('#')),
             _ => Title::read(cell),
@@ -113,7 +123,10 @@ impl Line<'_> {
 }
 
 impl Header {
-    fn has(&self, name: &str) -> bool {
-        self.titles.iter().any(|title| title.text == name || title.plain == name)
+    /// How many of the wanted titles it has.
+    fn count(&self, wanted: &[&str]) -> usize {
+        let titles = self.titles.iter().flat_map(|title| [title.text.as_str(), &title.plain]);
+        let titles: HashSet<_> = titles.collect();
+        wanted.iter().filter(|name| titles.contains(**name)).count()
     }
 }

@@ -1,6 +1,6 @@
 //! Finds the channel of a column, and lists what is in a recording when there is none.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use ::mcap::Channel;
@@ -9,41 +9,50 @@ use super::field::Reader;
 use super::file::{Channels, Mcap};
 use super::{RecordingError, TableError};
 
-/// The channel of a column and the path of its field: `/topic.path`, or `node.variable` in a recording of
-/// a run, whose channels name the variables of their fields.
-pub fn find<'a>(
-    file: &Mcap,
+/// The channels of a file, with what can be asked for in each: a recording may have a hundred thousand columns.
+pub struct Catalogue<'a> {
+    file: &'a Mcap,
     channels: &'a Channels,
-    column: &str,
-) -> Result<(&'a Arc<Channel<'static>>, String), TableError> {
-    let after = |topic: &str| column.strip_prefix(topic)?.strip_prefix('.').map(str::to_owned);
-    let named = channels.values().filter_map(|channel| Some((channel, after(&channel.topic)?)));
-    let Some((channel, path)) = named.max_by_key(|(channel, _)| channel.topic.len()) else {
-        let found = variable(channels, column);
-        return found.ok_or_else(|| missing(file, &channels.values().collect::<Vec<_>>(), column));
-    };
-    let topic = channel.topic.clone();
-    if channels.values().filter(|other| other.topic == topic).count() > 1 {
-        let (path, column) = (file.path.clone(), column.to_owned());
-        return Err(RecordingError::Ambiguous { path, column, topic }.into());
-    }
-    Ok((channel, path))
+    /// The channels of each topic.
+    topics: HashMap<&'a str, Vec<&'a Arc<Channel<'static>>>>,
+    /// The channel and the field of each variable of a run: an output before an input of the same name.
+    variables: HashMap<String, (&'a Arc<Channel<'static>>, &'a str)>,
 }
 
-/// The field that holds a variable: an output before an input of the same name.
-fn variable<'a>(
-    channels: &'a Channels,
-    column: &str,
-) -> Option<(&'a Arc<Channel<'static>>, String)> {
-    let side = |channel: &Channel| !channel.topic.ends_with("/outputs");
-    let mut sides: Vec<_> = channels.values().collect();
-    sides.sort_by_key(|channel| side(channel));
-    let field = |channel: &'a Arc<Channel<'static>>| {
-        let mut variables = variables(channel);
-        let (_, field) = variables.find(|(variable, _)| variable == column)?;
-        Some((channel, field.to_owned()))
-    };
-    sides.into_iter().find_map(field)
+impl<'a> Catalogue<'a> {
+    pub fn new(file: &'a Mcap, channels: &'a Channels) -> Self {
+        let mut sides: Vec<_> = channels.values().collect();
+        sides.sort_by_key(|channel| !channel.topic.ends_with("/outputs"));
+        let (mut topics, mut found) = (HashMap::<_, Vec<_>>::new(), HashMap::new());
+        for channel in sides {
+            topics.entry(channel.topic.as_str()).or_default().push(channel);
+            for (variable, field) in variables(channel) {
+                found.entry(variable).or_insert((channel, field));
+            }
+        }
+        Self { file, channels, topics, variables: found }
+    }
+
+    /// The channel of a column and the path of its field: `/topic.path`, or `node.variable` in a recording of
+    /// a run, whose channels name the variables of their fields.
+    pub fn find(&self, column: &str) -> Result<(&'a Arc<Channel<'static>>, String), TableError> {
+        // The longest topic, if several fit.
+        let ends = column.rmatch_indices('.').map(|(end, _)| end);
+        let named = ends.filter_map(|end| Some((self.topics.get(&column[..end])?, end))).next();
+        let Some((channels, end)) = named else {
+            let found = self.variables.get(column);
+            return found.map(|(channel, field)| (*channel, (*field).to_owned())).ok_or_else(
+                || missing(self.file, &self.channels.values().collect::<Vec<_>>(), column),
+            );
+        };
+        match channels[..] {
+            [channel] => Ok((channel, column[end + 1..].to_owned())),
+            _ => {
+                let (path, topic) = (self.file.path.clone(), column[..end].to_owned());
+                Err(RecordingError::Ambiguous { path, column: column.to_owned(), topic }.into())
+            }
+        }
+    }
 }
 
 /// What a recording of a run says of a channel: `node.variable` and the field of each.

@@ -71,7 +71,8 @@ pub(super) fn unit(of: Option<&ssp::Unit>, variable: &Variable) -> Option<(Unit,
 pub(super) fn known(unit: &ssp::Unit) -> Option<Unit> {
     let Some(base) = unit.base else { return Unit::parse(&unit.name).ok() };
     let exponents = base.exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
-    Some(Unit::from_base(exponents, base.factor, base.offset))
+    // The reader of the system has refused what cannot convert.
+    Unit::defined(exponents, base.factor, base.offset).ok()
 }
 
 /// Factor and offset between the units of both ends; a unit that nobody knows is left as it is.

@@ -1,17 +1,19 @@
-//! Finds elements with more attributes than any system needs.
+//! Finds elements of XML files with more attributes than anybody needs.
 //!
 //! The XML library compares all attributes of an element with each other, and hands all namespaces down to all elements inside:
 //! a file with a million of them would take days.
 
 use std::collections::BTreeSet;
 
-use crate::limits::ATTRIBUTES;
-
 /// Parts of a file that are no elements, by their beginnings and ends.
 const OTHERS: [(&str, &str); 3] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
 
-/// Where an element begins that has too many attributes, or that names one namespace too many.
-pub(crate) fn crowded(text: &str) -> Option<usize> {
+/// An element may have this many attributes, and a file may name this many namespaces.
+pub const ATTRIBUTES: usize = 200;
+
+/// Where an element of an XML text begins that has more than [`ATTRIBUTES`], or that names one namespace too many.
+#[must_use]
+pub fn crowded(text: &str) -> Option<usize> {
     let mut namespaces: BTreeSet<&str> = BTreeSet::new();
     let mut at = 0;
     while let Some(begin) = text[at..].find('<').map(|found| at + found) {

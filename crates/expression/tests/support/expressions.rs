@@ -1,0 +1,101 @@
+//! What tries damaged conditions.
+
+use std::path::Path;
+
+use damage::Target;
+use expression::{
+    Expression, Monitor, NumberIndex, Operand, Signal, SignalUnit, TextIndex, Values,
+};
+use units::Unit;
+
+pub const TARGET: Target = Target {
+    name: "expressions",
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/expressions"),
+    sound,
+    words: &[
+        "abs", "sqrt", "sin", "cos", "tan", "atan", "exp", "ln", "sign", "deg", "rad", "isfinite",
+        "atan2", "hypot", "min", "max", "mean", "rms", "std", "sum", "first", "last", "count",
+        "quantile", " and ", " or ", " not ", "||", "&&", "!", "==", "!=", "<=", ">=", "<", ">",
+        "+", "-", "*", "/", "^", "(", ")", ",", "'", "\"", "`", " m", " km/h", " deg", " degC",
+        " 1/s", " ms", "time", "pi", "true", "a.x", "b.x", "a.state", "r.either", "a.angle",
+        "c.no", "0", "1e308", "1e-320", "0.5",
+    ],
+    own: None,
+    attempt,
+};
+
+fn sound() -> Vec<Vec<u8>> {
+    let texts = [
+        "abs(a.x - b.x) < 0.3 m and a.flag == 0",
+        "rms(a.x - b.x) / max(abs(b.x)) < 0.01",
+        "a.state == 'armed' or not (b.x >= 2 km and time < 3 ms)",
+        "quantile(abs(a.angle), 0.95) <= 5 deg",
+        "3.0 m / a.x + -2 ^ 2 ^ 0.5 != hypot(b.flag, min(1, 2, 3))",
+        "count(a.x > 2 m) > 3 && first(b.x) < last(b.x)",
+        "`my node.a-b` * pi < exp(ln(sqrt(4))) || isfinite(tan(a.angle))",
+        "r.either == 'x' and r.either != a.state",
+        "atan2(a.x, b.x) < 10 deg",
+        "std(a.flag) + mean(b.flag) < sum(sign(a.flag))",
+    ];
+    texts.map(|text| text.as_bytes().to_vec()).to_vec()
+}
+
+/// Marks the rows of this target.
+#[derive(Debug, Clone, PartialEq)]
+struct Tried;
+
+struct Row([f64; 5], [&'static str; 2]);
+
+impl Values<Tried> for Row {
+    fn number(&self, index: NumberIndex<Tried>) -> Option<f64> {
+        self.0.get(index.position()).copied()
+    }
+
+    fn text(&self, index: TextIndex<Tried>) -> Option<&str> {
+        self.1.get(index.position()).copied()
+    }
+}
+
+fn signal(name: &str) -> Option<Signal<Tried>> {
+    let number = |place| Operand::Number(NumberIndex::new(place));
+    let known = |name: &str| {
+        SignalUnit::Known(Unit::parse(name).expect("a unit of the table"), name.to_owned())
+    };
+    let (operand, unit) = match name {
+        "a.x" => (number(0), known("m")),
+        "b.x" => (number(1), known("km")),
+        "a.angle" => (number(2), known("rad")),
+        "a.flag" | "b.flag" => (number(3), SignalUnit::Plain),
+        "my node.a-b" => (number(4), SignalUnit::Missing),
+        "a.state" => (Operand::Text(TextIndex::new(0)), SignalUnit::Plain),
+        "r.either" => (Operand::Either(NumberIndex::new(3), TextIndex::new(1)), SignalUnit::Plain),
+        _ => return None,
+    };
+    Some(Signal { operand, unit })
+}
+
+/// Reads the condition and judges some samples by it, the strange ones among them.
+fn attempt(bytes: &[u8], _: &Path) -> bool {
+    let text = String::from_utf8_lossy(bytes);
+    let expression = match Expression::parse(&text, &mut signal) {
+        Ok(expression) => expression,
+        Err(error) => {
+            // A message underlines these letters.
+            assert!(text.get(error.span.clone()).is_some(), "{:?} is no part of it", error.span);
+            assert!(!error.message.is_empty());
+            return false;
+        }
+    };
+    let _ = (expression.bounds(), expression.unit(), expression.is_condition());
+    let _ = (expression.numbers(), expression.texts(), expression.compared_unit());
+    let numbers = [1.0, -2.5, 0.0, 1e308, f64::NAN, f64::INFINITY, 1e-320];
+    let mut monitor = Monitor::new(expression, 0.1);
+    for (tick, number) in numbers.into_iter().enumerate() {
+        let row = Row([number, 1.0, -number, (tick % 2) as f64, 3.0], ["armed", "x"]);
+        monitor.sample(tick as f64, &row);
+    }
+    let outcome = monitor.verdict();
+    assert_eq!(outcome.samples, numbers.len() as u64);
+    assert!(!(outcome.passed && outcome.nan), "what is no number passed");
+    true
+}

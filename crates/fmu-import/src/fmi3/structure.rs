@@ -1,0 +1,74 @@
+//! Reads what holds variables of FMI 3.0 together: the sizes of arrays, and what outputs follow.
+
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+use std::sync::Arc;
+
+use roxmltree::Node;
+
+use super::Sizes;
+use crate::definitions::{attribute, children, required};
+
+/// All outputs together may follow this many variables, of arrays each element.
+const MOST_DEPENDENCIES: usize = 1 << 24;
+
+/// The sizes of arrays by reference: start values of structural parameters, unless others are given.
+pub(super) fn sizes<'a>(
+    nodes: impl Iterator<Item = Node<'a, 'a>>,
+    given: &Sizes,
+) -> Result<Sizes, String> {
+    let mut sizes = Sizes::new();
+    for node in nodes.filter(|node| node.has_tag_name("UInt64")) {
+        if let Some(start) = attribute(node, "start").ok().flatten() {
+            sizes.insert(required(node, "valueReference")?, start);
+        }
+    }
+    sizes.extend(given);
+    Ok(sizes)
+}
+
+pub(super) fn dimensions(node: Node, sizes: &Sizes) -> Result<Vec<usize>, String> {
+    let size = |dimension: Node| -> Result<usize, String> {
+        let size: u64 = match attribute::<u32>(dimension, "valueReference")? {
+            Some(reference) => *sizes.get(&reference).ok_or_else(|| {
+                format!(
+                    "a <Dimension> refers to {reference}, which is no UInt64 with a start value"
+                )
+            })?,
+            None => required(dimension, "start")?,
+        };
+        usize::try_from(size).map_err(|error| error.to_string())
+    };
+    node.children().filter(|child| child.has_tag_name("Dimension")).map(size).collect()
+}
+
+/// What outputs follow by reference, as indices of variables; `None` means all inputs.
+///
+/// `all` are the variables by reference, each with the places of its elements.
+pub(super) fn dependencies(
+    root: Node,
+    all: &HashMap<u32, Range<usize>>,
+) -> Result<HashMap<u32, Option<Arc<[usize]>>>, String> {
+    let mut left = MOST_DEPENDENCIES;
+    let mut list = |text: String| -> Result<Arc<[usize]>, String> {
+        let (mut known, mut places) = (HashSet::new(), Vec::new());
+        for reference in text.split_whitespace() {
+            let reference: u32 = reference.parse().map_err(|_| {
+                format!("dependencies=\"{text}\" of <Output> is no list of references")
+            })?;
+            let Some(one) = all.get(&reference).filter(|_| known.insert(reference)) else {
+                continue;
+            };
+            left = left.checked_sub(one.len()).ok_or_else(|| {
+                format!("expected at most {MOST_DEPENDENCIES} dependencies of <Output>, found more")
+            })?;
+            places.extend(one.clone());
+        }
+        Ok(places.into())
+    };
+    let one = |output: Node| {
+        let follows = attribute::<String>(output, "dependencies")?.map(&mut list).transpose()?;
+        Ok((required(output, "valueReference")?, follows))
+    };
+    children(root, "ModelStructure", "Output").map(one).collect()
+}
