@@ -221,7 +221,7 @@ impl Error {
 }
 
 impl Input {
-    pub(crate) fn file(&self) -> Option<&NamedSource<String>> {
+    pub(crate) fn file(&self) -> Option<&Excerpt> {
         self.file.as_ref()
     }
 

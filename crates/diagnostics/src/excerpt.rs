@@ -5,11 +5,13 @@ use std::ops::Range;
 
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
+use crate::shown::{same_length, shown};
+
 /// Letters that are shown before and behind a place, in its line and in those beside it [B].
 const SHOWN: usize = 300;
 
 /// The lines around a place.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Excerpt {
     name: String,
     text: String,
@@ -50,6 +52,12 @@ impl Excerpt {
     pub fn name(&self) -> &str {
         &self.name
     }
+
+    /// The same without anything that a terminal would obey.
+    pub fn harmless(&self) -> Self {
+        let (name, text) = (shown(&self.name).into_owned(), same_length(&self.text));
+        Excerpt { name, text, ..self.clone() }
+    }
 }
 
 /// The last place at or before one where a letter begins.
@@ -88,7 +96,7 @@ mod tests {
     use super::*;
 
     /// The shown text, and the line and column of its beginning.
-    fn shown(text: &str, place: Range<usize>) -> (String, usize, usize) {
+    fn excerpt(text: &str, place: Range<usize>) -> (String, usize, usize) {
         let (excerpt, place) = Excerpt::new("x".to_owned(), text, place);
         let span = (place.start, place.len()).into();
         let shown = excerpt.read_span(&span, 1, 1).expect("it is inside");
@@ -106,7 +114,7 @@ mod tests {
                 }
                 let whole = text.read_span(&(start, end - start).into(), 1, 1).expect("inside");
                 let expected = String::from_utf8_lossy(whole.data()).into_owned();
-                let found = shown(text, start..end);
+                let found = excerpt(text, start..end);
                 assert_eq!(found, (expected, whole.line(), whole.column()), "{start}..{end}");
             }
         }
@@ -117,10 +125,10 @@ mod tests {
         let text = format!("a\nb = \"{}\u{1f980}{}\"\nc", "x".repeat(100_000), "y".repeat(100_000));
         let at = text.find('\u{1f980}').expect("it is there");
         for place in [at..at + 4, at..text.len(), 2..text.len(), at + 1..at + 2, 0..900_000] {
-            let (data, line, _) = shown(&text, place.clone());
+            let (data, line, _) = excerpt(&text, place.clone());
             assert!(data.len() <= 3 * SHOWN + 8, "{place:?}: {}", data.len());
             assert_eq!(line, usize::from(place.start > 200), "{place:?}");
         }
-        assert_eq!(shown(&text, at..at + 4).2, at - 2 - SHOWN);
+        assert_eq!(excerpt(&text, at..at + 4).2, at - 2 - SHOWN);
     }
 }

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use miette::{Diagnostic, LabeledSpan, SourceCode};
 
 use crate::Error;
-use crate::shown::{same_length, shown};
+use crate::excerpt::Excerpt;
+use crate::shown::shown;
 
 /// An error whose texts are harmless.
 #[derive(Debug)]
@@ -13,7 +14,7 @@ pub struct Printable {
     message: String,
     help: Option<String>,
     labels: Vec<LabeledSpan>,
-    file: Option<NamedSource<String>>,
+    file: Option<Excerpt>,
 }
 
 impl Printable {
@@ -25,10 +26,7 @@ impl Printable {
             let text = label.label().map(|text| shown(text).into_owned());
             LabeledSpan::new_with_span(text, *label.inner())
         };
-        let file = input.and_then(|input| input.file()).map(|file| {
-            let text = same_length(file.inner());
-            NamedSource::new(shown(file.name()), text).with_language("toml")
-        });
+        let file = input.and_then(|input| input.file()).map(Excerpt::harmless);
         Printable {
             message: shown(&error.to_string()).into_owned(),
             help: Diagnostic::help(error).map(|help| shown(&help.to_string()).into_owned()),
