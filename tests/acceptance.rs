@@ -78,6 +78,9 @@ mod extending;
 // Failures of FMUs, and the recordings they leave.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+// Signals that end runs.
+#[path = "acceptance/signals.rs"]
+mod signals;
 // FMUs in processes of their own.
 #[path = "acceptance/isolated.rs"]
 mod isolated;
@@ -204,6 +207,7 @@ fn main() -> ExitCode {
     importers::register(&mut tests);
     interop::register(&mut tests);
     isolated::register(&mut tests);
+    signals::register(&mut tests);
     #[cfg(feature = "rerun")]
     live::register(&mut tests);
     lengths::register(&mut tests);

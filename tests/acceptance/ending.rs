@@ -1,7 +1,7 @@
 //! Checks how runs end that foreign code, a limit or a signal ends: never as passed, with their results, and without leftovers.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use super::fixture::Scenario;
@@ -20,10 +20,6 @@ tests! {
     what_an_fmu_starts_ends_with_its_test: Compiler,
     nothing_outlives_a_test_that_is_killed: Compiler,
     what_a_killed_conform_leaves_goes_at_the_next_start: Compiler,
-    a_signal_ends_a_run_at_the_next_communication_point: Compiler,
-    a_signal_ends_an_analysis_and_the_runs_to_come: Compiler,
-    a_second_signal_ends_a_run_at_once: Compiler,
-    a_signal_to_a_test_is_passed_on_and_the_rest_is_told: Compiler,
 }
 
 /// A scenario with the `misbehave` of this archive, ten steps and a check that fails.
@@ -31,12 +27,12 @@ fn failing(fmu: &str, start: &str) -> String {
     passing(fmu, start) + "\n[[check]]\nname = \"never\"\nthat = \"time < 0\"\n"
 }
 
-fn passing(fmu: &str, start: &str) -> String {
+pub fn passing(fmu: &str, start: &str) -> String {
     let node = Scenario::new().time(0.1, 1.0).fmu("tank", fmu, &format!("u = 0.0, {start}"));
     node.check("clock", "time >= 0").text()
 }
 
-fn lab() -> Lab {
+pub fn lab() -> Lab {
     let lab = Lab::new();
     lab.write("misbehave.fmu", misbehave());
     lab
@@ -117,7 +113,7 @@ fn an_fmu_that_crashes_after_the_run_does_not_change_its_verdict() {
 }
 
 /// The messages of the node, of a closed recording.
-fn recorded(file: &Path) -> usize {
+pub fn recorded(file: &Path) -> usize {
     let bytes = std::fs::read(file).expect("a recording");
     assert!(mcap::Summary::read(&bytes).expect("a closed recording").is_some());
     let messages = mcap::MessageStream::new(&bytes).expect("a recording");
@@ -288,7 +284,7 @@ fn nothing_outlives_a_test_that_is_killed() {
 }
 
 /// Whether the process lives whose number this file holds.
-fn lives(lab: &Lab, file: &str) -> bool {
+pub fn lives(lab: &Lab, file: &str) -> bool {
     let Ok(number) = std::fs::read_to_string(lab.path(file)) else { return false };
     let status = std::fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
     let state = status.rsplit(')').next().unwrap_or_default().trim_start().chars().next();
@@ -296,7 +292,7 @@ fn lives(lab: &Lab, file: &str) -> bool {
 }
 
 /// Waits for what comes without fail; a test does not fail because a machine is slow.
-fn wait_until(what: &str, holds: impl Fn() -> bool) {
+pub fn wait_until(what: &str, holds: impl Fn() -> bool) {
     let begin = Instant::now();
     while !holds() {
         assert!(begin.elapsed() < Duration::from_secs(300), "waited in vain until {what}");
@@ -304,119 +300,8 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) {
     }
 }
 
-/// The program with its signals as they are on a terminal: a shell that runs the tests in the background has SIGINT ignored.
-fn listening(lab: &Lab) -> Command {
-    let own = trackside(&lab.path(""));
-    let mut command = Command::new("env");
-    command.arg("--default-signal=INT,TERM,HUP").arg(own.get_program()).current_dir(lab.path(""));
-    command.envs(own.get_envs().filter_map(|(name, value)| Some((name, value?))));
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-/// Starts the program and waits until this file is there.
-pub fn start(lab: &Lab, arguments: &[&str], file: &str) -> Child {
-    let mut command = listening(lab);
-    command.args(arguments);
-    let child = command.spawn().expect("it starts");
-    wait_until(&format!("there is {file}"), || lab.has(file));
-    child
-}
-
-pub fn signal(child: &Child, name: &str) {
-    let kill = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status();
-    assert!(kill.expect("kill").success());
-}
-
 /// The folders of unpacked archives whose process is this one.
-fn unpacked(lab: &Lab) -> Vec<String> {
+pub fn unpacked(lab: &Lab) -> Vec<String> {
     let entries = std::fs::read_dir(lab.path("temporary")).expect("a folder").flatten();
     entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
-}
-
-fn a_signal_ends_a_run_at_the_next_communication_point() {
-    for (name, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
-        let lab = lab();
-        lab.write(
-            "case.toml",
-            passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"),
-        );
-        lab.write("later.toml", passing("misbehave.fmu", "at = 0.0"));
-        std::fs::create_dir(lab.path("temporary")).expect("a folder");
-        let mut command = listening(&lab);
-        command.args(["run", "case.toml", "later.toml", "--out", "out", "--csv", "--rerun", "off"]);
-        command.args(["--realtime", "1"]).env("TMPDIR", lab.path("temporary"));
-        let child = command.spawn().expect("it starts");
-        wait_until("it records", || lab.has("out/case/run.mcap.tail"));
-        signal(&child, name);
-        let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(code);
-        ended.says(&[&format!("a signal ended the run: SIG{name}"), "not run: later.toml"]);
-        let report = lab.report("out/case");
-        assert_eq!(report["verdict"], "interrupted");
-        let steps = usize::try_from(report["steps"].as_u64().expect("a number")).expect("a count");
-        assert_eq!(recorded(&lab.path("out/case/run.mcap")), steps + 1);
-        assert!(!lab.has("out/case/run.csv") && !lab.has("out/case/report.json.partial"));
-        assert!(!lab.has("out/later"));
-        assert_eq!(unpacked(&lab), [""; 0]);
-    }
-}
-
-fn a_signal_ends_an_analysis_and_the_runs_to_come() {
-    let lab = lab();
-    super::plugins::compile(&lab, plugin::abi::VERSION);
-    lab.write("inner.toml", passing("misbehave.fmu", "at = 0.0"));
-    let validation = "\n[[validation]]\nname = \"again\"\nscenario = \"inner.toml\"\n";
-    let text = analysed("goes on") + validation;
-    lab.write("case.toml", text);
-    let child = start(&lab, &["run", "case.toml", "--out", "out"], "analysis.begun");
-    signal(&child, "TERM");
-    let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(143);
-    ended.says(&["a signal ended the run: SIGTERM"]);
-    let report = lab.report("out");
-    assert_eq!((&report["verdict"], &report["steps"]), (&"interrupted".into(), &10.into()));
-    assert!(!lab.has("out/again"));
-}
-
-fn a_second_signal_ends_a_run_at_once() {
-    let lab = lab();
-    lab.write("case.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
-    let child = start(&lab, &["run", "case.toml", "--out", "out"], "sleeping.pid");
-    signal(&child, "INT");
-    wait_until("it noted the signal", || {
-        // Both would be one if they came together.
-        let status =
-            std::fs::read_to_string(format!("/proc/{}/status", child.id())).expect("a process");
-        let pending = status
-            .lines()
-            .filter(|line| line.starts_with("ShdPnd:") || line.starts_with("SigPnd:"));
-        pending
-            .flat_map(|line| line.split_whitespace().nth(1))
-            .all(|set| set.trim_matches('0').is_empty())
-    });
-    assert!(lives(&lab, "sleeping.pid"));
-    signal(&child, "INT");
-    Ended::of(child.wait_with_output().expect("it ends")).expect(130);
-    assert!(!lab.has("out/report.json"));
-}
-
-fn a_signal_to_a_test_is_passed_on_and_the_rest_is_told() {
-    let lab = lab();
-    lab.write("a_good.toml", passing("misbehave.fmu", "at = 0.0"));
-    lab.write("b_sleeps.toml", passing("misbehave.fmu", "fault = 'sleep', at = 0.5"));
-    lab.write("c_good.toml", passing("misbehave.fmu", "at = 0.0"));
-    let arguments = ["test", ".", "--jobs", "1", "--junit", "junit.xml", "--isolate", "none"];
-    let child = start(&lab, &arguments, "sleeping.pid");
-    signal(&child, "INT");
-    let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(130);
-    for line in [
-        "ok       ./a_good.toml",
-        "stopped  ./b_sleeps.toml",
-        "stopped  ./c_good.toml",
-        "(not started: SIGINT)",
-        "1 passed, 0 failed, 0 skipped, 2 not run to the end",
-    ] {
-        assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
-    }
-    assert!(lab.read("junit.xml").contains("errors=\"2\""));
-    wait_until("the run is gone", || !lives(&lab, "sleeping.pid"));
 }

@@ -64,6 +64,7 @@ pub mod description;
 mod error;
 mod fmi2;
 mod fmi3;
+mod place;
 mod terminals;
 mod value;
 
@@ -73,7 +74,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use archive::Folder;
-use serde::{Deserialize, Serialize};
+use place::Unpacked;
 use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
@@ -85,6 +86,7 @@ pub use binding::{
 pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
 pub use error::OpenError;
+pub use place::Place;
 pub use terminals::{MatchingRule, Member, MemberKind, Stream, Terminal};
 pub use value::{Value, bytes, hexadecimal};
 
@@ -116,16 +118,6 @@ pub(crate) const fn platform(version: Version) -> &'static str {
     }
 }
 
-/// Where an opened FMU is.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Place {
-    path: PathBuf,
-    sha256: String,
-    /// The unpacked archive.
-    pub folder: PathBuf,
-    sizes: BTreeMap<u32, u64>,
-}
-
 /// An opened FMU, from which instances are made.
 #[derive(Debug)]
 pub struct Fmu {
@@ -141,24 +133,6 @@ pub struct Fmu {
     sizes: BTreeMap<u32, u64>,
     /// Set by the status fatal, which ends the life of all instances.
     lost: AtomicBool,
-}
-
-/// An unpacked archive.
-#[derive(Debug)]
-enum Unpacked {
-    /// It is removed when it is dropped.
-    Own(Folder),
-    /// That of another process.
-    Borrowed(PathBuf),
-}
-
-impl Unpacked {
-    fn path(&self) -> &Path {
-        match self {
-            Unpacked::Own(folder) => folder.path(),
-            Unpacked::Borrowed(path) => path,
-        }
-    }
 }
 
 /// SHA-256 in hexadecimal digits.

@@ -294,6 +294,31 @@ fn table(
     })
 }
 
+/// The archive of an FMU, with the word that gives it.
+fn archive<'w>(
+    scenario: &Scenario,
+    node: &'w words::Fmu,
+    archives: &BTreeMap<BuildRequest, PathBuf>,
+) -> Result<(&'w Spanned<String>, PathBuf), Error> {
+    match (&node.path, &node.package, node.build_request()) {
+        (Some(path), None, _) if node.example.is_none() => {
+            Ok((path, scenario.source.resolve(path)))
+        }
+        (None, Some(package), Some(product)) => match archives.get(&product) {
+            Some(path) => Ok((package, path.clone())),
+            // Whoever builds it has told why there is none.
+            None => Err(Error::follow_up()),
+        },
+        _ => {
+            let message = format!(
+                "the FMU `{}` needs either `path` or `crate`, and `example` goes with `crate`",
+                node.name.get_ref()
+            );
+            Err(scenario.error(&node.name, message))
+        }
+    }
+}
+
 fn fmu(
     scenario: &Scenario,
     node: &words::Fmu,
@@ -301,21 +326,7 @@ fn fmu(
     overrides: &Overrides,
     mistakes: &mut Mistakes,
 ) -> Result<UnplacedNode, Error> {
-    let (word, path) = match (&node.path, &node.package, node.build_request()) {
-        (Some(path), None, _) if node.example.is_none() => (path, scenario.source.resolve(path)),
-        (None, Some(package), Some(product)) => match archives.get(&product) {
-            Some(path) => (package, path.clone()),
-            // Whoever builds it has told why there is none.
-            None => return Err(Error::follow_up()),
-        },
-        _ => {
-            let message = format!(
-                "the FMU `{}` needs either `path` or `crate`, and `example` goes with `crate`",
-                node.name.get_ref()
-            );
-            return Err(scenario.error(&node.name, message));
-        }
-    };
+    let (word, path) = archive(scenario, node, archives)?;
     let wrong = |error: OpenError| scenario.error(word, error.to_string());
     let mut fmu = Fmu::open(&path).map_err(wrong)?;
     let sizes = sizes(node, &fmu.description.variables, overrides);
