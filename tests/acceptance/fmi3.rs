@@ -148,7 +148,7 @@ fn wrong_sizes_and_values_are_told_at_their_words() {
         ("start.gain = [1, \"a\"]", "`gain[2]` is Real, found string"),
         ("start.n = -1", "`n` is an UInt64 from 0 to 18446744073709551615, -1 does not fit"),
         ("start.n = 9", "n is at most 8"),
-        ("start.n = 999999999", "expected at most 4194304 elements"),
+        ("start.n = 999999999", "expected at most 1048576 elements"),
         ("start.data = [\"0\", \"00\"]", "two hexadecimal digits"),
         ("start.\"gain[3]\" = 1", "unknown variable `gain[3]`"),
     ] {

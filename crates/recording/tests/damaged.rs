@@ -1,5 +1,7 @@
 //! Recordings that are damaged or very wide.
 
+#[path = "support/made.rs"]
+mod made;
 #[path = "support/readings.rs"]
 mod readings;
 #[path = "support/recoveries.rs"]
@@ -9,7 +11,6 @@ mod tables;
 
 use recording::recover::recover;
 use recording::{Column, Direction, Golden, GoldenValues, Recording, ValueKind};
-use recoveries::made;
 
 #[test]
 fn damaged_tables_are_read_or_refused() {

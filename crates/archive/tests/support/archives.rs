@@ -13,7 +13,7 @@ pub const TARGET: Target = Target {
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/archives"),
     sound,
     words: &["../", "/tmp/", "resources/", "PK\x01\x02", "PK\x03\x04", "PK\x05\x06", "PK\x06\x06"],
-    own: Some(own),
+    own: Some(|random, bytes| own(random, bytes)),
     attempt,
 };
 
@@ -45,7 +45,7 @@ fn sound() -> Vec<Vec<u8>> {
 }
 
 /// Puts a number into a field of a header, as if there were more, or less.
-fn own(random: &mut Pcg64, bytes: &mut Vec<u8>) {
+fn own(random: &mut Pcg64, bytes: &mut [u8]) {
     let headers = bytes.windows(2).enumerate().filter(|(_, it)| *it == b"PK").map(|(at, _)| at);
     let headers: Vec<_> = headers.collect();
     if headers.is_empty() {

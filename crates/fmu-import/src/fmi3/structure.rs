@@ -12,6 +12,9 @@ use crate::definitions::{attribute, children, required};
 /// All outputs together may follow this many variables, of arrays each element.
 const MOST_DEPENDENCIES: usize = 1 << 24;
 
+/// What each output follows, by reference; `None` means all inputs.
+pub(super) type Follows = HashMap<u32, Option<Arc<[usize]>>>;
+
 /// The sizes of arrays by reference: start values of structural parameters, unless others are given.
 pub(super) fn sizes<'a>(
     nodes: impl Iterator<Item = Node<'a, 'a>>,
@@ -48,7 +51,7 @@ pub(super) fn dimensions(node: Node, sizes: &Sizes) -> Result<Vec<usize>, String
 pub(super) fn dependencies(
     root: Node,
     all: &HashMap<u32, Range<usize>>,
-) -> Result<HashMap<u32, Option<Arc<[usize]>>>, String> {
+) -> Result<Follows, String> {
     let mut left = MOST_DEPENDENCIES;
     let mut list = |text: String| -> Result<Arc<[usize]>, String> {
         let (mut known, mut places) = (HashSet::new(), Vec::new());

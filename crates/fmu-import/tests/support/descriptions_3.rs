@@ -73,7 +73,7 @@ pub const TARGET: Target = Target {
         "1",
     ],
     own: None,
-    attempt: attempt,
+    attempt,
 };
 
 const THREE: &str = r#"<?xml version="1.0" encoding="UTF-8"?>

@@ -127,8 +127,14 @@ fn hostile() -> &'static Plugin {
 fn attempt(bytes: &[u8], _: &Path) -> bool {
     let text = String::from_utf8_lossy(bytes);
     let read = plugin::from_toml::<Config>(&text);
-    if let Err(error) = &read {
-        assert!(!error.to_string().is_empty());
+    match &read {
+        Err(error) => assert!(!error.to_string().is_empty()),
+        Ok(Config { levels, axle }) => {
+            let grid = |it: &Axle| matches!(it.method, Method::Grid { points } if points > 0);
+            let grids = axle.values().filter(|it| grid(it)).count();
+            let bounds = axle.values().flat_map(|it| it.bounds).count();
+            assert!(grids + levels.len() + bounds <= bytes.len(), "more than was written");
+        }
     }
     let words = serde_json::from_str::<Words>(&text);
     let mut looks = Looks::default();

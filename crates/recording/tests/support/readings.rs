@@ -6,8 +6,7 @@ use damage::Target;
 use recording::table::{self, Table, Wanted};
 use recording::{Golden, GoldenValues, Recording};
 
-#[path = "made.rs"]
-mod made;
+use crate::made;
 
 pub const TARGET: Target = Target {
     name: "readings",

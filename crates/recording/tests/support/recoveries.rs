@@ -8,10 +8,7 @@ use damage::Target;
 use mcap::records::{MessageHeader, Record};
 use recording::recover::recover;
 
-use made::Failed;
-
-#[path = "made.rs"]
-pub mod made;
+use crate::made::{self, Failed};
 
 pub const TARGET: Target = Target {
     name: "recoveries",

@@ -359,11 +359,10 @@ fn fmu(
     let outputs = ports(shown);
     let (starts, started) = starts(scenario, node, variables, overrides, mistakes);
     let references = references(&outputs);
-    let fmu = Arc::new(fmu);
     Ok(UnplacedNode {
         name: node.name.get_ref().clone(),
         body: Body::Fmu {
-            fmu,
+            fmu: Arc::new(fmu),
             starts,
             inputs: Ports::default(),
             outputs: references,
