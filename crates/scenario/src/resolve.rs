@@ -1,6 +1,7 @@
 //! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
 
 mod analyses;
+mod archives;
 mod arrays;
 mod baselines;
 mod checks;

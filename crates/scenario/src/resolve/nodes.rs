@@ -12,6 +12,7 @@ use fmu_import::{Causality, Fmu, OpenError};
 use recording::table::Reading;
 use units::Unit;
 
+use super::archives::archive;
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::ports::{Port, Side, port, references};
@@ -292,31 +293,6 @@ fn table(
         place: table.name.span(),
         names: Names::default(),
     })
-}
-
-/// The archive of an FMU, with the word that gives it.
-fn archive<'w>(
-    scenario: &Scenario,
-    node: &'w words::Fmu,
-    archives: &BTreeMap<BuildRequest, PathBuf>,
-) -> Result<(&'w Spanned<String>, PathBuf), Error> {
-    match (&node.path, &node.package, node.build_request()) {
-        (Some(path), None, _) if node.example.is_none() => {
-            Ok((path, scenario.source.resolve(path)))
-        }
-        (None, Some(package), Some(product)) => match archives.get(&product) {
-            Some(path) => Ok((package, path.clone())),
-            // Whoever builds it has told why there is none.
-            None => Err(Error::follow_up()),
-        },
-        _ => {
-            let message = format!(
-                "the FMU `{}` needs either `path` or `crate`, and `example` goes with `crate`",
-                node.name.get_ref()
-            );
-            Err(scenario.error(&node.name, message))
-        }
-    }
 }
 
 fn fmu(

@@ -49,7 +49,8 @@ fn wrong(path: &[&str], number: f64) -> Option<String> {
     let key = path.last().copied().unwrap_or_default();
     if !number.is_finite() {
         let endless = key == "until" && number > 0.0;
-        let unchecked = path.first().is_some_and(|part| UNCHECKED.contains(part));
+        let part = path.first().is_some_and(|part| UNCHECKED.contains(part));
+        let unchecked = part || path.ends_with(&["transform", "map"]);
         return (unchecked && !endless)
             .then(|| format!("expected a finite number for `{key}`, found {number}"));
     }
@@ -75,6 +76,7 @@ mod tests {
             ["1e-320", "1e308"]
         );
         assert_eq!(absurd("[[fault]]\nfrom = nan\nuntil = inf\nvalue = -inf"), ["nan", "-inf"]);
+        assert_eq!(absurd("[[connect]]\ntransform = { map = [[0.0, nan]] }"), ["nan"]);
         assert_eq!(absurd("[view]\nplot = [{ range = [0.0, inf] }]"), ["inf"]);
         assert_eq!(absurd("[[signal]]\nmultisine = { frequencies = [1e-9, -1e200] }"), ["-1e200"]);
         assert_eq!(absurd("[[fmu]]\nstart = { x = 1e308 }\n[[analysis]]\nconfig.a = inf"), [""; 0]);
