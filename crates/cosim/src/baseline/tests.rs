@@ -65,6 +65,14 @@ fn golden() -> Golden {
     Golden::new(vec![0.0, 0.5, 1.0], columns)
 }
 
+/// The recording with other columns.
+fn changed(change: impl FnOnce(&mut Vec<GoldenColumn>)) -> Golden {
+    let golden = golden();
+    let mut columns = golden.columns().to_vec();
+    change(&mut columns);
+    Golden::new(golden.times, columns)
+}
+
 /// The outcome of a run with a step of 0.25 s whose values are as recorded, but for an edit of each row.
 fn outcome(
     plan: BaselinePlan,
@@ -133,17 +141,19 @@ fn the_first_and_the_worst_deviation_are_told() {
 
 #[test]
 fn units_are_converted_or_told() {
-    let mut kilometres = golden();
-    kilometres.columns[0].unit = Some("km/h".to_owned());
-    kilometres.columns[0].values = GoldenValues::Numbers(vec![0.0, 3.6, 7.2]);
-    let same = outcome(plan(), kilometres.clone(), 5, |_, _, _| {});
+    let in_unit = |unit: Option<&str>| {
+        changed(|columns| {
+            columns[0].unit = unit.map(str::to_owned);
+            columns[0].values = GoldenValues::Numbers(vec![0.0, 3.6, 7.2]);
+        })
+    };
+    let same = outcome(plan(), in_unit(Some("km/h")), 5, |_, _, _| {});
     assert!(same.verdict().passed, "{}", reason(&same));
     for (unit, says) in [
         (Some("N"), "it was recorded in [N], and is in [m/s] now"),
         (None, "it was recorded without a unit, and is in [m/s] now"),
     ] {
-        kilometres.columns[0].unit = unit.map(str::to_owned);
-        let other = outcome(plan(), kilometres.clone(), 5, |_, _, _| {});
+        let other = outcome(plan(), in_unit(unit), 5, |_, _, _| {});
         assert!(reason(&other).contains(says), "{}", reason(&other));
     }
 }
@@ -167,8 +177,7 @@ fn what_is_missing_is_told() {
         reason(&window)
             .contains("the recording is from 0.000 s to 1.000 s, the window from 0.500 s")
     );
-    let mut fewer = golden();
-    fewer.columns.remove(0);
+    let fewer = changed(|columns| drop(columns.remove(0)));
     let fewer_signals = outcome(plan(), fewer.clone(), 5, |_, _, _| {});
     assert!(fewer_signals.verdict().passed);
     assert!(
@@ -184,16 +193,15 @@ fn what_is_missing_is_told() {
         "{}",
         reason(&named)
     );
-    let mut more = golden();
-    more.columns[0].name = "plant.u".to_owned();
+    let more = changed(|columns| columns[0].name = "plant.u".to_owned());
     let lost = outcome(plan(), more, 5, |_, _, _| {});
     assert!(
         reason(&lost).contains("the run has no plant.u, which the recording has"),
         "{}",
         reason(&lost)
     );
-    let mut infinite = golden();
-    infinite.columns[0].values = GoldenValues::Numbers(vec![0.0, f64::NAN, 2.0]);
+    let infinite =
+        changed(|columns| columns[0].values = GoldenValues::Numbers(vec![0.0, f64::NAN, 2.0]));
     let infinite = outcome(plan(), infinite, 5, |_, _, _| {});
     assert!(
         reason(&infinite).contains("it is NaN in the recording at 0.500 s"),

@@ -17,7 +17,7 @@ pub const FILES: [(&str, &str); 3] = [
     ("golden.csv", "time,s.sine,s.step\n0,0,1\n0.25,0,1\n0.5,0,2\n0.75,0,2\n1,0,2\n"),
 ];
 
-/// Writes the files into a folder. The FMU has no library that works: a plan needs none.
+/// Writes the files into a folder. The FMU has a library that does not work: a plan loads none.
 ///
 /// # Errors
 /// When they cannot be written.
@@ -28,6 +28,8 @@ pub fn write(folder: &Path) -> zip::result::ZipResult<()> {
     let mut fmu = zip::ZipWriter::new(File::create(folder.join("relay.fmu"))?);
     fmu.start_file("modelDescription.xml", SimpleFileOptions::default())?;
     fmu.write_all(RELAY.as_bytes())?;
+    fmu.start_file("binaries/linux64/relay.so", SimpleFileOptions::default())?;
+    fmu.write_all(b"no library")?;
     fmu.finish()?;
     Ok(())
 }

@@ -100,7 +100,7 @@ fn sound() -> Vec<Vec<u8>> {
         text.as_bytes().to_vec(),
         [time, &signals.join("\n\n"), check].concat().into_bytes(),
         [time, &signals.join("\n\n"), "\n\n", view].concat().into_bytes(),
-        "extends = \"everything.toml\"\nwithout = { check = [\"it*\"], fault = [\"relay.x\"] }\n\n[time]\nstop = 0.5\n"
+        "extends = \"everything.toml\"\nwithout = { check = [\"it*\"], fault = [\"relay.x\"] }\n\n[time]\nstop = 2.0\n"
             .as_bytes()
             .to_vec(),
     ]
