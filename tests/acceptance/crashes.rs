@@ -15,6 +15,7 @@ tests! {
     a_library_that_misses_a_symbol_is_refused: Compiler,
     a_process_of_an_fmu_ends_as_it_likes: Compiler,
     a_signal_from_outside_is_nobodys_crash: Compiler,
+    all_of_them_end_a_run_with_a_report_from_a_process_of_their_own: Compiler,
 }
 
 fn scenario(fmu: &str, fault: &str, at: f64) -> String {
@@ -129,4 +130,40 @@ fn a_signal_from_outside_is_nobodys_crash() {
     let ended = Ended::of(child.wait_with_output().expect("it ends"));
     assert_eq!(ended.code(), None, "{}", ended.stderr);
     assert!(!ended.stderr.contains("node `tank`"), "{}", ended.stderr);
+}
+
+/// The same faults, isolated: the run has a report and whole recordings.
+fn all_of_them_end_a_run_with_a_report_from_a_process_of_their_own() {
+    for (fault, at, what) in [
+        ("crash on a thread", 0.5, CRASHED),
+        ("abort on a thread", 0.5, "aborted (SIGABRT)"),
+        ("crash on an unseen thread", 0.5, CRASHED),
+        ("overflow", 0.5, "overflowed its stack (SIGSEGV)"),
+        ("overflow on a thread", 0.5, "overflowed its stack (SIGSEGV)"),
+        ("dangling text", 0.0, CRASHED),
+        ("writes past the end", 0.5, "wrote past the end of the array"),
+        ("exit on a thread", 0.5, "called exit"),
+        ("nan", 0.5, "`y` is NaN"),
+    ] {
+        let lab = Lab::new();
+        lab.write("odd.fmu", misbehave());
+        lab.write("case.toml", scenario("odd.fmu", fault, at));
+        let arguments = ["run", "case.toml", "--out", "out", "--rerun", "off", "--isolate"];
+        let ended = lab.trackside(&arguments).expect(3);
+        ended.says(&["node `tank`", &format!("at t = {at} s"), what]);
+        let report = lab.report("out");
+        assert_eq!(report["verdict"], "error", "{fault}");
+        if at == 0.0 {
+            continue;
+        }
+        let steps = usize::try_from(report["steps"].as_u64().expect("a number")).expect("a count");
+        assert!((4..=5).contains(&steps), "{fault}: {steps}");
+        assert_eq!(super::ending::recorded(&lab.path("out/run.mcap")), steps + 1, "{fault}");
+    }
+    for fault in ["rounds", "flushes", "traps", "sets the locale", "uses a locale"] {
+        let lab = Lab::new();
+        lab.write("odd.fmu", misbehave());
+        lab.write("case.toml", scenario("odd.fmu", fault, 0.5));
+        lab.trackside(&["run", "case.toml", "--rerun", "off", "--isolate"]).expect(0);
+    }
 }
