@@ -260,6 +260,10 @@ impl FmuNode {
         for (group, shown) in ports.texts.iter().zip(&mut shown.texts) {
             let (values, others) = rest.split_at_mut(group.places.len());
             rest = others;
+            if group.clocks.is_empty() && group.is_whole() && group.storage == Storage::String {
+                instance.update_strings(group.references[0], values)?;
+                continue;
+            }
             if group.clocks.is_empty() {
                 *shown = instance.read(group.storage, group.references[0], group.elements)?;
             }
