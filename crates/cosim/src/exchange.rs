@@ -339,7 +339,7 @@ fn check_numbers(
     row: &Row<Full>,
     time: f64,
 ) -> Result<(), Error> {
-    match plan.outputs.indices().find(|&output| row[output].is_nan()) {
+    match plan.needed.iter().copied().find(|&output| row[output].is_nan()) {
         None => Ok(()),
         Some(output) => {
             let version = match &plan.body {

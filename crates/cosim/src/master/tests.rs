@@ -89,6 +89,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
             name: format!("n{index}"),
             body: Body::Signals(Vec::new()),
             outputs: NumberRange::new(index..index + 1),
+            needed: vec![NumberIndex::new(index)],
             inputs: NumberRange::new(first..next),
             connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
