@@ -285,6 +285,7 @@ fn texts_travel_with_the_same_delay_as_numbers() {
         system.columns = columns(5, ValueKind::String);
         for (index, plan) in system.nodes.iter_mut().enumerate() {
             plan.outputs = NumberRange::default();
+            plan.needed.clear();
             plan.inputs = NumberRange::default();
             plan.texts = match index.checked_sub(1) {
                 None => TextPlan { outputs: TextRange::new(0..1), ..TextPlan::default() },
