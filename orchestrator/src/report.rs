@@ -143,7 +143,7 @@ pub struct NodeReport {
     pub name: String,
     /// Steps.
     pub calls: u64,
-    /// Time in them [s].
+    /// Time in them [s]; of many short steps an estimate, see `cosim::exchange::Effort`.
     pub seconds: f64,
 }
 

@@ -114,6 +114,7 @@ impl Job<'_> {
         let overrides = &self.options.overrides;
         let mut system = System::resolve(self.scenario, self.built, overrides, folder)?;
         validation::rehearse(self.scenario, self.built, &system)?;
+        system.leave_unneeded();
         let bless = self.options.bless;
         let baselines = match bless {
             true => Baselines::default(),

@@ -9,6 +9,7 @@ use super::harness::{Ended, Lab, trackside};
 
 tests! {
     a_failure_is_reported_with_node_call_and_time_and_leaves_a_usable_recording: Compiler,
+    an_output_that_nobody_uses_is_not_asked_for: Compiler,
     a_warning_is_recorded_as_an_event: Compiler,
     an_fmu_may_end_the_run_early: Compiler,
     a_failed_instantiation_is_reported_with_its_reason: Compiler,
@@ -103,6 +104,18 @@ fn recorded(file: &Path, topic: &str) -> usize {
     let messages = mcap::MessageStream::new(&bytes).expect("a recording");
     let messages = messages.map(|message| message.expect("a readable recording"));
     messages.filter(|message| message.channel.topic == topic).count()
+}
+
+fn an_output_that_nobody_uses_is_not_asked_for() {
+    let unused = |start: &str| {
+        let nodes = Scenario::new().time(0.1, 1.0).fmu("tank", "misbehave.fmu", start);
+        nodes.key("unit = { y = 's' }").section("[record]\nexcept = [\"*.y\"]")
+    };
+    for start in ["u = 0.0, fault = 'nan'", "u = 0.0, fault = 'fmi2GetReal', status = 3"] {
+        run(&unused(start).text()).1.expect(0);
+        let (_, ended) = run(&unused(start).check("clock", "tank.y < 2").text());
+        ended.expect(3).says(&["node `tank`: fmi2GetReal at t = 0 s"]);
+    }
 }
 
 fn a_warning_is_recorded_as_an_event() {

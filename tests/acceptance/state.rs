@@ -44,6 +44,7 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
             discrete: false,
             clocks: Vec::new(),
             places,
+            needed: true,
         }];
         Ports { numbers, texts: Vec::new() }
     };

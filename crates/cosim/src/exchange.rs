@@ -1,8 +1,7 @@
 //! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
 
+mod effort;
 mod exact;
-
-use std::time::{Duration, Instant};
 
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, Version};
@@ -12,14 +11,8 @@ use scenario::words::At;
 
 use crate::node::{Node, SAME};
 
-/// How often a node was stepped, and how long that took.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Effort {
-    /// Number of steps.
-    pub calls: u64,
-    /// Time in them, with the values going in and coming out.
-    pub time: Duration,
-}
+pub use self::effort::Effort;
+use self::effort::Efforts;
 
 /// Why a step did not come to its end.
 #[derive(Debug)]
@@ -41,7 +34,7 @@ pub struct Memory {
     start: Row<Full>,
     /// The row at the last communication point.
     pub row: Row<Full>,
-    efforts: Vec<Effort>,
+    efforts: Efforts,
     notices: Vec<String>,
     last: Option<(usize, CallError)>,
 }
@@ -51,7 +44,7 @@ impl Memory {
     #[must_use]
     pub fn new(system: &System) -> Self {
         let row = system.columns.row();
-        let efforts = vec![Effort::default(); system.nodes.len()];
+        let efforts = Efforts::of(system.nodes.len());
         Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None }
     }
 }
@@ -69,7 +62,7 @@ pub struct Exchange<'a> {
     /// The row that becomes that of the end of the step.
     row: Row<Full>,
     tick: u64,
-    efforts: Vec<Effort>,
+    efforts: Efforts,
     /// What nodes did not keep of what they were told.
     notices: Vec<String>,
     /// The node that ended the run at the end of this step, and how.
@@ -139,7 +132,7 @@ impl<'a> Exchange<'a> {
     /// The effort of each node so far.
     #[must_use]
     pub fn efforts(&self) -> &[Effort] {
-        &self.efforts
+        self.efforts.all()
     }
 
     /// What nodes did not keep of what they were told.
@@ -152,6 +145,7 @@ impl<'a> Exchange<'a> {
     pub fn begin(&mut self, tick: u64) {
         self.tick = tick;
         self.start.copy_from(&self.row);
+        self.efforts.begin();
     }
 
     /// Puts the inputs of a node for this step into the row. Effects and faults of its connections go on by one
@@ -168,7 +162,7 @@ impl<'a> Exchange<'a> {
     }
 
     fn lead(&mut self, node: usize) -> Result<(), Interruption> {
-        let begin = Instant::now();
+        self.efforts.turn_to(node);
         let shown = |at| self.clock.at(self.tick + u64::from(at == At::End));
         let rows = (Some(&self.start), &self.row);
         exact::check(&self.plans[node], self.columns, rows, &shown).map_err(Interruption::Value)?;
@@ -187,10 +181,9 @@ impl<'a> Exchange<'a> {
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             match source.at {
                 At::Start => row[input].clone_from(&self.start[source.index]),
-                At::End => row[input] = row[source.index].clone(),
+                At::End => row.copy_text(source.index, input),
             }
         }
-        self.efforts[node].time += begin.elapsed();
         Ok(())
     }
 
@@ -201,7 +194,7 @@ impl<'a> Exchange<'a> {
     /// When the node fails, or ends the run before the end of the step.
     pub fn step(&mut self, node: usize) -> Result<(), Interruption> {
         let (clock, tick) = (self.clock, self.tick);
-        self.efforts[node].calls += 1;
+        self.efforts.count(node);
         let stepped = self.call(node, |plan, node, row| {
             set(plan, node, row)?;
             node.step(&clock, tick)
@@ -242,7 +235,9 @@ impl<'a> Exchange<'a> {
         }
         self.call(node, get)?;
         let time = self.clock.at(self.tick + 1);
-        check_numbers(&self.plans[node], self.columns, &self.row, time).map_err(Interruption::Value)
+        let checked = check_numbers(&self.plans[node], self.columns, &self.row, time);
+        self.efforts.rest();
+        checked.map_err(Interruption::Value)
     }
 
     fn call(
@@ -250,10 +245,11 @@ impl<'a> Exchange<'a> {
         node: usize,
         call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
     ) -> Result<(), Interruption> {
-        let begin = Instant::now();
-        let result = call(&self.plans[node], self.nodes[node].as_mut(), &mut self.row);
-        self.efforts[node].time += begin.elapsed();
-        result.map_err(|error| Interruption::Call { node, error })
+        self.efforts.turn_to(node);
+        call(&self.plans[node], self.nodes[node].as_mut(), &mut self.row).map_err(|error| {
+            self.efforts.rest();
+            Interruption::Call { node, error }
+        })
     }
 
     /// Lets the values of the first communication point settle: all nodes show their start values, then each
@@ -305,7 +301,7 @@ impl<'a> Exchange<'a> {
         }
         exact::carry(plan, None, row);
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
-            row[input] = row[source.index].clone();
+            row.copy_text(source.index, input);
         }
         Ok(())
     }
@@ -343,7 +339,7 @@ fn check_numbers(
     row: &Row<Full>,
     time: f64,
 ) -> Result<(), Error> {
-    match plan.outputs.indices().find(|&output| row[output].is_nan()) {
+    match plan.needed.iter().copied().find(|&output| row[output].is_nan()) {
         None => Ok(()),
         Some(output) => {
             let version = match &plan.body {

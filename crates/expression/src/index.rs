@@ -76,6 +76,12 @@ impl<K, S> TypedRange<K, S> {
         self.start..self.end
     }
 
+    /// The index of the column with so many others of these before it; nothing when there are not so many.
+    #[must_use]
+    pub fn index(&self, place: usize) -> Option<TypedIndex<K, S>> {
+        self.positions().nth(place).map(TypedIndex::new)
+    }
+
     /// The index of each column.
     pub fn indices(&self) -> impl DoubleEndedIterator<Item = TypedIndex<K, S>> + use<K, S> {
         self.positions().map(TypedIndex::new)

@@ -116,6 +116,13 @@ impl<S> Row<S> {
         (self.texts, self.integers) = (texts, integers);
     }
 
+    /// Copies a text of the row to another place in it, without allocating where there is room.
+    pub fn copy_text(&mut self, from: TextIndex<S>, to: TextIndex<S>) {
+        let mut text = std::mem::take(&mut self.texts[to.position()]);
+        text.clone_from(&self.texts[from.position()]);
+        self.texts[to.position()] = text;
+    }
+
     /// Puts an integer of 64 bits into the row, and beside it its number, which may be rounded.
     pub fn put(&mut self, (integer, number): (IntegerIndex<S>, NumberIndex<S>), value: i128) {
         self.integers[integer.position()] = value;

@@ -35,6 +35,16 @@ impl Selection {
         numbers.chain(texts).collect()
     }
 
+    /// The recorded numbers.
+    pub fn numbers(&self) -> impl Iterator<Item = NumberIndex<Full>> {
+        self.numbers.iter().copied()
+    }
+
+    /// The recorded texts.
+    pub fn texts(&self) -> impl Iterator<Item = TextIndex<Full>> {
+        self.texts.iter().copied()
+    }
+
     /// The recorded column of a full one, if it is recorded.
     #[must_use]
     pub fn recorded(&self, index: NumberIndex<Full>) -> Option<NumberIndex<Recorded>> {

@@ -164,6 +164,11 @@ pub trait Sink<S = Recorded> {
         Ok(())
     }
 
+    /// Whether rows are of use to it where no event and no change of status is near.
+    fn takes_rows(&self) -> bool {
+        true
+    }
+
     /// Saves what it took so far, so that a killed program leaves it behind.
     fn save(&mut self) -> Result<(), Error> {
         Ok(())

@@ -6,6 +6,7 @@ mod baseline;
 mod check;
 mod coupling;
 mod input_chain;
+mod needed;
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -92,6 +93,8 @@ pub struct Group {
     pub clocks: Vec<u32>,
     /// Places of the values that travel among all elements, in the order in which they travel.
     pub places: Vec<usize>,
+    /// Whether somebody uses one of the values; else nobody asks for them.
+    pub needed: bool,
 }
 
 impl Group {
@@ -204,6 +207,8 @@ pub struct NodePlan {
     pub body: Body,
     /// Its outputs that are numbers.
     pub outputs: NumberRange<Full>,
+    /// Those of them that somebody uses, none of which may be NaN.
+    pub needed: Vec<NumberIndex<Full>>,
     /// Its connected inputs that are numbers.
     pub inputs: NumberRange<Full>,
     /// The connection of each of these inputs.

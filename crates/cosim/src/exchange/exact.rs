@@ -29,8 +29,7 @@ pub(super) fn check(
                 Some("connect it to an integer of 64 bits, without conversion, effects and faults"),
             ),
         };
-        let mut inputs = plan.inputs.indices();
-        let to = inputs.nth(*place).map(|input| columns[input].name()).unwrap_or_default();
+        let to = plan.inputs.index(*place).map(|input| columns[input].name()).unwrap_or_default();
         let (from, time) = (columns[link.index].name(), rounded(shown(link.at)));
         let message = format!("`{to}` would get {value} from `{from}` at t = {time} s, {expected}");
         return Err(Error::input(message).hint(help.map(str::to_owned)));
@@ -43,9 +42,8 @@ pub(super) fn carry(plan: &NodePlan, start: Option<&Row<Full>>, row: &mut Row<Fu
     if plan.exact.connections.is_empty() {
         return;
     }
-    let inputs: Vec<_> = plan.inputs.indices().collect();
     for ExactConnection { place, source, input, as_it_is } in &plan.exact.connections {
-        let (Some(input), number) = (*input, inputs[*place]) else { continue };
+        let (Some(input), Some(number)) = (*input, plan.inputs.index(*place)) else { continue };
         let link = &plan.connections[*place].source;
         let from = start.filter(|_| link.at == At::Start).unwrap_or(row);
         let value = match (source, as_it_is) {

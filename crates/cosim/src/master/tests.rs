@@ -89,6 +89,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
             name: format!("n{index}"),
             body: Body::Signals(Vec::new()),
             outputs: NumberRange::new(index..index + 1),
+            needed: vec![NumberIndex::new(index)],
             inputs: NumberRange::new(first..next),
             connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
@@ -284,6 +285,7 @@ fn texts_travel_with_the_same_delay_as_numbers() {
         system.columns = columns(5, ValueKind::String);
         for (index, plan) in system.nodes.iter_mut().enumerate() {
             plan.outputs = NumberRange::default();
+            plan.needed.clear();
             plan.inputs = NumberRange::default();
             plan.texts = match index.checked_sub(1) {
                 None => TextPlan { outputs: TextRange::new(0..1), ..TextPlan::default() },

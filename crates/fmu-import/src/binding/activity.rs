@@ -101,7 +101,8 @@ impl Activity {
         body: impl FnOnce() -> T,
     ) -> (T, Option<Changes>) {
         self.note.call.store(call.as_ptr().cast_mut(), Relaxed);
-        self.calls.fetch_add(1, Relaxed);
+        // One thread calls at a time, so nothing is lost between these two.
+        self.calls.store(self.calls.load(Relaxed).wrapping_add(1), Relaxed);
         let before = Before::now();
         // SAFETY: the note lives until the call ends, when it is taken back.
         let outer = Outer(unsafe { trackside_enter(&raw const self.note) });
@@ -110,6 +111,17 @@ impl Activity {
         let changes = before.put_back();
         self.note.call.store(ptr::null_mut(), Relaxed);
         (result, if changes == 0 { None } else { self.news(changes) })
+    }
+
+    /// Looks at memory of the FMU, with a note for the case that there is none. It calls nobody, so nothing changes around it.
+    pub(super) fn noted<T>(&self, what: &'static CStr, body: impl FnOnce() -> T) -> T {
+        self.note.call.store(what.as_ptr().cast_mut(), Relaxed);
+        // SAFETY: the note lives until the look ends, when it is taken back.
+        let outer = Outer(unsafe { trackside_enter(&raw const self.note) });
+        let result = body();
+        drop(outer);
+        self.note.call.store(ptr::null_mut(), Relaxed);
+        result
     }
 
     /// Runs a call that loads a library or makes an instance, after which more is looked at.

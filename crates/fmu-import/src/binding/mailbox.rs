@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::ptr;
 use std::sync::atomic::AtomicBool;
-use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::Ordering::{AcqRel, Relaxed, Release};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use super::WARNING;
@@ -27,6 +27,8 @@ pub const STRANGER: &str = "it logs with an environment that is not its own: FMI
 #[derive(Debug, Default)]
 struct Waiting {
     messages: Mutex<Vec<Message>>,
+    /// Whether there may be some: a look at this costs less than the lock.
+    some: AtomicBool,
     /// Whether a message came with another environment.
     strange: AtomicBool,
 }
@@ -34,6 +36,7 @@ struct Waiting {
 impl Waiting {
     fn put(&self, message: Message) {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+        self.some.store(true, Release);
     }
 }
 
@@ -77,7 +80,12 @@ impl Mailbox {
 
     /// Takes the messages that came since the last time.
     pub(super) fn take(&self) -> Vec<Message> {
-        std::mem::take(&mut self.held.messages.lock().unwrap_or_else(PoisonError::into_inner))
+        let Waiting { messages, some, .. } = &*self.held;
+        // Whoever logs on another thread meanwhile says so after this, or its message is taken.
+        match some.load(Relaxed) && some.swap(false, AcqRel) {
+            true => std::mem::take(&mut messages.lock().unwrap_or_else(PoisonError::into_inner)),
+            false => Vec::new(),
+        }
     }
 
     /// What the last message says, to be appended to an error.

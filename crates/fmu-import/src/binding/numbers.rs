@@ -105,6 +105,18 @@ impl Form for Boolean {
     }
 }
 
+/// So many values need no memory of their own on their way.
+const FEW: usize = 16;
+
+/// An array of so many values: in the first place if it is large enough.
+fn room<'a, T: Form>(few: &'a mut [T; FEW], many: &'a mut Vec<T>, count: usize) -> &'a mut [T] {
+    if count <= FEW {
+        return &mut few[..count];
+    }
+    many.resize(count, T::default());
+    many
+}
+
 /// Does something with the form of a storage.
 macro_rules! with_form {
     ($storage:expr, $function:ident, $self:expr, $($argument:expr),*) => {
@@ -215,14 +227,16 @@ impl Instance {
         match (&self.library.own, storage) {
             _ if references.is_empty() => {}
             (Own::Three(_), Storage::Int64) => {
-                let mut found = vec![0_i64; values.len()];
-                self.get_form(references, &mut found)?;
-                values.iter_mut().zip(found).for_each(|(value, it)| *value = it.into());
+                let (mut few, mut many) = ([0_i64; FEW], Vec::new());
+                let found = room(&mut few, &mut many, values.len());
+                self.get_form(references, found)?;
+                values.iter_mut().zip(found).for_each(|(value, it)| *value = (*it).into());
             }
             (Own::Three(_), Storage::UInt64) => {
-                let mut found = vec![0_u64; values.len()];
-                self.get_form(references, &mut found)?;
-                values.iter_mut().zip(found).for_each(|(value, it)| *value = it.into());
+                let (mut few, mut many) = ([0_u64; FEW], Vec::new());
+                let found = room(&mut few, &mut many, values.len());
+                self.get_form(references, found)?;
+                values.iter_mut().zip(found).for_each(|(value, it)| *value = (*it).into());
             }
             _ => {
                 let mut found = vec![0.0; values.len()];
@@ -259,10 +273,16 @@ impl Instance {
         match (&self.library.own, storage) {
             _ if references.is_empty() => Ok(()),
             (Own::Three(_), Storage::Int64) => {
-                self.set_form(references, &values.iter().map(|it| *it as i64).collect::<Vec<_>>())
+                let (mut few, mut many) = ([0_i64; FEW], Vec::new());
+                let given = room(&mut few, &mut many, values.len());
+                given.iter_mut().zip(values).for_each(|(given, it)| *given = *it as i64);
+                self.set_form(references, given)
             }
             (Own::Three(_), Storage::UInt64) => {
-                self.set_form(references, &values.iter().map(|it| *it as u64).collect::<Vec<_>>())
+                let (mut few, mut many) = ([0_u64; FEW], Vec::new());
+                let given = room(&mut few, &mut many, values.len());
+                given.iter_mut().zip(values).for_each(|(given, it)| *given = *it as u64);
+                self.set_form(references, given)
             }
             _ => {
                 let numbers: Vec<f64> = values.iter().map(|it| *it as f64).collect();
@@ -272,8 +292,9 @@ impl Instance {
     }
 
     fn get_as<T: Form>(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
-        let mut found = vec![T::default(); values.len()];
-        self.get_form(references, &mut found)?;
+        let (mut few, mut many) = ([T::default(); FEW], Vec::new());
+        let found = room(&mut few, &mut many, values.len());
+        self.get_form(references, found)?;
         for (place, (value, found)) in values.iter_mut().zip(found).enumerate() {
             *value = found.number().ok_or_else(|| {
                 let call = T::GET.to_str().unwrap_or_default();
@@ -289,8 +310,10 @@ impl Instance {
     }
 
     fn set_as<T: Form>(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
-        let values: Vec<T> = values.iter().map(|value| T::of(*value)).collect();
-        self.set_form(references, &values)
+        let (mut few, mut many) = ([T::default(); FEW], Vec::new());
+        let given = room(&mut few, &mut many, values.len());
+        given.iter_mut().zip(values).for_each(|(given, value)| *given = T::of(*value));
+        self.set_form(references, given)
     }
 
     fn get_form<T: Form>(&mut self, references: &[u32], values: &mut [T]) -> Result<(), CallError> {

@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::ffi::c_void;
 use std::ptr;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::phase::Phase;
@@ -33,7 +34,11 @@ impl Drop for FmuState {
 
 /// The states of an instance that are not freed yet.
 #[derive(Debug, Default)]
-pub(super) struct States(Mutex<Held>);
+pub(super) struct States {
+    held: Mutex<Held>,
+    /// Whether there ever was one. Each step asks, and this costs less than the lock.
+    ever: AtomicBool,
+}
 
 #[derive(Debug, Default)]
 struct Held {
@@ -51,12 +56,13 @@ unsafe impl Send for State {}
 
 impl States {
     fn lock(&self) -> MutexGuard<'_, Held> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.ever.store(true, Relaxed);
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether anybody holds a state that can be restored.
     pub(super) fn any(&self) -> bool {
-        !self.lock().living.is_empty()
+        self.ever.load(Relaxed) && !self.lock().living.is_empty()
     }
 }
 
@@ -196,6 +202,9 @@ impl Instance {
 
     /// Frees the states that were dropped since the last time.
     pub(super) fn free_dropped_states(&mut self) -> Result<(), CallError> {
+        if !self.states.ever.load(Relaxed) {
+            return Ok(());
+        }
         let dropped = std::mem::take(&mut self.states.lock().dropped);
         dropped.into_iter().try_for_each(|State(pointer, _)| self.free_state(pointer))
     }

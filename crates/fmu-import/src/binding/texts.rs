@@ -31,6 +31,54 @@ impl Instance {
         Ok(texts.into_iter().map(copy).collect())
     }
 
+    /// Brings texts up to date that are those of all elements of a `String`. A text that did not change is not copied.
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn update_strings(
+        &mut self,
+        reference: u32,
+        texts: &mut [String],
+    ) -> Result<(), CallError> {
+        let (mut one, mut more) = ([ptr::null(); 1], Vec::new());
+        let found: &mut [*const c_char] = match texts.len() {
+            1 => &mut one,
+            elements => {
+                more.resize(elements, ptr::null());
+                &mut more
+            }
+        };
+        let call = match &self.library.own {
+            Own::Two(_) => {
+                self.get_text_pointers(reference, found)?;
+                c"reading the text of fmi2GetString"
+            }
+            Own::Three(own) => {
+                let (function, elements) = (own.get_string, found.len());
+                // SAFETY: the component is alive, and the array has the length that is stated.
+                self.fill(c"fmi3GetString", found, |c, texts| unsafe {
+                    function(c, &raw const reference, 1, texts, elements)
+                })?;
+                c"reading the text of fmi3GetString"
+            }
+        };
+        for (text, found) in texts.iter_mut().zip(&*found) {
+            if found.is_null() {
+                text.clear();
+                continue;
+            }
+            self.activity.noted(call, || {
+                // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
+                let found = unsafe { CStr::from_ptr(*found) };
+                if found.to_bytes() != text.as_bytes() {
+                    text.clear();
+                    text.push_str(&found.to_string_lossy());
+                }
+            });
+        }
+        Ok(())
+    }
+
     /// Copies a text that the FMU handed over just now; null counts as an empty one. What is no text ends the program, with this
     /// as the call.
     pub(super) fn copy_text(&self, call: &'static CStr, text: *const c_char) -> String {
@@ -39,7 +87,7 @@ impl Instance {
         }
         // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
         let copy = || unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
-        self.activity.during(call, copy).0
+        self.activity.noted(call, copy)
     }
 
     /// Writes all elements of a `String`.
@@ -83,7 +131,7 @@ impl Instance {
             false => unsafe { std::slice::from_raw_parts(bytes, size) }.to_vec(),
         };
         let all = || sizes.into_iter().zip(values).map(copy).collect();
-        Ok(self.activity.during(c"reading the bytes of fmi3GetBinary", all).0)
+        Ok(self.activity.noted(c"reading the bytes of fmi3GetBinary", all))
     }
 
     /// Writes all elements of a `Binary`.

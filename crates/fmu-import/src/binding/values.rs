@@ -79,9 +79,18 @@ impl Instance {
     /// See [`Instance`].
     pub fn get_string(&mut self, reference: u32) -> Result<String, CallError> {
         let mut text: [*const c_char; 1] = [ptr::null()];
-        let function = self.library.two("fmi2GetString")?.get_string;
-        self.get(c"fmi2GetString", function, &[reference], &mut text)?;
+        self.get_text_pointers(reference, &mut text)?;
         Ok(self.copy_text(c"reading the text of fmi2GetString", text[0]))
+    }
+
+    /// `fmi2GetString` for one variable: where the text is until the next call.
+    pub(super) fn get_text_pointers(
+        &mut self,
+        reference: u32,
+        texts: &mut [*const c_char],
+    ) -> Result<(), CallError> {
+        let function = self.library.two("fmi2GetString")?.get_string;
+        self.get(c"fmi2GetString", function, &[reference], texts)
     }
 
     /// `fmi2SetReal`.

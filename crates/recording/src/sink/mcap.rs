@@ -212,6 +212,11 @@ impl Sink for McapSink {
         Ok(())
     }
 
+    /// Without columns there is nothing to write of a row.
+    fn takes_rows(&self) -> bool {
+        !self.channels.is_empty() || self.transform.is_some()
+    }
+
     fn save(&mut self) -> Result<(), Error> {
         self.tail.save()
     }

@@ -99,36 +99,42 @@ enum State {
 
 /// A sink on a thread of its own, from its first item to its last row. Its errors come from a later call, at the latest from
 /// [`Sink::finish`].
-pub struct ThreadedSink(State);
+pub struct ThreadedSink {
+    state: State,
+    /// Rows are handed over up to the first one from this time on [s].
+    until: f64,
+    /// That one was handed over.
+    is_done: bool,
+}
 
 impl ThreadedSink {
     /// Wraps a sink. Its thread starts with the first item.
     pub fn new(sink: BoxedSink) -> Self {
-        Self(State::Idle(sink))
+        // The first row shows that there is a run at all.
+        let until = if sink.takes_rows() { f64::INFINITY } else { f64::NEG_INFINITY };
+        ThreadedSink { state: State::Idle(sink), until, is_done: false }
     }
 
     /// The desk of the thread, which is started if it does not run.
-    fn shared(&mut self) -> Arc<Shared> {
-        match std::mem::replace(&mut self.0, State::Changing) {
-            State::Working(shared, thread) => {
-                self.0 = State::Working(Arc::clone(&shared), thread);
-                shared
-            }
-            State::Idle(sink) => {
-                let shared = Arc::<Shared>::default();
-                shared.desk().saved = sink.saved();
-                let of_thread = Arc::clone(&shared);
-                let thread = std::thread::spawn(move || work(sink, &of_thread));
-                self.0 = State::Working(Arc::clone(&shared), thread);
-                shared
-            }
-            State::Changing => Arc::default(),
+    fn shared(&mut self) -> &Shared {
+        if let State::Idle(_) = self.state
+            && let State::Idle(sink) = std::mem::replace(&mut self.state, State::Changing)
+        {
+            let shared = Arc::<Shared>::default();
+            shared.desk().saved = sink.saved();
+            let of_thread = Arc::clone(&shared);
+            let thread = std::thread::spawn(move || work(sink, &of_thread));
+            self.state = State::Working(shared, thread);
         }
+        let State::Working(shared, _) = &self.state else { unreachable!("it has just begun") };
+        shared
     }
 
-    fn push(&mut self, item: Item) -> Result<(), Error> {
-        let shared = self.shared();
-        let mut desk = shared.desk();
+    /// Hands over an item of this time [s], and sees to the rows that save it: those of a second.
+    fn push(&mut self, time: f64, item: Item) -> Result<(), Error> {
+        self.until = self.until.max(time + LOST);
+        self.is_done = false;
+        let mut desk = self.shared().desk();
         if desk.failed {
             drop(desk);
             return self.caught_up().map(drop);
@@ -140,7 +146,7 @@ impl ThreadedSink {
     /// The sink, after it took all items so far.
     fn caught_up(&mut self) -> Result<&mut BoxedSink, Error> {
         let mut result = Ok(());
-        self.0 = match std::mem::replace(&mut self.0, State::Changing) {
+        self.state = match std::mem::replace(&mut self.state, State::Changing) {
             State::Working(shared, thread) => {
                 shared.desk().closed = true;
                 shared.work.notify_one();
@@ -150,7 +156,7 @@ impl ThreadedSink {
             }
             other => other,
         };
-        let State::Idle(sink) = &mut self.0 else { unreachable!("the thread has ended") };
+        let State::Idle(sink) = &mut self.state else { unreachable!("the thread has ended") };
         result.map(|()| sink)
     }
 }
@@ -158,7 +164,7 @@ impl ThreadedSink {
 impl Drop for ThreadedSink {
     /// The thread of a sink that is not finished ends, too.
     fn drop(&mut self) {
-        if let State::Working(shared, _) = &self.0 {
+        if let State::Working(shared, _) = &self.state {
             shared.desk().closed = true;
             shared.work.notify_one();
         }
@@ -210,6 +216,12 @@ fn write(sink: &mut BoxedSink, batch: Batch) -> Result<(), Error> {
 
 impl Sink for ThreadedSink {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+        if self.is_done {
+            return Ok(());
+        }
+        self.is_done = time >= self.until;
+        // Everything up to here is saved when nothing more is handed over.
+        let before_end = if self.is_done { self.until - LOST } else { f64::NEG_INFINITY };
         let shared = self.shared();
         let mut desk = shared.desk();
         let [first, before] = desk.times.unwrap_or([time; 2]);
@@ -226,7 +238,7 @@ impl Sink for ThreadedSink {
         if desk.wakes() {
             shared.work.notify_one();
         }
-        while desk.is_behind([first, before, time]) && !desk.failed {
+        while !desk.failed && (desk.is_behind([first, before, time]) || desk.saved <= before_end) {
             desk.waits = true;
             shared.work.notify_one();
             desk = shared.room.wait(desk).unwrap_or_else(PoisonError::into_inner);
@@ -240,11 +252,11 @@ impl Sink for ThreadedSink {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.push(Item::Event(event.clone()))
+        self.push(event.time, Item::Event(event.clone()))
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.push(Item::Status(change.clone()))
+        self.push(change.time, Item::Status(change.clone()))
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
@@ -261,7 +273,7 @@ impl Sink for ThreadedSink {
 
     /// The notices of the sink; none while it works on its thread.
     fn notices(&mut self) -> Vec<Notice> {
-        match &mut self.0 {
+        match &mut self.state {
             State::Idle(sink) => sink.notices(),
             State::Working(..) | State::Changing => Vec::new(),
         }
@@ -279,6 +291,7 @@ mod tests {
     struct Notes {
         notes: Arc<Mutex<Vec<String>>>,
         fails_at: u64,
+        rows: bool,
     }
 
     impl Notes {
@@ -296,6 +309,10 @@ mod tests {
             Ok(())
         }
 
+        fn takes_rows(&self) -> bool {
+            self.rows
+        }
+
         fn event(&mut self, event: &Event) -> Result<(), Error> {
             self.note(event.message.clone());
             Ok(())
@@ -309,7 +326,7 @@ mod tests {
 
     fn threaded(fails_at: u64) -> (ThreadedSink, Arc<Mutex<Vec<String>>>) {
         let notes = Arc::default();
-        let sink = Notes { notes: Arc::clone(&notes), fails_at };
+        let sink = Notes { notes: Arc::clone(&notes), fails_at, rows: true };
         (ThreadedSink::new(Box::new(sink)), notes)
     }
 
@@ -317,20 +334,19 @@ mod tests {
         Row::from_values(vec![tick as f64, 0.5], vec![format!("t{tick}")])
     }
 
+    fn event(time: f64, message: &str) -> Event {
+        let message = message.to_owned();
+        Event { time, level: Level::Info, source: String::new(), message }
+    }
+
     #[test]
     fn items_arrive_in_their_order() {
         let (mut sink, notes) = threaded(u64::MAX);
-        let event = |message: &str| Event {
-            time: 0.0,
-            level: Level::Info,
-            source: String::new(),
-            message: message.to_owned(),
-        };
-        sink.event(&event("before")).expect("taken");
+        sink.event(&event(0.0, "before")).expect("taken");
         for tick in 0..1000 {
             sink.row(tick, 1e-3 * tick as f64, &row(tick)).expect("taken");
             if tick == 500 {
-                sink.event(&event("between")).expect("taken");
+                sink.event(&event(0.5, "between")).expect("taken");
             }
         }
         sink.finish("after", true).expect("finished");
@@ -339,6 +355,23 @@ mod tests {
         assert_eq!((notes[0].as_str(), notes[1002].as_str()), ("before", "after"));
         assert_eq!(notes[501], r#"500 0.5 [500.0, 0.5] ["t500"]"#);
         assert_eq!(notes[502], "between");
+    }
+
+    #[test]
+    fn a_sink_that_takes_no_rows_gets_the_first_one_and_those_of_a_second_after_an_event() {
+        let notes = Arc::<Mutex<Vec<String>>>::default();
+        let inner = Notes { notes: Arc::clone(&notes), fails_at: u64::MAX, rows: false };
+        let mut sink = ThreadedSink::new(Box::new(inner));
+        for tick in 0..100_000 {
+            if tick == 50_000 {
+                sink.event(&event(25_000.0, "between")).expect("taken");
+            }
+            sink.row(tick, 0.5 * tick as f64, &row(tick)).expect("taken");
+        }
+        sink.finish("after", true).expect("finished");
+        let notes = notes.lock().expect("no panic");
+        let begins: Vec<_> = notes.iter().filter_map(|note| note.split(' ').next()).collect();
+        assert_eq!(begins, ["0", "between", "50000", "50001", "50002", "after"]);
     }
 
     #[test]

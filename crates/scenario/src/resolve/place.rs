@@ -48,6 +48,7 @@ pub(super) fn place(
             name: unplaced_node.name,
             body: unplaced_node.body,
             outputs: output.numbers,
+            needed: output.numbers.indices().collect(),
             inputs: numbers,
             connections: Vec::new(),
             texts: TextPlan { outputs: output.texts, inputs: texts, connections: Vec::new() },

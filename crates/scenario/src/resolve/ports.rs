@@ -99,6 +99,7 @@ pub(super) fn references(ports: &[Port]) -> Ports {
                     discrete: port.discrete,
                     clocks: port.clocks.clone(),
                     places: Vec::new(),
+                    needed: true,
                 };
                 one_more(&mut group);
                 groups.push(group);

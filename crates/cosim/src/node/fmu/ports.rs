@@ -207,7 +207,8 @@ impl FmuNode {
     /// Keeps the outputs whose clocks tick, which the FMU shows no longer.
     pub(super) fn keep_clocked(&mut self, active: &[u32]) -> Result<(), CallError> {
         let FmuNode { instance, outputs, shown, .. } = self;
-        let ticks = |group: &Group| group.clocks.iter().any(|clock| active.contains(clock));
+        let ticks =
+            |group: &Group| group.needed && group.clocks.iter().any(|clock| active.contains(clock));
         for (place, group) in outputs.numbers.iter().enumerate().filter(|(_, it)| ticks(it)) {
             if group.is_exact() {
                 shown.integers[place].resize(group.elements, 0);
@@ -230,6 +231,9 @@ impl FmuNode {
         for (group, shown) in ports.numbers.iter().zip(&mut shown.numbers) {
             let (values, others) = rest.split_at_mut(group.places.len());
             rest = others;
+            if !group.needed {
+                continue;
+            }
             if is_clock(group) {
                 let ticked =
                     |reference: &u32| f64::from(u8::from(events.clocks.ticked(*reference)));
@@ -249,7 +253,9 @@ impl FmuNode {
         for (group, shown) in groups.filter(|(group, _)| group.is_exact()) {
             let (values, others) = rest.split_at_mut(group.places.len());
             rest = others;
-            take(instance, group, (values, shown))?;
+            if group.needed {
+                take(instance, group, (values, shown))?;
+            }
         }
         Ok(())
     }
@@ -260,6 +266,13 @@ impl FmuNode {
         for (group, shown) in ports.texts.iter().zip(&mut shown.texts) {
             let (values, others) = rest.split_at_mut(group.places.len());
             rest = others;
+            if !group.needed {
+                continue;
+            }
+            if group.clocks.is_empty() && group.is_whole() && group.storage == Storage::String {
+                instance.update_strings(group.references[0], values)?;
+                continue;
+            }
             if group.clocks.is_empty() {
                 *shown = instance.read(group.storage, group.references[0], group.elements)?;
             }
