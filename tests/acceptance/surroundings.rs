@@ -17,13 +17,21 @@ fn scenario(fault: &str) -> String {
     // The times of its steps are exact, so its own number does not depend on how it rounds.
     let odd = Scenario::new().time(0.125, 1.0).fmu("tank", "misbehave.fmu", &start);
     let keep = "unconnected = 'start'";
-    let others = odd.fmu("one", "relay.fmu", "").key(keep).fmu("tiny", "relay.fmu", "").key(keep);
+    let others = ["one", "small", "tiny"]
+        .iter()
+        .fold(odd, |nodes, name| nodes.fmu(name, "relay.fmu", "").key(keep));
     others
         .signal("driver.u", "ramp = { start = 0.0, end = 1.0, before = 0.1, after = 0.9 }")
+        .signal(
+            "driver.small",
+            "ramp = { start = 0.0, end = 2.0, before = 0.0, after = 1e-150 }",
+        )
         .connect("driver.u", "one.x")
         .key("gain = 0.1\nbias = 1e-3")
-        .connect("driver.u", "tiny.x")
-        .key("gain = 1e-310")
+        .connect("driver.small", "small.x")
+        .key("gain = 1e-150")
+        .connect("small.x_out", "tiny.x")
+        .key("gain = 1e-10")
         .check("tiny", "tiny.x_out > 0")
         .key("during = [0.5, 1.0]")
         .text()
