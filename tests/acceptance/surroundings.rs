@@ -22,10 +22,7 @@ fn scenario(fault: &str) -> String {
         .fold(odd, |nodes, name| nodes.fmu(name, "relay.fmu", "").key(keep));
     others
         .signal("driver.u", "ramp = { start = 0.0, end = 1.0, before = 0.1, after = 0.9 }")
-        .signal(
-            "driver.small",
-            "ramp = { start = 0.0, end = 2.0, before = 0.0, after = 1e-150 }",
-        )
+        .signal("driver.small", "ramp = { start = 0.0, end = 2.0, before = 0.0, after = 1e-150 }")
         .connect("driver.u", "one.x")
         .key("gain = 0.1\nbias = 1e-3")
         .connect("driver.small", "small.x")

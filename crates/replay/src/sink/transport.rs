@@ -72,7 +72,9 @@ impl Transport {
         let Some(stream) = &self.stream else {
             return Ok(());
         };
-        let result = sent.and_then(|()| settle(stream, CONNECT_PATIENCE));
+        // The beginning of a wide recording takes long, and a file has no deadline.
+        let patience = if self.live { CONNECT_PATIENCE } else { Duration::MAX };
+        let result = sent.and_then(|()| settle(stream, patience));
         match result {
             Ok(()) if self.live => self.flush_worker = Some(FlushWorker::new(stream.clone())),
             Ok(()) => {}
