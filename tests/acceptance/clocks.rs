@@ -13,7 +13,7 @@ tests! {
     a_tick_between_steps_of_one_length_is_refused: Compiler,
 }
 
-fn scenario() -> Scenario {
+pub fn scenario() -> Scenario {
     let nodes = Scenario::new().time(0.1, 1.2).fmu("one", "clocked.fmu", "");
     let signals = nodes
         .fmu("two", "clocked.fmu", "u = 5.0, mode = 1")
@@ -38,7 +38,7 @@ fn good() -> Lab {
 }
 
 /// The cells of a column.
-fn column(lab: &Lab, name: &str) -> Vec<String> {
+pub fn column(lab: &Lab, name: &str) -> Vec<String> {
     let table = lab.table("out/run.csv");
     let mut lines = table.lines();
     let place = lines.next().expect("titles").split(',').position(|title| title == name);

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
+use super::clocks;
+use super::ending::wait_until;
 use super::fixture::Scenario;
 use super::fmus::{changed, clocked, compile, misbehave, ours, relay, resizable, trespass};
 use super::harness::{Ended, Lab, trackside};
@@ -100,14 +101,7 @@ fn an_fmu_in_a_process_of_its_own_gives_the_same_bits() {
 fn clocks_and_events_are_the_same_in_another_process() {
     let lab = lab();
     lab.write("clocked.fmu", clocked());
-    let nodes = Scenario::new().time(0.1, 1.2).fmu("one", "clocked.fmu", "");
-    let signals = nodes
-        .fmu("two", "clocked.fmu", "u = 5.0, mode = 1")
-        .signal("s.u", "ramp = { start = 0.0, end = 2.0, after = 2.0 }")
-        .signal("s.mode", "step = { at = 0.5, after = 7.0 }");
-    let connected = signals.connect("s.u", "one.u").connect("s.mode", "one.mode");
-    let connected = connected.connect("one.alarm", "two.reset");
-    lab.write("case.toml", connected.check("clock", "time >= 0").text());
+    lab.write("case.toml", clocks::scenario().check("clock", "time >= 0").text());
     same(&lab, "case.toml", lab.path(".").as_path());
 }
 
@@ -187,12 +181,8 @@ fn a_call_that_lasts_is_reported_even_when_its_process_is_stopped() {
 }
 
 fn column(lab: &Lab, name: &str) -> Vec<f64> {
-    let table = lab.table("out/run.csv");
-    let mut lines = table.lines();
-    let place = lines.next().expect("titles").split(',').position(|title| title == name);
-    let place = place.unwrap_or_else(|| panic!("no {name}"));
-    let cell = |line: &str| line.split(',').nth(place).and_then(|cell| cell.parse().ok());
-    lines.map(|line| cell(line).expect("a number")).collect()
+    let cells = clocks::column(lab, name).into_iter();
+    cells.map(|cell| cell.parse().expect("a number")).collect()
 }
 
 fn outputs_of_a_failed_fmu_are_held_where_that_is_wanted() {
@@ -266,14 +256,6 @@ fn children(process: u32) -> Vec<u32> {
     let lists = tasks.map(|task| std::fs::read_to_string(task.path().join("children")));
     let numbers = |list: String| list.split_whitespace().map(str::parse).collect::<Vec<_>>();
     lists.flatten().flat_map(numbers).flatten().collect()
-}
-
-fn wait_until(what: &str, is: impl Fn() -> bool) {
-    let begin = Instant::now();
-    while !is() {
-        assert!(begin.elapsed() < Duration::from_secs(100), "{what}");
-        std::thread::sleep(Duration::from_millis(5));
-    }
 }
 
 /// A run whose FMU does not return from its step, with its process.

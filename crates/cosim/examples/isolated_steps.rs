@@ -1,5 +1,6 @@
-//! Measures the steps of a scenario with its FMUs in this process and in processes of their own, by turns:
-//! `cargo run --release -p cosim --example isolated_steps -- SCENARIO ROUNDS`.
+//! Measures the steps of a scenario without recordings, checks and reports, with its FMUs in this process and in processes of their
+//! own, by turns: `cargo run --release -p cosim --example isolated_steps -- SCENARIO ROUNDS`. The same calls without any of this
+//! program: `cargo run --release -p fmu-import --example bare_calls`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -50,6 +51,7 @@ fn time(path: &Path, host: Option<&Host>) -> Result<f64, Error> {
     let folder = PathBuf::new();
     let mut system = System::resolve(&scenario, &Built::default(), &overrides, folder)?;
     let fmus = system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. })).count();
+    system.leave_unneeded();
     let mut nodes = node::instantiate(&mut system, host)?;
     let mut coupling = cosim::coupling::of(system.coupling);
     let steps = system.clock.steps;

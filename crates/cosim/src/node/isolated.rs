@@ -71,8 +71,6 @@ pub(super) struct IsolatedNode {
     held: bool,
     /// States that nobody needs any more.
     dropped: Arc<Mutex<Vec<u64>>>,
-    /// How often the process was started.
-    started: u64,
     can: (bool, bool),
     talk: Talk,
     messages: Vec<Message>,
@@ -85,7 +83,7 @@ pub(super) struct IsolatedNode {
 /// A state of a process, by its number.
 struct KeptState {
     number: u64,
-    started: u64,
+    /// That of its process: a new one has another list.
     dropped: Arc<Mutex<Vec<u64>>>,
 }
 
@@ -127,7 +125,6 @@ impl IsolatedNode {
             shown: false,
             held: false,
             dropped: Arc::default(),
-            started: 1,
             can: (false, false),
             talk: Talk::default(),
             messages: Vec::new(),
@@ -264,7 +261,6 @@ impl IsolatedNode {
         self.setup.times.0 = time;
         self.guest = start(&self.setup, &self.scratch, &self.host)
             .map_err(|error| unstarted(format!("does not start: {error}")))?;
-        self.started += 1;
         self.dropped = Arc::default();
         self.pending = false;
         self.open().map_err(|refusal| unstarted(self.told(refusal).to_string()))?;
@@ -278,7 +274,7 @@ impl IsolatedNode {
     /// The number of a state in the process of now.
     fn number(&self, state: &NodeState) -> Result<u64, CallError> {
         let state = state.get::<KeptState>()?;
-        if state.started != self.started || !Arc::ptr_eq(&state.dropped, &self.dropped) {
+        if !Arc::ptr_eq(&state.dropped, &self.dropped) {
             return Err(CallError::new("the state", "is that of another process"));
         }
         Ok(state.number)
@@ -286,8 +282,8 @@ impl IsolatedNode {
 
     fn kept(&self, done: &Done) -> Result<NodeState, CallError> {
         let Done::State(number) = *done else { return Err(nonsense()) };
-        let (started, dropped) = (self.started, Arc::clone(&self.dropped));
-        Ok(NodeState::new(KeptState { number, started, dropped }))
+        let dropped = Arc::clone(&self.dropped);
+        Ok(NodeState::new(KeptState { number, dropped }))
     }
 }
 
