@@ -28,7 +28,7 @@ pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
 pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::CouplingRules;
-pub use input_chain::{FaultPlan, InputChain};
+pub use input_chain::{ChainMemory, FaultPlan, InputChain};
 
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
