@@ -19,6 +19,16 @@ pub trait Coupling: Send {
         2
     }
 
+    /// What it remembers from one step to the next, as bytes of its own.
+    fn memory(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Goes on with what the same algorithm remembered; whether these bytes are such a memory.
+    fn recall(&mut self, memory: &[u8]) -> bool {
+        memory.is_empty()
+    }
+
     /// Moves all nodes by one communication step, and the row of the exchange to its end.
     ///
     /// # Errors

@@ -55,12 +55,12 @@ pub struct Exchange<'a> {
     pub(crate) plans: &'a mut [NodePlan],
     pub(crate) nodes: &'a mut [Box<dyn Node>],
     pub(crate) columns: &'a Columns<Full>,
-    order: &'a [usize],
+    pub(crate) order: &'a [usize],
     clock: Clock,
     /// The row at the communication point where the step starts.
     start: Row<Full>,
     /// The row that becomes that of the end of the step.
-    row: Row<Full>,
+    pub(crate) row: Row<Full>,
     tick: u64,
     efforts: Efforts,
     /// What nodes did not keep of what they were told.
@@ -321,7 +321,11 @@ fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), Call
     node.set_texts(&row[plan.texts.inputs])
 }
 
-fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
+pub(crate) fn get(
+    plan: &NodePlan,
+    node: &mut dyn Node,
+    row: &mut Row<Full>,
+) -> Result<(), CallError> {
     node.get(&mut row[plan.outputs])?;
     if !plan.exact.numbers.is_empty() {
         node.get_integers(&mut row[plan.exact.outputs])?;

@@ -11,7 +11,7 @@ use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
-use scenario::plan::{Body, Clock, NodePlan, System};
+use scenario::plan::{Body, Clock, NodePlan, Start, System};
 
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
@@ -70,6 +70,11 @@ pub trait Node: Send {
     /// Whether a process can hold one instance of it only.
     fn only_once(&self) -> bool {
         false
+    }
+
+    /// Takes other values of tunable parameters and of inputs that nothing is connected to, between two steps at `time` [s].
+    fn tune(&mut self, _values: &[Start], _time: f64) -> Result<(), CallError> {
+        Err(CallError::new("the node", "has no parameters"))
     }
 
     /// Ends the run.

@@ -3,6 +3,7 @@
 mod clocks;
 mod events;
 mod ports;
+mod state;
 
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use scenario::plan::{Clock, Ports, Start};
 
 use self::events::Events;
 use self::ports::Memory;
+pub(in crate::node) use self::state::Bytes;
 
 use super::refusal::Refusal;
 use super::{Node, NodeState};
@@ -221,13 +223,15 @@ impl Node for FmuNode {
     }
 
     fn save(&mut self) -> Result<NodeState, CallError> {
-        self.instance.save().map(NodeState::new)
+        self.copy().map(NodeState::new)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        // The discrete inputs of that time may be others.
-        self.events.changed = self.instance.has_events();
-        self.instance.restore(state.get()?)
+        self.go_back(state.get()?)
+    }
+
+    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
+        self.retune(values, time)
     }
 
     fn only_once(&self) -> bool {
@@ -239,11 +243,11 @@ impl Node for FmuNode {
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        self.instance.serialise(state.get()?)
+        self.bytes_of(state.get()?)
     }
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        self.instance.deserialise(bytes).map(NodeState::new)
+        self.state_of(bytes).map(NodeState::new)
     }
 
     fn messages(&mut self) -> Vec<Message> {

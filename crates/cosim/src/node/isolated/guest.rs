@@ -143,6 +143,7 @@ impl Served {
                 node.restore(states.get(&state).ok_or_else(unknown)?)?;
                 Done::Well
             }
+            Task::Tune(values, time) => node.tune(&values, time).map(|()| Done::Well)?,
             Task::Serialise(state) => {
                 Done::Bytes(node.serialise(states.get(&state).ok_or_else(unknown)?)?)
             }

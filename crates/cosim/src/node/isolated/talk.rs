@@ -51,6 +51,8 @@ pub(super) enum Task {
     End,
     Save,
     Restore(u64),
+    /// Other values between two steps at a time [s].
+    Tune(Vec<Start>, f64),
     Serialise(u64),
     Deserialise(Vec<u8>),
     /// The process ends.
