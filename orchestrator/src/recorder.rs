@@ -1,15 +1,18 @@
 //! Hands the rows of a run to checks, analyses and recordings, and the notices of each to the recordings.
 
+use std::sync::PoisonError;
+
 use cosim::baseline::Baselines;
 use cosim::check::Checks;
 use cosim::fault::Faults;
-use diagnostics::Error;
+use diagnostics::{Error, rounded};
 use recording::{
     Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange, ThreadedSink,
 };
 use scenario::plan::{AnalysisPlan, System};
 
 use crate::analysis::{self, Collected};
+use crate::course::{Course, Remembered};
 use crate::options::{ProgressEvent, RunOptions};
 use crate::report::{Ending, RunReport};
 use crate::sinks::SINKS;
@@ -24,6 +27,8 @@ pub(crate) struct Recorder {
     /// Notices for the user.
     notices: Vec<Notice>,
     time: f64,
+    /// The communication points at which the checks are remembered, and where.
+    remembers: (Vec<u64>, Remembered),
 }
 
 impl Recorder {
@@ -40,9 +45,28 @@ impl Recorder {
             baselines,
             notices: Vec::new(),
             time: 0.0,
+            remembers: Default::default(),
         };
         recorder.forward()?;
         Ok(recorder)
+    }
+
+    /// Lets the checks go on where the run begins, and be remembered where it leaves checkpoints. What to tell about it.
+    pub fn follow(&mut self, course: &Course, system: &System) -> Vec<String> {
+        self.remembers = course.remembers();
+        let Some(origin) = course.origin() else { return Vec::new() };
+        let late = self.checks.recall(&origin.checks, (origin.tick, origin.time));
+        let from = format!("from {} s on, where the run begins", rounded(origin.time));
+        let checks = late.iter().map(|name| {
+            format!("the check `{name}` is judged {from}: the checkpoint does not know it")
+        });
+        let baselines = system.baselines.iter();
+        let baselines =
+            baselines.map(|it| format!("the baseline `{}` is compared {from}", it.name));
+        let analyses = system.analyses.iter();
+        let analyses =
+            analyses.map(|it| format!("the analysis `{}` gets the signals {from}", it.name));
+        checks.chain(baselines).chain(analyses).collect()
     }
 
     /// The URLs that viewers can connect to.
@@ -129,6 +153,10 @@ impl Sink<Full> for Recorder {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.time = time;
         self.sinks().into_iter().try_for_each(|sink| sink.row(tick, time, row))?;
+        if self.remembers.0.contains(&tick) {
+            let mut remembered = self.remembers.1.lock().unwrap_or_else(PoisonError::into_inner);
+            *remembered = self.checks.memory();
+        }
         self.forward()
     }
 

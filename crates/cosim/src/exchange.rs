@@ -117,6 +117,12 @@ impl<'a> Exchange<'a> {
         self.plans
     }
 
+    /// The columns of the row.
+    #[must_use]
+    pub fn columns(&self) -> &'a Columns<Full> {
+        self.columns
+    }
+
     /// The communication points.
     #[must_use]
     pub fn clock(&self) -> Clock {

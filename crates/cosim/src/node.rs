@@ -2,6 +2,7 @@
 //!
 //! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
+mod apart;
 mod fmu;
 mod isolated;
 mod refusal;
@@ -13,6 +14,7 @@ use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
 use scenario::plan::{Body, Clock, NodePlan, Start, System};
 
+pub use apart::{apart, return_sources};
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
 use isolated::{IsolatedNode, Making};
@@ -157,6 +159,20 @@ pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<d
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
     Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, (times, tolerance), host)))
+}
+
+/// The nodes of a system that are no FMUs, and in the places of FMUs nodes that show nothing.
+#[must_use]
+pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
+    let source = |plan: &mut NodePlan| -> Box<dyn Node> {
+        match &mut plan.body {
+            Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
+            Body::Table(table) => Box::new(SourceNode::new(table.clone())),
+            // The exchange puts the values of connectors into the row.
+            Body::Inlet | Body::Outlet | Body::Fmu { .. } => Box::new(SourceNode::new(Vec::new())),
+        }
+    };
+    system.nodes.iter_mut().map(source).collect()
 }
 
 fn node(

@@ -33,10 +33,11 @@ pub use input_chain::{ChainMemory, FaultPlan, InputChain};
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
 
-/// Whether a name in the folder of a run belongs to its report, as `report.*` does, or to its recordings, as `run.*` does.
+/// Whether a name in the folder of a run belongs to its report, as `report.*` does, to its recordings, as `run.*` does, or to its
+/// checkpoints, as `checkpoint_*` does.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
-    name.starts_with("report.") || name.starts_with("run.")
+    ["report.", "run.", "checkpoint_"].iter().any(|begin| name.starts_with(begin))
 }
 
 /// The communication points of a run: `t = t_0 + k h`, computed and never accumulated.
