@@ -8,8 +8,6 @@ use diagnostics::{Error, Mistakes};
 use scenario::Scenario;
 use scenario::plan::{Body, Clock, Ports, System};
 
-use crate::course::Course;
-
 /// The FMUs of a run with their states at a checkpoint.
 pub(crate) struct Held {
     pub checkpoint: Checkpoint,
@@ -35,21 +33,19 @@ fn ports(body: &Body) -> Option<(Ports, Ports)> {
 }
 
 impl Held {
-    /// Keeps the FMUs among the nodes of a run, and takes them out of `nodes`; none when it took no checkpoint.
+    /// Keeps the FMUs among the nodes of a run and their states at its checkpoint, and takes them out of `nodes`.
     pub fn keep(
         system: &System,
         nodes: &mut Vec<Box<dyn Node>>,
-        course: Course,
-        place: String,
-    ) -> Option<Self> {
-        let taken = course.into_last()?;
-        let each = system.nodes.iter().zip(nodes.drain(..)).zip(taken.states);
+        (checkpoint, states): (Checkpoint, States),
+    ) -> Self {
+        let each = system.nodes.iter().zip(nodes.drain(..)).zip(states);
         let fmus = each.filter_map(|((plan, node), state)| {
             let (name, ports) = (plan.name.clone(), ports(&plan.body)?);
             Some(HeldFmu { name, ports, node: Some(node), state })
         });
         let fmus = fmus.collect();
-        Some(Held { checkpoint: taken.checkpoint, place, fmus })
+        Held { place: checkpoint.scenario.clone(), checkpoint, fmus }
     }
 
     /// The states in the order of the nodes of a system, and what does not fit. The states are taken out until they are given back.

@@ -15,7 +15,7 @@ use scenario::plan::{Clock, System};
 use crate::branch::Held;
 use crate::checkpoint_file;
 use crate::options::{Role, RunOptions};
-use crate::report::{PreviousRun, Resumed};
+use crate::report::{PreviousRun, Resumed, RunReport};
 
 /// What the checks remember at the checkpoint that is to be taken next.
 pub(crate) type Remembered = Arc<Mutex<Vec<CheckMemory>>>;
@@ -52,9 +52,9 @@ struct Wanted {
 }
 
 /// A checkpoint that was taken, and its file, if it has one.
-pub(crate) struct Taken {
-    pub checkpoint: Checkpoint,
-    pub states: States,
+struct Taken {
+    checkpoint: Checkpoint,
+    states: States,
     file: Option<String>,
     complete: bool,
 }
@@ -120,11 +120,6 @@ impl Course {
         self.role == Role::WarmUp
     }
 
-    /// The scenario.
-    pub fn name(&self) -> String {
-        self.scenario.clone()
-    }
-
     /// The checkpoint that it goes on from.
     pub fn origin(&self) -> Option<&Checkpoint> {
         self.origin.as_ref().map(|origin| &origin.checkpoint)
@@ -146,14 +141,10 @@ impl Course {
         })
     }
 
-    /// What is to be told after the run.
-    pub fn warnings(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.warnings)
-    }
-
-    /// The files that it left.
-    pub fn files(&self) -> impl Iterator<Item = String> + '_ {
-        self.taken.iter().filter_map(|taken| taken.file.clone())
+    /// Puts its files and what is to be told after the run into the report.
+    pub fn tell(&mut self, report: &mut RunReport) {
+        report.files.extend(self.taken.iter().filter_map(|taken| taken.file.clone()));
+        report.warnings.append(&mut self.warnings);
     }
 
     /// Whether nodes are those of an earlier run.
@@ -167,8 +158,8 @@ impl Course {
     }
 
     /// The last checkpoint, for runs that go on in this process.
-    pub fn into_last(mut self) -> Option<Taken> {
-        self.taken.pop()
+    pub fn into_last(mut self) -> Option<(Checkpoint, States)> {
+        self.taken.pop().map(|taken| (taken.checkpoint, taken.states))
     }
 
     /// Completes the files after the run, and tries whether new nodes go on from the checkpoints as the nodes of the run did. They do so

@@ -51,10 +51,11 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Lets the checks go on where the run begins, and be remembered where it leaves checkpoints. What to tell about it.
-    pub fn follow(&mut self, course: &Course, system: &System) -> Vec<String> {
+    /// Lets the checks go on where the run begins, and be remembered where it leaves checkpoints. The report says so.
+    pub fn follow(&mut self, course: &Course, system: &System, report: &mut RunReport) {
         self.remembers = course.remembers();
-        let Some(origin) = course.origin() else { return Vec::new() };
+        report.resumed = course.resumed();
+        let Some(origin) = course.origin() else { return };
         let late = self.checks.recall(&origin.checks, (origin.tick, origin.time));
         let from = format!("from {} s on, where the run begins", rounded(origin.time));
         let checks = late.iter().map(|name| {
@@ -66,7 +67,7 @@ impl Recorder {
         let analyses = system.analyses.iter();
         let analyses =
             analyses.map(|it| format!("the analysis `{}` gets the signals {from}", it.name));
-        checks.chain(baselines).chain(analyses).collect()
+        report.warnings.extend(checks.chain(baselines).chain(analyses));
     }
 
     /// The URLs that viewers can connect to.

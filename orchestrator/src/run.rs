@@ -76,8 +76,7 @@ impl Remains {
                 held.move_out(system, &mut nodes, states);
             }
         } else if course.is_warm_up() {
-            let place = course.name();
-            self.held = Held::keep(system, &mut nodes, course, place);
+            self.held = course.into_last().map(|last| Held::keep(system, &mut nodes, last));
         }
         self.nodes.append(&mut nodes);
     }
@@ -181,10 +180,8 @@ impl Job<'_> {
             Recorder::new(&mut system, baselines, &options)
         })?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
-        report.resumed = course.resumed();
-        report.warnings.extend(recorder.follow(&course, &system));
-        let mut progress = Progress::default();
-        let first = course.first();
+        recorder.follow(&course, &system, &mut report);
+        let (mut progress, first) = (Progress::default(), course.first());
         let pace = Pace { clock: system.clock, first, begin, factor: self.options.realtime };
         let mut tick = |done| {
             events(ProgressEvent::Steps(done, pace.clock.steps));
@@ -194,8 +191,7 @@ impl Job<'_> {
         let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), along);
         let outcome = outcome.map_err(|error| remains.why(error));
         course.conclude(&mut system, &mut nodes, host.as_ref(), outcome.is_ok())?;
-        report.files.extend(course.files());
-        report.warnings.extend(course.warnings());
+        course.tell(&mut report);
         remains.keep(&system, nodes, course);
         let outcome = outcome
             .and_then(|()| analyse(&system, &mut recorder, &mut report, (remains, &mut *events)))

@@ -62,6 +62,6 @@ impl<S> Monitor<S> {
 
 /// A number of samples.
 fn count(number: f64) -> Option<u64> {
-    let is_count = number >= 0.0 && number < 1e15 && number.fract() == 0.0;
+    let is_count = (0.0..1e15).contains(&number) && number.fract() == 0.0;
     is_count.then_some(number as u64)
 }
