@@ -45,6 +45,9 @@ mod checkpoints;
 // Checkpoints that do not fit, are damaged, or of FMUs that forget.
 #[path = "acceptance/checkpoint_mistakes.rs"]
 mod checkpoint_mistakes;
+// Calls of FMUs that fail on demand.
+#[path = "acceptance/call_faults.rs"]
+mod call_faults;
 // Inspect, test, --set, several scenarios.
 #[path = "acceptance/cli.rs"]
 mod cli;
@@ -203,6 +206,7 @@ fn main() -> ExitCode {
     escapes::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
+    call_faults::register(&mut tests);
     checkpoints::register(&mut tests);
     checkpoint_mistakes::register(&mut tests);
     clocks::register(&mut tests);

@@ -73,7 +73,8 @@ impl Held {
     pub fn move_in(&mut self, system: &System, nodes: &mut [Box<dyn Node>]) {
         for (plan, place) in system.nodes.iter().zip(nodes) {
             let held = self.fmus.iter_mut().find(|held| held.name == plan.name);
-            if let Some(node) = held.and_then(|held| held.node.take()) {
+            if let Some(mut node) = held.and_then(|held| held.node.take()) {
+                node.take_faults(&plan.faults, &system.clock);
                 *place = node;
             }
         }

@@ -59,7 +59,14 @@ impl Remains {
         host: Option<&Host>,
     ) -> Result<Vec<Box<dyn Node>>, Error> {
         match self.held.as_mut().filter(|_| course.takes_over()) {
-            None => node::instantiate(system, host).map_err(|error| self.why(error)),
+            None => {
+                let mut nodes = node::instantiate(system, host).map_err(|error| self.why(error))?;
+                if course.is_warm_up() {
+                    // The ends may have faults of calls that the warm-up does not have.
+                    node::with_faults(system, &mut nodes, true);
+                }
+                Ok(nodes)
+            }
             Some(held) => {
                 let mut nodes = node::sources(system);
                 held.move_in(system, &mut nodes);

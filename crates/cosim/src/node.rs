@@ -3,6 +3,7 @@
 //! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
 mod apart;
+mod faulty;
 mod fmu;
 mod isolated;
 mod refusal;
@@ -12,9 +13,10 @@ use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
-use scenario::plan::{Body, Clock, NodePlan, Start, System};
+use scenario::plan::{Body, CallFault, Clock, NodePlan, Start, System};
 
 pub use apart::{apart, return_sources};
+pub use faulty::{Provocation, with_faults};
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
 use isolated::{IsolatedNode, Making};
@@ -78,6 +80,14 @@ pub trait Node: Send {
     fn tune(&mut self, _values: &[Start], _time: f64) -> Result<(), CallError> {
         Err(CallError::new("the node", "has no parameters"))
     }
+
+    /// Asks the node to do this in its next step; whether it will.
+    fn provoke(&mut self, _what: Provocation) -> bool {
+        false
+    }
+
+    /// Takes other faults of its calls, for a run with these communication points.
+    fn take_faults(&mut self, _faults: &[CallFault], _clock: &Clock) {}
 
     /// Ends the run.
     fn end(&mut self) -> Result<(), CallError> {
@@ -158,7 +168,10 @@ fn state_error(what: &str) -> CallError {
 pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
-    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, (times, tolerance), host)))
+    let nodes = system.nodes.iter_mut().map(|plan| node(plan, (times, tolerance), host));
+    let mut nodes = Mistakes::all(nodes)?;
+    with_faults(system, &mut nodes, false);
+    Ok(nodes)
 }
 
 /// The nodes of a system that are no FMUs, and in the places of FMUs nodes that show nothing.

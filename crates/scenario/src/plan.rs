@@ -3,6 +3,7 @@
 mod accepts;
 mod analysis;
 mod baseline;
+mod call_fault;
 mod check;
 mod coupling;
 mod input_chain;
@@ -26,6 +27,7 @@ use crate::words::{Algorithm, At, OnFailure};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
+pub use call_fault::{CallFault, CallFaultKind};
 pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::CouplingRules;
 pub use input_chain::{ChainMemory, FaultPlan, InputChain};
@@ -218,6 +220,8 @@ pub struct NodePlan {
     pub texts: TextPlan,
     /// The same for integers of 64 bits, which are among the numbers, too.
     pub exact: ExactPlan,
+    /// The faults of its calls.
+    pub faults: Vec<CallFault>,
 }
 
 /// Indices of a node's integers of 64 bits in the row.

@@ -24,6 +24,8 @@ struct NodeWiring {
     kind: Kind,
     starts: Vec<Start>,
     links: Vec<Link>,
+    /// A fingerprint of the faults of its calls.
+    faults: u64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -170,7 +172,8 @@ impl NodeWiring {
             effects: 0,
             faults: 0,
         });
-        NodeWiring { name: plan.name.clone(), kind, starts, links: numbers.chain(texts).collect() }
+        let (name, links) = (plan.name.clone(), numbers.chain(texts).collect());
+        NodeWiring { name, kind, starts, links, faults: fingerprint(&plan.faults) }
     }
 
     fn fit(&self, then: &Self, system: &System, fit: &mut Fit) {
@@ -194,6 +197,7 @@ impl NodeWiring {
             (Kind::Connector, Kind::Connector) => {}
             _ => fit.misfits.push(format!("`{name}` is a node of another kind there")),
         }
+        fit.changes.extend((self.faults != then.faults).then(|| format!("the faults of `{name}`")));
         for link in &then.links {
             match self.links.iter().find(|it| it.to == link.to) {
                 None => fit.misfits.push(format!(

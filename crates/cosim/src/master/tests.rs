@@ -94,6 +94,7 @@ fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> Syste
             connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
             exact: ExactPlan::default(),
+            faults: Vec::new(),
         }
     });
     let plans: Vec<_> = plans.collect();

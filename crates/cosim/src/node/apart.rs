@@ -5,6 +5,7 @@ use scenario::plan::{Body, Isolation, System};
 use scenario::signal::Signal;
 use scenario::words::OnFailure;
 
+use super::faulty::with_faults;
 use super::isolated::{Host, IsolatedNode, Making};
 use super::{Node, SourceNode};
 
@@ -33,7 +34,7 @@ pub fn apart(
             may_read: Vec::new(),
         });
         let call_limit = isolation.call_limit.or(Some(PATIENCE));
-        let isolation = Isolation { on_failure: OnFailure::End, call_limit, ..isolation };
+        let isolation = Isolation { call_limit, ..isolation };
         let ports = (inputs.clone(), outputs.clone());
         let (name, starts, tolerance) = (&plan.name, starts.clone(), system.tolerance);
         let making = Making { fmu, name, log: false, ports, times, tolerance, starts };
@@ -46,7 +47,9 @@ pub fn apart(
             None => std::mem::replace(node, Box::new(SourceNode::new(Vec::<Signal>::new()))),
         }
     });
-    Ok(nodes.collect())
+    let mut nodes: Vec<_> = nodes.collect();
+    with_faults(system, &mut nodes, false);
+    Ok(nodes)
 }
 
 /// Puts the nodes back that [`apart`] took out, and frees the others.

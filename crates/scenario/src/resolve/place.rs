@@ -58,6 +58,7 @@ pub(super) fn place(
                 inputs: own_integers,
                 connections: Vec::new(),
             },
+            faults: Vec::new(),
         };
         for Connection { from: (node, port), at, input_chain } in connections {
             // Types were compared: a number goes to a number and a text to a text.

@@ -6,6 +6,7 @@ use scenario::plan::{Clock, Start};
 
 use super::talk::{Done, Others, Task};
 use super::{IsolatedNode, TOLD, nonsense};
+use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
 use crate::node::{Node, NodeState};
 
@@ -91,6 +92,11 @@ impl Node for IsolatedNode {
             return Ok(());
         }
         self.go(clock, tick).or_else(|failure| self.go_on(failure, clock, tick))
+    }
+
+    fn provoke(&mut self, what: Provocation) -> bool {
+        self.provoked = Some(what);
+        true
     }
 
     fn end(&mut self) -> Result<(), CallError> {

@@ -53,6 +53,9 @@ pub(super) enum Task {
     Restore(u64),
     /// Other values between two steps at a time [s].
     Tune(Vec<Start>, f64),
+    /// Wait for a time [s], or crash.
+    Wait(f64),
+    Crash,
     Serialise(u64),
     Deserialise(Vec<u8>),
     /// The process ends.
