@@ -114,8 +114,8 @@ impl System {
         warnings.extend(connections::kept(scenario, &connects, &unplaced));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
-        let (mut nodes, columns) = place::place(unplaced, connections);
-        call_faults::attach(scenario, (&mut nodes, &columns), seed, &mut mistakes);
+        let placed = place::place(unplaced, connections);
+        let (nodes, columns) = call_faults::attach(scenario, placed, seed, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
