@@ -4,12 +4,12 @@ use cosim::exchange::Memory;
 use cosim::node::NodeState;
 use fmu_export::{Course, FmiResult, reject};
 use fmu_import::CallError;
-use scenario::plan::{Body, InputChain, NodePlan};
+use scenario::plan::{Body, ChainMemory, InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
 
 use super::Nested;
 use crate::interface::Cell;
-use crate::running::{Running, forgets};
+use crate::running::Running;
 
 /// The nodes of an instance between two resets.
 pub(crate) struct Parts {
@@ -66,6 +66,8 @@ struct PartBytes {
     numbers: Vec<f64>,
     texts: Vec<String>,
     integers: Vec<i128>,
+    /// What sensor effects and faults remember, by node and connection.
+    chains: Vec<Vec<ChainMemory>>,
 }
 
 /// The failure of a node's call, which does no harm to the instance.
@@ -132,9 +134,6 @@ impl Nested {
             (None, _) => None,
             (Some(parts), Some(own)) if own.number == parts.number => {
                 let running = &mut own.running;
-                if !forgets(&running.system.nodes) {
-                    return reject("sensor effects and faults cannot be turned into bytes");
-                }
                 let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
                 let nodes = nodes.map(|((node, state), plan)| {
                     node.serialise(state).or_else(|error| refused(plan, &error))
@@ -143,7 +142,10 @@ impl Nested {
                 let row = &parts.memory.row;
                 let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
                 let (integers, start) = (row.integers().to_vec(), running.system.clock.start);
-                Some(PartBytes { start, tick: parts.tick, nodes, numbers, texts, integers })
+                let chains = parts.chains.iter();
+                let chains = chains.map(|chains| chains.iter().map(InputChain::memory).collect());
+                let (tick, chains) = (parts.tick, chains.collect());
+                Some(PartBytes { start, tick, nodes, numbers, texts, integers, chains })
             }
             _ => return reject("the state is that of an initialisation that is gone"),
         };
@@ -166,7 +168,7 @@ impl Nested {
         if !fits {
             return reject(impossible);
         }
-        let Some(PartBytes { start, tick, nodes, numbers, texts, integers }) = parts else {
+        let Some(PartBytes { start, tick, nodes, numbers, texts, integers, chains }) = parts else {
             return Ok(Saved { course, values, stale, parts: None });
         };
         if self.parts.is_none() {
@@ -194,11 +196,29 @@ impl Nested {
         let nodes = nodes.collect::<FmiResult<_>>()?;
         let mut memory = Memory::new(&running.system);
         memory.row.assign(&numbers, texts, integers);
-        let chains = running.system.nodes.iter();
-        let chains = chains
-            .map(|plan| plan.connections.iter().map(|it| it.input_chain.clone()).collect())
-            .collect();
+        let Some(chains) = recalled(&running.system.nodes, &chains, &memory) else {
+            return reject(impossible);
+        };
         let parts = Some(SavedParts { number: *number, tick, nodes, memory, chains });
         Ok(Saved { course, values, stale, parts })
     }
+}
+
+/// The ways to the inputs of nodes with what they remember; none when these are memories of others.
+fn recalled(
+    plans: &[NodePlan],
+    memories: &[Vec<ChainMemory>],
+    memory: &Memory,
+) -> Option<Vec<Vec<InputChain>>> {
+    let of_node = |(plan, memories): (&NodePlan, &Vec<ChainMemory>)| {
+        let links = plan.connections.iter().zip(plan.inputs.indices()).zip(memories);
+        let chains = links.map(|((link, input), own)| {
+            let mut chain = link.input_chain.clone();
+            chain.recall(own, memory.row[input]).ok().map(|()| chain)
+        });
+        let chains = chains.collect::<Option<Vec<_>>>();
+        chains.filter(|chains| chains.len() == plan.connections.len())
+    };
+    let all = plans.iter().zip(memories).map(of_node).collect::<Option<Vec<_>>>();
+    all.filter(|all| all.len() == plans.len())
 }
