@@ -48,6 +48,9 @@ mod conform;
 // The same for FMI 3.0; references in archives, descriptions that cannot be read.
 #[path = "acceptance/conform3.rs"]
 mod conform3;
+// Halves of known systems, coupled by each algorithm.
+#[path = "acceptance/coupling.rs"]
+mod coupling;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
@@ -186,6 +189,7 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     conform3::register(&mut tests);
+    coupling::register(&mut tests);
     full_disks::register(&mut tests);
     killed::register(&mut tests);
     crashes::register(&mut tests);

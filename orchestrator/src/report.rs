@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use cosim::baseline::BaselineOutcome;
 use cosim::check::Verdict;
+use cosim::coupling::Account;
 use cosim::master::Progress;
 use diagnostics::{Error, Source};
 use scenario::Scenario;
@@ -81,6 +82,8 @@ pub struct RunReport {
     pub realtime_factor: f64,
     /// The effort of each node, in the order of the file.
     pub nodes: Vec<NodeReport>,
+    /// What the coupling did: passes through loops, parts of steps, errors of connections.
+    pub coupling: Account,
     /// What it was made with.
     #[serde(flatten)]
     pub provenance: Provenance,
@@ -169,6 +172,7 @@ impl RunReport {
             realtime_factor: 0.0,
             // Connectors, which come last, do nothing that takes effort.
             nodes: system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
+            coupling: Account::default(),
             provenance: Provenance::new(scenario, system),
             files: Vec::new(),
             folder: system.header.folder.clone(),
@@ -204,6 +208,7 @@ impl RunReport {
         self.warnings.extend(self.baselines.iter().flat_map(|it| it.warnings.clone()));
         self.steps = progress.steps;
         self.sim_seconds = progress.steps as f64 * step;
+        self.coupling = progress.account.clone();
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
             node.calls = effort.calls;
             node.seconds = effort.time.as_secs_f64();

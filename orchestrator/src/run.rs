@@ -263,7 +263,7 @@ fn simulate(
         return Ok(());
     }
     tick(0)?;
-    let mut coupling = coupling::of(system.coupling);
+    let mut coupling = coupling::of(system);
     master::run(system, nodes, coupling.as_mut(), recorder, progress, tick)
 }
 

@@ -5,7 +5,7 @@ use fmu_import::{CallError, MessageLevel};
 use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
 use scenario::plan::System;
 
-use crate::coupling::Coupling;
+use crate::coupling::{Account, Coupling};
 use crate::exchange::{Effort, Exchange, Interruption, failure};
 use crate::node::{Node, SAME};
 
@@ -20,6 +20,8 @@ pub struct Progress {
     pub notices: Vec<String>,
     /// The effort of each node, in the order of the file.
     pub efforts: Vec<Effort>,
+    /// What the coupling did.
+    pub account: Account,
 }
 
 /// Runs the system to its last communication point. `progress` tells how far the run came, also when it
@@ -38,6 +40,7 @@ pub fn run(
     let mut exchange = Exchange::new(system, nodes);
     let result = drive(&mut exchange, coupling, sink, progress, tick);
     progress.efforts = exchange.efforts().to_vec();
+    progress.account = coupling.account();
     progress.notices = exchange.notices().to_vec();
     progress.notices.extend(exchange.nodes.iter_mut().flat_map(|node| node.notices()));
     result
@@ -51,7 +54,7 @@ fn drive(
     tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let clock = exchange.clock();
-    let initialised = exchange.initialise(coupling.initialisation_passes());
+    let initialised = coupling.initialise(exchange);
     report_messages(exchange, sink, clock.start)?;
     initialised?;
     let mut told = Vec::new();
@@ -94,7 +97,7 @@ fn interrupted(
 ) -> Result<String, Error> {
     let clock = exchange.clock();
     match interruption {
-        Interruption::Value(error) => Err(error),
+        Interruption::Value(error) | Interruption::Unsolved(error) => Err(error),
         Interruption::Call { node, error: CallError { terminated: Some(reached), what, .. } } => {
             let source = exchange.plans[node].name.clone();
             let message = format!("ended the simulation at {} s: {what}", rounded(reached));

@@ -4,6 +4,7 @@
 
 mod fmu;
 mod isolated;
+mod paced;
 mod refusal;
 mod source;
 
@@ -11,11 +12,13 @@ use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
-use scenario::plan::{Body, Clock, NodePlan, System};
+use scenario::plan::{Body, Clock, NodePlan, Pace, System};
 
+use crate::course::Course;
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
 use isolated::{IsolatedNode, Making};
+use paced::Paced;
 pub use refusal::Refusal;
 pub use source::{Source, SourceNode};
 
@@ -39,6 +42,28 @@ pub trait Node: Send {
     /// Takes the values of the connected inputs.
     fn set(&mut self, _inputs: &[f64]) -> Result<(), CallError> {
         Ok(())
+    }
+
+    /// Takes the values of the connected inputs, some of which have courses in a step between two times [s], by their places. Without
+    /// more, they hold the mean. `inputs` is left with any values.
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        self.set(means(inputs, courses, span))
+    }
+
+    /// Takes the values of the connected inputs at the end of a step, before its outputs are read: some follow them.
+    fn settle(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.set(inputs)
+    }
+
+    /// How outputs change with inputs at this moment, without a step in between: `changes` of the inputs, in the order of
+    /// [`set`](Self::set), become those of the outputs, in the order of [`get`](Self::get). False if the node does not know.
+    fn derivatives(&mut self, _changes: &[f64], _outputs: &mut [f64]) -> Result<bool, CallError> {
+        Ok(false)
     }
 
     /// Gives the values of all outputs.
@@ -87,6 +112,12 @@ pub trait Node: Send {
         Err(state_error("the node cannot save its state"))
     }
 
+    /// Saves the state in the place of one that this node saved.
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        *state = self.save()?;
+        Ok(())
+    }
+
     /// Goes back to a state that this node saved.
     fn restore(&mut self, _state: &NodeState) -> Result<(), CallError> {
         Err(state_error("the node cannot restore its state"))
@@ -118,13 +149,19 @@ pub trait Node: Send {
     }
 }
 
+/// Inputs that hold the mean of their courses between two times [s].
+fn means<'i>(inputs: &'i mut [f64], courses: &[(usize, Course)], span: (f64, f64)) -> &'i [f64] {
+    courses.iter().for_each(|(place, course)| inputs[*place] = course.mean(span));
+    inputs
+}
+
 /// The saved state of a node, which that node alone can restore.
-pub struct NodeState(Box<dyn Any>);
+pub struct NodeState(Box<dyn Any + Send>);
 
 impl NodeState {
     /// Wraps a node's own form of its state.
     #[must_use]
-    pub fn new(state: impl Any) -> Self {
+    pub fn new(state: impl Any + Send) -> Self {
         NodeState(Box::new(state))
     }
 
@@ -135,6 +172,16 @@ impl NodeState {
     pub fn get<T: Any>(&self) -> Result<&T, CallError> {
         self.0
             .downcast_ref()
+            .ok_or_else(|| state_error("the state is that of another kind of node"))
+    }
+
+    /// The same, to be replaced.
+    ///
+    /// # Errors
+    /// When another kind of node saved it.
+    pub fn get_mut<T: Any>(&mut self) -> Result<&mut T, CallError> {
+        self.0
+            .downcast_mut()
             .ok_or_else(|| state_error("the state is that of another kind of node"))
     }
 }
@@ -151,7 +198,26 @@ fn state_error(what: &str) -> CallError {
 pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
-    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, (times, tolerance), host)))
+    Mistakes::all(system.nodes.iter_mut().map(|plan| {
+        // The last step of its own may end a unit in the last place later.
+        let own = plan.pace.map(|pace| pace.of(&clock).announced_stop());
+        let stop = times.1.map(|stop| own.map_or(stop, |own| own.max(stop)));
+        let node = node(plan, ((times.0, stop), tolerance), host)?;
+        Ok(match plan.pace {
+            None => node,
+            Some(pace) => paced(node, plan, pace, clock),
+        })
+    }))
+}
+
+/// The node, with a step of its own.
+pub(crate) fn paced(
+    node: Box<dyn Node>,
+    plan: &NodePlan,
+    pace: Pace,
+    clock: Clock,
+) -> Box<dyn Node> {
+    Box::new(Paced::new(node, plan, pace, clock))
 }
 
 fn node(

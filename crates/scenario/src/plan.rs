@@ -22,12 +22,14 @@ use recording::{
 use serde::{Deserialize, Serialize};
 
 use crate::signal::Signal;
-use crate::words::{Algorithm, At, OnFailure};
+use crate::words::{At, Extrapolate, OnFailure};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
 pub use check::{CheckPlan, Condition, ResultName, Results};
-pub use coupling::CouplingRules;
+pub use coupling::{
+    Block, BondPlan, CouplingPlan, CouplingRules, Division, Link, Loop, Pace, Tear,
+};
 pub use input_chain::{FaultPlan, InputChain};
 
 /// The report of a run, in its folder.
@@ -62,6 +64,19 @@ impl Clock {
     #[must_use]
     pub fn stop(&self) -> f64 {
         self.at(self.steps)
+    }
+
+    /// The clock with steps that are so many times shorter.
+    #[must_use]
+    pub fn finer(&self, times: u64) -> Clock {
+        // By a power of two, the times of communication points stay what they are to the last bit.
+        Clock { start: self.start, step: self.step / times as f64, steps: self.steps * times }
+    }
+
+    /// The clock with steps that are so many times longer.
+    #[must_use]
+    pub fn coarser(&self, times: u64) -> Clock {
+        Clock { start: self.start, step: self.step * times as f64, steps: self.steps / times }
     }
 
     /// The time from the first communication point to the last one [s].
@@ -205,6 +220,8 @@ pub struct NodePlan {
     pub name: String,
     /// Its kind.
     pub body: Body,
+    /// Its own step, if that is not the communication step.
+    pub pace: Option<Pace>,
     /// Its outputs that are numbers.
     pub outputs: NumberRange<Full>,
     /// Those of them that somebody uses, none of which may be NaN.
@@ -281,13 +298,15 @@ pub struct ResolvedConnection {
     pub source: Source<NumberIndex<Full>>,
     /// Its way to the input.
     pub input_chain: InputChain,
+    /// The course of the input within a step; without one it holds its value.
+    pub course: Option<Extrapolate>,
 }
 
 /// A scenario without names: what the master works with.
 #[derive(Debug)]
 pub struct System {
-    /// The coupling algorithm.
-    pub coupling: Algorithm,
+    /// The coupling.
+    pub coupling: CouplingPlan,
     /// The communication points.
     pub clock: Clock,
     /// The stop time that FMUs are told [s]; none when nobody knows it.

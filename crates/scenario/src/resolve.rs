@@ -8,6 +8,7 @@ mod checks;
 mod connection_units;
 mod connections;
 mod connectors;
+mod coupling;
 mod declared_units;
 mod isolation;
 mod logs;
@@ -41,7 +42,7 @@ pub use self::plots::by_unit;
 use self::signal_units::SignalUnits;
 pub use self::view::layout;
 use crate::build_request::Built;
-use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
+use crate::plan::{CheckPlan, Clock, Condition, CouplingPlan, NodePlan, System};
 use crate::words::{Scenario, Time};
 pub use overrides::Override;
 
@@ -113,7 +114,9 @@ impl System {
         warnings.extend(connections::kept(scenario, &connects, &unplaced));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
-        let (nodes, columns) = place::place(unplaced, connections);
+        let (mut nodes, columns) = place::place(unplaced, connections);
+        coupling::paces(scenario, &mut nodes, clock, &mut mistakes);
+        let coupling = coupling::plan(scenario, (&nodes, &columns), &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
@@ -141,12 +144,17 @@ impl System {
         };
         let view = View { limits: view::limits(&checks, &recorded), ..view };
         Ok(System {
-            coupling: document.coupling.algorithm,
+            coupling: CouplingPlan {
+                blocks: order.blocks,
+                initial: order.initial,
+                loops: order.loops,
+                ..coupling
+            },
             clock,
             announced_stop: Some(clock.announced_stop()),
             tolerance,
             nodes,
-            order,
+            order: order.nodes,
             columns,
             analyses,
             checks,

@@ -3,6 +3,7 @@
 mod clocks;
 mod events;
 mod ports;
+mod slopes;
 
 use std::sync::Arc;
 
@@ -12,9 +13,11 @@ use scenario::plan::{Clock, Ports, Start};
 
 use self::events::Events;
 use self::ports::Memory;
+use self::slopes::Slopes;
 
 use super::refusal::Refusal;
-use super::{Node, NodeState};
+use super::{Node, NodeState, means};
+use crate::course::Course;
 
 /// An FMU as a node.
 pub struct FmuNode {
@@ -30,6 +33,7 @@ pub struct FmuNode {
     /// Those of outputs: where not all elements travel, and what they were when their clocks ticked.
     shown: Memory,
     events: Events,
+    slopes: Slopes,
 }
 
 impl FmuNode {
@@ -53,6 +57,7 @@ impl FmuNode {
             kept: Memory::of(&inputs.numbers, &inputs.texts),
             shown: Memory::of(&outputs.numbers, &outputs.texts),
             events: Events::new(&instance),
+            slopes: Slopes::new(&instance, &inputs, &outputs),
             instance,
             inputs,
             outputs,
@@ -185,6 +190,22 @@ impl Node for FmuNode {
         self.set_numbers(inputs)
     }
 
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        match self.takes_slopes() {
+            true => self.give_slopes(inputs, courses, span.0),
+            false => self.set(means(inputs, courses, span)),
+        }
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        self.ask_derivatives(changes, outputs)
+    }
+
     fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
         self.set_exact(inputs)
     }
@@ -222,6 +243,10 @@ impl Node for FmuNode {
 
     fn save(&mut self) -> Result<NodeState, CallError> {
         self.instance.save().map(NodeState::new)
+    }
+
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        self.instance.save_into(state.get_mut()?)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {

@@ -71,7 +71,8 @@ pub(super) struct IsolatedNode {
     held: bool,
     /// States that nobody needs any more.
     dropped: Arc<Mutex<Vec<u64>>>,
-    can: (bool, bool),
+    /// Whether it saves and serialises its state, and takes slopes of inputs.
+    can: (bool, bool, bool),
     talk: Talk,
     messages: Vec<Message>,
     /// How often it failed, and what to tell of that at the end of the run.
@@ -125,7 +126,7 @@ impl IsolatedNode {
             shown: false,
             held: false,
             dropped: Arc::default(),
-            can: (false, false),
+            can: (false, false, false),
             talk: Talk::default(),
             messages: Vec::new(),
             failures: 0,
@@ -159,8 +160,8 @@ impl IsolatedNode {
             }
             refusal
         })?;
-        if let Done::Opened { save, serialise, lacks } = opened {
-            (self.can, self.lacks) = ((save, serialise), lacks);
+        if let Done::Opened { save, serialise, slopes, lacks } = opened {
+            (self.can, self.lacks) = ((save, serialise, slopes), lacks);
         }
         Ok(())
     }

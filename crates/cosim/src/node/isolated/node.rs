@@ -6,7 +6,8 @@ use scenario::plan::Clock;
 
 use super::talk::{Done, Task};
 use super::{IsolatedNode, TOLD, nonsense};
-use crate::node::{Node, NodeState};
+use crate::course::Course;
+use crate::node::{Node, NodeState, means};
 
 impl IsolatedNode {
     /// Asks for the outputs, unless they are there.
@@ -49,8 +50,31 @@ impl Node for IsolatedNode {
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs.0.clear();
         self.inputs.0.extend_from_slice(inputs);
+        self.inputs.1.courses = None;
         (self.pending, self.shown) = (true, false);
         Ok(())
+    }
+
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        if !self.can.2 {
+            return self.set(means(inputs, courses, span));
+        }
+        self.set(inputs)?;
+        self.inputs.1.courses = Some((courses.to_vec(), span));
+        Ok(())
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        match self.call(Task::Derivatives(changes.to_vec()))? {
+            Done::Changes(None) => Ok(false),
+            Done::Changes(Some(found)) => copy(&found, outputs).map(|()| true),
+            _ => Err(nonsense()),
+        }
     }
 
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
