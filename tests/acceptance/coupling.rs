@@ -5,17 +5,16 @@ use std::collections::BTreeMap;
 use super::fixture::Scenario;
 use super::fmus::{relay, sprung_mass};
 use super::harness::Lab;
-use super::requirement::Requirement;
 
 tests! {
-    a_clock_and_a_chain_of_adders_show_the_delay_of_each_coupling: Requirement::Compiler,
+    a_clock_and_a_chain_of_adders_show_the_delay_of_each_coupling: Compiler,
     two_masses_converge_to_the_closed_form_with_the_order_of_each_coupling,
     a_quarter_of_a_truck_is_that_of_one_system_of_equations,
     the_same_scenario_has_the_same_table_isolated_or_not,
     a_scenario_inside_one_fmu_is_coupled_as_outside,
     a_tolerance_divides_steps_and_the_report_has_the_error_of_each_connection,
     fmus_have_steps_of_their_own_and_courses_of_inputs,
-    a_loop_that_cannot_be_solved_says_what_works: Requirement::Compiler,
+    a_loop_that_cannot_be_solved_says_what_works: Compiler,
     loops_and_orders_are_printed_and_drawn,
     words_of_a_coupling_that_mean_nothing_are_errors,
 }
@@ -78,6 +77,8 @@ fn two_masses(algorithm: &str, step: f64, stop: f64, damping: f64) -> Scenario {
     let start = |k: f64| format!("k = {k:?}, d = {damping:?}");
     let low = format!("{}, x_below = 0.0, v_below = 0.0", start(40.0));
     let high = format!("{}, F = 0.0, x = 0.1", start(25.0));
+    // Another output of the lower one follows the force, so a loop has to be broken.
+    let at = if algorithm == "gauss_seidel" { "at = \"start\"" } else { "" };
     Scenario::new()
         .time(step, stop)
         .section(&format!("[coupling]\nalgorithm = \"{algorithm}\""))
@@ -86,6 +87,7 @@ fn two_masses(algorithm: &str, step: f64, stop: f64, damping: f64) -> Scenario {
         .connect("low.x", "high.x_below")
         .connect("low.v", "high.v_below")
         .connect("high.F_below", "low.F")
+        .key(at)
 }
 
 /// The derivative of a state: positions and speeds of two masses, lower one first. The springs have the stiffnesses and the dampings
@@ -315,7 +317,7 @@ fn fmus_have_steps_of_their_own_and_courses_of_inputs() {
     let coarser = scenario("step = 0.5", "");
     assert_eq!(coarser["mass.v"][1..5], [0.0; 4], "it keeps its outputs until its step ends");
     assert_eq!(coarser["mass.v"][5..10], [0.0; 5], "the force of its start is 0");
-    assert!((last(&coarser) - 0.25).abs() < 1e-12);
+    assert!((last(&coarser) - 0.5).abs() < 1e-12, "{}", last(&coarser));
     let (text, message) = ("step = 0.03", "divided by a whole number, or a multiple of it");
     let wrong = Scenario::new().time(0.1, 1.0).fmu(
         "mass",
@@ -346,10 +348,10 @@ fn a_loop_that_cannot_be_solved_says_what_works() {
     lab.write("loop.toml", scenario("[coupling]\nalgorithm = \"iterate\""));
     let told =
         ["`a`, `b` cannot go back", "canGetAndSetFMUstate", "at = \"start\"", "gauss_seidel"];
-    lab.trackside(&["run", "loop.toml", "--rerun", "off"]).expect(3).says(&told);
+    lab.trackside(&["run", "loop.toml", "--rerun", "off"]).expect(2).says(&told);
     lab.write("loop.toml", scenario("[coupling]\nalgorithm = \"jacobi\"\ntolerance = 0.01"));
     let told = ["repeats steps", "`a`, `b` cannot go back", "error = \"energy\""];
-    lab.trackside(&["run", "loop.toml", "--rerun", "off"]).expect(3).says(&told);
+    lab.trackside(&["run", "loop.toml", "--rerun", "off"]).expect(2).says(&told);
 }
 
 fn loops_and_orders_are_printed_and_drawn() {
