@@ -51,6 +51,9 @@ mod conform3;
 // Halves of known systems, coupled by each algorithm.
 #[path = "acceptance/coupling.rs"]
 mod coupling;
+// Loops and orders of scenarios, and mistakes in their words.
+#[path = "acceptance/coupling_words.rs"]
+mod coupling_words;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
@@ -190,6 +193,7 @@ fn main() -> ExitCode {
     conform::register(&mut tests);
     conform3::register(&mut tests);
     coupling::register(&mut tests);
+    coupling_words::register(&mut tests);
     full_disks::register(&mut tests);
     killed::register(&mut tests);
     crashes::register(&mut tests);

@@ -42,7 +42,7 @@ pub use self::plots::by_unit;
 use self::signal_units::SignalUnits;
 pub use self::view::layout;
 use crate::build_request::Built;
-use crate::plan::{CheckPlan, Clock, Condition, CouplingPlan, NodePlan, System};
+use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
 use crate::words::{Scenario, Time};
 pub use overrides::Override;
 
@@ -96,11 +96,9 @@ impl System {
         let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
         let (changed, starts) = overrides::apply(scenario, overrides, &mut mistakes);
         let scenario = changed.as_ref().unwrap_or(scenario);
-        let document = &scenario.document;
-        let seed = overrides.seed.unwrap_or(document.seed);
         let clock = mistakes.take(Mistakes::both(clock(scenario), limit(scenario))).map(|it| it.0);
         let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
-        let timed = (clock, seed);
+        let timed = (clock, overrides.seed.unwrap_or(scenario.document.seed));
         let notes = (&mut mistakes, &mut warnings);
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
         let notes = (&mut mistakes, &mut warnings);
@@ -115,8 +113,7 @@ impl System {
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
         let (mut nodes, columns) = place::place(unplaced, connections);
-        coupling::paces(scenario, &mut nodes, clock, &mut mistakes);
-        let coupling = coupling::plan(scenario, (&nodes, &columns), &mut mistakes);
+        let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
@@ -126,12 +123,12 @@ impl System {
         let recorded = recorded::selection(scenario, &columns, &mut mistakes);
         let header = RunHeader {
             scenario: scenario.name.clone(),
-            title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
+            title: scenario.document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             source: source(scenario),
             given: overrides.all().map(Override::text).collect(),
             step: clock.map_or(0.0, |clock| clock.step),
-            stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
-            seed,
+            stop: scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
+            seed: timed.1,
             columns: recorded.columns(&columns),
             status_tracks: status_tracks(&checks, &nodes, &columns),
             view: View::default(),
@@ -143,18 +140,14 @@ impl System {
             return Err(Error::follow_up());
         };
         let view = View { limits: view::limits(&checks, &recorded), ..view };
+        let (coupling, order) = order.looped(coupling);
         Ok(System {
-            coupling: CouplingPlan {
-                blocks: order.blocks,
-                initial: order.initial,
-                loops: order.loops,
-                ..coupling
-            },
+            coupling,
             clock,
             announced_stop: Some(clock.announced_stop()),
             tolerance,
             nodes,
-            order: order.nodes,
+            order,
             columns,
             analyses,
             checks,

@@ -36,7 +36,7 @@ pub(super) fn course(
 }
 
 /// Gives the nodes the steps that the scenario has for them.
-pub(super) fn paces(
+fn paces(
     scenario: &Scenario,
     nodes: &mut [NodePlan],
     clock: Option<Clock>,
@@ -83,12 +83,14 @@ fn pace(scenario: &Scenario, word: &Spanned<f64>, clock: Clock) -> Result<Option
     Ok(Some(pace))
 }
 
-/// The coupling, without its loops.
+/// The coupling, without its loops. Nodes get the steps that they have of their own.
 pub(super) fn plan(
     scenario: &Scenario,
-    placed: (&[NodePlan], &Columns<Full>),
+    (nodes, columns): (&mut [NodePlan], &Columns<Full>),
+    clock: Option<Clock>,
     mistakes: &mut Mistakes,
 ) -> CouplingPlan {
+    paces(scenario, nodes, clock, mistakes);
     let coupling = &scenario.document.coupling;
     let Iteration { tolerance, passes, .. } = coupling.iteration;
     let wrong = |what: String| Error::input(format!("[coupling] iteration: {what}"));
@@ -102,7 +104,7 @@ pub(super) fn plan(
     CouplingPlan {
         algorithm: coupling.algorithm,
         iteration: coupling.iteration,
-        division: division(scenario, placed, mistakes),
+        division: division(scenario, (nodes, columns), mistakes),
         ..CouplingPlan::default()
     }
 }

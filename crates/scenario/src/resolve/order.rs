@@ -10,7 +10,7 @@ use self::components::components;
 use super::connections::Connections;
 use super::nodes::UnplacedNode;
 use super::ports::Port;
-use crate::plan::{Block, Body, Link, Loop, Tear};
+use crate::plan::{Block, Body, CouplingPlan, Link, Loop, Tear};
 use crate::words::{At, Connect, Scenario};
 
 /// A wish that one node steps before another.
@@ -38,6 +38,14 @@ pub(super) struct Order {
     pub blocks: Vec<Block>,
     pub initial: Vec<Block>,
     pub loops: Vec<Loop>,
+}
+
+impl Order {
+    /// The coupling with its loops, and the order of the nodes.
+    pub fn looped(self, coupling: CouplingPlan) -> (CouplingPlan, Vec<usize>) {
+        let Order { nodes, blocks, initial, loops } = self;
+        (CouplingPlan { blocks, initial, loops, ..coupling }, nodes)
+    }
 }
 
 /// Sorts the nodes topologically by their connections; among nodes that may go, the one that loses no
