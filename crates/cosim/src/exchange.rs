@@ -2,6 +2,7 @@
 
 mod effort;
 mod exact;
+mod visit;
 
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, Version};
@@ -163,18 +164,18 @@ impl<'a> Exchange<'a> {
 
     fn lead(&mut self, node: usize) -> Result<(), Interruption> {
         self.efforts.turn_to(node);
-        let shown = |at| self.clock.at(self.tick + u64::from(at == At::End));
+        let (clock, tick) = (self.clock, self.tick);
+        let shown = |at| clock.at(tick + u64::from(at == At::End));
         let rows = (Some(&self.start), &self.row);
         exact::check(&self.plans[node], self.columns, rows, &shown).map_err(Interruption::Value)?;
         let (plan, row) = (&mut self.plans[node], &mut self.row);
+        let time = clock.at(tick);
         for (ResolvedConnection { source, input_chain }, input) in
             plan.connections.iter_mut().zip(plan.inputs.indices())
         {
             let from = if source.at == At::Start { &self.start } else { &*row };
-            let time = self.clock.at(self.tick);
             row[input] = input_chain.value(from[source.index], time);
-            let shown = self.clock.at(self.tick + u64::from(source.at == At::End));
-            accept(input_chain, self.columns, (source.index, input), row, shown)
+            accept(input_chain, self.columns, (source.index, input), row, || shown(source.at))
                 .map_err(Interruption::Value)?;
         }
         exact::carry(plan, Some(&self.start), row);
@@ -199,17 +200,20 @@ impl<'a> Exchange<'a> {
             set(plan, node, row)?;
             node.step(&clock, tick)
         });
-        let end = clock.at(tick + 1);
         match stepped {
-            Err(Interruption::Call {
-                error: error @ CallError { terminated: Some(at), .. },
-                ..
-            }) if at >= end - SAME * clock.step => {
-                self.last.get_or_insert((node, error));
-                Ok(())
-            }
+            Err(Interruption::Call { error, .. }) => self.ended(node, error),
             other => other,
         }
+    }
+
+    /// Takes the error of a node that stepped for its end, if it ended the run at the end of the step.
+    fn ended(&mut self, node: usize, error: CallError) -> Result<(), Interruption> {
+        let end = self.clock.at(self.tick + 1) - SAME * self.clock.step;
+        if error.terminated.is_none_or(|at| at < end) {
+            return Err(Interruption::Call { node, error });
+        }
+        self.last.get_or_insert((node, error));
+        Ok(())
     }
 
     /// The node that ended the run at the end of this step, and how.
@@ -234,10 +238,7 @@ impl<'a> Exchange<'a> {
             self.lead(node)?;
         }
         self.call(node, get)?;
-        let time = self.clock.at(self.tick + 1);
-        let checked = check_numbers(&self.plans[node], self.columns, &self.row, time);
-        self.efforts.rest();
-        checked.map_err(Interruption::Value)
+        self.check(node)
     }
 
     fn call(
@@ -275,7 +276,8 @@ impl<'a> Exchange<'a> {
             }
         }
         let mut plans = self.plans.iter();
-        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, self.clock.start))
+        let start = || self.clock.start;
+        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, start))
     }
 
     fn initial_call(
@@ -297,7 +299,8 @@ impl<'a> Exchange<'a> {
             plan.connections.iter().zip(plan.inputs.indices())
         {
             row[input] = input_chain.convert(row[source.index]);
-            accept(input_chain, self.columns, (source.index, input), row, self.clock.start)?;
+            let start = || self.clock.start;
+            accept(input_chain, self.columns, (source.index, input), row, start)?;
         }
         exact::carry(plan, None, row);
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
@@ -323,52 +326,63 @@ fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), Call
 
 fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
     node.get(&mut row[plan.outputs])?;
-    if !plan.exact.numbers.is_empty() {
+    if !plan.exact.numbers.is_empty() && !plan.exact.unneeded {
         node.get_integers(&mut row[plan.exact.outputs])?;
         for pair in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
             row.put(pair, row[pair.0]);
         }
     }
-    node.get_texts(&mut row[plan.texts.outputs])
+    match plan.texts.unneeded {
+        true => Ok(()),
+        false => node.get_texts(&mut row[plan.texts.outputs]),
+    }
 }
 
 /// A NaN spoils everything that it reaches, so the run ends where it appears.
+#[inline]
 fn check_numbers(
     plan: &NodePlan,
     columns: &Columns<Full>,
     row: &Row<Full>,
-    time: f64,
+    time: impl FnOnce() -> f64,
 ) -> Result<(), Error> {
     match plan.needed.iter().copied().find(|&output| row[output].is_nan()) {
         None => Ok(()),
-        Some(output) => {
-            let version = match &plan.body {
-                Body::Fmu { fmu, .. } => fmu.description.version,
-                _ => Version::Two,
-            };
-            let error = CallError::not_a_number(version, &columns[output].variable);
-            Err(failure(plan, error, time))
-        }
+        Some(output) => Err(no_number(plan, &columns[output].variable, time())),
     }
+}
+
+#[cold]
+fn no_number(plan: &NodePlan, output: &str, time: f64) -> Error {
+    let version = match &plan.body {
+        Body::Fmu { fmu, .. } => fmu.description.version,
+        _ => Version::Two,
+    };
+    failure(plan, CallError::not_a_number(version, output), time)
 }
 
 /// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
 /// is when the source showed it [s].
+#[inline]
 fn accept(
     input_chain: &InputChain,
     columns: &Columns<Full>,
     (source, input): (NumberIndex<Full>, NumberIndex<Full>),
     row: &Row<Full>,
-    time: f64,
+    time: impl FnOnce() -> f64,
 ) -> Result<(), Error> {
     let value = row[input];
     if input_chain.accepts.holds(value) {
         return Ok(());
     }
-    let (to, from) = (columns[input].name(), columns[source].name());
+    Err(no_value(input_chain, [columns[input].name(), columns[source].name()], value, time()))
+}
+
+#[cold]
+fn no_value(input_chain: &InputChain, [to, from]: [String; 2], value: f64, time: f64) -> Error {
     let (time, expected) = (rounded(time), input_chain.accepts.expected());
     let error = Error::input(format!(
         "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"
     ));
-    Err(error.help("let the source have such values only; `quantise = 1.0` on the connection rounds to whole numbers"))
+    error.help("let the source have such values only; `quantise = 1.0` on the connection rounds to whole numbers")
 }

@@ -67,6 +67,19 @@ pub trait Node: Send {
     /// Goes from communication point `tick` to the next one.
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
 
+    /// Takes the values of the connected inputs, goes from communication point `tick` of the clock to the next one, and gives the values of
+    /// all outputs: [`set`](Node::set), [`step`](Node::step) and [`get`](Node::get) of a node without texts and integers of 64 bits.
+    fn visit(
+        &mut self,
+        inputs: &[f64],
+        (clock, tick): (&Clock, u64),
+        outputs: &mut [f64],
+    ) -> Result<(), CallError> {
+        self.set(inputs)?;
+        self.step(clock, tick)?;
+        self.get(outputs)
+    }
+
     /// Whether a process can hold one instance of it only.
     fn only_once(&self) -> bool {
         false

@@ -30,6 +30,8 @@ pub struct FmuNode {
     /// Those of outputs: where not all elements travel, and what they were when their clocks ticked.
     shown: Memory,
     events: Events,
+    /// Whether all its values are handed over as they are, see [`ports::are_plain`].
+    plain: bool,
 }
 
 impl FmuNode {
@@ -47,8 +49,10 @@ impl FmuNode {
             .load()
             .map_err(|error| Refusal::Early(CallError::new("loading", error.to_string())))?;
         let instance = Instance::with_events(library, name, logging).map_err(Refusal::Early)?;
+        let early = instance.description().returns_early();
         Ok(FmuNode {
             name: name.to_owned(),
+            plain: !early && ports::are_plain(&inputs, &outputs),
             begin: 0.0,
             kept: Memory::of(&inputs.numbers, &inputs.texts),
             shown: Memory::of(&outputs.numbers, &outputs.texts),
@@ -210,6 +214,20 @@ impl Node for FmuNode {
             true => self.step_with_events(clock, tick),
             false => self.instance.step(clock.at(tick), clock.step),
         }
+    }
+
+    fn visit(
+        &mut self,
+        inputs: &[f64],
+        (clock, tick): (&Clock, u64),
+        outputs: &mut [f64],
+    ) -> Result<(), CallError> {
+        if self.plain {
+            return self.visit_plainly(inputs, (clock.at(tick), clock.step), outputs);
+        }
+        self.set(inputs)?;
+        self.step(clock, tick)?;
+        self.get(outputs)
     }
 
     fn end(&mut self) -> Result<(), CallError> {

@@ -59,7 +59,7 @@ fn harmless(who: &str) -> String {
 static ALL: Mutex<Vec<Weak<Activity>>> = Mutex::new(Vec::new());
 
 /// The note of the call around another one, which counts again when that one ends, in whatever way.
-struct Outer(*const Note);
+pub(super) struct Outer(*const Note);
 
 impl Drop for Outer {
     fn drop(&mut self) {
@@ -100,17 +100,35 @@ impl Activity {
         call: &'static CStr,
         body: impl FnOnce() -> T,
     ) -> (T, Option<Changes>) {
-        self.note.call.store(call.as_ptr().cast_mut(), Relaxed);
-        // One thread calls at a time, so nothing is lost between these two.
-        self.calls.store(self.calls.load(Relaxed).wrapping_add(1), Relaxed);
+        self.begin(call);
         let before = Before::now();
-        // SAFETY: the note lives until the call ends, when it is taken back.
-        let outer = Outer(unsafe { trackside_enter(&raw const self.note) });
+        let outer = self.enter();
         let result = body();
         drop(outer);
         let changes = before.put_back();
-        self.note.call.store(ptr::null_mut(), Relaxed);
+        self.rest();
         (result, if changes == 0 { None } else { self.news(changes) })
+    }
+
+    /// Notes that a call begins.
+    #[inline]
+    pub(super) fn begin(&self, call: &'static CStr) {
+        self.note.call.store(call.as_ptr().cast_mut(), Relaxed);
+        // One thread calls at a time, so nothing is lost between these two.
+        self.calls.store(self.calls.load(Relaxed).wrapping_add(1), Relaxed);
+    }
+
+    /// Notes that no call goes on.
+    #[inline]
+    pub(super) fn rest(&self) {
+        self.note.call.store(ptr::null_mut(), Relaxed);
+    }
+
+    /// Lets this thread work for the FMU until the result is dropped, which has to be before the activity is.
+    #[inline]
+    pub(super) fn enter(&self) -> Outer {
+        // SAFETY: the note lives until it is taken back.
+        Outer(unsafe { trackside_enter(&raw const self.note) })
     }
 
     /// Looks at memory of the FMU, with a note for the case that there is none. It calls nobody, so nothing changes around it.
@@ -139,7 +157,7 @@ impl Activity {
 
     /// Those changes that have not been told; they are from here on.
     #[cold]
-    fn news(&self, changes: Changes) -> Option<Changes> {
+    pub(super) fn news(&self, changes: Changes) -> Option<Changes> {
         let told = self.told.fetch_or(changes, Relaxed);
         Some(changes & !told).filter(|news| *news != 0)
     }

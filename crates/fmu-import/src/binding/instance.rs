@@ -46,6 +46,8 @@ pub struct Instance {
     pub(super) events: bool,
     /// Whether it may end a step early.
     pub(super) may_return_early: bool,
+    /// Whether calls of one step go on, see `visit.rs`.
+    pub(super) visited: bool,
     /// Memory for values that the FMU fills in.
     pub(super) lent: Lent,
     /// Memory for integers on their way.
@@ -141,6 +143,7 @@ impl Instance {
             phase: Phase::default(),
             events: modes[0],
             may_return_early: modes[1],
+            visited: false,
             lent: Lent::default(),
             integers: Vec::new(),
             _callbacks: callbacks,
@@ -166,6 +169,7 @@ impl Instance {
     }
 
     /// Calls a function that takes the component, and judges its status.
+    #[inline]
     pub(super) fn run(
         &mut self,
         call: &'static CStr,
@@ -178,7 +182,27 @@ impl Instance {
     }
 
     /// Calls a function that takes the component, unless that is forbidden.
+    #[inline]
     pub(super) fn run_for_status(
+        &mut self,
+        call: &'static CStr,
+        body: impl FnOnce(Component) -> Status,
+    ) -> Result<Status, CallError> {
+        let status = match self.visited {
+            true => {
+                self.activity.begin(call);
+                body(self.component)
+            }
+            false => self.run_alone(call, body)?,
+        };
+        if status >= ERROR {
+            self.note_error(call, status);
+        }
+        Ok(status)
+    }
+
+    /// Calls a function with all that a call has around it.
+    fn run_alone(
         &mut self,
         call: &'static CStr,
         body: impl FnOnce(Component) -> Status,
@@ -191,13 +215,17 @@ impl Instance {
         if let Some(changes) = changes {
             self.mailbox.warn(self.activity.tell(changes, call));
         }
+        Ok(status)
+    }
+
+    #[cold]
+    fn note_error(&mut self, call: &'static CStr, status: Status) {
+        self.phase = Phase::Failed(name(call));
         if status == FATAL {
             self.library.lose();
+            // The next call is asked whether it may be made.
+            self.visited = false;
         }
-        if status >= ERROR {
-            self.phase = Phase::Failed(name(call));
-        }
-        Ok(status)
     }
 
     fn meaning(&self, status: Status) -> String {
@@ -213,6 +241,7 @@ impl Instance {
         }
     }
 
+    #[cold]
     pub(super) fn failure(&self, call: &'static CStr, status: Status) -> CallError {
         CallError::new(
             name(call),

@@ -73,7 +73,7 @@ pub(super) fn around_rare<T>(alone: bool, body: impl FnOnce() -> T) -> (T, Chang
 pub(super) fn in_words(changes: Changes, call: &str) -> impl Iterator<Item = String> {
     let rows = WORDS.iter().enumerate().filter(move |(bit, _)| changes >> bit & 1 == 1);
     rows.map(move |(_, (what, whose))| {
-        format!("{call} {what}, which would have changed {whose}: it is put back after each call")
+        format!("{call} {what}, which would have changed {whose}: it is put back")
     })
 }
 

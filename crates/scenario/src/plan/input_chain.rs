@@ -42,6 +42,7 @@ impl InputChain {
 
     /// The value in the unit of the input.
     #[must_use]
+    #[inline]
     pub fn convert(&self, value: f64) -> f64 {
         let value = value * self.factor + self.offset;
         let other = self.map.iter().find(|[from, _]| *from == value);
@@ -49,6 +50,7 @@ impl InputChain {
     }
 
     /// The value of the input in the step that starts at `time` [s], when the output is `value`.
+    #[inline]
     pub fn value(&mut self, value: f64, time: f64) -> f64 {
         let value = self.effects.apply(self.convert(value));
         self.faults.iter_mut().fold(value, |value, fault| fault.apply(value, time))
