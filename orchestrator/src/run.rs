@@ -139,8 +139,13 @@ impl Job<'_> {
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
         let mut progress = Progress::default();
         let pace = Pace { clock: system.clock, begin, factor: self.options.realtime };
+        // Nobody sees more than a hundred of them, and each costs more than a short step.
+        let (steps, mut next) = (system.clock.steps, 0);
         let mut tick = |done| {
-            events(ProgressEvent::Steps(done, pace.clock.steps));
+            if done >= next {
+                events(ProgressEvent::Steps(done, steps));
+                next = done + steps / 100 + 1;
+            }
             pace.wait(done, || remains.check())
         };
         let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), &mut tick);

@@ -2,7 +2,11 @@
 
 mod effort;
 mod exact;
+mod histogram;
+mod route;
 mod visit;
+
+use std::time::Duration;
 
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, Version};
@@ -14,6 +18,7 @@ use crate::node::{Node, SAME};
 
 pub use self::effort::Effort;
 use self::effort::Efforts;
+use self::route::Routes;
 
 /// Why a step did not come to its end.
 #[derive(Debug)]
@@ -38,6 +43,7 @@ pub struct Memory {
     efforts: Efforts,
     notices: Vec<String>,
     last: Option<(usize, CallError)>,
+    routes: Routes,
 }
 
 impl Memory {
@@ -46,7 +52,8 @@ impl Memory {
     pub fn new(system: &System) -> Self {
         let row = system.columns.row();
         let efforts = Efforts::of(system.nodes.len());
-        Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None }
+        let routes = Routes::of(&system.nodes);
+        Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None, routes }
     }
 }
 
@@ -68,6 +75,9 @@ pub struct Exchange<'a> {
     notices: Vec<String>,
     /// The node that ended the run at the end of this step, and how.
     last: Option<(usize, CallError)>,
+    /// Whether a node has messages.
+    spoke: bool,
+    routes: Routes,
 }
 
 impl<'a> Exchange<'a> {
@@ -82,7 +92,7 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn resume(system: &'a mut System, nodes: &'a mut [Box<dyn Node>], memory: Memory) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let Memory { start, row, efforts, notices, last } = memory;
+        let Memory { start, row, efforts, notices, last, routes } = memory;
         let clock = *clock;
         Exchange {
             plans,
@@ -96,14 +106,21 @@ impl<'a> Exchange<'a> {
             efforts,
             notices,
             last,
+            spoke: true,
+            routes,
         }
+    }
+
+    /// Whether a node may have messages that were there at the end of its step, or other ones; from here on none has.
+    pub(crate) fn take_spoke(&mut self) -> bool {
+        std::mem::take(&mut self.spoke)
     }
 
     /// What it remembers.
     #[must_use]
     pub fn into_memory(self) -> Memory {
-        let Exchange { start, row, efforts, notices, last, .. } = self;
-        Memory { start, row, efforts, notices, last }
+        let Exchange { start, row, efforts, notices, last, routes, .. } = self;
+        Memory { start, row, efforts, notices, last, routes }
     }
 
     /// The nodes in the order in which they step.
@@ -130,10 +147,15 @@ impl<'a> Exchange<'a> {
         &self.row
     }
 
-    /// The effort of each node so far.
+    /// The effort of each node so far, after a step.
     #[must_use]
-    pub fn efforts(&self) -> &[Effort] {
+    pub fn efforts(&mut self) -> &[Effort] {
         self.efforts.all()
+    }
+
+    /// Counts from here on the steps of nodes that take longer than this, in real time.
+    pub fn keep_to(&mut self, deadline: Duration) {
+        self.efforts.keep_to(deadline);
     }
 
     /// What nodes did not keep of what they were told.
@@ -145,7 +167,10 @@ impl<'a> Exchange<'a> {
     /// Begins the step from communication point `tick` on: the row is that of its start.
     pub fn begin(&mut self, tick: u64) {
         self.tick = tick;
-        self.start.copy_from(&self.row);
+        match self.routes.texts {
+            true => self.start.copy_from(&self.row),
+            false => self.start.copy_numbers_from(&self.row),
+        }
         self.efforts.begin();
     }
 
@@ -155,6 +180,10 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When an input does not accept its value.
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
+        if self.routes.of_node(node).is_direct {
+            self.lead_directly(node);
+            return Ok(());
+        }
         match self.plans[node].body {
             // It gets its value when that is there.
             Body::Outlet => Ok(()),
@@ -166,9 +195,11 @@ impl<'a> Exchange<'a> {
         self.efforts.turn_to(node);
         let (clock, tick) = (self.clock, self.tick);
         let shown = |at| clock.at(tick + u64::from(at == At::End));
-        let rows = (Some(&self.start), &self.row);
-        exact::check(&self.plans[node], self.columns, rows, &shown).map_err(Interruption::Value)?;
         let (plan, row) = (&mut self.plans[node], &mut self.row);
+        if !plan.exact.connections.is_empty() {
+            exact::check(plan, self.columns, (Some(&self.start), row), &shown)
+                .map_err(Interruption::Value)?;
+        }
         let time = clock.at(tick);
         for (ResolvedConnection { source, input_chain }, input) in
             plan.connections.iter_mut().zip(plan.inputs.indices())
@@ -238,6 +269,7 @@ impl<'a> Exchange<'a> {
             self.lead(node)?;
         }
         self.call(node, get)?;
+        self.spoke |= self.nodes[node].has_messages();
         self.check(node)
     }
 

@@ -110,6 +110,13 @@ impl<S> Row<S> {
         self.integers.copy_from_slice(&other.integers);
     }
 
+    /// Takes over the numbers and the integers of a row of the same size, and leaves the texts.
+    #[inline]
+    pub fn copy_numbers_from(&mut self, other: &Self) {
+        self.numbers.copy_from_slice(&other.numbers);
+        self.integers.copy_from_slice(&other.integers);
+    }
+
     /// Replaces all values, without allocating for numbers.
     pub fn assign(&mut self, numbers: &[f64], texts: Vec<String>, integers: Vec<i128>) {
         self.numbers.clear();

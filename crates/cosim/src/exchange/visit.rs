@@ -1,7 +1,5 @@
 //! Lets a node do all of its step at once, which costs less than one call after the other.
 
-use scenario::plan::{Body, NodePlan};
-
 use super::{Exchange, Interruption, check_numbers};
 
 impl Exchange<'_> {
@@ -12,8 +10,10 @@ impl Exchange<'_> {
     /// When the node fails, or ends the run before the end of the step; when an output is NaN.
     pub fn go(&mut self, node: usize) -> Result<(), Interruption> {
         let plan = &self.plans[node];
-        let sides =
-            if has_numbers_only(plan) { self.row.both(plan.outputs, plan.inputs) } else { None };
+        let sides = match self.routes.of_node(node).has_numbers_only {
+            true => self.row.both(plan.outputs, plan.inputs),
+            false => None,
+        };
         let Some((outputs, inputs)) = sides else {
             self.step(node)?;
             return self.read(node);
@@ -21,7 +21,10 @@ impl Exchange<'_> {
         self.efforts.count(node);
         self.efforts.turn_to(node);
         match self.nodes[node].visit(inputs, (&self.clock, self.tick), outputs) {
-            Ok(()) => self.check(node),
+            Ok(spoke) => {
+                self.spoke |= spoke;
+                self.check(node)
+            }
             Err(error) => {
                 self.efforts.rest();
                 self.ended(node, error)?;
@@ -31,20 +34,11 @@ impl Exchange<'_> {
     }
 
     /// Checks the outputs of a node, which have been read.
+    #[inline]
     pub(super) fn check(&mut self, node: usize) -> Result<(), Interruption> {
         let plan = &self.plans[node];
         let checked = check_numbers(plan, self.columns, &self.row, || self.clock.at(self.tick + 1));
         self.efforts.rest();
         checked.map_err(Interruption::Value)
     }
-}
-
-/// Whether nothing but numbers goes in and comes out.
-#[inline]
-fn has_numbers_only(plan: &NodePlan) -> bool {
-    let NodePlan { texts, exact, .. } = plan;
-    let none = texts.unneeded || texts.outputs.positions().is_empty();
-    let texts = none && texts.inputs.positions().is_empty();
-    let exact = exact.connections.is_empty() && (exact.unneeded || exact.numbers.is_empty());
-    texts && exact && !matches!(plan.body, Body::Outlet)
 }

@@ -221,13 +221,15 @@ impl Node for FmuNode {
         inputs: &[f64],
         (clock, tick): (&Clock, u64),
         outputs: &mut [f64],
-    ) -> Result<(), CallError> {
+    ) -> Result<bool, CallError> {
         if self.plain {
-            return self.visit_plainly(inputs, (clock.at(tick), clock.step), outputs);
+            self.visit_plainly(inputs, (clock.at(tick), clock.step), outputs)?;
+        } else {
+            self.set(inputs)?;
+            self.step(clock, tick)?;
+            self.get(outputs)?;
         }
-        self.set(inputs)?;
-        self.step(clock, tick)?;
-        self.get(outputs)
+        Ok(self.has_messages())
     }
 
     fn end(&mut self) -> Result<(), CallError> {
@@ -262,6 +264,10 @@ impl Node for FmuNode {
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
         self.instance.deserialise(bytes).map(NodeState::new)
+    }
+
+    fn has_messages(&self) -> bool {
+        self.instance.has_messages()
     }
 
     fn messages(&mut self) -> Vec<Message> {

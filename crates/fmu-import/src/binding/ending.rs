@@ -23,6 +23,15 @@ unsafe extern "C" {
 pub fn guard_exit() {
     // SAFETY: the function installs handlers that live as long as the program.
     unsafe { trackside_guard_exit() };
+    GUARDED.store(true, Relaxed);
+}
+
+static GUARDED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the program is guarded, see [`guard_exit`].
+#[inline]
+pub(super) fn is_guarded() -> bool {
+    GUARDED.load(Relaxed)
 }
 
 /// Says that all results are written: if foreign code crashes or exits from here on, that is told, and `code` is the exit code.

@@ -11,6 +11,7 @@ use super::lent::Lent;
 use super::mailbox::Mailbox;
 use super::phase::Phase;
 use super::state::States;
+use super::surroundings::Steps;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
@@ -48,6 +49,7 @@ pub struct Instance {
     pub(super) may_return_early: bool,
     /// Whether calls of one step go on, see `visit.rs`.
     pub(super) visited: bool,
+    pub(super) steps: Steps,
     /// Memory for values that the FMU fills in.
     pub(super) lent: Lent,
     /// Memory for integers on their way.
@@ -144,6 +146,7 @@ impl Instance {
             events: modes[0],
             may_return_early: modes[1],
             visited: false,
+            steps: Steps::default(),
             lent: Lent::default(),
             integers: Vec::new(),
             _callbacks: callbacks,
@@ -153,8 +156,16 @@ impl Instance {
 
     /// What the FMU says about itself.
     #[must_use]
+    #[inline]
     pub fn description(&self) -> &Description {
         self.library.description()
+    }
+
+    /// Whether messages were logged since they were taken the last time.
+    #[inline]
+    #[must_use]
+    pub fn has_messages(&self) -> bool {
+        self.mailbox.has_some()
     }
 
     /// Takes the messages that were logged since the last time.
@@ -164,6 +175,7 @@ impl Instance {
 
     /// Whether this or another instance of the FMU returned the status fatal, after which none is called.
     #[must_use]
+    #[inline]
     pub fn is_lost(&self) -> bool {
         self.library.is_lost()
     }

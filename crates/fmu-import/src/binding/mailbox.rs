@@ -95,6 +95,12 @@ impl Mailbox {
         }
     }
 
+    /// Whether messages came since the last time.
+    #[inline]
+    pub(super) fn has_some(&self) -> bool {
+        self.held.some.load(Relaxed)
+    }
+
     /// Takes the messages that came since the last time.
     pub(super) fn take(&self) -> Vec<Message> {
         let Waiting { messages, some, .. } = &*self.held;

@@ -56,6 +56,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also when the step ends early.
+    #[inline]
     pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
         let version = self.description().version;
         match (&self.library.own, self.states.none_ever()) {

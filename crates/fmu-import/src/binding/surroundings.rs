@@ -3,10 +3,13 @@
 use std::ffi::{c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
+use super::ending::is_guarded;
+
 unsafe extern "C" {
-    /// Defined in `surroundings.c`, as the next three.
+    /// Defined in `surroundings.c`, as the next four.
     fn trackside_before(before: *mut Before);
     fn trackside_after(before: *const Before) -> c_int;
+    fn trackside_after_step(before: *const Before) -> c_int;
     fn trackside_signals(mask: *mut Mask);
     fn trackside_after_rare(mask: *const Mask) -> c_int;
 }
@@ -43,9 +46,22 @@ impl Before {
     #[inline]
     pub(super) fn now() -> Self {
         let mut before = Before { control: 0, locale: std::ptr::null_mut(), x87: 0 };
-        // SAFETY: the function writes the structure, which has the same layout there.
-        unsafe { trackside_before(&raw mut before) };
+        // In a guarded program all threads have what it had in the beginning: reading that again would double the cost of a call.
+        if !is_guarded() {
+            // SAFETY: the function writes the structure, which has the same layout there.
+            unsafe { trackside_before(&raw mut before) };
+        }
         before
+    }
+
+    /// Puts back what is different now after the calls of a step; `asks` says whether the processor is asked.
+    #[inline]
+    pub(super) fn put_back_after_step(&self, asks: bool) -> Changes {
+        if asks {
+            return self.put_back();
+        }
+        // SAFETY: the function reads the structure.
+        unsafe { trackside_after_step(&raw const *self) }.cast_unsigned()
     }
 
     /// Puts back what is different now, which is said.
@@ -53,6 +69,28 @@ impl Before {
     pub(super) fn put_back(&self) -> Changes {
         // SAFETY: the function reads the structure.
         unsafe { trackside_after(&raw const *self) }.cast_unsigned()
+    }
+}
+
+/// So many steps of an instance lie between two after which the processor is asked: a calculation that ends the program is not seen
+/// otherwise, if it was asked to do so without a library.
+const SELDOM: u8 = 16;
+
+/// Counts the steps of an instance.
+#[derive(Debug, Default)]
+pub(super) struct Steps(u8);
+
+impl Steps {
+    /// What is so now, and whether the processor is to be asked after the step. Then what another FMU may have left is put back before it.
+    #[inline]
+    pub(super) fn begin(&mut self) -> (Before, bool) {
+        let before = Before::now();
+        self.0 = (self.0 + 1) % SELDOM;
+        let asks = self.0 == 0;
+        if asks {
+            before.put_back();
+        }
+        (before, asks)
     }
 }
 

@@ -1,11 +1,11 @@
 //! Makes the calls of a step of an instance in a row: what each other call has around it, these have around them all.
 //!
 //! The note names each call, as ever: that is one word in memory. How numbers are rounded and which locale is set is looked at after
-//! the last call. Asking the processor takes as long as a short call, and nothing of ours depends on it in between.
+//! the last call: nothing of ours depends on it in between.
 
 use super::Instance;
 use super::ending::notes_are_written;
-use super::surroundings::{Before, Changes};
+use super::surroundings::Changes;
 use crate::{CallError, Storage};
 
 /// An instance in the middle of a step.
@@ -66,14 +66,14 @@ impl Instance {
         if self.is_lost() || notes_are_written() {
             return calls(&mut Visit(self));
         }
-        let before = Before::now();
+        let (before, asks) = self.steps.begin();
         // The instance stays where it is, and with it the activity: whoever makes the calls has a `Visit` only.
         let (outer, called) = (self.activity.enter(), self.mailbox.enter());
         self.visited = true;
         let done = calls(&mut Visit(self));
         self.visited = false;
         drop((called, outer));
-        let changes = before.put_back();
+        let changes = before.put_back_after_step(asks);
         self.activity.rest();
         if changes != 0 {
             self.tell_step(changes);

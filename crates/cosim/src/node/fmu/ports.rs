@@ -108,6 +108,7 @@ pub(super) fn are_plain(inputs: &Ports, outputs: &Ports) -> bool {
 
 impl FmuNode {
     /// Makes all calls of a step from a time on and of a length [s], of an FMU whose values are plain.
+    #[inline]
     pub(super) fn visit_plainly(
         &mut self,
         inputs: &[f64],
