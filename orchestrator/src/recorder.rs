@@ -186,7 +186,9 @@ impl Recordings {
 
 impl Sink<Full> for Recordings {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
-        self.selection.pick(row, &mut self.row);
+        if !self.selection.is_empty() {
+            self.selection.pick(row, &mut self.row);
+        }
         self.sinks.iter_mut().try_for_each(|sink| sink.row(tick, time, &self.row))
     }
 

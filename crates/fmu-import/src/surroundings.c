@@ -87,7 +87,6 @@ enum { USUAL = 0x1f80 };
 
 /* What the process had when it was guarded, before any foreign code. */
 static Before home;
-static int at_home;
 static const char *home_locale;
 static struct stat home_folder;
 static int home_descriptor = -1;
@@ -101,7 +100,6 @@ static void look(Before *before) {
 
 void trackside_note_surroundings(void) {
     look(&home);
-    at_home = 1;
     const char *now = setlocale(LC_ALL, NULL);
     /* Where something else was loaded before this program, its locale is left alone. */
     if (now && strcmp(now, "C") == 0) home_locale = now;
@@ -143,16 +141,16 @@ static inline int put_locale_back(const Before *before) {
     return changes;
 }
 
-/* Puts back what each call may change; says what that was. */
+/* Puts back what each call may change; says what that was. In a guarded program there is nothing from before. */
 int trackside_after(const Before *before) {
-    if (at_home) before = &home;
+    if (!before) before = &home;
     return put_numbers_back(before) | put_locale_back(before);
 }
 
 /* The same after the calls of a step, of which there are many. */
 int trackside_after_step(const Before *before) {
 #if defined __x86_64__
-    if (at_home && home.control == USUAL && x87() == home.x87 && calculates_as_usual()) return put_locale_back(&home);
+    if (!before && home.control == USUAL && x87() == home.x87 && calculates_as_usual()) return put_locale_back(&home);
 #endif
     return trackside_after(before);
 }

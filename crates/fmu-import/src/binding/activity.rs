@@ -140,7 +140,7 @@ impl Activity {
         let outer = self.enter();
         let result = body();
         drop(outer);
-        let changes = before.put_back();
+        let changes = surroundings::put_back(before.as_ref());
         self.rest();
         (result, if changes == 0 { None } else { self.news(changes) })
     }

@@ -200,13 +200,11 @@ impl Instance {
         call: &'static CStr,
         body: impl FnOnce(Component) -> Status,
     ) -> Result<Status, CallError> {
-        let status = match self.visited {
-            true => {
-                self.activity.begin(call);
-                body(self.component)
-            }
-            false => self.run_alone(call, body)?,
-        };
+        if !self.visited {
+            return self.run_alone(call, body);
+        }
+        self.activity.begin(call);
+        let status = body(self.component);
         if status >= ERROR {
             self.note_error(call, status);
         }
@@ -214,6 +212,7 @@ impl Instance {
     }
 
     /// Calls a function with all that a call has around it.
+    #[inline(never)]
     fn run_alone(
         &mut self,
         call: &'static CStr,
@@ -226,6 +225,9 @@ impl Instance {
             self.activity.during(call, || self.mailbox.during(|| body(self.component)));
         if let Some(changes) = changes {
             self.mailbox.warn(self.activity.tell(changes, call));
+        }
+        if status >= ERROR {
+            self.note_error(call, status);
         }
         Ok(status)
     }

@@ -4,12 +4,13 @@ use std::ffi::CStr;
 
 use super::instance::name;
 use super::phase::Phase;
-use super::{Component, Instance, Status};
+use super::{Component, Instance, OK, Status, WARNING};
 use crate::CallError;
 
 /// What stands behind the values: bytes that no FMU writes by chance.
 const GUARD: [u8; 64] = *b"what stands here is not the FMU's; it was asked for fewer values";
 /// Whether these are still the bytes of the guard. Without a call of `memcmp`, which takes longer than the comparison.
+#[inline]
 fn is_guard(bytes: &[u8; GUARD.len()]) -> bool {
     let (found, _) = bytes.as_chunks::<WORD>();
     let (guard, _) = GUARD.as_chunks::<WORD>();
@@ -33,6 +34,7 @@ pub(super) struct Lent {
 
 impl Lent {
     /// An array with these values.
+    #[inline]
     fn lend<T: Copy>(&mut self, values: &[T]) -> *mut T {
         const { assert!(align_of::<T>() <= align_of::<u64>(), "words are aligned enough") };
         let size = size_of_val(values);
@@ -56,6 +58,7 @@ impl Lent {
     }
 
     /// Makes room for so many bytes of values and what is spare; the guard is to stand behind these.
+    #[cold]
     fn make_room(&mut self, size: usize) {
         let needed = (size + SPARE).div_ceil(WORD);
         if self.words.len() < needed {
@@ -68,6 +71,7 @@ impl Lent {
     ///
     /// # Safety
     /// The array is one of so many values, and each of them is one, whatever the FMU wrote.
+    #[inline]
     unsafe fn take_back<T: Copy>(&mut self, values: &mut [T]) -> bool {
         let array = self.words.as_ptr().cast::<T>();
         // SAFETY: as in `lend`.
@@ -133,10 +137,15 @@ impl Instance {
         body: impl FnOnce(Component, *mut T) -> Status,
     ) -> Result<(), CallError> {
         let array = self.lent.lend(values);
-        let filled = self.run(call, |component| body(component, array));
+        let called = self.run_for_status(call, |component| body(component, array));
         // SAFETY: it was lent with these values just now, of a type that may have any bits.
         let whole = unsafe { self.lent.take_back(values) };
-        if whole { filled } else { Err(self.overrun(call, values.len())) }
+        match called {
+            Ok(OK | WARNING) if whole => Ok(()),
+            _ if !whole => Err(self.overrun(call, values.len())),
+            Ok(status) => Err(self.failure(call, status)),
+            Err(error) => Err(error),
+        }
     }
 
     /// The same for two arrays of one length.

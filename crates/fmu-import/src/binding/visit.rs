@@ -5,7 +5,7 @@
 
 use super::Instance;
 use super::ending::notes_are_written;
-use super::surroundings::Changes;
+use super::surroundings::{Changes, put_back_after_step};
 use crate::{CallError, Storage};
 
 /// An instance in the middle of a step.
@@ -73,7 +73,7 @@ impl Instance {
         let done = calls(&mut Visit(self));
         self.visited = false;
         drop((called, outer));
-        let changes = before.put_back_after_step(asks);
+        let changes = put_back_after_step(before.as_ref(), asks);
         self.activity.rest();
         if changes != 0 {
             self.tell_step(changes);
