@@ -7,6 +7,7 @@ mod baseline;
 mod fresh;
 pub mod inspect;
 mod options;
+mod pace;
 pub mod package;
 mod recorder;
 pub mod report;

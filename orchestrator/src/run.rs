@@ -8,11 +8,12 @@ use cosim::coupling;
 use cosim::master::{self, Progress};
 use cosim::node::{self, Host, Node};
 use diagnostics::{Error, Mistakes};
-use scenario::plan::{Clock, System};
+use scenario::plan::System;
 use scenario::resolve::{self, Overrides};
 use scenario::{Built, Scenario, words};
 
 use crate::options::{ProgressEvent, Replay, RunOptions};
+use crate::pace::Pace;
 use crate::recorder::Recorder;
 use crate::report::{RunReport, Validated};
 use crate::run_folder::{self, RunFolder};
@@ -137,10 +138,15 @@ impl Job<'_> {
             Recorder::new(&mut system, baselines, &options)
         })?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
-        let mut progress = Progress::default();
-        let pace = Pace { clock: system.clock, begin, factor: self.options.realtime };
+        let mut pace = Pace::new(system.clock, self.options.realtime);
+        let mut progress = Progress { deadline: pace.deadline(), ..Progress::default() };
+        // Nobody sees more than a hundred of them, and each costs more than a short step.
+        let (steps, mut next) = (system.clock.steps, 0);
         let mut tick = |done| {
-            events(ProgressEvent::Steps(done, pace.clock.steps));
+            if done >= next {
+                events(ProgressEvent::Steps(done, steps));
+                next = done + steps / 100 + 1;
+            }
             pace.wait(done, || remains.check())
         };
         let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), &mut tick);
@@ -157,6 +163,7 @@ impl Job<'_> {
         report.baselines = recorder.baselines.outcomes();
         verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
         baseline::draw(&recorder.baselines, &mut report)?;
+        report.late_points = pace.late_points();
         report.conclude(&progress, system.clock.step, verdicts, failure.as_ref());
         recorder.conclude(&report)?;
         if bless {
@@ -220,37 +227,6 @@ impl Job<'_> {
         }
     }
 }
-
-/// Holds a run back to a multiple of real time.
-struct Pace {
-    clock: Clock,
-    begin: Instant,
-    /// Simulated seconds per second; as fast as possible without it.
-    factor: Option<f64>,
-}
-
-impl Pace {
-    /// Waits until communication point `tick` is due.
-    ///
-    /// # Errors
-    /// When the run has to end.
-    fn wait(&self, tick: u64, check: impl Fn() -> Result<(), Error>) -> Result<(), Error> {
-        check()?;
-        let Some(factor) = self.factor else { return Ok(()) };
-        let due = Duration::from_secs_f64((self.clock.at(tick) - self.clock.start) / factor);
-        loop {
-            let left = due.saturating_sub(self.begin.elapsed());
-            if left.is_zero() {
-                return Ok(());
-            }
-            std::thread::sleep(left.min(NAP));
-            check()?;
-        }
-    }
-}
-
-/// A run that waits looks this often whether it has to end.
-const NAP: Duration = Duration::from_millis(50);
 
 /// Steps the nodes to the end.
 fn simulate(

@@ -145,8 +145,23 @@ impl Checks {
 }
 
 impl Sink<Full> for Checks {
+    #[inline]
     fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.reached = time;
+        if !self.checks.is_empty() {
+            self.judge(time, row);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+}
+
+impl Checks {
+    fn judge(&mut self, time: f64, row: &Row<Full>) {
         let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged);
         for (((plan, judge), state), unjudged) in checks {
             let Judge::Run(monitor) = judge else { continue };
@@ -166,11 +181,6 @@ impl Sink<Full> for Checks {
                 self.notices.push(change(&plan.name, time, now));
             }
         }
-        Ok(())
-    }
-
-    fn notices(&mut self) -> Vec<Notice> {
-        std::mem::take(&mut self.notices)
     }
 }
 

@@ -1,13 +1,17 @@
 //! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
 
+mod along;
 mod effort;
 mod exact;
+mod histogram;
 mod initial;
 mod judge;
 mod loops;
+mod route;
 mod snapshot;
+mod visit;
 
-use std::mem::take;
+use std::time::Duration;
 
 use diagnostics::Error;
 use fmu_import::CallError;
@@ -22,6 +26,7 @@ pub use self::effort::Effort;
 use self::effort::Efforts;
 use self::judge::{accept, check_numbers};
 pub(crate) use self::loops::{lacking, unsolved};
+use self::route::Routes;
 pub use self::snapshot::Snapshot;
 
 /// Why a step did not come to its end.
@@ -63,6 +68,7 @@ pub struct Memory {
     last: Option<(usize, CallError)>,
     /// The inputs that have courses within a step, by node.
     pub moving: Vec<Vec<Moving>>,
+    routes: Routes,
 }
 
 impl Memory {
@@ -71,16 +77,10 @@ impl Memory {
     pub fn new(system: &System) -> Self {
         let row = system.columns.row();
         let efforts = Efforts::of(system.nodes.len());
-        let moving = system.nodes.iter().map(moving).collect();
-        Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None, moving }
+        let moving = system.nodes.iter().map(along::moving).collect();
+        let (notices, routes) = (Vec::new(), Routes::of(&system.nodes));
+        Memory { start: row.clone(), row, efforts, notices, last: None, moving, routes }
     }
-}
-
-fn moving(plan: &NodePlan) -> Vec<Moving> {
-    let links = plan.connections.iter().enumerate();
-    let moving =
-        links.filter_map(|(place, link)| Some(Moving::new(place, link.course?, link.source.at)));
-    moving.collect()
 }
 
 /// The nodes and values of a run during one communication step. Nodes are addressed by their index in the
@@ -109,6 +109,9 @@ pub struct Exchange<'a> {
     notices: Vec<String>,
     /// The node that ended the run at the end of this step, and how.
     last: Option<(usize, CallError)>,
+    /// Whether a node has messages.
+    spoke: bool,
+    routes: Routes,
 }
 
 impl<'a> Exchange<'a> {
@@ -123,7 +126,7 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn resume(system: &'a mut System, nodes: &'a mut [Box<dyn Node>], memory: Memory) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let Memory { start, row, efforts, notices, last, moving } = memory;
+        let Memory { start, row, efforts, notices, last, moving, routes } = memory;
         let clock = *clock;
         Exchange {
             part: (clock, 0),
@@ -142,14 +145,21 @@ impl<'a> Exchange<'a> {
             efforts,
             notices,
             last,
+            spoke: true,
+            routes,
         }
+    }
+
+    /// Whether a node may have messages that were there at the end of its step, or other ones; from here on none has.
+    pub(crate) fn take_spoke(&mut self) -> bool {
+        std::mem::take(&mut self.spoke)
     }
 
     /// What it remembers.
     #[must_use]
     pub fn into_memory(self) -> Memory {
-        let Exchange { start, row, efforts, notices, last, moving, .. } = self;
-        Memory { start, row, efforts, notices, last, moving }
+        let Exchange { start, row, efforts, notices, last, moving, routes, .. } = self;
+        Memory { start, row, efforts, notices, last, moving, routes }
     }
 
     /// The nodes in the order in which they step.
@@ -176,10 +186,15 @@ impl<'a> Exchange<'a> {
         &self.row
     }
 
-    /// The effort of each node so far.
+    /// The effort of each node so far, after a step.
     #[must_use]
-    pub fn efforts(&self) -> &[Effort] {
+    pub fn efforts(&mut self) -> &[Effort] {
         self.efforts.all()
+    }
+
+    /// Counts from here on the steps of nodes that take longer than this, in real time.
+    pub fn keep_to(&mut self, deadline: Duration) {
+        self.efforts.keep_to(deadline);
     }
 
     /// What nodes did not keep of what they were told.
@@ -199,7 +214,10 @@ impl<'a> Exchange<'a> {
     pub fn begin_part(&mut self, clock: Clock, tick: u64) {
         self.part = (clock, tick);
         self.samples = clock.at(tick) == self.clock.at(self.tick);
-        self.start.copy_from(&self.row);
+        match self.routes.texts {
+            true => self.start.copy_from(&self.row),
+            false => self.start.copy_numbers_from(&self.row),
+        }
     }
 
     /// The communication point at which the step begins.
@@ -221,6 +239,10 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When an input does not accept its value.
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
+        if self.routes.of_node(node).is_direct {
+            self.lead_directly(node);
+            return Ok(());
+        }
         match self.plans[node].body {
             // It gets its value when that is there.
             Body::Outlet => Ok(()),
@@ -233,9 +255,11 @@ impl<'a> Exchange<'a> {
         self.efforts.turn_to(node);
         let span = self.span();
         let shown = |at| if at == At::End { span.1 } else { span.0 };
-        let rows = (Some(&self.start), &self.row);
-        exact::check(&self.plans[node], self.columns, rows, &shown).map_err(Interruption::Value)?;
         let (plan, row) = (&mut self.plans[node], &mut self.row);
+        if !plan.exact.connections.is_empty() {
+            exact::check(plan, self.columns, (Some(&self.start), row), &shown)
+                .map_err(Interruption::Value)?;
+        }
         // Faults begin and end at communication points.
         let time = self.clock.at(self.tick);
         let links = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
@@ -249,7 +273,8 @@ impl<'a> Exchange<'a> {
             }
             let from = if source.at == At::Start { &self.start } else { &*row };
             row[input] = input_chain.value(from[source.index], time);
-            accept(input_chain, self.columns, (source.index, input), row[input], shown(source.at))
+            let (ends, shown) = ((source.index, input), || shown(source.at));
+            accept(input_chain, self.columns, ends, row[input], shown)
                 .map_err(Interruption::Value)?;
         }
         exact::carry(plan, Some(&self.start), row);
@@ -277,43 +302,20 @@ impl<'a> Exchange<'a> {
             }),
             false => self.step_along(node),
         };
-        let end = clock.at(tick + 1);
         match stepped {
-            Err(Interruption::Call {
-                error: error @ CallError { terminated: Some(at), .. },
-                ..
-            }) if at >= end - SAME * clock.step => {
-                self.last.get_or_insert((node, error));
-                Ok(())
-            }
+            Err(Interruption::Call { error, .. }) => self.ended(node, error),
             other => other,
         }
     }
 
-    /// The same for a node with inputs that have courses. Those that know their value at the end have it afterwards, since outputs
-    /// may follow it.
-    fn step_along(&mut self, node: usize) -> Result<(), Interruption> {
-        let ((clock, tick), span) = (self.part, self.span());
-        let (mut held, mut courses) = (take(&mut self.held), take(&mut self.courses));
-        let inputs = self.plans[node].inputs;
-        held.clear();
-        held.extend_from_slice(&self.row[inputs]);
-        courses.clear();
-        for moving in &mut self.moving[node] {
-            let before = inputs.index(moving.place).map(|input| self.start[input]);
-            let value = held[moving.place];
-            moving.note(span, before.unwrap_or(value), value);
-            courses.push((moving.place, moving.course()));
+    /// Takes the error of a node that stepped for its end, if it ended the run at the end of the step.
+    fn ended(&mut self, node: usize, error: CallError) -> Result<(), Interruption> {
+        let end = self.span().1 - SAME * self.part.0.step;
+        if error.terminated.is_none_or(|at| at < end) {
+            return Err(Interruption::Call { node, error });
         }
-        let settles = self.moving[node].iter().any(Moving::knows_end);
-        let done = self.call(node, |plan, node, row| {
-            set_others(plan, node, row)?;
-            node.set_courses(&mut held, &courses, span)?;
-            node.step(&clock, tick)?;
-            if settles { node.settle(&row[plan.inputs]) } else { Ok(()) }
-        });
-        (self.held, self.courses) = (held, courses);
-        done
+        self.last.get_or_insert((node, error));
+        Ok(())
     }
 
     /// The node that ended the run at the end of this step, and how.
@@ -338,10 +340,8 @@ impl<'a> Exchange<'a> {
             self.lead(node, &[])?;
         }
         self.call(node, get)?;
-        let time = self.span().1;
-        let checked = check_numbers(&self.plans[node], self.columns, &self.row, time);
-        self.efforts.rest();
-        checked.map_err(Interruption::Value)
+        self.spoke |= self.nodes[node].has_messages();
+        self.check(node)
     }
 
     fn call(
@@ -378,11 +378,14 @@ fn set_others(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(
 
 fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
     node.get(&mut row[plan.outputs])?;
-    if !plan.exact.numbers.is_empty() {
+    if !plan.exact.numbers.is_empty() && !plan.exact.unneeded {
         node.get_integers(&mut row[plan.exact.outputs])?;
         for pair in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
             row.put(pair, row[pair.0]);
         }
     }
-    node.get_texts(&mut row[plan.texts.outputs])
+    match plan.texts.unneeded {
+        true => Ok(()),
+        false => node.get_texts(&mut row[plan.texts.outputs]),
+    }
 }

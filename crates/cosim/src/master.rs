@@ -1,5 +1,7 @@
 //! Steps the nodes from communication point to communication point and hands every row to the sinks.
 
+use std::time::Duration;
+
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, MessageLevel};
 use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
@@ -22,6 +24,8 @@ pub struct Progress {
     pub efforts: Vec<Effort>,
     /// What the coupling did.
     pub account: Account,
+    /// How long a node may take for a communication step; longer ones are counted.
+    pub deadline: Option<Duration>,
 }
 
 /// Runs the system to its last communication point. `progress` tells how far the run came, also when it
@@ -38,6 +42,7 @@ pub fn run(
     tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let mut exchange = Exchange::new(system, nodes);
+    progress.deadline.into_iter().for_each(|deadline| exchange.keep_to(deadline));
     let result = drive(&mut exchange, coupling, sink, progress, tick);
     progress.efforts = exchange.efforts().to_vec();
     progress.account = coupling.account();
@@ -67,7 +72,9 @@ fn drive(
             return end(exchange, clock.at(k));
         }
         let time = clock.at(k + 1);
-        report_messages(exchange, sink, time)?;
+        if exchange.take_spoke() {
+            report_messages(exchange, sink, time)?;
+        }
         report_rounded(exchange, sink, &mut told, time)?;
         sink.row(k + 1, time, exchange.row())?;
         progress.steps = k + 1;
@@ -76,7 +83,8 @@ fn drive(
             let _ = end(exchange, time);
             return Err(error);
         }
-        if let Some((node, error)) = exchange.last().cloned() {
+        if let Some((node, error)) = exchange.last() {
+            let (node, error) = (*node, error.clone());
             let interruption = Interruption::Call { node, error };
             progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
             return end(exchange, time);

@@ -92,6 +92,21 @@ pub trait Node: Send {
     /// Goes from communication point `tick` to the next one.
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
 
+    /// Takes the values of the connected inputs, goes from communication point `tick` of the clock to the next one, and gives the values of
+    /// all outputs: [`set`](Node::set), [`step`](Node::step) and [`get`](Node::get) of a node without texts and integers of 64 bits.
+    /// Says whether there are messages to take.
+    fn visit(
+        &mut self,
+        inputs: &[f64],
+        (clock, tick): (&Clock, u64),
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
+        self.set(inputs)?;
+        self.step(clock, tick)?;
+        self.get(outputs)?;
+        Ok(self.has_messages())
+    }
+
     /// Whether a process can hold one instance of it only.
     fn only_once(&self) -> bool {
         false
@@ -141,6 +156,11 @@ pub trait Node: Send {
     /// Takes what to tell at the end of the run: failures that it went on after.
     fn notices(&mut self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// Whether there are messages to take.
+    fn has_messages(&self) -> bool {
+        false
     }
 
     /// Takes the messages that the node logged since the last time.

@@ -55,6 +55,7 @@ pub struct Clock {
 impl Clock {
     /// The time of communication point `tick` [s].
     #[must_use]
+    #[inline]
     pub fn at(&self, tick: u64) -> f64 {
         // Ticks stay far below 2^53.
         self.start + tick as f64 * self.step
@@ -115,12 +116,14 @@ pub struct Group {
 impl Group {
     /// Whether all elements travel.
     #[must_use]
+    #[inline]
     pub fn is_whole(&self) -> bool {
         self.places.len() == self.elements
     }
 
     /// Whether the values are integers of 64 bits, which travel exactly.
     #[must_use]
+    #[inline]
     pub fn is_exact(&self) -> bool {
         matches!(self.storage, Storage::Int64 | Storage::UInt64)
     }
@@ -247,6 +250,8 @@ pub struct ExactPlan {
     pub inputs: IntegerRange<Full>,
     /// The connections with such an integer at one end or at both.
     pub connections: Vec<ExactConnection>,
+    /// Whether nobody uses any of its outputs.
+    pub unneeded: bool,
 }
 
 /// What a connection of numbers is for an integer of 64 bits.
@@ -280,6 +285,8 @@ pub struct TextPlan {
     pub inputs: TextRange<Full>,
     /// The source of each connected input.
     pub connections: Vec<Source<TextIndex<Full>>>,
+    /// Whether nobody uses any of its outputs.
+    pub unneeded: bool,
 }
 
 /// Source of the value of an input.

@@ -26,8 +26,7 @@ impl Coupling for GaussSeidel {
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         for &node in exchange.order() {
             exchange.feed(node)?;
-            exchange.step(node)?;
-            exchange.read(node)?;
+            exchange.go(node)?;
         }
         Ok(())
     }

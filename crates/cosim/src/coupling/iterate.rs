@@ -74,8 +74,7 @@ impl Coupling for Iterate {
                 Part::Loop(it) => it.step(exchange)?,
                 Part::Node(node) => {
                     exchange.feed(*node)?;
-                    exchange.step(*node)?;
-                    exchange.read(*node)?;
+                    exchange.go(*node)?;
                 }
             }
         }

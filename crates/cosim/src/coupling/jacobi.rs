@@ -26,10 +26,6 @@ impl Coupling for Jacobi {
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         let order = exchange.order();
         order.iter().try_for_each(|&node| exchange.feed(node))?;
-        for &node in order {
-            exchange.step(node)?;
-            exchange.read(node)?;
-        }
-        Ok(())
+        order.iter().try_for_each(|&node| exchange.go(node))
     }
 }

@@ -119,8 +119,7 @@ impl Loop {
             let own = block.tears.iter().zip(guess.iter()).filter(|(tear, _)| tear.node == node);
             let own: Vec<_> = own.map(|(tear, value)| (tear.place, *value)).collect();
             exchange.feed_guess(node, &own)?;
-            exchange.step(node)?;
-            exchange.read(node)?;
+            exchange.go(node)?;
         }
         found.clear();
         for tear in &block.tears {

@@ -35,7 +35,7 @@ impl Exchange<'_> {
             })?;
         }
         let mut plans = self.plans.iter();
-        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, self.clock.start))
+        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, || self.clock.start))
     }
 
     /// Hands a node its inputs before the first step, some of them given by their places, and reads its outputs.
@@ -76,7 +76,9 @@ impl Exchange<'_> {
                 continue;
             }
             row[input] = input_chain.convert(row[source.index]);
-            accept(input_chain, self.columns, (source.index, input), row[input], self.clock.start)?;
+            accept(input_chain, self.columns, (source.index, input), row[input], || {
+                self.clock.start
+            })?;
         }
         exact::carry(plan, None, row);
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {

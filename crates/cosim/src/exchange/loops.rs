@@ -44,7 +44,7 @@ impl Exchange<'_> {
         }
         let value = link.input_chain.value(self.row[link.source.index], time);
         let ends = (link.source.index, input);
-        super::accept(&link.input_chain, self.columns, ends, value, end)
+        super::accept(&link.input_chain, self.columns, ends, value, || end)
             .map_err(Interruption::Value)?;
         Ok(value)
     }

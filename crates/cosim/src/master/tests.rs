@@ -136,6 +136,7 @@ fn texts_travel_with_the_same_delay_as_numbers() {
                     outputs: TextRange::new(index..index + 1),
                     inputs: TextRange::new(2 + index..3 + index),
                     connections: vec![Source { index: TextIndex::new(source), at }],
+                    unneeded: false,
                 },
             };
         }

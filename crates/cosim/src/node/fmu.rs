@@ -34,6 +34,8 @@ pub struct FmuNode {
     shown: Memory,
     events: Events,
     slopes: Slopes,
+    /// Whether all its values are handed over as they are, see [`ports::are_plain`].
+    plain: bool,
 }
 
 impl FmuNode {
@@ -51,8 +53,10 @@ impl FmuNode {
             .load()
             .map_err(|error| Refusal::Early(CallError::new("loading", error.to_string())))?;
         let instance = Instance::with_events(library, name, logging).map_err(Refusal::Early)?;
+        let early = instance.description().returns_early();
         Ok(FmuNode {
             name: name.to_owned(),
+            plain: !early && ports::are_plain(&inputs, &outputs),
             begin: 0.0,
             kept: Memory::of(&inputs.numbers, &inputs.texts),
             shown: Memory::of(&outputs.numbers, &outputs.texts),
@@ -233,6 +237,22 @@ impl Node for FmuNode {
         }
     }
 
+    fn visit(
+        &mut self,
+        inputs: &[f64],
+        (clock, tick): (&Clock, u64),
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
+        if self.plain {
+            self.visit_plainly(inputs, (clock.at(tick), clock.step), outputs)?;
+        } else {
+            self.set(inputs)?;
+            self.step(clock, tick)?;
+            self.get(outputs)?;
+        }
+        Ok(self.has_messages())
+    }
+
     fn end(&mut self) -> Result<(), CallError> {
         self.instance.terminate()
     }
@@ -269,6 +289,10 @@ impl Node for FmuNode {
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
         self.instance.deserialise(bytes).map(NodeState::new)
+    }
+
+    fn has_messages(&self) -> bool {
+        self.instance.has_messages()
     }
 
     fn messages(&mut self) -> Vec<Message> {

@@ -52,12 +52,12 @@ pub(super) fn place(
             needed: output.numbers.indices().collect(),
             inputs: numbers,
             connections: Vec::new(),
-            texts: TextPlan { outputs: output.texts, inputs: texts, connections: Vec::new() },
+            texts: TextPlan { outputs: output.texts, inputs: texts, ..TextPlan::default() },
             exact: ExactPlan {
                 outputs: output.integers,
                 numbers: integers[output.integers.positions()].to_vec(),
                 inputs: own_integers,
-                connections: Vec::new(),
+                ..ExactPlan::default()
             },
         };
         for Connection { from: (node, port), at, input_chain, course } in connections {

@@ -151,6 +151,10 @@ impl Node for IsolatedNode {
         self.kept(&done)
     }
 
+    fn has_messages(&self) -> bool {
+        !self.messages.is_empty()
+    }
+
     fn messages(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.messages)
     }
