@@ -39,6 +39,15 @@ mod hostile_inputs;
 #[cfg(feature = "rerun")]
 #[path = "acceptance/comparing.rs"]
 mod comparing;
+// Checkpoints: runs that go on, in another process or in the same one.
+#[path = "acceptance/checkpoints.rs"]
+mod checkpoints;
+// Checkpoints that do not fit, are damaged, or of FMUs that forget.
+#[path = "acceptance/checkpoint_mistakes.rs"]
+mod checkpoint_mistakes;
+// Calls of FMUs that fail on demand.
+#[path = "acceptance/call_faults.rs"]
+mod call_faults;
 // Inspect, test, --set, several scenarios.
 #[path = "acceptance/cli.rs"]
 mod cli;
@@ -205,6 +214,9 @@ fn main() -> ExitCode {
     escapes::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
+    call_faults::register(&mut tests);
+    checkpoints::register(&mut tests);
+    checkpoint_mistakes::register(&mut tests);
     clocks::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);

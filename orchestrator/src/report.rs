@@ -61,6 +61,9 @@ pub struct RunReport {
     /// Why it did not come to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+    /// The checkpoint that the run went on from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resumed: Option<Resumed>,
     /// The checks, in the order of the file.
     pub checks: Vec<Verdict>,
     /// The comparisons with baselines, which are among the checks, too.
@@ -98,6 +101,32 @@ pub struct RunReport {
     pub folder: PathBuf,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
+}
+
+/// The checkpoint that a run went on from.
+#[derive(Debug, Clone, Serialize)]
+pub struct Resumed {
+    /// The file, or the scenario of the run in the same process.
+    pub checkpoint: String,
+    /// The scenario that left it.
+    pub scenario: String,
+    /// Its time [s].
+    pub time: f64,
+    /// What this run has otherwise than that one.
+    pub changes: Vec<String>,
+}
+
+impl Resumed {
+    /// The line about it.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let Resumed { checkpoint, time, changes, .. } = self;
+        let changes = match changes.as_slice() {
+            [] => String::new(),
+            changes => format!("; other than there: {}", changes.join(", ")),
+        };
+        format!("went on from {time} s of {checkpoint}{changes}")
+    }
 }
 
 /// How a validation ended.
@@ -198,6 +227,7 @@ impl RunReport {
             title: system.header.title.clone(),
             verdict: Ending::Error,
             error: None,
+            resumed: None,
             checks: Vec::new(),
             baselines: Vec::new(),
             blessed: Vec::new(),

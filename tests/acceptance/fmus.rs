@@ -114,6 +114,12 @@ pub fn clocked() -> &'static [u8] {
     BUILT.get_or_init(|| build("clocked", &[]))
 }
 
+/// The FMU of `fmu/forgetful.c`, compiled with these arguments: it adds up its input and counts its steps, and
+/// `-DFORGETS` says that the count is no part of its state.
+pub fn forgetful(arguments: &[&str]) -> Vec<u8> {
+    build("forgetful", arguments)
+}
+
 /// The FMU of `fmu/trespass.c`, compiled once: it does what a process may not.
 pub fn trespass() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();

@@ -106,6 +106,13 @@ impl Moving {
         self.history.note(if self.at_end { to } else { from }, value);
     }
 
+    /// Goes on with the values of another input with such a course.
+    pub fn recall(&mut self, other: &Self) {
+        if (self.degree, self.at_end) == (other.degree, other.at_end) {
+            self.history = other.history;
+        }
+    }
+
     /// Its course within the step.
     #[must_use]
     pub fn course(&self) -> Course {

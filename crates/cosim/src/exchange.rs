@@ -89,12 +89,12 @@ pub struct Exchange<'a> {
     pub(crate) plans: &'a mut [NodePlan],
     pub(crate) nodes: &'a mut [Box<dyn Node>],
     pub(crate) columns: &'a Columns<Full>,
-    order: &'a [usize],
+    pub(crate) order: &'a [usize],
     clock: Clock,
     /// The row at the communication point where the step starts.
     start: Row<Full>,
     /// The row that becomes that of the end of the step.
-    row: Row<Full>,
+    pub(crate) row: Row<Full>,
     tick: u64,
     /// The step that is done: the communication step from `tick` on, or a part of it, by its clock and the number of its first point.
     part: (Clock, u64),
@@ -172,6 +172,12 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn plans(&self) -> &[NodePlan] {
         self.plans
+    }
+
+    /// The columns of the row.
+    #[must_use]
+    pub fn columns(&self) -> &'a Columns<Full> {
+        self.columns
     }
 
     /// The communication points.
@@ -376,7 +382,11 @@ fn set_others(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(
     node.set_texts(&row[plan.texts.inputs])
 }
 
-fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
+pub(crate) fn get(
+    plan: &NodePlan,
+    node: &mut dyn Node,
+    row: &mut Row<Full>,
+) -> Result<(), CallError> {
     node.get(&mut row[plan.outputs])?;
     if !plan.exact.numbers.is_empty() && !plan.exact.unneeded {
         node.get_integers(&mut row[plan.exact.outputs])?;

@@ -4,6 +4,7 @@
 
 pub mod baseline;
 pub mod check;
+pub mod checkpoint;
 pub mod coupling;
 pub mod course;
 pub mod exchange;

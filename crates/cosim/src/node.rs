@@ -2,6 +2,8 @@
 //!
 //! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
+mod apart;
+mod faulty;
 mod fmu;
 mod isolated;
 mod paced;
@@ -12,9 +14,11 @@ use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
-use scenario::plan::{Body, Clock, NodePlan, Pace, System};
+use scenario::plan::{Body, CallFault, Clock, NodePlan, Start, System};
 
 use crate::course::Course;
+pub use apart::{apart, return_sources};
+pub use faulty::{Provocation, with_faults};
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
 use isolated::{IsolatedNode, Making};
@@ -111,6 +115,19 @@ pub trait Node: Send {
     fn only_once(&self) -> bool {
         false
     }
+
+    /// Takes other values of tunable parameters and of inputs that nothing is connected to, between two steps at `time` [s].
+    fn tune(&mut self, _values: &[Start], _time: f64) -> Result<(), CallError> {
+        Err(CallError::new("the node", "has no parameters"))
+    }
+
+    /// Asks the node to do this in its next step; whether it will.
+    fn provoke(&mut self, _what: Provocation) -> bool {
+        false
+    }
+
+    /// Takes other faults of its calls, for a run with these communication points.
+    fn take_faults(&mut self, _faults: &[CallFault], _clock: &Clock) {}
 
     /// Ends the run.
     fn end(&mut self) -> Result<(), CallError> {
@@ -218,26 +235,38 @@ fn state_error(what: &str) -> CallError {
 pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
-    Mistakes::all(system.nodes.iter_mut().map(|plan| {
+    let nodes = system.nodes.iter_mut().map(|plan| {
         // The last step of its own may end a unit in the last place later.
         let own = plan.pace.map(|pace| pace.of(&clock).announced_stop());
         let stop = times.1.map(|stop| own.map_or(stop, |own| own.max(stop)));
         let node = node(plan, ((times.0, stop), tolerance), host)?;
-        Ok(match plan.pace {
-            None => node,
-            Some(pace) => paced(node, plan, pace, clock),
-        })
-    }))
+        Ok(paced(node, plan, clock))
+    });
+    let mut nodes = Mistakes::all(nodes)?;
+    with_faults(system, &mut nodes, false);
+    Ok(nodes)
 }
 
-/// The node, with a step of its own.
-pub(crate) fn paced(
-    node: Box<dyn Node>,
-    plan: &NodePlan,
-    pace: Pace,
-    clock: Clock,
-) -> Box<dyn Node> {
-    Box::new(Paced::new(node, plan, pace, clock))
+/// The node with the step of its own, if it has one.
+pub(crate) fn paced(node: Box<dyn Node>, plan: &NodePlan, clock: Clock) -> Box<dyn Node> {
+    match plan.pace {
+        None => node,
+        Some(pace) => Box::new(Paced::new(node, plan, pace, clock)),
+    }
+}
+
+/// The nodes of a system that are no FMUs, and in the places of FMUs nodes that show nothing.
+#[must_use]
+pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
+    let source = |plan: &mut NodePlan| -> Box<dyn Node> {
+        match &mut plan.body {
+            Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
+            Body::Table(table) => Box::new(SourceNode::new(table.clone())),
+            // The exchange puts the values of connectors into the row.
+            Body::Inlet | Body::Outlet | Body::Fmu { .. } => Box::new(SourceNode::new(Vec::new())),
+        }
+    };
+    system.nodes.iter_mut().map(source).collect()
 }
 
 fn node(

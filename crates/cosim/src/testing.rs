@@ -97,6 +97,7 @@ pub(crate) fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u6
             connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
             texts: TextPlan::default(),
             exact: ExactPlan::default(),
+            faults: Vec::new(),
         }
     });
     let plans: Vec<_> = plans.collect();

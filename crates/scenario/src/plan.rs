@@ -3,6 +3,7 @@
 mod accepts;
 mod analysis;
 mod baseline;
+mod call_fault;
 mod check;
 mod coupling;
 mod input_chain;
@@ -26,19 +27,21 @@ use crate::words::{At, Extrapolate, OnFailure};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
+pub use call_fault::{CallFault, CallFaultKind};
 pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::{
     Block, BondPlan, CouplingPlan, CouplingRules, Division, Link, Loop, Pace, Tear,
 };
-pub use input_chain::{FaultPlan, InputChain};
+pub use input_chain::{ChainMemory, FaultPlan, InputChain};
 
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
 
-/// Whether a name in the folder of a run belongs to its report, as `report.*` does, or to its recordings, as `run.*` does.
+/// Whether a name in the folder of a run belongs to its report, as `report.*` does, to its recordings, as `run.*` does, or to its
+/// checkpoints, as `checkpoint_*` does.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
-    name.starts_with("report.") || name.starts_with("run.")
+    ["report.", "run.", "checkpoint_"].iter().any(|begin| name.starts_with(begin))
 }
 
 /// The communication points of a run: `t = t_0 + k h`, computed and never accumulated.
@@ -237,6 +240,8 @@ pub struct NodePlan {
     pub texts: TextPlan,
     /// The same for integers of 64 bits, which are among the numbers, too.
     pub exact: ExactPlan,
+    /// The faults of its calls.
+    pub faults: Vec<CallFault>,
 }
 
 /// Indices of a node's integers of 64 bits in the row.

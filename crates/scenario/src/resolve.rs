@@ -4,6 +4,7 @@ mod analyses;
 mod archives;
 mod arrays;
 mod baselines;
+mod call_faults;
 mod checks;
 mod connection_units;
 mod connections;
@@ -112,8 +113,9 @@ impl System {
         warnings.extend(connections::kept(scenario, &connects, &unplaced));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
-        let (mut nodes, columns) = place::place(unplaced, connections);
-        let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
+        let placed = place::place(unplaced, connections);
+        let placed = call_faults::attach(scenario, placed, timed.1, &mut mistakes);
+        let (nodes, columns, coupling) = coupling::plan(scenario, placed, clock, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
@@ -159,7 +161,7 @@ impl System {
     }
 }
 
-/// The checks of the run, and the inputs with faults.
+/// The checks of the run, and the inputs and nodes with faults.
 fn status_tracks(
     checks: &[CheckPlan],
     nodes: &[NodePlan],
@@ -170,7 +172,10 @@ fn status_tracks(
     let connections =
         nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
     let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
-    checks.chain(faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()))).collect()
+    let inputs = faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()));
+    let failing = nodes.iter().filter(|node| !node.faults.is_empty());
+    let failing = failing.map(|node| StatusTrack::Fault(node.name.clone()));
+    checks.chain(inputs).chain(failing).collect()
 }
 
 fn tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, Error> {

@@ -51,6 +51,9 @@ impl RunReport {
         if let Some(error) = &self.error {
             let _ = writeln!(html, "<pre class=\"error\">{}</pre>", lines(error));
         }
+        if let Some(resumed) = &self.resumed {
+            let _ = writeln!(html, "<p class=\"faint\">It {}</p>", escape(&resumed.line()));
+        }
         for warning in &self.warnings {
             let _ = writeln!(html, "<p class=\"warning\"><b>Warning</b> {}</p>", escape(warning));
         }

@@ -246,7 +246,14 @@ impl Coupling for Divided {
     }
 
     fn recall(&mut self, memory: &[u8]) -> Result<(), Error> {
-        self.kept = postcard::from_bytes(memory).map_err(postcard_error)?;
+        let kept: Kept = postcard::from_bytes(memory).map_err(postcard_error)?;
+        if kept.depth > DEEPEST || kept.sizes.len() != self.kept.sizes.len() {
+            return Err(Error::input("the memory of the coupling is that of another system"));
+        }
+        self.kept = kept;
+        if self.kept.inner.is_empty() {
+            return Ok(());
+        }
         self.inner.recall(&self.kept.inner)
     }
 }

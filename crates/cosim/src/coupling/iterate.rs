@@ -97,7 +97,11 @@ impl Coupling for Iterate {
             Part::Loop(it) => Some(it),
             Part::Node(_) => None,
         });
-        loops.zip(kept).for_each(|(it, kept)| it.recall(kept));
-        Ok(())
+        let (mut loops, mut kept) = (loops, kept.into_iter());
+        let recalled = loops.all(|it| kept.next().is_some_and(|kept| it.recall(kept)));
+        match recalled && kept.next().is_none() {
+            true => Ok(()),
+            false => Err(Error::input("the memory of the coupling is that of other loops")),
+        }
     }
 }

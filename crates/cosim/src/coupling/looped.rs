@@ -51,8 +51,15 @@ impl Loop {
         &self.kept
     }
 
-    pub fn recall(&mut self, kept: Kept) {
-        self.kept = kept;
+    /// Goes on with what a loop of the same values remembered; whether this is that.
+    pub fn recall(&mut self, kept: Kept) -> bool {
+        let fits =
+            kept.slopes.len() == self.kept.slopes.len() && self.kept.solver.is_alike(&kept.solver);
+        if fits {
+            self.kept = kept;
+            self.kept.solver.begin();
+        }
+        fits
     }
 
     /// The nodes of it that cannot go back to the start of a step.

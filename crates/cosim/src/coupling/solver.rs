@@ -58,6 +58,15 @@ impl Solver {
         }
     }
 
+    /// Whether another one solves a loop of as many values by the same method.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let method = match (&self.method, &other.method) {
+            (State::Newton(_), State::Newton(newton)) => newton.fits(self.sizes.len()),
+            (one, other) => std::mem::discriminant(one) == std::mem::discriminant(other),
+        };
+        method && self.sizes.len() == other.sizes.len() && self.smooth == other.smooth
+    }
+
     /// Takes the sizes of values that fit into account.
     pub fn accept(&mut self, values: &[f64]) {
         for (size, value) in self.sizes.iter_mut().zip(values) {

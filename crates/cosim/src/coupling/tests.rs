@@ -330,7 +330,7 @@ fn a_node_with_a_step_of_its_own_takes_inputs_where_its_step_begins_or_ends() {
         let steps = std::sync::Arc::default();
         let clocked = Clocked { input: 0.0, output: 0.0, steps: std::sync::Arc::clone(&steps) };
         let plan = &system.nodes[1];
-        let paced = crate::node::paced(Box::new(clocked), plan, pace, system.clock);
+        let paced = crate::node::paced(Box::new(clocked), plan, system.clock);
         let clock = crate::testing::mock(|time, _| Ok(time));
         let (record, _, result) = play(&mut system, vec![clock, paced]);
         result.expect("the run comes to its end");

@@ -16,6 +16,27 @@ pub(super) fn moving(plan: &NodePlan) -> Vec<Moving> {
 }
 
 impl Exchange<'_> {
+    /// The last values of inputs with courses, by the names of the inputs.
+    pub(crate) fn moving(&self) -> Vec<(String, Moving)> {
+        let all = self.plans.iter().zip(&self.moving).flat_map(|(plan, moving)| {
+            let name = |place| Some(self.columns[plan.inputs.index(place)?].name());
+            moving.iter().filter_map(move |it| Some((name(it.place)?, *it)))
+        });
+        all.collect()
+    }
+
+    /// Goes on with values of inputs that have the same courses.
+    pub(crate) fn recall_moving(&mut self, kept: &[(String, Moving)]) {
+        for (plan, moving) in self.plans.iter().zip(&mut self.moving) {
+            for own in moving {
+                let name = plan.inputs.index(own.place).map(|input| self.columns[input].name());
+                if let Some((_, kept)) = kept.iter().find(|(kept, _)| Some(kept) == name.as_ref()) {
+                    own.recall(kept);
+                }
+            }
+        }
+    }
+
     /// Hands a node its inputs with their courses, and lets it go to the end of the step. Those that know their value at the end have it afterwards, since outputs
     /// may follow it.
     pub(super) fn step_along(&mut self, node: usize) -> Result<(), Interruption> {

@@ -4,6 +4,7 @@ mod clocks;
 mod events;
 mod ports;
 mod slopes;
+mod state;
 
 use std::sync::Arc;
 
@@ -14,6 +15,7 @@ use scenario::plan::{Clock, Ports, Start};
 use self::events::Events;
 use self::ports::Memory;
 use self::slopes::Slopes;
+pub(in crate::node) use self::state::Bytes;
 
 use super::refusal::Refusal;
 use super::{Node, NodeState, means};
@@ -262,17 +264,19 @@ impl Node for FmuNode {
     }
 
     fn save(&mut self) -> Result<NodeState, CallError> {
-        self.instance.save().map(NodeState::new)
+        self.copy().map(NodeState::new)
     }
 
     fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
-        self.instance.save_into(state.get_mut()?)
+        self.copy_again(state.get_mut()?)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        // The discrete inputs of that time may be others.
-        self.events.changed = self.instance.has_events();
-        self.instance.restore(state.get()?)
+        self.go_back(state.get()?)
+    }
+
+    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
+        self.retune(values, time)
     }
 
     fn only_once(&self) -> bool {
@@ -284,11 +288,11 @@ impl Node for FmuNode {
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        self.instance.serialise(state.get()?)
+        self.bytes_of(state.get()?)
     }
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        self.instance.deserialise(bytes).map(NodeState::new)
+        self.state_of(bytes).map(NodeState::new)
     }
 
     fn has_messages(&self) -> bool {

@@ -21,6 +21,7 @@ use scenario::words::OnFailure;
 pub use self::guest::serve;
 use self::talk::{Answer, Done, Others, Question, Setup, Task};
 use super::NodeState;
+use super::faulty::Provocation;
 use super::refusal::Refusal;
 
 /// What processes for FMUs need of the program that starts them.
@@ -69,6 +70,8 @@ pub(super) struct IsolatedNode {
     shown: bool,
     /// Whether the FMU failed, and its outputs stay as they are.
     held: bool,
+    /// What it does in its next step.
+    provoked: Option<Provocation>,
     /// States that nobody needs any more.
     dropped: Arc<Mutex<Vec<u64>>>,
     /// Whether it saves and serialises its state, and takes slopes of inputs.
@@ -125,6 +128,7 @@ impl IsolatedNode {
             outputs: Default::default(),
             shown: false,
             held: false,
+            provoked: None,
             dropped: Arc::default(),
             can: (false, false, false),
             talk: Talk::default(),
@@ -253,6 +257,19 @@ impl IsolatedNode {
     }
 
     fn go(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        match self.provoked.take() {
+            Some(Provocation::Wait(seconds)) => drop(self.call(Task::Wait(seconds))?),
+            Some(Provocation::Crash) => {
+                let crashed = self.call(Task::Crash).map(|_| ());
+                return crashed.map_err(|error| {
+                    CallError::new(
+                        error.call,
+                        format!("crashed, a fault of the scenario: {}", error.what),
+                    )
+                });
+            }
+            None => {}
+        }
         self.call(Task::Step(*clock, tick)).map(|_| ())
     }
 

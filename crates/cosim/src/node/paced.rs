@@ -2,9 +2,10 @@
 
 use diagnostics::Error;
 use fmu_import::{CallError, Message};
-use scenario::plan::{Clock, NodePlan, Pace};
+use scenario::plan::{Clock, NodePlan, Pace, Start};
 use scenario::words::At;
 
+use super::faulty::Provocation;
 use super::{Node, NodeState};
 use crate::course::Course;
 
@@ -204,6 +205,18 @@ impl Node for Paced {
 
     fn can_serialise(&self) -> bool {
         self.inner.can_serialise()
+    }
+
+    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
+        self.inner.tune(values, time)
+    }
+
+    fn provoke(&mut self, provocation: Provocation) -> bool {
+        self.inner.provoke(provocation)
+    }
+
+    fn has_messages(&self) -> bool {
+        self.inner.has_messages()
     }
 
     fn notices(&mut self) -> Vec<String> {

@@ -59,6 +59,7 @@ pub(super) fn place(
                 inputs: own_integers,
                 ..ExactPlan::default()
             },
+            faults: Vec::new(),
         };
         for Connection { from: (node, port), at, input_chain, course } in connections {
             // Types were compared: a number goes to a number and a text to a text.

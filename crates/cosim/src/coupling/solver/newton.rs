@@ -22,6 +22,13 @@ impl Newton {
         self.passes = 0;
     }
 
+    /// Whether its derivatives are those of so many values.
+    pub fn fits(&self, count: usize) -> bool {
+        let square =
+            |it: &Vec<Vec<f64>>| it.len() == count && it.iter().all(|it| it.len() == count);
+        self.derivatives.as_ref().is_none_or(square)
+    }
+
     pub fn wants_derivatives(&self) -> bool {
         self.derivatives.is_none()
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use diagnostics::Error;
 use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
@@ -152,6 +153,13 @@ impl Served {
                 node.restore(states.get(&state).ok_or_else(unknown)?)?;
                 Done::Well
             }
+            Task::Wait(seconds) => {
+                // A time that no clock holds is longer than any limit.
+                std::thread::sleep(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
+                Done::Well
+            }
+            Task::Crash => std::process::abort(),
+            Task::Tune(values, time) => node.tune(&values, time).map(|()| Done::Well)?,
             Task::Serialise(state) => {
                 Done::Bytes(node.serialise(states.get(&state).ok_or_else(unknown)?)?)
             }

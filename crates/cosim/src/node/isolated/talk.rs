@@ -57,6 +57,11 @@ pub(super) enum Task {
     End,
     Save,
     Restore(u64),
+    /// Other values between two steps at a time [s].
+    Tune(Vec<Start>, f64),
+    /// Wait for a time [s], or crash.
+    Wait(f64),
+    Crash,
     Serialise(u64),
     Deserialise(Vec<u8>),
     /// How the outputs change with these changes of the inputs.
