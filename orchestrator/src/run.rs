@@ -166,13 +166,7 @@ impl Job<'_> {
         }
         validation::rehearse(self.scenario, self.built, &system)?;
         system.leave_unneeded();
-        let bless = self.options.bless;
-        let baselines = match bless {
-            true => Baselines::default(),
-            false => baseline::read(self.scenario, &system)?,
-        };
-        let csv = self.options.csv || (bless && baseline::wants_csv(&system));
-        let options = RunOptions { csv, ..self.options.clone() };
+        let (baselines, options) = self.compared(&system)?;
         let host = remains.host(self.options);
         let mut course = Course::plan(&system, self.options, remains.held.as_mut())?;
         let mut nodes = remains.nodes_of(&mut system, &course, host.as_ref())?;
@@ -220,7 +214,7 @@ impl Job<'_> {
         report.late_points = pace.late_points();
         report.conclude(&progress, system.clock.step, verdicts, failure.as_ref());
         recorder.conclude(&report)?;
-        if bless {
+        if options.bless {
             baseline::bless(&system, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
@@ -231,6 +225,17 @@ impl Job<'_> {
             Some(error) => Err(error),
             None => Ok(Run { report, _recorder: recorder }),
         }
+    }
+
+    /// What the run is compared with, and its options with the recordings that this needs.
+    fn compared(self, system: &System) -> Result<(Baselines, RunOptions), Error> {
+        let bless = self.options.bless;
+        let baselines = match bless {
+            true => Baselines::default(),
+            false => baseline::read(self.scenario, system)?,
+        };
+        let csv = self.options.csv || (bless && baseline::wants_csv(system));
+        Ok((baselines, RunOptions { csv, ..self.options.clone() }))
     }
 
     fn validate_all(

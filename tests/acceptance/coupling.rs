@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::checkpoints;
 use super::fixture::Scenario;
 use super::fmus::{relay, sprung_mass};
 use super::harness::Lab;
@@ -12,6 +13,7 @@ tests! {
     a_quarter_of_a_truck_is_that_of_one_system_of_equations,
     the_same_scenario_has_the_same_table_isolated_or_not,
     a_scenario_inside_one_fmu_is_coupled_as_outside,
+    a_run_goes_on_bit_for_bit_with_each_coupling,
     a_tolerance_divides_steps_and_the_report_has_the_error_of_each_connection,
     fmus_have_steps_of_their_own_and_courses_of_inputs,
 }
@@ -252,6 +254,36 @@ fn a_scenario_inside_one_fmu_is_coupled_as_outside() {
     let inside = run(&lab, whole, "inside", &[]);
     for name in ["low.x", "high.F_below"] {
         assert_eq!(inside[&format!("all.{name}")], outside[name], "{name}");
+    }
+}
+
+fn a_run_goes_on_bit_for_bit_with_each_coupling() {
+    let lab = mass_lab();
+    let bond = "\n[[coupling.bond]]\neffort = \"low.F\"\nflow = \"high.v_below\"";
+    for (algorithm, words) in [
+        ("iterate", ""),
+        ("iterate", "tolerance = 1e-4"),
+        ("iterate", "iteration = { method = \"aitken\" }"),
+        ("gauss_seidel", "tolerance = 1e-3"),
+        ("gauss_seidel", &format!("tolerance = 0.02\nerror = \"energy\"{bond}")),
+        ("jacobi", "on_discard = \"halve\""),
+    ] {
+        let text = two_masses(algorithm, 0.05, 2.0, 0.3).text();
+        let text =
+            text.replace("\n[[fmu]]\nname = \"high\"", "step = 0.025\n\n[[fmu]]\nname = \"high\"");
+        let coupling = format!("algorithm = \"{algorithm}\"");
+        let text = text.replace(&coupling, &format!("{coupling}\n{words}"));
+        let course = "from = \"low.x\"\nextrapolate = \"quadratic\"";
+        lab.write("whole.toml", text.replace("from = \"low.x\"", course));
+        checkpoints::run(&lab, "whole.toml", "whole", &["--checkpoint", "1.0"]).expect(0);
+        let file = lab.path("whole/checkpoint_1.state");
+        let file = file.to_string_lossy().into_owned();
+        checkpoints::run(&lab, "whole.toml", "resumed", &["--resume", &file]).expect(0);
+        let [whole, resumed] = ["whole", "resumed"].map(|out| checkpoints::from(&lab, out, 1.0));
+        assert!(whole == resumed, "{algorithm} {words}");
+        assert_eq!(whole.len(), 21);
+        let warnings = lab.report("resumed")["warnings"].to_string();
+        assert!(!warnings.contains("bit for bit"), "{warnings}");
     }
 }
 

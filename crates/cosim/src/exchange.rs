@@ -101,9 +101,8 @@ pub struct Exchange<'a> {
     /// Whether the part begins at the communication point, where sensors take their samples.
     samples: bool,
     moving: Vec<Vec<Moving>>,
-    /// Inputs of the node that takes courses.
-    held: Vec<f64>,
-    courses: Vec<(usize, Course)>,
+    /// Inputs of the node that takes courses, and these.
+    scratch: (Vec<f64>, Vec<(usize, Course)>),
     efforts: Efforts,
     /// What nodes did not keep of what they were told.
     notices: Vec<String>,
@@ -132,8 +131,7 @@ impl<'a> Exchange<'a> {
             part: (clock, 0),
             samples: true,
             moving,
-            held: Vec::new(),
-            courses: Vec::new(),
+            scratch: Default::default(),
             plans,
             nodes,
             columns,

@@ -109,13 +109,13 @@ impl System {
         let converted = (connects.as_slice(), &conversions);
         let connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
-        warnings.extend(scenario.systems.iter().flat_map(|system| &system.notes).cloned());
-        warnings.extend(connections::kept(scenario, &connects, &unplaced));
+        let noted = scenario.systems.iter().flat_map(|system| &system.notes).cloned();
+        warnings.extend(noted.chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
-        let placed = place::place(unplaced, connections);
-        let placed = call_faults::attach(scenario, placed, timed.1, &mut mistakes);
-        let (nodes, columns, coupling) = coupling::plan(scenario, placed, clock, &mut mistakes);
+        let (mut nodes, columns) = place::place(unplaced, connections);
+        call_faults::attach(scenario, (&mut nodes, &columns), timed.1, &mut mistakes);
+        let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));

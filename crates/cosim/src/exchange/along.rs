@@ -41,7 +41,7 @@ impl Exchange<'_> {
     /// may follow it.
     pub(super) fn step_along(&mut self, node: usize) -> Result<(), Interruption> {
         let ((clock, tick), span) = (self.part, self.span());
-        let (mut held, mut courses) = (take(&mut self.held), take(&mut self.courses));
+        let (mut held, mut courses) = take(&mut self.scratch);
         let inputs = self.plans[node].inputs;
         held.clear();
         held.extend_from_slice(&self.row[inputs]);
@@ -59,7 +59,7 @@ impl Exchange<'_> {
             node.step(&clock, tick)?;
             if settles { node.settle(&row[plan.inputs]) } else { Ok(()) }
         });
-        (self.held, self.courses) = (held, courses);
+        self.scratch = (held, courses);
         done
     }
 }

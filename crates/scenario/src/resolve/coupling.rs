@@ -86,11 +86,11 @@ fn pace(scenario: &Scenario, word: &Spanned<f64>, clock: Clock) -> Result<Option
 /// The coupling, without its loops. Nodes get the steps that they have of their own.
 pub(super) fn plan(
     scenario: &Scenario,
-    (mut nodes, columns): (Vec<NodePlan>, Columns<Full>),
+    (nodes, columns): (&mut [NodePlan], &Columns<Full>),
     clock: Option<Clock>,
     mistakes: &mut Mistakes,
-) -> (Vec<NodePlan>, Columns<Full>, CouplingPlan) {
-    paces(scenario, &mut nodes, clock, mistakes);
+) -> CouplingPlan {
+    paces(scenario, nodes, clock, mistakes);
     let coupling = &scenario.document.coupling;
     let Iteration { tolerance, passes, .. } = coupling.iteration;
     let wrong = |what: String| Error::input(format!("[coupling] iteration: {what}"));
@@ -101,13 +101,12 @@ pub(super) fn plan(
     if passes == 0 {
         mistakes.push(wrong("expected at least 1 for `passes`, found 0".to_owned()));
     }
-    let plan = CouplingPlan {
+    CouplingPlan {
         algorithm: coupling.algorithm,
         iteration: coupling.iteration,
-        division: division(scenario, (&nodes, &columns), mistakes),
+        division: division(scenario, (nodes, columns), mistakes),
         ..CouplingPlan::default()
-    };
-    (nodes, columns, plan)
+    }
 }
 
 fn division(
