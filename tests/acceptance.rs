@@ -57,6 +57,12 @@ mod conform;
 // The same for FMI 3.0; references in archives, descriptions that cannot be read.
 #[path = "acceptance/conform3.rs"]
 mod conform3;
+// Halves of known systems, coupled by each algorithm.
+#[path = "acceptance/coupling.rs"]
+mod coupling;
+// Loops and orders of scenarios, and mistakes in their words.
+#[path = "acceptance/coupling_words.rs"]
+mod coupling_words;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
@@ -195,6 +201,8 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     conform3::register(&mut tests);
+    coupling::register(&mut tests);
+    coupling_words::register(&mut tests);
     full_disks::register(&mut tests);
     killed::register(&mut tests);
     crashes::register(&mut tests);

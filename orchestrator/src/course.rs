@@ -177,7 +177,7 @@ impl Course {
             return Ok(());
         }
         for taken in &self.taken {
-            let mut coupling = coupling::of(system.coupling);
+            let mut coupling = coupling::of(system);
             let tried = match (&taken.file, host) {
                 (Some(_), None) => continue,
                 (None, _) => taken.rehearse(system, nodes, coupling.as_mut()),
@@ -305,7 +305,7 @@ impl Along for Course {
         coupling: &mut dyn Coupling,
     ) -> Result<u64, Error> {
         if !self.takes_over() {
-            exchange.initialise(coupling.initialisation_passes())?;
+            coupling.initialise(exchange)?;
         }
         let Some(Origin { checkpoint, states, fit, .. }) = &self.origin else { return Ok(0) };
         checkpoint.restore(exchange, coupling, states.as_deref(), (&self.wiring, fit))?;

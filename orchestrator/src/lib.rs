@@ -10,6 +10,7 @@ mod course;
 mod fresh;
 pub mod inspect;
 mod options;
+mod pace;
 pub mod package;
 mod recorder;
 pub mod report;

@@ -31,6 +31,20 @@ pub(crate) struct Recorder {
     remembers: (Vec<u64>, Remembered),
 }
 
+/// Does something with each of what takes rows, in the order in which it gets them. No list of traits: a step is short, and each call
+/// that is not known beforehand counts.
+macro_rules! each_sink {
+    ($recorder:ident, $sink:ident => $does:expr) => {
+        each_sink!(@ $recorder, $sink => $does, recordings faults checks baselines collected)
+    };
+    (@ $recorder:ident, $sink:ident => $does:expr, $($name:ident)*) => {
+        $({
+            let $sink = &mut $recorder.$name;
+            $does;
+        })*
+    };
+}
+
 impl Recorder {
     pub fn new(
         system: &mut System,
@@ -86,16 +100,10 @@ impl Recorder {
         })
     }
 
-    /// Whatever takes rows, in the order in which it gets them.
-    fn sinks(&mut self) -> [&mut dyn Sink<Full>; 5] {
-        let Recorder { recordings, faults, checks, baselines, collected, .. } = self;
-        [recordings, faults, checks, baselines, collected]
-    }
-
     /// Hands the notices of all sinks to the recordings, and keeps those for the user.
     fn forward(&mut self) -> Result<(), Error> {
         let mut notices = Vec::new();
-        self.sinks().into_iter().for_each(|sink| notices.extend(sink.notices()));
+        each_sink!(self, sink => notices.extend(sink.notices()));
         for notice in notices {
             match notice {
                 Notice::Status(change) => self.recordings.status(&change)?,
@@ -153,7 +161,7 @@ fn failures(report: &RunReport) -> Vec<(&'static str, String)> {
 impl Sink<Full> for Recorder {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.time = time;
-        self.sinks().into_iter().try_for_each(|sink| sink.row(tick, time, row))?;
+        each_sink!(self, sink => sink.row(tick, time, row)?);
         if self.remembers.0.contains(&tick) {
             let mut remembered = self.remembers.1.lock().unwrap_or_else(PoisonError::into_inner);
             *remembered = self.checks.memory();
@@ -162,15 +170,18 @@ impl Sink<Full> for Recorder {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.sinks().into_iter().try_for_each(|sink| sink.event(event))
+        each_sink!(self, sink => sink.event(event)?);
+        Ok(())
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.sinks().into_iter().try_for_each(|sink| sink.status(change))
+        each_sink!(self, sink => sink.status(change)?);
+        Ok(())
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
-        self.sinks().into_iter().try_for_each(|sink| sink.finish(summary, completed))
+        each_sink!(self, sink => sink.finish(summary, completed)?);
+        Ok(())
     }
 }
 
@@ -204,7 +215,9 @@ impl Recordings {
 
 impl Sink<Full> for Recordings {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
-        self.selection.pick(row, &mut self.row);
+        if !self.selection.is_empty() {
+            self.selection.pick(row, &mut self.row);
+        }
         self.sinks.iter_mut().try_for_each(|sink| sink.row(tick, time, &self.row))
     }
 
@@ -229,6 +242,8 @@ impl Sink<Full> for Recordings {
     }
 
     fn notices(&mut self) -> Vec<Notice> {
-        self.sinks.iter_mut().flat_map(Sink::notices).collect()
+        let mut notices = Vec::new();
+        self.sinks.iter_mut().for_each(|sink| notices.append(&mut sink.notices()));
+        notices
     }
 }

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 use cosim::baseline::BaselineOutcome;
 use cosim::check::Verdict;
+use cosim::coupling::Account;
+use cosim::exchange::Effort;
 use cosim::master::Progress;
 use diagnostics::{Error, Source};
 use scenario::Scenario;
@@ -82,8 +84,13 @@ pub struct RunReport {
     pub wall_seconds: f64,
     /// Simulated time per time that it took.
     pub realtime_factor: f64,
+    /// Communication points that were reached late; of runs that keep to a multiple of real time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub late_points: Option<u64>,
     /// The effort of each node, in the order of the file.
     pub nodes: Vec<NodeReport>,
+    /// What the coupling did: passes through loops, parts of steps, errors of connections.
+    pub coupling: Account,
     /// What it was made with.
     #[serde(flatten)]
     pub provenance: Provenance,
@@ -172,15 +179,48 @@ pub struct NodeReport {
     pub name: String,
     /// Steps.
     pub calls: u64,
-    /// Time in them [s]; of many short steps an estimate, see `cosim::exchange::Effort`.
+    /// Time in them [s]; of many short steps an estimate, as all below, see `cosim::exchange::Effort`.
     pub seconds: f64,
+    /// Mean time of a step [s].
+    pub mean_seconds: f64,
+    /// Time that 99 of 100 steps do not exceed [s], to two percent.
+    pub p99_seconds: f64,
+    /// Longest time of a measured step [s].
+    pub max_seconds: f64,
+    /// Steps that took longer than the communication step in real time; of runs that keep to a multiple of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deadline_misses: Option<u64>,
+}
+
+impl NodeReport {
+    fn new(name: &str) -> Self {
+        NodeReport {
+            name: name.to_owned(),
+            calls: 0,
+            seconds: 0.0,
+            mean_seconds: 0.0,
+            p99_seconds: 0.0,
+            max_seconds: 0.0,
+            deadline_misses: None,
+        }
+    }
+
+    /// Takes what is known after the run.
+    fn take(&mut self, effort: &Effort, has_deadline: bool) {
+        self.calls = effort.calls;
+        self.seconds = effort.time.as_secs_f64();
+        self.mean_seconds = self.seconds / effort.calls.max(1) as f64;
+        self.p99_seconds = effort.quantile(0.99).unwrap_or(0.0);
+        self.max_seconds = effort.longest.as_secs_f64();
+        self.deadline_misses = has_deadline.then_some(effort.misses);
+    }
 }
 
 impl RunReport {
     /// What is known before the run: everything but how it went.
     #[must_use]
     pub fn new(scenario: &Scenario, system: &System) -> Self {
-        let node = |plan: &NodePlan| NodeReport { name: plan.name.clone(), calls: 0, seconds: 0.0 };
+        let node = |plan: &NodePlan| NodeReport::new(&plan.name);
         RunReport {
             scenario: system.header.scenario.clone(),
             identity: None,
@@ -197,8 +237,10 @@ impl RunReport {
             sim_seconds: 0.0,
             wall_seconds: 0.0,
             realtime_factor: 0.0,
+            late_points: None,
             // Connectors, which come last, do nothing that takes effort.
             nodes: system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
+            coupling: Account::default(),
             provenance: Provenance::new(scenario, system),
             files: Vec::new(),
             folder: system.header.folder.clone(),
@@ -234,9 +276,9 @@ impl RunReport {
         self.warnings.extend(self.baselines.iter().flat_map(|it| it.warnings.clone()));
         self.steps = progress.steps;
         self.sim_seconds = progress.steps as f64 * step;
+        self.coupling = progress.account.clone();
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
-            node.calls = effort.calls;
-            node.seconds = effort.time.as_secs_f64();
+            node.take(effort, progress.deadline.is_some());
         }
     }
 

@@ -8,13 +8,14 @@ use cosim::coupling;
 use cosim::master::{self, Progress};
 use cosim::node::{self, Host, Node};
 use diagnostics::{Error, Mistakes};
-use scenario::plan::{Clock, System};
+use scenario::plan::System;
 use scenario::resolve::{self, Overrides};
 use scenario::{Built, Scenario, words};
 
 use crate::branch::Held;
 use crate::course::Course;
 use crate::options::{ProgressEvent, Replay, Role, RunOptions};
+use crate::pace::Pace;
 use crate::recorder::Recorder;
 use crate::report::{RunReport, Validated};
 use crate::run_folder::{self, RunFolder};
@@ -164,13 +165,7 @@ impl Job<'_> {
         }
         validation::rehearse(self.scenario, self.built, &system)?;
         system.leave_unneeded();
-        let bless = self.options.bless;
-        let baselines = match bless {
-            true => Baselines::default(),
-            false => baseline::read(self.scenario, &system)?,
-        };
-        let csv = self.options.csv || (bless && baseline::wants_csv(&system));
-        let options = RunOptions { csv, ..self.options.clone() };
+        let (baselines, options) = self.compared(&system)?;
         let host = remains.host(self.options);
         let mut course = Course::plan(&system, self.options, remains.held.as_ref())?;
         let mut nodes = remains.nodes_of(&mut system, &course, host.as_ref())?;
@@ -187,10 +182,15 @@ impl Job<'_> {
         })?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
         recorder.follow(&course, &system, &mut report);
-        let (mut progress, first) = (Progress::default(), course.first());
-        let pace = Pace { clock: system.clock, first, begin, factor: self.options.realtime };
+        let mut pace = Pace::new(system.clock, course.first(), self.options.realtime);
+        let mut progress = Progress { deadline: pace.deadline(), ..Progress::default() };
+        // Nobody sees more than a hundred of them, and each costs more than a short step.
+        let (steps, mut next) = (system.clock.steps, 0);
         let mut tick = |done| {
-            events(ProgressEvent::Steps(done, pace.clock.steps));
+            if done >= next {
+                events(ProgressEvent::Steps(done, steps));
+                next = done + steps / 100 + 1;
+            }
             pace.wait(done, || remains.check())
         };
         let along = (&mut tick as &mut dyn FnMut(u64) -> _, &mut course);
@@ -210,9 +210,10 @@ impl Job<'_> {
         report.baselines = recorder.baselines.outcomes();
         verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
         baseline::draw(&recorder.baselines, &mut report)?;
+        report.late_points = pace.late_points();
         report.conclude(&progress, system.clock.step, verdicts, failure.as_ref());
         recorder.conclude(&report)?;
-        if bless {
+        if options.bless {
             baseline::bless(&system, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
@@ -223,6 +224,17 @@ impl Job<'_> {
             Some(error) => Err(error),
             None => Ok(Run { report, _recorder: recorder }),
         }
+    }
+
+    /// What the run is compared with, and its options with the recordings that this needs.
+    fn compared(self, system: &System) -> Result<(Baselines, RunOptions), Error> {
+        let bless = self.options.bless;
+        let baselines = match bless {
+            true => Baselines::default(),
+            false => baseline::read(self.scenario, system)?,
+        };
+        let csv = self.options.csv || (bless && baseline::wants_csv(system));
+        Ok((baselines, RunOptions { csv, ..self.options.clone() }))
     }
 
     fn validate_all(
@@ -277,40 +289,6 @@ impl Job<'_> {
     }
 }
 
-/// Holds a run back to a multiple of real time.
-struct Pace {
-    clock: Clock,
-    /// The communication point that it begins at.
-    first: u64,
-    begin: Instant,
-    /// Simulated seconds per second; as fast as possible without it.
-    factor: Option<f64>,
-}
-
-impl Pace {
-    /// Waits until communication point `tick` is due.
-    ///
-    /// # Errors
-    /// When the run has to end.
-    fn wait(&self, tick: u64, check: impl Fn() -> Result<(), Error>) -> Result<(), Error> {
-        check()?;
-        let Some(factor) = self.factor else { return Ok(()) };
-        let steps = tick.saturating_sub(self.first) as f64;
-        let due = Duration::from_secs_f64(steps * self.clock.step / factor);
-        loop {
-            let left = due.saturating_sub(self.begin.elapsed());
-            if left.is_zero() {
-                return Ok(());
-            }
-            std::thread::sleep(left.min(NAP));
-            check()?;
-        }
-    }
-}
-
-/// A run that waits looks this often whether it has to end.
-const NAP: Duration = Duration::from_millis(50);
-
 /// Steps the nodes to the end.
 fn simulate(
     system: &mut System,
@@ -322,7 +300,7 @@ fn simulate(
         return Ok(());
     }
     tick(course.first())?;
-    let mut coupling = coupling::of(system.coupling);
+    let mut coupling = coupling::of(system);
     master::run_along(system, nodes, coupling.as_mut(), recorder, progress, (tick, course))
 }
 

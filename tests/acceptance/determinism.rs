@@ -33,6 +33,10 @@ fn the_report_is_complete() {
     for node in nodes {
         assert!(node["name"].is_string() && node["seconds"].is_number(), "{node}");
         assert_eq!(node["calls"], 10_400, "{node}");
+        let time = |key: &str| node[key].as_f64().expect("a number");
+        assert!(time("mean_seconds") > 0.0 && time("p99_seconds") > 0.0, "{node}");
+        assert!(time("p99_seconds") <= time("max_seconds"), "{node}");
+        assert!(node.get("deadline_misses").is_none(), "there is no deadline: {node}");
     }
     let fmus = report["fmus"].as_array().expect("a list");
     let names: Vec<_> = fmus.iter().filter_map(|fmu| fmu["name"].as_str()).collect();

@@ -38,6 +38,18 @@ pub fn example() -> &'static Path {
     })
 }
 
+/// `sprung_mass.fmu`, the example that is half of a system, packed once by the program.
+pub fn sprung_mass() -> &'static Path {
+    static PACKED: OnceLock<PathBuf> = OnceLock::new();
+    PACKED.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sprung_mass");
+        let mut pack = trackside(Path::new(ROOT));
+        pack.args(["pack", "--example", "sprung_mass", "--out"]).arg(&folder);
+        Ended::of(pack.output().expect("it starts")).expect(0);
+        folder.join("sprung_mass.fmu")
+    })
+}
+
 /// The folder with `mass_chain.fmu` and `mass_chain_fmi3.fmu`, the example with arrays, packed once by the program.
 pub fn chain() -> &'static Path {
     static PACKED: OnceLock<PathBuf> = OnceLock::new();

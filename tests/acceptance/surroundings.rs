@@ -7,15 +7,16 @@ use super::harness::{Ended, Lab};
 
 tests! {
     numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets: Compiler,
+    traps_that_no_library_sets_are_put_back_after_some_steps: Compiler,
     what_an_instance_sets_for_the_process_is_put_back: Compiler,
     what_a_plugin_sets_is_put_back: Compiler,
 }
 
-/// A node that may set something in its steps, and others with numbers that are rounded, and tiny ones.
-fn scenario(fault: &str) -> String {
+/// A node that may set something in its steps, and others with numbers that are rounded, and tiny ones; to a time [s].
+fn scenario(fault: &str, stop: f64) -> String {
     let start = format!("u = 0.0, fault = '{fault}', at = 0.375");
     // The times of its steps are exact, so its own number does not depend on how it rounds.
-    let odd = Scenario::new().time(0.125, 1.0).fmu("tank", "misbehave.fmu", &start);
+    let odd = Scenario::new().time(0.125, stop).fmu("tank", "misbehave.fmu", &start);
     let keep = "unconnected = 'start'";
     let others = ["one", "small", "tiny"]
         .iter()
@@ -48,7 +49,7 @@ fn warnings(lab: &Lab) -> Vec<String> {
 }
 
 fn numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets() {
-    let (lab, ended) = run(&scenario(""));
+    let (lab, ended) = run(&scenario("", 1.0));
     ended.expect(0);
     let (table, calm) = (lab.read("out/run.csv"), warnings(&lab));
     for (fault, what) in [
@@ -58,14 +59,26 @@ fn numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets() {
         ("sets the locale", "set the locale"),
         ("uses a locale", "set the locale"),
     ] {
-        let (lab, ended) = run(&scenario(fault));
-        let said = format!("node `tank`: fmi2DoStep {what}");
+        let (lab, ended) = run(&scenario(fault, 1.0));
+        let said = format!("node `tank`: fmi2DoStep or a call beside it {what}");
         ended.expect(0).says(&[&said]);
         assert!(lab.read("out/run.csv") == table, "{fault}");
         let told = warnings(&lab);
         let told: Vec<_> = told.iter().filter(|warning| !calm.contains(warning)).collect();
         assert!(told.len() == 1 && told[0].starts_with(&said), "{fault}: {told:?}");
     }
+}
+
+fn traps_that_no_library_sets_are_put_back_after_some_steps() {
+    // Where there is no such register, nothing is set.
+    if !cfg!(target_arch = "x86_64") {
+        return;
+    }
+    let (lab, ended) = run(&scenario("traps by itself", 4.0));
+    ended.expect(0);
+    let what = "fmi2DoStep or a call beside it had calculations without a result end the program";
+    let told = warnings(&lab);
+    assert_eq!(told.iter().filter(|told| told.contains(what)).count(), 1, "{told:?}");
 }
 
 fn what_an_instance_sets_for_the_process_is_put_back() {

@@ -374,10 +374,18 @@ impl BaselineOutcome {
 }
 
 impl Sink<Full> for Baselines {
+    #[inline]
     fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         if !self.baselines.is_empty() {
-            self.times.push(time);
+            self.keep(time, row);
         }
+        Ok(())
+    }
+}
+
+impl Baselines {
+    fn keep(&mut self, time: f64, row: &Row<Full>) {
+        self.times.push(time);
         for ((plan, _), kept) in self.baselines.iter().zip(&mut self.kept) {
             for (signal, kept) in plan.signals.iter().zip(kept) {
                 match (signal.column, kept) {
@@ -389,7 +397,6 @@ impl Sink<Full> for Baselines {
                 }
             }
         }
-        Ok(())
     }
 }
 

@@ -151,8 +151,23 @@ impl Checks {
 }
 
 impl Sink<Full> for Checks {
+    #[inline]
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.reached = time;
+        if !self.checks.is_empty() {
+            self.judge(tick, time, row);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+}
+
+impl Checks {
+    fn judge(&mut self, tick: u64, time: f64, row: &Row<Full>) {
         let seen = self.seen.take().filter(|(at, _)| *at == tick).map(|(_, seen)| seen);
         let seen = |place: usize| seen.as_ref().is_some_and(|seen| seen[place]);
         let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged);
@@ -178,11 +193,6 @@ impl Sink<Full> for Checks {
                 self.notices.push(change(&plan.name, time, now));
             }
         }
-        Ok(())
-    }
-
-    fn notices(&mut self) -> Vec<Notice> {
-        std::mem::take(&mut self.notices)
     }
 }
 

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check::CheckMemory;
 use crate::coupling::Coupling;
+use crate::course::Moving;
 use crate::exchange::{Exchange, failure, get};
 use crate::node::{Node, NodeState};
 
@@ -44,6 +45,8 @@ pub struct Checkpoint {
     values: Values,
     /// What the ways to inputs remember, by the names of the inputs.
     chains: Vec<(String, ChainMemory)>,
+    /// The last values of inputs with courses within a step, by the names of the inputs.
+    moving: Vec<(String, Moving)>,
     /// The states of FMUs by the names of their nodes; none when they do not leave the process.
     nodes: Vec<(String, Vec<u8>)>,
     coupling: Vec<u8>,
@@ -128,6 +131,7 @@ impl Checkpoint {
             names: Names::of(exchange.plans, exchange.columns),
             values: Values::of(exchange.row()),
             chains: chains.collect(),
+            moving: exchange.moving(),
             nodes,
             coupling: coupling.memory(),
         };
@@ -196,9 +200,10 @@ impl Checkpoint {
             }
         }
         exchange.row.copy_from(&row);
+        exchange.recall_moving(&self.moving);
         show(exchange, &missing, clock.at(self.tick))?;
-        if wiring.is_coupled_as(&self.wiring) && !coupling.recall(&self.coupling) {
-            return Err(self.broken("its coupling algorithm does not know its own memory"));
+        if wiring.is_coupled_as(&self.wiring) && !self.coupling.is_empty() {
+            coupling.recall(&self.coupling).map_err(|error| self.broken(&error.to_string()))?;
         }
         Ok(())
     }

@@ -1,18 +1,33 @@
 //! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
 
+mod along;
 mod effort;
 mod exact;
+mod histogram;
+mod initial;
+mod judge;
+mod loops;
+mod route;
+mod snapshot;
+mod visit;
 
-use diagnostics::{Error, rounded};
-use fmu_import::{CallError, Version};
-use recording::{Columns, Full, NumberIndex, Row};
-use scenario::plan::{Body, Clock, InputChain, NodePlan, ResolvedConnection, System};
+use std::time::Duration;
+
+use diagnostics::Error;
+use fmu_import::CallError;
+use recording::{Columns, Full, Row};
+use scenario::plan::{Body, Clock, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
+use crate::course::{Course, Moving};
 use crate::node::{Node, SAME};
 
 pub use self::effort::Effort;
 use self::effort::Efforts;
+use self::judge::{accept, check_numbers};
+pub(crate) use self::loops::{lacking, unsolved};
+use self::route::Routes;
+pub use self::snapshot::Snapshot;
 
 /// Why a step did not come to its end.
 #[derive(Debug)]
@@ -26,6 +41,20 @@ pub enum Interruption {
     },
     /// A value does not fit its column.
     Value(Error),
+    /// A loop has no values that fit, or a step is too long.
+    Unsolved(Error),
+}
+
+impl Interruption {
+    /// Whether a shorter step may do better.
+    #[must_use]
+    pub fn is_for_shorter_steps(&self) -> bool {
+        match self {
+            Interruption::Call { error, .. } => error.discarded,
+            Interruption::Value(_) => false,
+            Interruption::Unsolved(_) => true,
+        }
+    }
 }
 
 /// What an exchange remembers from one step to the next.
@@ -37,6 +66,9 @@ pub struct Memory {
     efforts: Efforts,
     notices: Vec<String>,
     last: Option<(usize, CallError)>,
+    /// The inputs that have courses within a step, by node.
+    pub moving: Vec<Vec<Moving>>,
+    routes: Routes,
 }
 
 impl Memory {
@@ -45,7 +77,9 @@ impl Memory {
     pub fn new(system: &System) -> Self {
         let row = system.columns.row();
         let efforts = Efforts::of(system.nodes.len());
-        Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None }
+        let moving = system.nodes.iter().map(along::moving).collect();
+        let (notices, routes) = (Vec::new(), Routes::of(&system.nodes));
+        Memory { start: row.clone(), row, efforts, notices, last: None, moving, routes }
     }
 }
 
@@ -62,11 +96,21 @@ pub struct Exchange<'a> {
     /// The row that becomes that of the end of the step.
     pub(crate) row: Row<Full>,
     tick: u64,
+    /// The step that is done: the communication step from `tick` on, or a part of it, by its clock and the number of its first point.
+    part: (Clock, u64),
+    /// Whether the part begins at the communication point, where sensors take their samples.
+    samples: bool,
+    moving: Vec<Vec<Moving>>,
+    /// Inputs of the node that takes courses, and these.
+    scratch: (Vec<f64>, Vec<(usize, Course)>),
     efforts: Efforts,
     /// What nodes did not keep of what they were told.
     notices: Vec<String>,
     /// The node that ended the run at the end of this step, and how.
     last: Option<(usize, CallError)>,
+    /// Whether a node has messages.
+    spoke: bool,
+    routes: Routes,
 }
 
 impl<'a> Exchange<'a> {
@@ -81,9 +125,13 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn resume(system: &'a mut System, nodes: &'a mut [Box<dyn Node>], memory: Memory) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let Memory { start, row, efforts, notices, last } = memory;
+        let Memory { start, row, efforts, notices, last, moving, routes } = memory;
         let clock = *clock;
         Exchange {
+            part: (clock, 0),
+            samples: true,
+            moving,
+            scratch: Default::default(),
             plans,
             nodes,
             columns,
@@ -95,14 +143,21 @@ impl<'a> Exchange<'a> {
             efforts,
             notices,
             last,
+            spoke: true,
+            routes,
         }
+    }
+
+    /// Whether a node may have messages that were there at the end of its step, or other ones; from here on none has.
+    pub(crate) fn take_spoke(&mut self) -> bool {
+        std::mem::take(&mut self.spoke)
     }
 
     /// What it remembers.
     #[must_use]
     pub fn into_memory(self) -> Memory {
-        let Exchange { start, row, efforts, notices, last, .. } = self;
-        Memory { start, row, efforts, notices, last }
+        let Exchange { start, row, efforts, notices, last, moving, routes, .. } = self;
+        Memory { start, row, efforts, notices, last, moving, routes }
     }
 
     /// The nodes in the order in which they step.
@@ -135,10 +190,15 @@ impl<'a> Exchange<'a> {
         &self.row
     }
 
-    /// The effort of each node so far.
+    /// The effort of each node so far, after a step.
     #[must_use]
-    pub fn efforts(&self) -> &[Effort] {
+    pub fn efforts(&mut self) -> &[Effort] {
         self.efforts.all()
+    }
+
+    /// Counts from here on the steps of nodes that take longer than this, in real time.
+    pub fn keep_to(&mut self, deadline: Duration) {
+        self.efforts.keep_to(deadline);
     }
 
     /// What nodes did not keep of what they were told.
@@ -150,8 +210,31 @@ impl<'a> Exchange<'a> {
     /// Begins the step from communication point `tick` on: the row is that of its start.
     pub fn begin(&mut self, tick: u64) {
         self.tick = tick;
-        self.start.copy_from(&self.row);
+        self.begin_part(self.clock, tick);
         self.efforts.begin();
+    }
+
+    /// Begins a part of the step: that from point `tick` of a finer clock on.
+    pub fn begin_part(&mut self, clock: Clock, tick: u64) {
+        self.part = (clock, tick);
+        self.samples = clock.at(tick) == self.clock.at(self.tick);
+        match self.routes.texts {
+            true => self.start.copy_from(&self.row),
+            false => self.start.copy_numbers_from(&self.row),
+        }
+    }
+
+    /// The communication point at which the step begins.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Begin and end of the part [s].
+    #[must_use]
+    pub fn span(&self) -> (f64, f64) {
+        let (clock, tick) = &self.part;
+        (clock.at(*tick), clock.at(tick + 1))
     }
 
     /// Puts the inputs of a node for this step into the row. Effects and faults of its connections go on by one
@@ -160,27 +243,42 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When an input does not accept its value.
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
+        if self.routes.of_node(node).is_direct {
+            self.lead_directly(node);
+            return Ok(());
+        }
         match self.plans[node].body {
             // It gets its value when that is there.
             Body::Outlet => Ok(()),
-            _ => self.lead(node),
+            _ => self.lead(node, &[]),
         }
     }
 
-    fn lead(&mut self, node: usize) -> Result<(), Interruption> {
+    /// Leads values to the inputs of a node; those of some connections, by their places, are given.
+    fn lead(&mut self, node: usize, given: &[(usize, f64)]) -> Result<(), Interruption> {
         self.efforts.turn_to(node);
-        let shown = |at| self.clock.at(self.tick + u64::from(at == At::End));
-        let rows = (Some(&self.start), &self.row);
-        exact::check(&self.plans[node], self.columns, rows, &shown).map_err(Interruption::Value)?;
+        let span = self.span();
+        let shown = |at| if at == At::End { span.1 } else { span.0 };
         let (plan, row) = (&mut self.plans[node], &mut self.row);
-        for (ResolvedConnection { source, input_chain }, input) in
-            plan.connections.iter_mut().zip(plan.inputs.indices())
-        {
+        if !plan.exact.connections.is_empty() {
+            exact::check(plan, self.columns, (Some(&self.start), row), &shown)
+                .map_err(Interruption::Value)?;
+        }
+        // Faults begin and end at communication points.
+        let time = self.clock.at(self.tick);
+        let links = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
+        for (place, (ResolvedConnection { source, input_chain, .. }, input)) in links {
+            if let Some((_, value)) = given.iter().find(|(own, _)| *own == place) {
+                row[input] = *value;
+                continue;
+            }
+            if !self.samples && !input_chain.effects.is_empty() {
+                continue;
+            }
             let from = if source.at == At::Start { &self.start } else { &*row };
-            let time = self.clock.at(self.tick);
             row[input] = input_chain.value(from[source.index], time);
-            let shown = self.clock.at(self.tick + u64::from(source.at == At::End));
-            accept(input_chain, self.columns, (source.index, input), row, shown)
+            let (ends, shown) = ((source.index, input), || shown(source.at));
+            accept(input_chain, self.columns, ends, row[input], shown)
                 .map_err(Interruption::Value)?;
         }
         exact::carry(plan, Some(&self.start), row);
@@ -199,23 +297,29 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When the node fails, or ends the run before the end of the step.
     pub fn step(&mut self, node: usize) -> Result<(), Interruption> {
-        let (clock, tick) = (self.clock, self.tick);
+        let (clock, tick) = self.part;
         self.efforts.count(node);
-        let stepped = self.call(node, |plan, node, row| {
-            set(plan, node, row)?;
-            node.step(&clock, tick)
-        });
-        let end = clock.at(tick + 1);
+        let stepped = match self.moving[node].is_empty() {
+            true => self.call(node, |plan, node, row| {
+                set(plan, node, row)?;
+                node.step(&clock, tick)
+            }),
+            false => self.step_along(node),
+        };
         match stepped {
-            Err(Interruption::Call {
-                error: error @ CallError { terminated: Some(at), .. },
-                ..
-            }) if at >= end - SAME * clock.step => {
-                self.last.get_or_insert((node, error));
-                Ok(())
-            }
+            Err(Interruption::Call { error, .. }) => self.ended(node, error),
             other => other,
         }
+    }
+
+    /// Takes the error of a node that stepped for its end, if it ended the run at the end of the step.
+    fn ended(&mut self, node: usize, error: CallError) -> Result<(), Interruption> {
+        let end = self.span().1 - SAME * self.part.0.step;
+        if error.terminated.is_none_or(|at| at < end) {
+            return Err(Interruption::Call { node, error });
+        }
+        self.last.get_or_insert((node, error));
+        Ok(())
     }
 
     /// The node that ended the run at the end of this step, and how.
@@ -237,13 +341,11 @@ impl<'a> Exchange<'a> {
     /// When the node fails, or an output is NaN.
     pub fn read(&mut self, node: usize) -> Result<(), Interruption> {
         if matches!(self.plans[node].body, Body::Outlet) {
-            self.lead(node)?;
+            self.lead(node, &[])?;
         }
         self.call(node, get)?;
-        let time = self.clock.at(self.tick + 1);
-        let checked = check_numbers(&self.plans[node], self.columns, &self.row, time);
-        self.efforts.rest();
-        checked.map_err(Interruption::Value)
+        self.spoke |= self.nodes[node].has_messages();
+        self.check(node)
     }
 
     fn call(
@@ -257,60 +359,6 @@ impl<'a> Exchange<'a> {
             Interruption::Call { node, error }
         })
     }
-
-    /// Lets the values of the first communication point settle: all nodes show their start values, then each
-    /// pass hands them on in the order of the system.
-    ///
-    /// # Errors
-    /// With the node, when one fails, or shows a value that is no number.
-    pub fn initialise(&mut self, passes: usize) -> Result<(), Error> {
-        for node in 0..self.nodes.len() {
-            self.notices.extend(self.nodes[node].enter()?);
-            self.initial_call(node, get)?;
-        }
-        for pass in 1..=passes {
-            for &node in self.order {
-                self.feed_initially(node)?;
-                self.initial_call(node, |plan, node, row| {
-                    set(plan, node, row)?;
-                    if pass == passes {
-                        node.ready()?;
-                    }
-                    get(plan, node, row)
-                })?;
-            }
-        }
-        let mut plans = self.plans.iter();
-        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, self.clock.start))
-    }
-
-    fn initial_call(
-        &mut self,
-        node: usize,
-        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
-    ) -> Result<(), Error> {
-        let plan = &self.plans[node];
-        call(plan, self.nodes[node].as_mut(), &mut self.row)
-            .map_err(|error| failure(plan, error, self.clock.start))
-    }
-
-    /// Puts converted values into the inputs of a node, without effects and faults: they act from the first
-    /// step on.
-    fn feed_initially(&mut self, node: usize) -> Result<(), Error> {
-        let (plan, row) = (&self.plans[node], &mut self.row);
-        exact::check(plan, self.columns, (None, row), &|_| self.clock.start)?;
-        for (ResolvedConnection { source, input_chain }, input) in
-            plan.connections.iter().zip(plan.inputs.indices())
-        {
-            row[input] = input_chain.convert(row[source.index]);
-            accept(input_chain, self.columns, (source.index, input), row, self.clock.start)?;
-        }
-        exact::carry(plan, None, row);
-        for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
-            row.copy_text(source.index, input);
-        }
-        Ok(())
-    }
 }
 
 /// The failed call of a node at a time [s].
@@ -321,6 +369,11 @@ pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
 
 fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
     node.set(&row[plan.inputs])?;
+    set_others(plan, node, row)
+}
+
+/// Gives a node its inputs besides the numbers.
+fn set_others(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
     if !plan.exact.connections.is_empty() {
         node.set_integers(&row[plan.exact.inputs])?;
     }
@@ -333,52 +386,14 @@ pub(crate) fn get(
     row: &mut Row<Full>,
 ) -> Result<(), CallError> {
     node.get(&mut row[plan.outputs])?;
-    if !plan.exact.numbers.is_empty() {
+    if !plan.exact.numbers.is_empty() && !plan.exact.unneeded {
         node.get_integers(&mut row[plan.exact.outputs])?;
         for pair in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
             row.put(pair, row[pair.0]);
         }
     }
-    node.get_texts(&mut row[plan.texts.outputs])
-}
-
-/// A NaN spoils everything that it reaches, so the run ends where it appears.
-fn check_numbers(
-    plan: &NodePlan,
-    columns: &Columns<Full>,
-    row: &Row<Full>,
-    time: f64,
-) -> Result<(), Error> {
-    match plan.needed.iter().copied().find(|&output| row[output].is_nan()) {
-        None => Ok(()),
-        Some(output) => {
-            let version = match &plan.body {
-                Body::Fmu { fmu, .. } => fmu.description.version,
-                _ => Version::Two,
-            };
-            let error = CallError::not_a_number(version, &columns[output].variable);
-            Err(failure(plan, error, time))
-        }
+    match plan.texts.unneeded {
+        true => Ok(()),
+        false => node.get_texts(&mut row[plan.texts.outputs]),
     }
-}
-
-/// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
-/// is when the source showed it [s].
-fn accept(
-    input_chain: &InputChain,
-    columns: &Columns<Full>,
-    (source, input): (NumberIndex<Full>, NumberIndex<Full>),
-    row: &Row<Full>,
-    time: f64,
-) -> Result<(), Error> {
-    let value = row[input];
-    if input_chain.accepts.holds(value) {
-        return Ok(());
-    }
-    let (to, from) = (columns[input].name(), columns[source].name());
-    let (time, expected) = (rounded(time), input_chain.accepts.expected());
-    let error = Error::input(format!(
-        "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"
-    ));
-    Err(error.help("let the source have such values only; `quantise = 1.0` on the connection rounds to whole numbers"))
 }

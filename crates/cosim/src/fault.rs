@@ -46,6 +46,7 @@ impl Faults {
 
 impl Sink<Full> for Faults {
     /// Notices what begins or ends at the communication point.
+    #[inline]
     fn row(&mut self, tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
         for it in &mut self.faulty {
             let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
@@ -73,6 +74,7 @@ impl Sink<Full> for Faults {
         Ok(())
     }
 
+    #[inline]
     fn notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
     }

@@ -1,11 +1,13 @@
 //! Steps the nodes from communication point to communication point and hands every row to the sinks.
 
+use std::time::Duration;
+
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, MessageLevel};
 use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
 use scenario::plan::System;
 
-use crate::coupling::Coupling;
+use crate::coupling::{Account, Coupling};
 use crate::exchange::{Effort, Exchange, Interruption, failure};
 use crate::node::{Node, SAME};
 
@@ -20,6 +22,10 @@ pub struct Progress {
     pub notices: Vec<String>,
     /// The effort of each node, in the order of the file.
     pub efforts: Vec<Effort>,
+    /// What the coupling did.
+    pub account: Account,
+    /// How long a node may take for a communication step; longer ones are counted.
+    pub deadline: Option<Duration>,
 }
 
 /// What goes along with a run.
@@ -33,7 +39,7 @@ pub trait Along {
         exchange: &mut Exchange,
         coupling: &mut dyn Coupling,
     ) -> Result<u64, Error> {
-        exchange.initialise(coupling.initialisation_passes()).map(|()| 0)
+        coupling.initialise(exchange).map(|()| 0)
     }
 
     /// The run is at communication point `tick`, whose row the sinks have.
@@ -87,8 +93,10 @@ pub fn run_along(
     (tick, along): (&mut dyn FnMut(u64) -> Result<(), Error>, &mut dyn Along),
 ) -> Result<(), Error> {
     let mut exchange = Exchange::new(system, nodes);
+    progress.deadline.into_iter().for_each(|deadline| exchange.keep_to(deadline));
     let result = drive(&mut exchange, coupling, sink, progress, (tick, along));
     progress.efforts = exchange.efforts().to_vec();
+    progress.account = coupling.account();
     progress.notices = exchange.notices().to_vec();
     progress.notices.extend(exchange.nodes.iter_mut().flat_map(|node| node.notices()));
     result
@@ -117,7 +125,9 @@ fn drive(
             return end(exchange, along, clock.at(k));
         }
         let time = clock.at(k + 1);
-        report_messages(exchange, sink, time)?;
+        if exchange.take_spoke() {
+            report_messages(exchange, sink, time)?;
+        }
         report_rounded(exchange, sink, &mut told, time)?;
         sink.row(k + 1, time, exchange.row())?;
         progress.steps = k + 1 - first;
@@ -127,7 +137,8 @@ fn drive(
             let _ = end(exchange, &(), time);
             return Err(error);
         }
-        if let Some((node, error)) = exchange.last().cloned() {
+        if let Some((node, error)) = exchange.last() {
+            let (node, error) = (*node, error.clone());
             let interruption = Interruption::Call { node, error };
             progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
             return end(exchange, along, time);
@@ -148,7 +159,7 @@ fn interrupted(
 ) -> Result<String, Error> {
     let clock = exchange.clock();
     match interruption {
-        Interruption::Value(error) => Err(error),
+        Interruption::Value(error) | Interruption::Unsolved(error) => Err(error),
         Interruption::Call { node, error: CallError { terminated: Some(reached), what, .. } } => {
             let source = exchange.plans[node].name.clone();
             let message = format!("ended the simulation at {} s: {what}", rounded(reached));

@@ -6,6 +6,7 @@ mod apart;
 mod faulty;
 mod fmu;
 mod isolated;
+mod paced;
 mod refusal;
 mod source;
 
@@ -15,11 +16,13 @@ use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
 use scenario::plan::{Body, CallFault, Clock, NodePlan, Start, System};
 
+use crate::course::Course;
 pub use apart::{apart, return_sources};
 pub use faulty::{Provocation, with_faults};
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
 use isolated::{IsolatedNode, Making};
+use paced::Paced;
 pub use refusal::Refusal;
 pub use source::{Source, SourceNode};
 
@@ -43,6 +46,28 @@ pub trait Node: Send {
     /// Takes the values of the connected inputs.
     fn set(&mut self, _inputs: &[f64]) -> Result<(), CallError> {
         Ok(())
+    }
+
+    /// Takes the values of the connected inputs, some of which have courses in a step between two times [s], by their places. Without
+    /// more, they hold the mean. `inputs` is left with any values.
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        self.set(means(inputs, courses, span))
+    }
+
+    /// Takes the values of the connected inputs at the end of a step, before its outputs are read: some follow them.
+    fn settle(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.set(inputs)
+    }
+
+    /// How outputs change with inputs at this moment, without a step in between: `changes` of the inputs, in the order of
+    /// [`set`](Self::set), become those of the outputs, in the order of [`get`](Self::get). False if the node does not know.
+    fn derivatives(&mut self, _changes: &[f64], _outputs: &mut [f64]) -> Result<bool, CallError> {
+        Ok(false)
     }
 
     /// Gives the values of all outputs.
@@ -70,6 +95,21 @@ pub trait Node: Send {
 
     /// Goes from communication point `tick` to the next one.
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
+
+    /// Takes the values of the connected inputs, goes from communication point `tick` of the clock to the next one, and gives the values of
+    /// all outputs: [`set`](Node::set), [`step`](Node::step) and [`get`](Node::get) of a node without texts and integers of 64 bits.
+    /// Says whether there are messages to take.
+    fn visit(
+        &mut self,
+        inputs: &[f64],
+        (clock, tick): (&Clock, u64),
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
+        self.set(inputs)?;
+        self.step(clock, tick)?;
+        self.get(outputs)?;
+        Ok(self.has_messages())
+    }
 
     /// Whether a process can hold one instance of it only.
     fn only_once(&self) -> bool {
@@ -104,6 +144,12 @@ pub trait Node: Send {
         Err(state_error("the node cannot save its state"))
     }
 
+    /// Saves the state in the place of one that this node saved.
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        *state = self.save()?;
+        Ok(())
+    }
+
     /// Goes back to a state that this node saved.
     fn restore(&mut self, _state: &NodeState) -> Result<(), CallError> {
         Err(state_error("the node cannot restore its state"))
@@ -129,19 +175,30 @@ pub trait Node: Send {
         Vec::new()
     }
 
+    /// Whether there are messages to take.
+    fn has_messages(&self) -> bool {
+        false
+    }
+
     /// Takes the messages that the node logged since the last time.
     fn messages(&mut self) -> Vec<Message> {
         Vec::new()
     }
 }
 
+/// Inputs that hold the mean of their courses between two times [s].
+fn means<'i>(inputs: &'i mut [f64], courses: &[(usize, Course)], span: (f64, f64)) -> &'i [f64] {
+    courses.iter().for_each(|(place, course)| inputs[*place] = course.mean(span));
+    inputs
+}
+
 /// The saved state of a node, which that node alone can restore.
-pub struct NodeState(Box<dyn Any>);
+pub struct NodeState(Box<dyn Any + Send>);
 
 impl NodeState {
     /// Wraps a node's own form of its state.
     #[must_use]
-    pub fn new(state: impl Any) -> Self {
+    pub fn new(state: impl Any + Send) -> Self {
         NodeState(Box::new(state))
     }
 
@@ -152,6 +209,16 @@ impl NodeState {
     pub fn get<T: Any>(&self) -> Result<&T, CallError> {
         self.0
             .downcast_ref()
+            .ok_or_else(|| state_error("the state is that of another kind of node"))
+    }
+
+    /// The same, to be replaced.
+    ///
+    /// # Errors
+    /// When another kind of node saved it.
+    pub fn get_mut<T: Any>(&mut self) -> Result<&mut T, CallError> {
+        self.0
+            .downcast_mut()
             .ok_or_else(|| state_error("the state is that of another kind of node"))
     }
 }
@@ -168,10 +235,24 @@ fn state_error(what: &str) -> CallError {
 pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
-    let nodes = system.nodes.iter_mut().map(|plan| node(plan, (times, tolerance), host));
+    let nodes = system.nodes.iter_mut().map(|plan| {
+        // The last step of its own may end a unit in the last place later.
+        let own = plan.pace.map(|pace| pace.of(&clock).announced_stop());
+        let stop = times.1.map(|stop| own.map_or(stop, |own| own.max(stop)));
+        let node = node(plan, ((times.0, stop), tolerance), host)?;
+        Ok(paced(node, plan, clock))
+    });
     let mut nodes = Mistakes::all(nodes)?;
     with_faults(system, &mut nodes, false);
     Ok(nodes)
+}
+
+/// The node with the step of its own, if it has one.
+pub(crate) fn paced(node: Box<dyn Node>, plan: &NodePlan, clock: Clock) -> Box<dyn Node> {
+    match plan.pace {
+        None => node,
+        Some(pace) => Box::new(Paced::new(node, plan, pace, clock)),
+    }
 }
 
 /// The nodes of a system that are no FMUs, and in the places of FMUs nodes that show nothing.

@@ -24,6 +24,7 @@ mod texts;
 mod three;
 mod values;
 mod variables;
+mod visit;
 
 use std::ffi::{CString, c_int, c_void};
 
@@ -39,6 +40,7 @@ pub use mailbox::STRANGER;
 pub use state::FmuState;
 pub use surroundings::changed_surroundings;
 pub use three::Block;
+pub use visit::Visit;
 
 /// The name of a function in the version of an instance's library.
 macro_rules! named {

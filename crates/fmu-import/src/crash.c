@@ -25,10 +25,6 @@ static const int SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 enum { COUNT = sizeof SIGNALS / sizeof SIGNALS[0] };
 static struct sigaction before[COUNT];
 
-static __thread const Note *current;
-/* The call that was entered or returned to last, on any thread: null, or the note of a call that goes on. */
-static const Note *volatile latest;
-
 pid_t trackside_guarded;
 /* The process whose crashes are watched: a child that an FMU forks is not it. */
 static pid_t home;
@@ -44,7 +40,9 @@ void trackside_write_to(char *memory) {
     paper = memory;
 }
 
-static void copy_note(const Note *note) {
+/* Copies the note of the call that goes on there; without one there is none. */
+void trackside_copy_note(const Note *note) {
+    if (!paper) return;
     if (!note || !note->call) {
         paper[CALL] = '\0';
         return;
@@ -53,16 +51,10 @@ static void copy_note(const Note *note) {
     for (int i = 0; CALL + i < WORDS - 1 && (paper[CALL + i] = note->call[i]) != '\0'; i++) {}
 }
 
-/* Returns the note of the call around this one, if there is one: an FMU may host another. */
-const Note *trackside_enter(const Note *note) {
-    const Note *outer = current;
-    current = note;
-    latest = note;
-    if (paper) copy_note(note);
-    return outer;
+const Note *trackside_current(void) {
+    const Note *current = trackside_entered();
+    return current ? current : trackside_started();
 }
-
-const Note *trackside_current(void) { return current ? current : trackside_started(); }
 
 void trackside_complete(int code) { complete = code; }
 int trackside_completed(void) { return complete; }
@@ -267,7 +259,7 @@ static void handle(int signal, siginfo_t *info, void *context) {
 
 /* Says who ends the program, which an exit code of foreign code would pass for the verdict of the run. */
 static void end_for_foreign_code(const char *what) {
-    const Note *mine = trackside_current(), *other = latest;
+    const Note *mine = trackside_current(), *other = trackside_latest();
     if (mine) {
         report(mine, what);
     } else if (other) {
@@ -286,7 +278,7 @@ static void end_for_foreign_code(const char *what) {
 
 static void at_exit(void) {
     /* A child that an FMU forks may end as it likes. */
-    if (getpid() != home || (!trackside_guarded && !current)) return;
+    if (getpid() != home || (!trackside_guarded && !trackside_entered())) return;
     end_for_foreign_code("called exit");
 }
 
@@ -299,7 +291,7 @@ __attribute__((noreturn)) void trackside_foreign_exit(int code) {
 /* This program's `pthread_exit`: a thread of foreign code may end so, one that calls it would be missing. */
 void trackside_end_thread(void *result) {
     void (*end)(void *) = (void (*)(void *))dlsym(RTLD_NEXT, "pthread_exit");
-    if (current && trackside_guarded && getpid() == trackside_guarded)
+    if (trackside_entered() && trackside_guarded && getpid() == trackside_guarded)
         end_for_foreign_code("called pthread_exit in a thread that is not its own");
     if (end) end(result);
     trackside_end(FOREIGN_FAILED);

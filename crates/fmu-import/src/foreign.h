@@ -12,6 +12,12 @@ typedef struct {
     double time;
 } Note;
 
+/* binding/activity.rs */
+/* The call that this thread is in; null when it is in none. A handler may ask. */
+const Note *trackside_entered(void);
+/* The call that was entered or returned to last, on any thread: null, or the note of a call that goes on. */
+const Note *trackside_latest(void);
+
 /* crash.c */
 /* The process that was asked for, of which each end but by `trackside_leave` is foreign; 0 when nobody asked. */
 extern pid_t trackside_guarded;

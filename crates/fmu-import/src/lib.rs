@@ -79,9 +79,9 @@ use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
-    Block, FmuState, Instance, LastNote, Library, STRANGER, calls_going_on, changed_surroundings,
-    complete, completed, during_plugin, guard_exit, ignore_requests_to_end, leave,
-    leave_signals_alone, note_requests_to_end, requested_end, watch, write_notes_to,
+    Block, FmuState, Instance, LastNote, Library, STRANGER, Visit, calls_going_on,
+    changed_surroundings, complete, completed, during_plugin, guard_exit, ignore_requests_to_end,
+    leave, leave_signals_alone, note_requests_to_end, requested_end, watch, write_notes_to,
 };
 pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};

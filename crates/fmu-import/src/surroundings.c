@@ -13,6 +13,9 @@
 #if defined __APPLE__
 #include <xlocale.h>
 #endif
+#if defined __x86_64__
+#include <emmintrin.h>
+#endif
 
 #include "foreign.h"
 
@@ -65,9 +68,25 @@ static inline uint32_t x87(void) { return 0; }
 static inline void set_x87(uint32_t wanted) { (void)wanted; }
 #endif
 
+#if defined __x86_64__
+/* Whether numbers are rounded to the nearest, tiny ones too, found by calculating: asking the processor takes as long as a short call.
+   It does not show which results end the program; libraries let these do so in the older unit, too. */
+static inline int calculates_as_usual(void) {
+    static const double ONE[2] = {1, 1}, LITTLE[2] = {0x1p-60, 0x1.8p-53}, SUM[2] = {1, 0x1.0000000000001p0};
+    static const double TINY_ONE[2] = {0x1p-1060, -0x1p-1060}, TINY_SUM[2] = {0x1p-1059, -0x1p-1059};
+    __m128d sum = _mm_loadu_pd(ONE), tiny = _mm_loadu_pd(TINY_ONE);
+    /* Not by the compiler, which may take the usual for granted. */
+    __asm__ volatile("addpd %1, %0" : "+x"(sum) : "x"(_mm_loadu_pd(LITTLE)));
+    __asm__ volatile("addpd %1, %0" : "+x"(tiny) : "x"(_mm_loadu_pd(TINY_ONE)));
+    __m128i sums = _mm_cmpeq_epi32(_mm_castpd_si128(sum), _mm_castpd_si128(_mm_loadu_pd(SUM)));
+    __m128i tinies = _mm_cmpeq_epi32(_mm_castpd_si128(tiny), _mm_castpd_si128(_mm_loadu_pd(TINY_SUM)));
+    return _mm_movemask_epi8(_mm_and_si128(sums, tinies)) == 0xffff;
+}
+enum { USUAL = 0x1f80 };
+#endif
+
 /* What the process had when it was guarded, before any foreign code. */
 static Before home;
-static int at_home;
 static const char *home_locale;
 static struct stat home_folder;
 static int home_descriptor = -1;
@@ -81,7 +100,6 @@ static void look(Before *before) {
 
 void trackside_note_surroundings(void) {
     look(&home);
-    at_home = 1;
     const char *now = setlocale(LC_ALL, NULL);
     /* Where something else was loaded before this program, its locale is left alone. */
     if (now && strcmp(now, "C") == 0) home_locale = now;
@@ -91,15 +109,10 @@ void trackside_note_surroundings(void) {
     umask(home_umask);
 }
 
-/* In a guarded program all threads have what it had in the beginning: reading that again would double the cost of a call. */
-void trackside_before(Before *before) {
-    if (!at_home) look(before);
-}
+void trackside_before(Before *before) { look(before); }
 
-/* Puts back what each call may change; says what that was. */
-int trackside_after(const Before *before) {
+static int put_numbers_back(const Before *before) {
     int changes = 0;
-    if (at_home) before = &home;
     uint64_t now = control();
     uint32_t legacy = x87();
     if (__builtin_expect(now != before->control || legacy != before->x87, 0)) {
@@ -111,6 +124,11 @@ int trackside_after(const Before *before) {
         set_control(before->control);
         set_x87(before->x87);
     }
+    return changes;
+}
+
+static inline int put_locale_back(const Before *before) {
+    int changes = 0;
     if (__builtin_expect(uselocale((locale_t)0) != (locale_t)before->locale, 0)) {
         uselocale((locale_t)before->locale);
         changes |= LOCALE;
@@ -121,6 +139,20 @@ int trackside_after(const Before *before) {
         changes |= LOCALE;
     }
     return changes;
+}
+
+/* Puts back what each call may change; says what that was. In a guarded program there is nothing from before. */
+int trackside_after(const Before *before) {
+    if (!before) before = &home;
+    return put_numbers_back(before) | put_locale_back(before);
+}
+
+/* The same after the calls of a step, of which there are many. */
+int trackside_after_step(const Before *before) {
+#if defined __x86_64__
+    if (!before && home.control == USUAL && x87() == home.x87 && calculates_as_usual()) return put_locale_back(&home);
+#endif
+    return trackside_after(before);
 }
 
 /* The signals that this thread holds back; the layout is that of `Mask` in binding/surroundings.rs. */

@@ -103,9 +103,17 @@ impl<S> Row<S> {
     }
 
     /// Takes over the values of a row of the same size, without allocating for numbers.
+    #[inline]
     pub fn copy_from(&mut self, other: &Self) {
         self.numbers.copy_from_slice(&other.numbers);
         self.texts.clone_from_slice(&other.texts);
+        self.integers.copy_from_slice(&other.integers);
+    }
+
+    /// Takes over the numbers and the integers of a row of the same size, and leaves the texts.
+    #[inline]
+    pub fn copy_numbers_from(&mut self, other: &Self) {
+        self.numbers.copy_from_slice(&other.numbers);
         self.integers.copy_from_slice(&other.integers);
     }
 
@@ -114,6 +122,18 @@ impl<S> Row<S> {
         self.numbers.clear();
         self.numbers.extend_from_slice(numbers);
         (self.texts, self.integers) = (texts, integers);
+    }
+
+    /// The numbers of two ranges, of which the first may be written; nothing when they overlap or are not there.
+    #[inline]
+    pub fn both(
+        &mut self,
+        written: NumberRange<S>,
+        read: NumberRange<S>,
+    ) -> Option<(&mut [f64], &[f64])> {
+        let ranges = [written.positions(), read.positions()];
+        let [written, read] = self.numbers.get_disjoint_mut(ranges).ok()?;
+        Some((written, read))
     }
 
     /// Copies a text of the row to another place in it, without allocating where there is room.
@@ -145,12 +165,14 @@ impl<S> Values<S> for Row<S> {
 impl<S> ops::Index<NumberIndex<S>> for Row<S> {
     type Output = f64;
 
+    #[inline]
     fn index(&self, index: NumberIndex<S>) -> &f64 {
         &self.numbers[index.position()]
     }
 }
 
 impl<S> ops::IndexMut<NumberIndex<S>> for Row<S> {
+    #[inline]
     fn index_mut(&mut self, index: NumberIndex<S>) -> &mut f64 {
         &mut self.numbers[index.position()]
     }
@@ -159,12 +181,14 @@ impl<S> ops::IndexMut<NumberIndex<S>> for Row<S> {
 impl<S> ops::Index<TextIndex<S>> for Row<S> {
     type Output = String;
 
+    #[inline]
     fn index(&self, index: TextIndex<S>) -> &String {
         &self.texts[index.position()]
     }
 }
 
 impl<S> ops::IndexMut<TextIndex<S>> for Row<S> {
+    #[inline]
     fn index_mut(&mut self, index: TextIndex<S>) -> &mut String {
         &mut self.texts[index.position()]
     }
@@ -173,6 +197,7 @@ impl<S> ops::IndexMut<TextIndex<S>> for Row<S> {
 impl<S> ops::Index<IntegerIndex<S>> for Row<S> {
     type Output = i128;
 
+    #[inline]
     fn index(&self, index: IntegerIndex<S>) -> &i128 {
         &self.integers[index.position()]
     }
@@ -181,12 +206,14 @@ impl<S> ops::Index<IntegerIndex<S>> for Row<S> {
 impl<S> ops::Index<IntegerRange<S>> for Row<S> {
     type Output = [i128];
 
+    #[inline]
     fn index(&self, range: IntegerRange<S>) -> &[i128] {
         &self.integers[range.positions()]
     }
 }
 
 impl<S> ops::IndexMut<IntegerRange<S>> for Row<S> {
+    #[inline]
     fn index_mut(&mut self, range: IntegerRange<S>) -> &mut [i128] {
         &mut self.integers[range.positions()]
     }
@@ -195,12 +222,14 @@ impl<S> ops::IndexMut<IntegerRange<S>> for Row<S> {
 impl<S> ops::Index<NumberRange<S>> for Row<S> {
     type Output = [f64];
 
+    #[inline]
     fn index(&self, range: NumberRange<S>) -> &[f64] {
         &self.numbers[range.positions()]
     }
 }
 
 impl<S> ops::IndexMut<NumberRange<S>> for Row<S> {
+    #[inline]
     fn index_mut(&mut self, range: NumberRange<S>) -> &mut [f64] {
         &mut self.numbers[range.positions()]
     }
@@ -209,12 +238,14 @@ impl<S> ops::IndexMut<NumberRange<S>> for Row<S> {
 impl<S> ops::Index<TextRange<S>> for Row<S> {
     type Output = [String];
 
+    #[inline]
     fn index(&self, range: TextRange<S>) -> &[String] {
         &self.texts[range.positions()]
     }
 }
 
 impl<S> ops::IndexMut<TextRange<S>> for Row<S> {
+    #[inline]
     fn index_mut(&mut self, range: TextRange<S>) -> &mut [String] {
         &mut self.texts[range.positions()]
     }

@@ -27,6 +27,13 @@ impl Selection {
         }
     }
 
+    /// Whether nothing is recorded.
+    #[must_use]
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty() && self.texts.is_empty() && self.integers.is_empty()
+    }
+
     /// The recorded columns.
     #[must_use]
     pub fn columns(&self, full: &Columns<Full>) -> Columns<Recorded> {

@@ -119,6 +119,7 @@ impl Chain {
     }
 
     /// Passes the value of one communication step through the effects; NaN stays NaN.
+    #[inline]
     pub fn apply(&mut self, value: f64) -> f64 {
         let sample = Sample { value, is_new: true };
         self.stages.iter_mut().fold(sample, |sample, stage| stage.apply(sample)).value

@@ -23,13 +23,15 @@ use recording::{
 use serde::{Deserialize, Serialize};
 
 use crate::signal::Signal;
-use crate::words::{Algorithm, At, OnFailure};
+use crate::words::{At, Extrapolate, OnFailure};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
 pub use call_fault::{CallFault, CallFaultKind};
 pub use check::{CheckPlan, Condition, ResultName, Results};
-pub use coupling::CouplingRules;
+pub use coupling::{
+    Block, BondPlan, CouplingPlan, CouplingRules, Division, Link, Loop, Pace, Tear,
+};
 pub use input_chain::{ChainMemory, FaultPlan, InputChain};
 
 /// The report of a run, in its folder.
@@ -56,6 +58,7 @@ pub struct Clock {
 impl Clock {
     /// The time of communication point `tick` [s].
     #[must_use]
+    #[inline]
     pub fn at(&self, tick: u64) -> f64 {
         // Ticks stay far below 2^53.
         self.start + tick as f64 * self.step
@@ -65,6 +68,19 @@ impl Clock {
     #[must_use]
     pub fn stop(&self) -> f64 {
         self.at(self.steps)
+    }
+
+    /// The clock with steps that are so many times shorter.
+    #[must_use]
+    pub fn finer(&self, times: u64) -> Clock {
+        // By a power of two, the times of communication points stay what they are to the last bit.
+        Clock { start: self.start, step: self.step / times as f64, steps: self.steps * times }
+    }
+
+    /// The clock with steps that are so many times longer.
+    #[must_use]
+    pub fn coarser(&self, times: u64) -> Clock {
+        Clock { start: self.start, step: self.step * times as f64, steps: self.steps / times }
     }
 
     /// The time from the first communication point to the last one [s].
@@ -103,12 +119,14 @@ pub struct Group {
 impl Group {
     /// Whether all elements travel.
     #[must_use]
+    #[inline]
     pub fn is_whole(&self) -> bool {
         self.places.len() == self.elements
     }
 
     /// Whether the values are integers of 64 bits, which travel exactly.
     #[must_use]
+    #[inline]
     pub fn is_exact(&self) -> bool {
         matches!(self.storage, Storage::Int64 | Storage::UInt64)
     }
@@ -208,6 +226,8 @@ pub struct NodePlan {
     pub name: String,
     /// Its kind.
     pub body: Body,
+    /// Its own step, if that is not the communication step.
+    pub pace: Option<Pace>,
     /// Its outputs that are numbers.
     pub outputs: NumberRange<Full>,
     /// Those of them that somebody uses, none of which may be NaN.
@@ -235,6 +255,8 @@ pub struct ExactPlan {
     pub inputs: IntegerRange<Full>,
     /// The connections with such an integer at one end or at both.
     pub connections: Vec<ExactConnection>,
+    /// Whether nobody uses any of its outputs.
+    pub unneeded: bool,
 }
 
 /// What a connection of numbers is for an integer of 64 bits.
@@ -268,6 +290,8 @@ pub struct TextPlan {
     pub inputs: TextRange<Full>,
     /// The source of each connected input.
     pub connections: Vec<Source<TextIndex<Full>>>,
+    /// Whether nobody uses any of its outputs.
+    pub unneeded: bool,
 }
 
 /// Source of the value of an input.
@@ -286,13 +310,15 @@ pub struct ResolvedConnection {
     pub source: Source<NumberIndex<Full>>,
     /// Its way to the input.
     pub input_chain: InputChain,
+    /// The course of the input within a step; without one it holds its value.
+    pub course: Option<Extrapolate>,
 }
 
 /// A scenario without names: what the master works with.
 #[derive(Debug)]
 pub struct System {
-    /// The coupling algorithm.
-    pub coupling: Algorithm,
+    /// The coupling.
+    pub coupling: CouplingPlan,
     /// The communication points.
     pub clock: Clock,
     /// The stop time that FMUs are told [s]; none when nobody knows it.

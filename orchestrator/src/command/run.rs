@@ -305,12 +305,10 @@ fn show(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
             let more = if all { " (elsewhere with this machine's name)" } else { "" };
             bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}{more}"));
         }
-        // A redraw costs more than a step, and nobody sees more than a hundred of them.
-        ProgressEvent::Steps(step, steps) if step % (steps / 100 + 1) == 0 => {
+        ProgressEvent::Steps(step, steps) => {
             bar.set_length(*steps);
             bar.set_position(*step);
         }
-        ProgressEvent::Steps(..) => {}
         ProgressEvent::Analysis(name, share, what) => {
             bar.set_length(1000);
             bar.set_position((share * 1e3) as u64);

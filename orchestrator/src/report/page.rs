@@ -139,8 +139,40 @@ impl RunReport {
                 versions.trackside, versions.plugin_interface, versions.os, versions.arch
             ),
         );
+        if let Some(late) = self.late_points {
+            row("Late", &format!("{late} of {} communication points", self.steps));
+        }
         html.push_str("</table>\n");
+        self.write_nodes(html);
         self.write_hashes(html);
+    }
+
+    /// How long the nodes took.
+    fn write_nodes(&self, html: &mut String) {
+        let nodes = self.nodes.iter().filter(|node| node.calls > 0);
+        let longest = nodes.clone().any(|node| node.deadline_misses.is_some());
+        if nodes.clone().next().is_none() {
+            return;
+        }
+        let misses = if longest { "<th>Too long</th>" } else { "" };
+        let _ = writeln!(
+            html,
+            "<table class=\"hashes\">\n<tr><th>Node</th><th>Steps</th><th>Time</th><th>Mean of a step</th>\
+             <th>99 of 100 below</th><th>Longest</th>{misses}</tr>"
+        );
+        for node in nodes {
+            let name = escape(&node.name);
+            let [all, mean, most, longest] =
+                [node.seconds, node.mean_seconds, node.p99_seconds, node.max_seconds].map(short);
+            let misses = node.deadline_misses.map(|misses| format!("<td>{misses}</td>"));
+            let _ = writeln!(
+                html,
+                "<tr><td>{name}</td><td>{}</td><td>{all}</td><td>{mean}</td><td>{most}</td><td>{longest}</td>{}</tr>",
+                node.calls,
+                misses.unwrap_or_default()
+            );
+        }
+        html.push_str("</table>\n");
     }
 
     /// The hashes of all that was read.
@@ -167,6 +199,15 @@ impl RunReport {
         }
         html.push_str("</table>\n");
     }
+}
+
+/// A time [s] with three digits and the unit that fits it.
+fn short(time: f64) -> String {
+    let units = [(1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns")];
+    let (size, unit) = units.into_iter().find(|(size, _)| time >= *size).unwrap_or(units[3]);
+    let value = time / size;
+    let digits = if value >= 100.0 { 0 } else { usize::from(value < 10.0) + 1 };
+    format!("{value:.digits$} {unit}")
 }
 
 fn word(ending: Ending) -> &'static str {

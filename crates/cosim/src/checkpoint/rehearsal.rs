@@ -101,7 +101,7 @@ pub fn rehearse(
 ) -> Result<Vec<Difference>, Error> {
     let mut exchange = Exchange::new(system, nodes);
     if states.is_none() {
-        exchange.initialise(coupling.initialisation_passes())?;
+        coupling.initialise(&mut exchange)?;
     }
     let fit = (&checkpoint.wiring, &Fit::default());
     checkpoint.restore(&mut exchange, coupling, states, fit)?;
@@ -110,7 +110,7 @@ pub fn rehearse(
         let time = exchange.clock().at(tick + 1);
         exchange.begin(tick);
         coupling.step(&mut exchange).map_err(|interruption| match interruption {
-            Interruption::Value(error) => error,
+            Interruption::Value(error) | Interruption::Unsolved(error) => error,
             Interruption::Call { node, error } => failure(&exchange.plans()[node], error, time),
         })?;
         let now = exchange.row().clone();

@@ -24,6 +24,8 @@ struct NodeWiring {
     kind: Kind,
     starts: Vec<Start>,
     links: Vec<Link>,
+    /// A fingerprint of its own step.
+    pace: u64,
     /// A fingerprint of the faults of its calls.
     faults: u64,
 }
@@ -158,7 +160,7 @@ impl NodeWiring {
                 from: columns[link.source.index].name(),
                 to: columns[input].name(),
                 at_start: link.source.at == At::Start,
-                conversion: fingerprint(&(factor, offset, map, accepts)),
+                conversion: fingerprint(&(factor, offset, map, accepts, link.course)),
                 effects: fingerprint(effects),
                 faults: fingerprint(faults),
             }
@@ -173,7 +175,8 @@ impl NodeWiring {
             faults: 0,
         });
         let (name, links) = (plan.name.clone(), numbers.chain(texts).collect());
-        NodeWiring { name, kind, starts, links, faults: fingerprint(&plan.faults) }
+        let [pace, faults] = [fingerprint(&plan.pace), fingerprint(&plan.faults)];
+        NodeWiring { name, kind, starts, links, pace, faults }
     }
 
     fn fit(&self, then: &Self, system: &System, fit: &mut Fit) {
@@ -196,6 +199,9 @@ impl NodeWiring {
             (Kind::Fmu { .. }, Kind::Fmu { .. }) => self.tune(then, system, fit),
             (Kind::Connector, Kind::Connector) => {}
             _ => fit.misfits.push(format!("`{name}` is a node of another kind there")),
+        }
+        if self.pace != then.pace {
+            fit.misfits.push(format!("`{name}` has steps of another length there"));
         }
         fit.changes.extend((self.faults != then.faults).then(|| format!("the faults of `{name}`")));
         for link in &then.links {

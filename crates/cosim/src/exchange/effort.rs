@@ -2,19 +2,46 @@
 
 use std::time::{Duration, Instant};
 
-/// How often a node was stepped, and how long that took.
+use super::histogram::Histogram;
+
+/// How often a node was stepped, and how long that took. Of many short steps one in 32 is measured, and stands for those before it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Effort {
     /// Number of steps.
     pub calls: u64,
-    /// Time in them, with the values going in and coming out. Of many short steps one in sixteen is measured, and stands for those before it.
+    /// Time in them, with the values going in and coming out.
     pub time: Duration,
+    /// The longest measured time in a communication step.
+    pub longest: Duration,
+    /// Communication steps whose time was longer than the deadline.
+    pub misses: u64,
+    /// The times in the communication steps.
+    times: Histogram,
+    /// The time in the step that goes on.
+    now: Duration,
+}
+
+impl Effort {
+    /// The time [s] in a communication step that this share [-] of all steps does not exceed; nothing before the first one.
+    #[must_use]
+    pub fn quantile(&self, share: f64) -> Option<f64> {
+        // The middle of a place may be beyond all that was in it.
+        self.times.quantile(share).map(|time| time.min(self.longest.as_secs_f64()))
+    }
+
+    fn close(&mut self, weight: u32, deadline: Option<Duration>) {
+        let time = std::mem::take(&mut self.now);
+        self.time += time * weight;
+        self.longest = self.longest.max(time);
+        self.misses += u64::from(deadline.is_some_and(|deadline| time > deadline));
+        self.times.count(time, weight);
+    }
 }
 
 /// All of the first steps are measured, so that what is left out at the end is little [-].
 const FIRST: u64 = 1024;
 /// At most so many short steps are left out between two that are measured, on average half as many [-].
-const LEFT_OUT: u64 = 30;
+const LEFT_OUT: u64 = 62;
 /// A step of all nodes that takes longer is measured each time: looking at the clock is little beside it.
 const SHORT: Duration = Duration::from_micros(20);
 
@@ -35,8 +62,10 @@ pub(super) struct Efforts {
     /// The last step that was measured, and the next one.
     last: u64,
     next: u64,
-    /// Chooses how many are left out: an FMU may do its work at each sixteenth step.
+    /// Chooses how many are left out: an FMU may do its work at each 32nd step.
     random: u64,
+    /// How long a step of a node may take in real time; then each one is measured.
+    deadline: Option<Duration>,
 }
 
 impl Efforts {
@@ -49,33 +78,61 @@ impl Efforts {
             since: now,
             begin: now,
             steps: 0,
-            looks: true,
+            looks: false,
             weight: 1,
             last: 0,
-            next: 0,
+            next: 1,
             random: 0,
+            deadline: None,
         }
     }
 
-    pub fn all(&self) -> &[Effort] {
+    /// Counts steps of nodes that take longer than this.
+    pub fn keep_to(&mut self, deadline: Duration) {
+        self.deadline = Some(deadline);
+    }
+
+    /// All of them, after the last step.
+    pub fn all(&mut self) -> &[Effort] {
+        self.close();
         &self.all
     }
 
     /// Begins a step: the time so far is nobody's.
+    #[inline]
     pub fn begin(&mut self) {
-        self.steps += 1;
         if self.looks {
-            self.last = self.steps - 1;
-            self.next = self.steps;
-            if self.since - self.begin < SHORT && self.steps > FIRST {
-                self.next += self.left_out();
-            }
+            self.close();
+            self.choose();
         }
-        self.looks = self.steps == self.next;
-        if self.looks {
-            self.weight = (self.steps - self.last) as u32;
-            (self.begin, self.busy) = (Instant::now(), None);
-            self.since = self.begin;
+        self.steps += 1;
+        if self.steps == self.next {
+            self.look();
+        }
+    }
+
+    fn look(&mut self) {
+        self.weight = (self.steps - self.last) as u32;
+        (self.looks, self.begin, self.busy) = (true, Instant::now(), None);
+        self.since = self.begin;
+    }
+
+    /// Counts the time of each node in the step that was measured, and looks away.
+    fn close(&mut self) {
+        if std::mem::take(&mut self.looks) {
+            self.rest();
+            let (weight, deadline) = (self.weight, self.deadline);
+            self.all.iter_mut().for_each(|effort| effort.close(weight, deadline));
+        }
+    }
+
+    /// Chooses the next step to be measured.
+    fn choose(&mut self) {
+        self.last = self.steps;
+        self.next = self.steps + 1;
+        let short = self.since - self.begin < SHORT && self.steps > FIRST;
+        if short && self.deadline.is_none() {
+            self.next += self.left_out();
         }
     }
 
@@ -86,11 +143,13 @@ impl Efforts {
     }
 
     /// Counts a step of a node.
+    #[inline]
     pub fn count(&mut self, node: usize) {
         self.all[node].calls += 1;
     }
 
     /// Counts the time from here on as that of a node.
+    #[inline]
     pub fn turn_to(&mut self, node: usize) {
         if self.looks && self.busy != Some(node) {
             self.rest();
@@ -99,10 +158,11 @@ impl Efforts {
     }
 
     /// Ends the time of the node at work.
+    #[inline]
     pub fn rest(&mut self) {
         if let Some(node) = self.busy.take() {
             let now = Instant::now();
-            self.all[node].time += (now - self.since) * self.weight;
+            self.all[node].now += now - self.since;
             self.since = now;
         }
     }
@@ -113,8 +173,9 @@ mod tests {
     use super::*;
 
     /// Steps two nodes so often, which wait so long [us].
-    fn efforts(steps: u64, waits: [u64; 2]) -> Efforts {
+    fn efforts(steps: u64, waits: [u64; 2], deadline: Option<Duration>) -> Vec<Effort> {
         let mut efforts = Efforts::of(2);
+        deadline.into_iter().for_each(|deadline| efforts.keep_to(deadline));
         for _ in 0..steps {
             efforts.begin();
             for (node, wait) in waits.into_iter().enumerate() {
@@ -125,16 +186,35 @@ mod tests {
                 efforts.rest();
             }
         }
-        efforts
+        efforts.all().to_vec()
     }
 
     #[test]
     fn long_steps_are_measured_each_time_and_short_ones_are_scaled() {
-        let short = efforts(20_000, [1, 2]);
-        let [one, two] = [0, 1].map(|node| short.all()[node].time.as_micros());
-        assert!(one >= 19_900 && two >= 39_900, "{one} {two}");
-        let long = efforts(2_000, [5, 50]);
-        assert!(long.all()[1].time.as_micros() >= 100_000, "{:?}", long.all());
-        assert_eq!(long.all()[0].calls, 2_000);
+        let short = efforts(20_000, [1, 2], None);
+        let [one, two] = [0, 1].map(|node| short[node].time.as_micros());
+        assert!(one >= 19_800 && two >= 39_600, "{one} {two}");
+        let long = efforts(2_000, [5, 50], None);
+        assert!(long[1].time.as_micros() >= 100_000, "{:?}", long[1].time);
+        assert_eq!(long[0].calls, 2_000);
+    }
+
+    #[test]
+    fn times_of_steps_are_told_by_quantiles_and_the_longest() {
+        for effort in efforts(2_000, [5, 50], None).iter().zip([5e-6, 50e-6]) {
+            let (effort, least) = effort;
+            let [half, most] = [0.5, 0.99].map(|share| effort.quantile(share).expect("steps"));
+            let longest = effort.longest.as_secs_f64();
+            assert!(half >= least * 0.98 && most >= half && longest >= most, "{effort:?}");
+            assert_eq!(effort.misses, 0);
+        }
+        assert_eq!(Effort::default().quantile(0.99), None);
+    }
+
+    #[test]
+    fn all_steps_are_measured_where_there_is_a_deadline() {
+        let late = efforts(3_000, [0, 10], Some(Duration::from_micros(10)));
+        assert_eq!(late[1].misses, 3_000);
+        assert!(late[0].misses < 3_000);
     }
 }

@@ -7,7 +7,7 @@ use scenario::words::OnFailure;
 
 use super::faulty::with_faults;
 use super::isolated::{Host, IsolatedNode, Making};
-use super::{Node, SourceNode};
+use super::{Node, SourceNode, paced};
 
 /// The second FMUs do what the first did, so a call that lasts longer than this does not return [s].
 const PATIENCE: f64 = 60.0;
@@ -38,12 +38,13 @@ pub fn apart(
         let ports = (inputs.clone(), outputs.clone());
         let (name, starts, tolerance) = (&plan.name, starts.clone(), system.tolerance);
         let making = Making { fmu, name, log: false, ports, times, tolerance, starts };
-        fmus.push(IsolatedNode::new(making, &isolation, host)?);
+        let node: Box<dyn Node> = Box::new(IsolatedNode::new(making, &isolation, host)?);
+        fmus.push(paced(node, plan, system.clock));
     }
     let mut fmus = fmus.into_iter().peekable();
     let nodes = system.nodes.iter().zip(nodes).map(|(plan, node)| -> Box<dyn Node> {
         match fmus.next_if(|_| matches!(plan.body, Body::Fmu { .. })) {
-            Some(fmu) => Box::new(fmu),
+            Some(fmu) => fmu,
             None => std::mem::replace(node, Box::new(SourceNode::new(Vec::<Signal>::new()))),
         }
     });

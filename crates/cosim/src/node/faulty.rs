@@ -7,6 +7,7 @@ use fmu_import::{CallError, Message, MessageLevel, Version};
 use scenario::plan::{Body, CallFault, CallFaultKind, Clock, Start, System};
 
 use super::{Node, NodeState};
+use crate::course::Course;
 
 /// What a node does in its next step on demand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +69,7 @@ impl FaultyNode {
             Version::Two => "fmi2Discard",
             Version::Three => "fmi3Discard",
         };
-        self.failure(&format!("returned {status}"))
+        CallError { discarded: true, ..self.failure(&format!("returned {status}")) }
     }
 }
 
@@ -142,6 +143,31 @@ impl Node for FaultyNode {
 
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.node.set(inputs)
+    }
+
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        self.node.set_courses(inputs, courses, span)
+    }
+
+    fn settle(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.node.settle(inputs)
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        self.node.derivatives(changes, outputs)
+    }
+
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        self.node.save_again(state)
+    }
+
+    fn has_messages(&self) -> bool {
+        !self.messages.is_empty() || self.node.has_messages()
     }
 
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {

@@ -3,6 +3,7 @@
 mod clocks;
 mod events;
 mod ports;
+mod slopes;
 mod state;
 
 use std::sync::Arc;
@@ -13,10 +14,12 @@ use scenario::plan::{Clock, Ports, Start};
 
 use self::events::Events;
 use self::ports::Memory;
+use self::slopes::Slopes;
 pub(in crate::node) use self::state::Bytes;
 
 use super::refusal::Refusal;
-use super::{Node, NodeState};
+use super::{Node, NodeState, means};
+use crate::course::Course;
 
 /// An FMU as a node.
 pub struct FmuNode {
@@ -32,6 +35,9 @@ pub struct FmuNode {
     /// Those of outputs: where not all elements travel, and what they were when their clocks ticked.
     shown: Memory,
     events: Events,
+    slopes: Slopes,
+    /// Whether all its values are handed over as they are, see [`ports::are_plain`].
+    plain: bool,
 }
 
 impl FmuNode {
@@ -49,12 +55,15 @@ impl FmuNode {
             .load()
             .map_err(|error| Refusal::Early(CallError::new("loading", error.to_string())))?;
         let instance = Instance::with_events(library, name, logging).map_err(Refusal::Early)?;
+        let early = instance.description().returns_early();
         Ok(FmuNode {
             name: name.to_owned(),
+            plain: !early && ports::are_plain(&inputs, &outputs),
             begin: 0.0,
             kept: Memory::of(&inputs.numbers, &inputs.texts),
             shown: Memory::of(&outputs.numbers, &outputs.texts),
             events: Events::new(&instance),
+            slopes: Slopes::new(&instance, &inputs, &outputs),
             instance,
             inputs,
             outputs,
@@ -187,6 +196,22 @@ impl Node for FmuNode {
         self.set_numbers(inputs)
     }
 
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        match self.takes_slopes() {
+            true => self.give_slopes(inputs, courses, span.0),
+            false => self.set(means(inputs, courses, span)),
+        }
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        self.ask_derivatives(changes, outputs)
+    }
+
     fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
         self.set_exact(inputs)
     }
@@ -214,6 +239,22 @@ impl Node for FmuNode {
         }
     }
 
+    fn visit(
+        &mut self,
+        inputs: &[f64],
+        (clock, tick): (&Clock, u64),
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
+        if self.plain {
+            self.visit_plainly(inputs, (clock.at(tick), clock.step), outputs)?;
+        } else {
+            self.set(inputs)?;
+            self.step(clock, tick)?;
+            self.get(outputs)?;
+        }
+        Ok(self.has_messages())
+    }
+
     fn end(&mut self) -> Result<(), CallError> {
         self.instance.terminate()
     }
@@ -224,6 +265,10 @@ impl Node for FmuNode {
 
     fn save(&mut self) -> Result<NodeState, CallError> {
         self.copy().map(NodeState::new)
+    }
+
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        self.copy_again(state.get_mut()?)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
@@ -248,6 +293,10 @@ impl Node for FmuNode {
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
         self.state_of(bytes).map(NodeState::new)
+    }
+
+    fn has_messages(&self) -> bool {
+        self.instance.has_messages()
     }
 
     fn messages(&mut self) -> Vec<Message> {

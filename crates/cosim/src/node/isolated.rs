@@ -74,7 +74,8 @@ pub(super) struct IsolatedNode {
     provoked: Option<Provocation>,
     /// States that nobody needs any more.
     dropped: Arc<Mutex<Vec<u64>>>,
-    can: (bool, bool),
+    /// Whether it saves and serialises its state, and takes slopes of inputs.
+    can: (bool, bool, bool),
     talk: Talk,
     messages: Vec<Message>,
     /// How often it failed, and what to tell of that at the end of the run.
@@ -129,7 +130,7 @@ impl IsolatedNode {
             held: false,
             provoked: None,
             dropped: Arc::default(),
-            can: (false, false),
+            can: (false, false, false),
             talk: Talk::default(),
             messages: Vec::new(),
             failures: 0,
@@ -163,8 +164,8 @@ impl IsolatedNode {
             }
             refusal
         })?;
-        if let Done::Opened { save, serialise, lacks } = opened {
-            (self.can, self.lacks) = ((save, serialise), lacks);
+        if let Done::Opened { save, serialise, slopes, lacks } = opened {
+            (self.can, self.lacks) = ((save, serialise, slopes), lacks);
         }
         Ok(())
     }

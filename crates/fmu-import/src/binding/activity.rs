@@ -1,16 +1,18 @@
 //! Notes each call of foreign code, for reports of calls that hang or end the program.
 
+use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, Once, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
+use super::ending::notes_are_written;
 use super::surroundings::{self, Before, Changes};
 
 unsafe extern "C" {
     /// Defined in `crash.c`, as the next one.
-    fn trackside_enter(note: *const Note) -> *const Note;
+    fn trackside_copy_note(note: *const Note);
     fn trackside_watch_crashes();
     /// Defined in `libraries.c`.
     fn trackside_note_libraries(who: *const c_char, kind: *const c_char);
@@ -59,13 +61,45 @@ fn harmless(who: &str) -> String {
 static ALL: Mutex<Vec<Weak<Activity>>> = Mutex::new(Vec::new());
 
 /// The note of the call around another one, which counts again when that one ends, in whatever way.
-struct Outer(*const Note);
+pub(super) struct Outer(*const Note);
 
 impl Drop for Outer {
+    #[inline]
     fn drop(&mut self) {
-        // SAFETY: the note of the call around this one lives until that ends; without one it is null.
-        unsafe { trackside_enter(self.0) };
+        enter(self.0);
     }
+}
+
+thread_local! {
+    /// The note of the call that this thread is in. It needs no begin and no end, so a handler of signals may read it.
+    static ENTERED: Cell<*const Note> = const { Cell::new(ptr::null()) };
+}
+
+/// That of the call which was entered or returned to last.
+static LATEST: AtomicPtr<Note> = AtomicPtr::new(ptr::null_mut());
+
+/// Lets this thread be in the call of a note, or in none; the note of the call around it comes back: an FMU may host another.
+#[inline]
+fn enter(note: *const Note) -> *const Note {
+    let outer = ENTERED.replace(note);
+    LATEST.store(note.cast_mut(), Relaxed);
+    if notes_are_written() {
+        // SAFETY: the note lives until the call ends; null is none.
+        unsafe { trackside_copy_note(note) };
+    }
+    outer
+}
+
+/// For `crash.c`.
+#[unsafe(no_mangle)]
+extern "C" fn trackside_entered() -> *const Note {
+    ENTERED.get()
+}
+
+/// For `crash.c`.
+#[unsafe(no_mangle)]
+extern "C" fn trackside_latest() -> *const Note {
+    LATEST.load(Relaxed)
 }
 
 impl Activity {
@@ -90,6 +124,7 @@ impl Activity {
     }
 
     /// Says at what simulated time [s] the calls from here on happen.
+    #[inline]
     pub(super) fn at(&self, time: f64) {
         self.note.time.store(time.to_bits(), Relaxed);
     }
@@ -100,24 +135,40 @@ impl Activity {
         call: &'static CStr,
         body: impl FnOnce() -> T,
     ) -> (T, Option<Changes>) {
+        self.begin(call);
+        let before = Before::now();
+        let outer = self.enter();
+        let result = body();
+        drop(outer);
+        let changes = surroundings::put_back(before.as_ref());
+        self.rest();
+        (result, if changes == 0 { None } else { self.news(changes) })
+    }
+
+    /// Notes that a call begins.
+    #[inline]
+    pub(super) fn begin(&self, call: &'static CStr) {
         self.note.call.store(call.as_ptr().cast_mut(), Relaxed);
         // One thread calls at a time, so nothing is lost between these two.
         self.calls.store(self.calls.load(Relaxed).wrapping_add(1), Relaxed);
-        let before = Before::now();
-        // SAFETY: the note lives until the call ends, when it is taken back.
-        let outer = Outer(unsafe { trackside_enter(&raw const self.note) });
-        let result = body();
-        drop(outer);
-        let changes = before.put_back();
+    }
+
+    /// Notes that no call goes on.
+    #[inline]
+    pub(super) fn rest(&self) {
         self.note.call.store(ptr::null_mut(), Relaxed);
-        (result, if changes == 0 { None } else { self.news(changes) })
+    }
+
+    /// Lets this thread work for the FMU until the result is dropped, which has to be before the activity is.
+    #[inline]
+    pub(super) fn enter(&self) -> Outer {
+        Outer(enter(&raw const self.note))
     }
 
     /// Looks at memory of the FMU, with a note for the case that there is none. It calls nobody, so nothing changes around it.
     pub(super) fn noted<T>(&self, what: &'static CStr, body: impl FnOnce() -> T) -> T {
         self.note.call.store(what.as_ptr().cast_mut(), Relaxed);
-        // SAFETY: the note lives until the look ends, when it is taken back.
-        let outer = Outer(unsafe { trackside_enter(&raw const self.note) });
+        let outer = self.enter();
         let result = body();
         drop(outer);
         self.note.call.store(ptr::null_mut(), Relaxed);
@@ -139,7 +190,7 @@ impl Activity {
 
     /// Those changes that have not been told; they are from here on.
     #[cold]
-    fn news(&self, changes: Changes) -> Option<Changes> {
+    pub(super) fn news(&self, changes: Changes) -> Option<Changes> {
         let told = self.told.fetch_or(changes, Relaxed);
         Some(changes & !told).filter(|news| *news != 0)
     }

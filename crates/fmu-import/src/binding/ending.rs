@@ -2,7 +2,7 @@
 
 use std::ffi::{c_char, c_int};
 use std::io::Write as _;
-use std::sync::atomic::AtomicU8;
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
 unsafe extern "C" {
     /// Defined in `crash.c`, as the next four.
@@ -23,6 +23,15 @@ unsafe extern "C" {
 pub fn guard_exit() {
     // SAFETY: the function installs handlers that live as long as the program.
     unsafe { trackside_guard_exit() };
+    GUARDED.store(true, Relaxed);
+}
+
+static GUARDED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the program is guarded, see [`guard_exit`].
+#[inline]
+pub(super) fn is_guarded() -> bool {
+    GUARDED.load(Relaxed)
 }
 
 /// Says that all results are written: if foreign code crashes or exits from here on, that is told, and `code` is the exit code.
@@ -102,9 +111,18 @@ impl LastNote {
     }
 }
 
+static WRITTEN: AtomicBool = AtomicBool::new(false);
+
+/// Whether another process reads the notes, see [`write_notes_to`].
+#[inline]
+pub(super) fn notes_are_written() -> bool {
+    WRITTEN.load(Relaxed)
+}
+
 /// Notes the call that goes on in this memory from here on, and the last words when the process ends, which then do not go to standard
 /// error: another process reads them. With nothing, they go there again.
 pub fn write_notes_to(memory: Option<&'static [AtomicU8; NOTE]>) {
+    WRITTEN.store(memory.is_some(), Relaxed);
     let address = memory.map_or(std::ptr::null_mut(), |memory| memory.as_ptr().cast_mut().cast());
     // SAFETY: the memory lives as long as the process, and its bytes may change at any time.
     unsafe { trackside_write_to(address) };

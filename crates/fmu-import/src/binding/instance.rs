@@ -11,6 +11,7 @@ use super::lent::Lent;
 use super::mailbox::Mailbox;
 use super::phase::Phase;
 use super::state::States;
+use super::surroundings::Steps;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
@@ -46,6 +47,9 @@ pub struct Instance {
     pub(super) events: bool,
     /// Whether it may end a step early.
     pub(super) may_return_early: bool,
+    /// Whether calls of one step go on, see `visit.rs`.
+    pub(super) visited: bool,
+    pub(super) steps: Steps,
     /// Memory for values that the FMU fills in.
     pub(super) lent: Lent,
     /// Memory for integers on their way.
@@ -141,6 +145,8 @@ impl Instance {
             phase: Phase::default(),
             events: modes[0],
             may_return_early: modes[1],
+            visited: false,
+            steps: Steps::default(),
             lent: Lent::default(),
             integers: Vec::new(),
             _callbacks: callbacks,
@@ -150,8 +156,16 @@ impl Instance {
 
     /// What the FMU says about itself.
     #[must_use]
+    #[inline]
     pub fn description(&self) -> &Description {
         self.library.description()
+    }
+
+    /// Whether messages were logged since they were taken the last time.
+    #[inline]
+    #[must_use]
+    pub fn has_messages(&self) -> bool {
+        self.mailbox.has_some()
     }
 
     /// Takes the messages that were logged since the last time.
@@ -161,11 +175,13 @@ impl Instance {
 
     /// Whether this or another instance of the FMU returned the status fatal, after which none is called.
     #[must_use]
+    #[inline]
     pub fn is_lost(&self) -> bool {
         self.library.is_lost()
     }
 
     /// Calls a function that takes the component, and judges its status.
+    #[inline]
     pub(super) fn run(
         &mut self,
         call: &'static CStr,
@@ -178,7 +194,26 @@ impl Instance {
     }
 
     /// Calls a function that takes the component, unless that is forbidden.
+    #[inline]
     pub(super) fn run_for_status(
+        &mut self,
+        call: &'static CStr,
+        body: impl FnOnce(Component) -> Status,
+    ) -> Result<Status, CallError> {
+        if !self.visited {
+            return self.run_alone(call, body);
+        }
+        self.activity.begin(call);
+        let status = body(self.component);
+        if status >= ERROR {
+            self.note_error(call, status);
+        }
+        Ok(status)
+    }
+
+    /// Calls a function with all that a call has around it.
+    #[inline(never)]
+    fn run_alone(
         &mut self,
         call: &'static CStr,
         body: impl FnOnce(Component) -> Status,
@@ -191,13 +226,20 @@ impl Instance {
         if let Some(changes) = changes {
             self.mailbox.warn(self.activity.tell(changes, call));
         }
-        if status == FATAL {
-            self.library.lose();
-        }
         if status >= ERROR {
-            self.phase = Phase::Failed(name(call));
+            self.note_error(call, status);
         }
         Ok(status)
+    }
+
+    #[cold]
+    fn note_error(&mut self, call: &'static CStr, status: Status) {
+        self.phase = Phase::Failed(name(call));
+        if status == FATAL {
+            self.library.lose();
+            // The next call is asked whether it may be made.
+            self.visited = false;
+        }
     }
 
     fn meaning(&self, status: Status) -> String {
@@ -213,6 +255,7 @@ impl Instance {
         }
     }
 
+    #[cold]
     pub(super) fn failure(&self, call: &'static CStr, status: Status) -> CallError {
         CallError::new(
             name(call),

@@ -4,12 +4,13 @@ use std::ffi::CStr;
 
 use super::instance::name;
 use super::phase::Phase;
-use super::{Component, Instance, Status};
+use super::{Component, Instance, OK, Status, WARNING};
 use crate::CallError;
 
 /// What stands behind the values: bytes that no FMU writes by chance.
 const GUARD: [u8; 64] = *b"what stands here is not the FMU's; it was asked for fewer values";
 /// Whether these are still the bytes of the guard. Without a call of `memcmp`, which takes longer than the comparison.
+#[inline]
 fn is_guard(bytes: &[u8; GUARD.len()]) -> bool {
     let (found, _) = bytes.as_chunks::<WORD>();
     let (guard, _) = GUARD.as_chunks::<WORD>();
@@ -25,17 +26,23 @@ const WORD: usize = size_of::<u64>();
 
 /// Memory that an instance lends its FMU. It is kept from call to call.
 #[derive(Debug, Default)]
-pub(super) struct Lent(Vec<u64>);
+pub(super) struct Lent {
+    words: Vec<u64>,
+    /// Behind so many bytes of values the guard stands already.
+    guarded: Option<usize>,
+}
 
 impl Lent {
     /// An array with these values.
+    #[inline]
     fn lend<T: Copy>(&mut self, values: &[T]) -> *mut T {
         const { assert!(align_of::<T>() <= align_of::<u64>(), "words are aligned enough") };
-        let needed = (size_of_val(values) + SPARE).div_ceil(WORD);
-        if self.0.len() < needed {
-            self.0.resize(needed, 0);
+        let size = size_of_val(values);
+        let stands = self.guarded == Some(size);
+        if !stands {
+            self.make_room(size);
         }
-        let array = self.0.as_mut_ptr().cast::<T>();
+        let array = self.words.as_mut_ptr().cast::<T>();
         // SAFETY: there is room for the values and, since that is smaller than what is spare, the guard.
         unsafe {
             match values {
@@ -43,25 +50,42 @@ impl Lent {
                 [value] => array.write(*value),
                 _ => array.copy_from_nonoverlapping(values.as_ptr(), values.len()),
             }
-            array.add(values.len()).cast::<[u8; GUARD.len()]>().write_unaligned(GUARD);
+            if !stands {
+                array.add(values.len()).cast::<[u8; GUARD.len()]>().write_unaligned(GUARD);
+            }
         }
         array
+    }
+
+    /// Makes room for so many bytes of values and what is spare; the guard is to stand behind these.
+    #[cold]
+    fn make_room(&mut self, size: usize) {
+        let needed = (size + SPARE).div_ceil(WORD);
+        if self.words.len() < needed {
+            self.words.resize(needed, 0);
+        }
+        self.guarded = Some(size);
     }
 
     /// Takes as many values back as were lent; whether the FMU wrote no more.
     ///
     /// # Safety
     /// The array is one of so many values, and each of them is one, whatever the FMU wrote.
-    unsafe fn take_back<T: Copy>(&self, values: &mut [T]) -> bool {
-        let array = self.0.as_ptr().cast::<T>();
+    #[inline]
+    unsafe fn take_back<T: Copy>(&mut self, values: &mut [T]) -> bool {
+        let array = self.words.as_ptr().cast::<T>();
         // SAFETY: as in `lend`.
-        unsafe {
+        let whole = unsafe {
             match values {
                 [value] => *value = array.read(),
                 _ => array.copy_to_nonoverlapping(values.as_mut_ptr(), values.len()),
             }
             is_guard(&array.add(values.len()).cast::<[u8; GUARD.len()]>().read_unaligned())
+        };
+        if !whole {
+            self.guarded = None;
         }
+        whole
     }
 }
 
@@ -112,13 +136,16 @@ impl Instance {
         values: &mut [T],
         body: impl FnOnce(Component, *mut T) -> Status,
     ) -> Result<(), CallError> {
-        let mut lent = std::mem::take(&mut self.lent);
-        let array = lent.lend(values);
-        let filled = self.run(call, |component| body(component, array));
+        let array = self.lent.lend(values);
+        let called = self.run_for_status(call, |component| body(component, array));
         // SAFETY: it was lent with these values just now, of a type that may have any bits.
-        let whole = unsafe { lent.take_back(values) };
-        self.lent = lent;
-        if whole { filled } else { Err(self.overrun(call, values.len())) }
+        let whole = unsafe { self.lent.take_back(values) };
+        match called {
+            Ok(OK | WARNING) if whole => Ok(()),
+            _ if !whole => Err(self.overrun(call, values.len())),
+            Ok(status) => Err(self.failure(call, status)),
+            Err(error) => Err(error),
+        }
     }
 
     /// The same for two arrays of one length.

@@ -67,10 +67,11 @@ impl Library {
     ///
     /// # Errors
     /// When the FMU is of another version.
+    #[inline]
     pub(super) fn two(&self, call: &'static str) -> Result<&Two, CallError> {
         match &self.own {
             Own::Two(functions) => Ok(functions),
-            Own::Three(_) => Err(CallError::new(call, "is not called: the FMU is one of FMI 3.0")),
+            Own::Three(_) => Err(not_two(call)),
         }
     }
 
@@ -97,12 +98,14 @@ impl Library {
 
     /// What the FMU says about itself.
     #[must_use]
+    #[inline]
     pub fn description(&self) -> &Description {
         &self.fmu.description
     }
 
     /// Whether an instance of the FMU returned the status fatal, after which none can be made or called.
     #[must_use]
+    #[inline]
     pub fn is_lost(&self) -> bool {
         self.fmu.lost.load(SeqCst)
     }
@@ -126,6 +129,11 @@ impl Library {
             Own::Three(_) => String::new(),
         }
     }
+}
+
+#[cold]
+fn not_two(call: &'static str) -> CallError {
+    CallError::new(call, "is not called: the FMU is one of FMI 3.0")
 }
 
 impl Drop for Library {

@@ -20,6 +20,16 @@ thread_local! {
     static CALLED: Cell<usize> = const { Cell::new(0) };
 }
 
+/// The number from before calls of an instance, which counts again after them.
+pub(super) struct Called(usize);
+
+impl Drop for Called {
+    #[inline]
+    fn drop(&mut self) {
+        CALLED.set(self.0);
+    }
+}
+
 /// The message about an FMU that logs with another environment than it was given.
 pub const STRANGER: &str = "it logs with an environment that is not its own: FMI 2.0.4, section 2.1.5, hands the logger the `componentEnvironment` of the callbacks, not the component";
 
@@ -63,11 +73,18 @@ impl Mailbox {
     }
 
     /// Runs a call of the instance: a message that comes meanwhile on this thread is its own, whatever environment it names.
+    #[inline]
     pub(super) fn during<T>(&self, body: impl FnOnce() -> T) -> T {
-        let outer = CALLED.replace(self.number);
+        let outer = self.enter();
         let result = body();
-        CALLED.set(outer);
+        drop(outer);
         result
+    }
+
+    /// Calls of the instance go on, until the result is dropped.
+    #[inline]
+    pub(super) fn enter(&self) -> Called {
+        Called(CALLED.replace(self.number))
     }
 
     /// Warns of what the instance did, in sentences of this program.
@@ -76,6 +93,12 @@ impl Mailbox {
         for text in sentences {
             self.held.put(Message::new(MessageLevel::Warning, "", &text));
         }
+    }
+
+    /// Whether messages came since the last time.
+    #[inline]
+    pub(super) fn has_some(&self) -> bool {
+        self.held.some.load(Relaxed)
     }
 
     /// Takes the messages that came since the last time.

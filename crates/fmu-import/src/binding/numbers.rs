@@ -140,11 +140,30 @@ macro_rules! with_form {
 }
 
 impl Instance {
+    #[inline]
+    fn is_two(&self) -> bool {
+        matches!(self.library.own, Own::Two(_))
+    }
+
     /// Reads variables of one form: all elements of each reference.
     ///
     /// # Errors
     /// See [`Instance`]; also when a value is an integer that `f64` does not hold.
+    #[inline]
     pub fn get_numbers(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &mut [f64],
+    ) -> Result<(), CallError> {
+        // Most are these, and nothing is between them and the FMU.
+        match storage == Storage::Float64 && self.is_two() {
+            true => self.get_real(references, values),
+            false => self.get_other_numbers(storage, references, values),
+        }
+    }
+
+    fn get_other_numbers(
         &mut self,
         storage: Storage,
         references: &[u32],
@@ -152,7 +171,6 @@ impl Instance {
     ) -> Result<(), CallError> {
         match (&self.library.own, storage) {
             _ if references.is_empty() => Ok(()),
-            (Own::Two(_), Storage::Float64) => self.get_real(references, values),
             (Own::Two(_), _) => {
                 let mut integers = std::mem::take(&mut self.integers);
                 integers.clear();
@@ -174,7 +192,20 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
+    #[inline]
     pub fn set_numbers(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), CallError> {
+        match storage == Storage::Float64 && self.is_two() {
+            true => self.set_real(references, values),
+            false => self.set_other_numbers(storage, references, values),
+        }
+    }
+
+    fn set_other_numbers(
         &mut self,
         storage: Storage,
         references: &[u32],
@@ -182,7 +213,6 @@ impl Instance {
     ) -> Result<(), CallError> {
         match (&self.library.own, storage) {
             _ if references.is_empty() => Ok(()),
-            (Own::Two(_), Storage::Float64) => self.set_real(references, values),
             (Own::Two(_), _) => {
                 let mut integers = std::mem::take(&mut self.integers);
                 integers.clear();

@@ -60,9 +60,15 @@ impl States {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Whether there never was one.
+    #[inline]
+    pub(super) fn none_ever(&self) -> bool {
+        !self.ever.load(Relaxed)
+    }
+
     /// Whether anybody holds a state that can be restored.
     pub(super) fn any(&self) -> bool {
-        self.ever.load(Relaxed) && !self.lock().living.is_empty()
+        !self.none_ever() && !self.lock().living.is_empty()
     }
 }
 
@@ -202,7 +208,7 @@ impl Instance {
 
     /// Frees the states that were dropped since the last time.
     pub(super) fn free_dropped_states(&mut self) -> Result<(), CallError> {
-        if !self.states.ever.load(Relaxed) {
+        if self.states.none_ever() {
             return Ok(());
         }
         let dropped = std::mem::take(&mut self.states.lock().dropped);

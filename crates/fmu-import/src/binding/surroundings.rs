@@ -3,15 +3,18 @@
 use std::ffi::{c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
+use super::ending::is_guarded;
+
 unsafe extern "C" {
-    /// Defined in `surroundings.c`, as the next three.
+    /// Defined in `surroundings.c`, as the next four.
     fn trackside_before(before: *mut Before);
     fn trackside_after(before: *const Before) -> c_int;
+    fn trackside_after_step(before: *const Before) -> c_int;
     fn trackside_signals(mask: *mut Mask);
     fn trackside_after_rare(mask: *const Mask) -> c_int;
 }
 
-/// What any call may change, as it was before.
+/// What any call may change, as it was before it in a program that is not guarded.
 #[repr(C)]
 pub(super) struct Before {
     control: u64,
@@ -39,20 +42,60 @@ const WORDS: [(&str, &str); 8] = [
 ];
 
 impl Before {
-    /// What is so now.
+    /// What is so now; nothing in a guarded program, whose threads all have what it had in the beginning: reading that again would double
+    /// the cost of a call.
     #[inline]
-    pub(super) fn now() -> Self {
+    pub(super) fn now() -> Option<Self> {
+        if is_guarded() {
+            return None;
+        }
         let mut before = Before { control: 0, locale: std::ptr::null_mut(), x87: 0 };
         // SAFETY: the function writes the structure, which has the same layout there.
         unsafe { trackside_before(&raw mut before) };
-        before
+        Some(before)
     }
+}
 
-    /// Puts back what is different now, which is said.
+fn address(before: Option<&Before>) -> *const Before {
+    before.map_or(std::ptr::null(), std::ptr::from_ref)
+}
+
+/// Puts back what is different now from before, which is said.
+#[inline]
+pub(super) fn put_back(before: Option<&Before>) -> Changes {
+    // SAFETY: the function reads the structure, or what it noted itself.
+    unsafe { trackside_after(address(before)) }.cast_unsigned()
+}
+
+/// Puts back what is different now after the calls of a step; `asks` says whether the processor is asked.
+#[inline]
+pub(super) fn put_back_after_step(before: Option<&Before>, asks: bool) -> Changes {
+    if asks {
+        return put_back(before);
+    }
+    // SAFETY: as above.
+    unsafe { trackside_after_step(address(before)) }.cast_unsigned()
+}
+
+/// So many steps of an instance lie between two after which the processor is asked: a calculation that ends the program is not seen
+/// otherwise, if it was asked to do so without a library.
+const SELDOM: u8 = 16;
+
+/// Counts the steps of an instance.
+#[derive(Debug, Default)]
+pub(super) struct Steps(u8);
+
+impl Steps {
+    /// What is so now, and whether the processor is to be asked after the step. Then what another FMU may have left is put back before it.
     #[inline]
-    pub(super) fn put_back(&self) -> Changes {
-        // SAFETY: the function reads the structure.
-        unsafe { trackside_after(&raw const *self) }.cast_unsigned()
+    pub(super) fn begin(&mut self) -> (Option<Before>, bool) {
+        let before = Before::now();
+        self.0 = (self.0 + 1) % SELDOM;
+        let asks = self.0 == 0;
+        if asks {
+            put_back(before.as_ref());
+        }
+        (before, asks)
     }
 }
 
@@ -73,7 +116,7 @@ pub(super) fn around_rare<T>(alone: bool, body: impl FnOnce() -> T) -> (T, Chang
 pub(super) fn in_words(changes: Changes, call: &str) -> impl Iterator<Item = String> {
     let rows = WORDS.iter().enumerate().filter(move |(bit, _)| changes >> bit & 1 == 1);
     rows.map(move |(_, (what, whose))| {
-        format!("{call} {what}, which would have changed {whose}: it is put back after each call")
+        format!("{call} {what}, which would have changed {whose}: it is put back")
     })
 }
 

@@ -10,6 +10,7 @@ use crate::CallError;
 
 /// Functions of FMI 2.0. Those of all versions are in `numbers.rs` and `texts.rs`.
 impl Instance {
+    #[inline]
     fn get<T: Plain>(
         &mut self,
         name: &'static CStr,
@@ -27,6 +28,7 @@ impl Instance {
         })
     }
 
+    #[inline]
     fn set<T>(
         &mut self,
         name: &'static CStr,
@@ -48,6 +50,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
+    #[inline]
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
         let function = self.library.two("fmi2GetReal")?.get_real;
         self.get(c"fmi2GetReal", function, references, values)
@@ -97,6 +100,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
+    #[inline]
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         let function = self.library.two("fmi2SetReal")?.set_real;
         self.set(c"fmi2SetReal", function, references, values)

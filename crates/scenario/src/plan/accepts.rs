@@ -18,6 +18,7 @@ pub enum Accepts {
 impl Accepts {
     /// Whether the number is a value of the type.
     #[must_use]
+    #[inline]
     pub fn holds(&self, value: f64) -> bool {
         // The conversion saturates, so only a whole number is the same afterwards.
         let whole = |form: Storage| {

@@ -58,10 +58,18 @@ impl InputChain {
         as_it_is && self.effects.is_empty() && self.faults.is_empty()
     }
 
+    /// The value in the unit of the input, before numbers become others.
+    #[must_use]
+    #[inline]
+    pub fn scale(&self, value: f64) -> f64 {
+        value * self.factor + self.offset
+    }
+
     /// The value in the unit of the input.
     #[must_use]
+    #[inline]
     pub fn convert(&self, value: f64) -> f64 {
-        let value = value * self.factor + self.offset;
+        let value = self.scale(value);
         let other = self.map.iter().find(|[from, _]| *from == value);
         other.map_or(value, |[_, to]| *to)
     }
@@ -94,6 +102,7 @@ impl InputChain {
     }
 
     /// The value of the input in the step that starts at `time` [s], when the output is `value`.
+    #[inline]
     pub fn value(&mut self, value: f64, time: f64) -> f64 {
         let value = self.effects.apply(self.convert(value));
         self.faults.iter_mut().fold(value, |value, fault| fault.apply(value, time))

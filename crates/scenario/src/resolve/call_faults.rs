@@ -13,14 +13,14 @@ use crate::words::{Fault, Scenario};
 /// Gives nodes the faults of their calls; the nodes with their columns.
 pub(super) fn attach(
     scenario: &Scenario,
-    (mut nodes, columns): (Vec<NodePlan>, Columns<Full>),
+    (nodes, columns): (&mut [NodePlan], &Columns<Full>),
     seed: u64,
     mistakes: &mut Mistakes,
-) -> (Vec<NodePlan>, Columns<Full>) {
+) {
     for fault in &scenario.document.fault {
         let attached = match (&fault.input, &fault.node) {
-            (None, Some(name)) => find(scenario, &nodes, name).and_then(|place| {
-                let made = of_node(scenario, fault, (name, &nodes[place]), &columns, seed)?;
+            (None, Some(name)) => find(scenario, nodes, name).and_then(|place| {
+                let made = of_node(scenario, fault, (name, &nodes[place]), columns, seed)?;
                 nodes[place].faults.push(made);
                 Ok(())
             }),
@@ -32,7 +32,6 @@ pub(super) fn attach(
         };
         mistakes.take(attached);
     }
-    (nodes, columns)
 }
 
 /// Refuses words of nodes at the fault of an input.

@@ -9,10 +9,10 @@ use super::connection_units::Conversions;
 use super::nodes::UnplacedNode;
 use super::port::{Side, find};
 use super::ports::Port;
-use super::types;
+use super::{coupling, types};
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
-use crate::words::{At, Connect, Fault, Scenario, Unconnected};
+use crate::words::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
@@ -26,6 +26,8 @@ pub(super) struct Connection {
     pub at: At,
     /// The way of a number; a text arrives unchanged.
     pub input_chain: Option<InputChain>,
+    /// The course of the input within a step; without one it holds its value.
+    pub course: Option<Extrapolate>,
 }
 
 /// Connects the unplaced as the scenario says.
@@ -82,7 +84,8 @@ fn connection(
         accepts.map(chain).transpose()
     });
     let (at, input_chain) = Mistakes::both(at, input_chain)?;
-    Ok(Connection { from, at, input_chain })
+    let course = coupling::course(scenario, connect, at, (ports.0, ports.1, &unplaced[to.0].body))?;
+    Ok(Connection { from, at, input_chain, course })
 }
 
 /// The way of a number to its input.

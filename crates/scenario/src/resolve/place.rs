@@ -47,25 +47,26 @@ pub(super) fn place(
         let mut plan = NodePlan {
             name: unplaced_node.name,
             body: unplaced_node.body,
+            pace: None,
             outputs: output.numbers,
             needed: output.numbers.indices().collect(),
             inputs: numbers,
             connections: Vec::new(),
-            texts: TextPlan { outputs: output.texts, inputs: texts, connections: Vec::new() },
+            texts: TextPlan { outputs: output.texts, inputs: texts, ..TextPlan::default() },
             exact: ExactPlan {
                 outputs: output.integers,
                 numbers: integers[output.integers.positions()].to_vec(),
                 inputs: own_integers,
-                connections: Vec::new(),
+                ..ExactPlan::default()
             },
             faults: Vec::new(),
         };
-        for Connection { from: (node, port), at, input_chain } in connections {
+        for Connection { from: (node, port), at, input_chain, course } in connections {
             // Types were compared: a number goes to a number and a text to a text.
             match (outputs[node].ports[port], input_chain) {
                 (ColumnIndex::Number(index), Some(input_chain)) => {
-                    plan.connections
-                        .push(ResolvedConnection { source: Source { index, at }, input_chain });
+                    let source = Source { index, at };
+                    plan.connections.push(ResolvedConnection { source, input_chain, course });
                 }
                 (ColumnIndex::Text(index), _) => plan.texts.connections.push(Source { index, at }),
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),

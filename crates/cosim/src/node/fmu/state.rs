@@ -50,6 +50,13 @@ impl FmuNode {
         Ok(Saved { fmu: instance.save()?, rest: Rest { kept, shown, events } })
     }
 
+    pub(super) fn copy_again(&mut self, saved: &mut Saved) -> Result<(), CallError> {
+        saved.rest.kept.clone_from(&self.kept);
+        saved.rest.shown.clone_from(&self.shown);
+        saved.rest.events.clone_from(&self.events);
+        self.instance.save_into(&mut saved.fmu)
+    }
+
     pub(super) fn go_back(&mut self, saved: &Saved) -> Result<(), CallError> {
         let Rest { kept, shown, events } = saved.rest.clone();
         self.instance.restore(&saved.fmu)?;

@@ -6,9 +6,10 @@ use scenario::plan::{Clock, Start};
 
 use super::talk::{Done, Others, Task};
 use super::{IsolatedNode, TOLD, nonsense};
+use crate::course::Course;
 use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
-use crate::node::{Node, NodeState};
+use crate::node::{Node, NodeState, means};
 
 /// The outputs of an FMU that has failed.
 struct HeldState((Vec<f64>, Others));
@@ -54,8 +55,31 @@ impl Node for IsolatedNode {
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs.0.clear();
         self.inputs.0.extend_from_slice(inputs);
+        self.inputs.1.courses = None;
         (self.pending, self.shown) = (true, false);
         Ok(())
+    }
+
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        if !self.can.2 {
+            return self.set(means(inputs, courses, span));
+        }
+        self.set(inputs)?;
+        self.inputs.1.courses = Some((courses.to_vec(), span));
+        Ok(())
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        match self.call(Task::Derivatives(changes.to_vec()))? {
+            Done::Changes(None) => Ok(false),
+            Done::Changes(Some(found)) => copy(&found, outputs).map(|()| true),
+            _ => Err(nonsense()),
+        }
     }
 
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
@@ -141,7 +165,7 @@ impl Node for IsolatedNode {
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        if let Ok(HeldState((numbers, Others { integers, texts }))) = state.get() {
+        if let Ok(HeldState((numbers, Others { integers, texts, .. }))) = state.get() {
             return Bytes::Held(numbers.clone(), integers.clone(), texts.clone()).pack();
         }
         let number = self.number(state)?;
@@ -153,10 +177,17 @@ impl Node for IsolatedNode {
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
         if let Bytes::Held(numbers, integers, texts) = Bytes::unpack(bytes)? {
-            return Ok(NodeState::new(HeldState((numbers, Others { integers, texts }))));
+            return Ok(NodeState::new(HeldState((
+                numbers,
+                Others { integers, texts, courses: None },
+            ))));
         }
         let done = self.call(Task::Deserialise(bytes.to_owned()))?;
         self.kept(&done)
+    }
+
+    fn has_messages(&self) -> bool {
+        !self.messages.is_empty()
     }
 
     fn messages(&mut self) -> Vec<Message> {

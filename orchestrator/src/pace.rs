@@ -1,0 +1,109 @@
+//! Holds a run back to a multiple of real time, and counts where it does not keep up.
+
+use std::time::{Duration, Instant};
+
+use diagnostics::Error;
+use scenario::plan::Clock;
+
+/// A run that waits looks this often whether it has to end.
+const NAP: Duration = Duration::from_millis(50);
+
+/// Holds a run back to a multiple of real time.
+pub(crate) struct Pace {
+    clock: Clock,
+    /// The communication point that it begins at.
+    first: u64,
+    /// When the first communication point was.
+    begin: Instant,
+    /// Simulated seconds per second; as fast as possible without it.
+    factor: Option<f64>,
+    late: u64,
+}
+
+impl Pace {
+    /// So many simulated seconds per second; as fast as possible without a number.
+    pub fn new(clock: Clock, first: u64, factor: Option<f64>) -> Self {
+        Pace { clock, first, begin: Instant::now(), factor, late: 0 }
+    }
+
+    /// How long a communication step may take.
+    pub fn deadline(&self) -> Option<Duration> {
+        self.factor.map(|factor| duration(self.clock.step / factor))
+    }
+
+    /// How many communication points were reached after they were due.
+    pub fn late_points(&self) -> Option<u64> {
+        self.factor.map(|_| self.late)
+    }
+
+    /// Waits until communication point `tick` is due.
+    ///
+    /// # Errors
+    /// When the run has to end.
+    #[inline]
+    pub fn wait(&mut self, tick: u64, check: impl Fn() -> Result<(), Error>) -> Result<(), Error> {
+        check()?;
+        match self.factor {
+            None => Ok(()),
+            Some(factor) => self.hold(tick, factor, check),
+        }
+    }
+
+    fn hold(
+        &mut self,
+        tick: u64,
+        factor: f64,
+        check: impl Fn() -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        if tick <= self.first {
+            self.begin = Instant::now();
+            return Ok(());
+        }
+        let due = duration((self.clock.at(tick) - self.clock.at(self.first)) / factor);
+        self.late += u64::from(self.begin.elapsed() > due);
+        loop {
+            let left = due.saturating_sub(self.begin.elapsed());
+            if left.is_zero() {
+                return Ok(());
+            }
+            std::thread::sleep(left.min(NAP));
+            check()?;
+        }
+    }
+}
+
+/// The longest duration there is stands for a longer one.
+fn duration(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_that_are_reached_after_they_were_due_are_counted() {
+        let clock = Clock { start: 5.0, step: 0.01, steps: 3 };
+        let mut pace = Pace::new(clock, 0, Some(0.5));
+        assert_eq!(pace.deadline(), Some(Duration::from_millis(20)));
+        let begin = Instant::now();
+        pace.wait(0, || Ok(())).expect("it goes on");
+        std::thread::sleep(Duration::from_millis(25));
+        for tick in 1..=3 {
+            pace.wait(tick, || Ok(())).expect("it goes on");
+        }
+        assert!(begin.elapsed() >= Duration::from_millis(60));
+        assert!(pace.late_points().is_some_and(|late| late >= 1));
+        let mut free = Pace::new(clock, 0, None);
+        free.wait(3, || Ok(())).expect("it goes on");
+        assert_eq!((free.late_points(), free.deadline()), (None, None));
+    }
+
+    #[test]
+    fn a_run_that_has_to_end_does_not_wait() {
+        let mut pace = Pace::new(Clock { start: 0.0, step: 1e9, steps: 1 }, 0, Some(1e-300));
+        pace.wait(0, || Ok(())).expect("it goes on");
+        pace.wait(1, || Err(Error::Interrupted(2))).expect_err("it has to end");
+        assert_eq!(pace.deadline(), Some(Duration::MAX));
+    }
+}
