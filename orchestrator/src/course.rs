@@ -46,10 +46,17 @@ pub(crate) struct Origin {
     same: bool,
 }
 
-/// A checkpoint to be taken, with the time that was asked for [s].
+/// A checkpoint to be taken at a communication point.
 struct Wanted {
     tick: u64,
+    /// [s]
     time: f64,
+}
+
+impl Wanted {
+    fn file(&self) -> String {
+        format!("checkpoint_{}.state", rounded(self.time))
+    }
 }
 
 /// A checkpoint that was taken, and its file, if it has one.
@@ -89,7 +96,7 @@ impl Course {
         mistakes.finish()?;
         let before = origin.as_ref().map_or(0, |origin| origin.checkpoint.tick);
         if let Some(early) = wanted.iter().find(|it| it.tick < before) {
-            let (early, begin) = (early.time, rounded(system.clock.at(before)));
+            let [early, begin] = [early.time, system.clock.at(before)].map(rounded);
             return Err(Error::input(format!(
                 "--checkpoint {early}: the run begins at {begin} s, where its checkpoint is"
             )));
@@ -110,6 +117,22 @@ impl Course {
     /// The first communication point of the run.
     pub fn first(&self) -> u64 {
         self.origin.as_ref().map_or(0, |origin| origin.checkpoint.tick)
+    }
+
+    /// Refuses to replace files of others: those of an earlier run are set aside by now.
+    ///
+    /// # Errors
+    /// When there is one with the name of a checkpoint.
+    pub fn claim(&self) -> Result<(), Error> {
+        let mut files = self.wanted.iter().map(|it| it.file()).filter(|_| self.role == Role::Alone);
+        match files.find(|file| std::fs::symlink_metadata(self.folder.join(file)).is_ok()) {
+            None => Ok(()),
+            Some(file) => Err(Error::input(format!(
+                "the results cannot go to {}: it holds {file}, and no report says that a run wrote it",
+                self.folder.display()
+            ))
+            .help("move it to another place, or name another folder: --out FOLDER")),
+        }
     }
 
     /// Whether others go on from it in this process.
@@ -246,7 +269,8 @@ fn wanted(time: f64, clock: Clock) -> Result<(Wanted, Option<String>), Error> {
     let warning = (tick != nearest || (steps - nearest).abs() >= 1e-6).then(|| {
         format!("--checkpoint {time}: it is taken at {at} s, the next communication point")
     });
-    Ok((Wanted { tick: tick as u64, time }, warning))
+    let tick = tick as u64;
+    Ok((Wanted { tick, time: clock.at(tick) }, warning))
 }
 
 /// The checkpoint that the options name, if it fits.
@@ -326,13 +350,13 @@ impl Along for Course {
             }
         }
         let Some(place) = self.wanted.iter().position(|it| it.tick == tick) else { return Ok(()) };
-        self.wanted.remove(place);
+        let wanted = self.wanted.remove(place);
         let (about, in_bytes) = ((self.scenario.as_str(), &self.wiring), self.role == Role::Alone);
         let taken = Checkpoint::take(exchange, coupling, about, tick, in_bytes)?;
         let (mut checkpoint, states) = taken;
         let mut remembered = self.remembered.lock().unwrap_or_else(PoisonError::into_inner);
         checkpoint.checks = std::mem::take(&mut *remembered);
-        let file = in_bytes.then(|| format!("checkpoint_{}.state", rounded(checkpoint.time)));
+        let file = in_bytes.then(|| wanted.file());
         if let Some(file) = &file {
             // It has this name until it is whole.
             PreviousRun::note(&self.folder, &format!("{file}.partial"))?;

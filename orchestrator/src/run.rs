@@ -177,7 +177,7 @@ impl Job<'_> {
         report.identity.clone_from(&self.options.identity);
         let mut recorder = folder.replace(|| {
             // A killed run leaves no file that nothing accounts for.
-            report.sketch(&self.scenario.document.validation)?;
+            report.sketch(&self.scenario.document.validation).and_then(|()| course.claim())?;
             Recorder::new(&mut system, baselines, &options)
         })?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));

@@ -231,6 +231,14 @@ fn a_checkpoint_is_safe_from_the_run_that_it_begins() {
     let file = "target/runs/case/checkpoint_1.state";
     lab.trackside(&["run", "case.toml", "--rerun", "off", "--resume", file]).expect(0);
     assert!(lab.has(file) && lab.has("target/runs/case_resumed/report.json"));
+    // What nobody accounts for stays.
+    lab.write("out/checkpoint_0.5.state", "mine");
+    let ended = run(&lab, "case.toml", "out", &["--checkpoint", "0.5"]);
+    ended
+        .expect(2)
+        .says(&["it holds checkpoint_0.5.state, and no report says that a run wrote it"]);
+    assert_eq!(lab.read("out/checkpoint_0.5.state"), "mine");
+    assert!(lab.has("out/checkpoint_1.state") && lab.has("out/report.json"), "all is as it was");
     // The next run takes what belongs to the last one.
     lab.trackside(&["run", "case.toml", "--rerun", "off"]).expect(0);
     assert!(!lab.has(file));

@@ -109,8 +109,7 @@ impl System {
         let converted = (connects.as_slice(), &conversions);
         let connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
-        let noted = scenario.systems.iter().flat_map(|system| &system.notes).cloned();
-        warnings.extend(noted.chain(connections::kept(scenario, &connects, &unplaced)));
+        warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
         let (mut nodes, columns) = place::place(unplaced, connections);
@@ -159,6 +158,11 @@ impl System {
             warnings,
         })
     }
+}
+
+/// What the systems of a scenario have to say.
+fn noted(scenario: &Scenario) -> impl Iterator<Item = String> + '_ {
+    scenario.systems.iter().flat_map(|system| &system.notes).cloned()
 }
 
 /// The checks of the run, and the inputs and nodes with faults.
