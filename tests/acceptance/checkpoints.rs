@@ -47,6 +47,15 @@ fn messages(lab: &Lab, out: &str, time: f64) -> Vec<(String, u64, Vec<u8>)> {
     rows.map(|it| (it.channel.topic.clone(), it.log_time, it.data.to_vec())).collect()
 }
 
+/// The events of a recording.
+fn log(lab: &Lab, out: &str) -> String {
+    let bytes = std::fs::read(lab.path(&format!("{out}/run.mcap"))).expect("a recording");
+    let all = mcap::MessageStream::new(&bytes).expect("a recording");
+    let events =
+        all.map(|message| message.expect("a message")).filter(|it| it.channel.topic == "/log");
+    events.map(|it| String::from_utf8_lossy(&it.data).into_owned()).collect()
+}
+
 /// Insists on the rows of the run in `whole` from a time [s] on.
 fn same(lab: &Lab, whole: &str, resumed: &str, time: f64) {
     let rows = from(lab, whole, time);
@@ -121,6 +130,8 @@ fn a_run_goes_on_bit_for_bit_with_effects_faults_and_tables() {
             assert_eq!(part["checks"], whole["checks"], "verdicts from {time} s on");
             assert_eq!(part["resumed"]["checkpoint"], file.as_str());
             assert_eq!(part["resumed"]["changes"], serde_json::json!([]));
+            let acts = (0.7..1.4).contains(&time);
+            assert_eq!(log(&lab, "part").contains("the fault of estimator.r_meas goes on"), acts);
         }
         // In processes of their own they leave the same.
         run(&lab, "drive.toml", "apart", &["--checkpoint", "1", "--isolate"]).completes();

@@ -8,7 +8,7 @@ use scenario::words::At;
 use serde::{Deserialize, Serialize};
 
 /// What a system is made of, before its first step.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Wiring {
     /// The first communication point, and the communication step [s].
     times: [f64; 2],
