@@ -1,5 +1,6 @@
 //! Compares the system of a checkpoint with the one that is to go on from it: what has to be the same, and what may be another.
 
+use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Debug, Write as _};
 
 use fmu_import::{Causality, Description, Value, Variability};
@@ -204,8 +205,12 @@ impl NodeWiring {
             fit.misfits.push(format!("`{name}` has steps of another length there"));
         }
         fit.changes.extend((self.faults != then.faults).then(|| format!("the faults of `{name}`")));
+        let by_input = |links: &[Link]| -> HashMap<String, Link> {
+            links.iter().map(|link| (link.to.clone(), link.clone())).collect()
+        };
+        let (before, own) = (by_input(&then.links), by_input(&self.links));
         for link in &then.links {
-            match self.links.iter().find(|it| it.to == link.to) {
+            match own.get(&link.to) {
                 None => fit.misfits.push(format!(
                     "`{}` is connected to `{}` there, and to nothing here",
                     link.to, link.from
@@ -213,7 +218,7 @@ impl NodeWiring {
                 Some(own) => own.fit(link, fit),
             }
         }
-        let new = self.links.iter().filter(|it| !then.links.iter().any(|link| link.to == it.to));
+        let new = self.links.iter().filter(|it| !before.contains_key(&it.to));
         fit.misfits.extend(new.map(|link| {
             format!("`{}` is connected to `{}` here, and to nothing there", link.to, link.from)
         }));
@@ -224,40 +229,37 @@ impl NodeWiring {
         let plan = system.nodes.iter().find(|plan| plan.name == self.name);
         let Some(Body::Fmu { fmu, .. }) = plan.map(|plan| &plan.body) else { return };
         let about = &fmu.description;
-        let described = |start: &Start| Some(start_value(about, start)?.to_string());
-        let find = |starts: &[Start], name: &str| starts.iter().find(|it| it.name == name).cloned();
-        let mut references = Vec::new();
-        for start in self.starts.iter().chain(&then.starts) {
-            let [was, is] = [then, self].map(|wiring| {
-                let found = find(&wiring.starts, &start.name).map(|start| start.value.to_string());
-                found.or_else(|| described(start)).unwrap_or_else(|| "nothing".to_owned())
-            });
-            let told =
-                fit.changes.iter().any(|it| it.starts_with(&change(&self.name, &start.name)));
-            if was == is || told {
+        let by_name = |starts: &[Start]| -> HashMap<String, Start> {
+            starts.iter().map(|start| (start.name.clone(), start.clone())).collect()
+        };
+        let (before, now) = (by_name(&then.starts), by_name(&self.starts));
+        let value = |given: &HashMap<String, Start>, name: &str| match given.get(name) {
+            Some(start) => start.value.to_string(),
+            None => start_value(about, name).map_or("nothing".to_owned(), |it| it.to_string()),
+        };
+        let mut references = HashSet::new();
+        let gone = || then.starts.iter().filter(|start| !now.contains_key(&start.name));
+        for start in self.starts.iter().chain(gone()) {
+            let name = format!("{}.{}", self.name, start.name);
+            let [was, is] = [&before, &now].map(|given| value(given, &start.name));
+            if was == is {
                 continue;
             }
             match settable(about, &start.name) {
                 Ok(()) => {
-                    fit.changes
-                        .push(format!("{}{is} instead of {was}", change(&self.name, &start.name)));
-                    references.push(start.reference);
+                    fit.changes.push(format!("`{name}`: {is} instead of {was}"));
+                    references.insert(start.reference);
                 }
-                Err(why) => fit.misfits.push(format!(
-                    "`{}.{}` is {was} there and {is} here; {why}",
-                    self.name, start.name
-                )),
+                Err(why) => {
+                    fit.misfits.push(format!("`{name}` is {was} there and {is} here; {why}"));
+                }
             }
         }
-        let mut values: Vec<Start> = self.starts.clone();
         // What is no longer given goes back to the value of the description.
-        for start in &then.starts {
-            if find(&values, &start.name).is_none()
-                && let Some(value) = start_value(about, start)
-            {
-                values.push(Start { value, ..start.clone() });
-            }
-        }
+        let back = gone().filter_map(|start| {
+            Some(Start { value: start_value(about, &start.name)?, ..start.clone() })
+        });
+        let mut values: Vec<Start> = self.starts.iter().cloned().chain(back).collect();
         values.retain(|start| references.contains(&start.reference));
         values.sort_by_key(|start| (start.reference, start.element.0));
         if !values.is_empty() {
@@ -266,18 +268,13 @@ impl NodeWiring {
     }
 }
 
-/// The beginning of the line about a changed value.
-fn change(node: &str, variable: &str) -> String {
-    format!("`{node}.{variable}`: ")
-}
-
-fn start_value(about: &Description, start: &Start) -> Option<Value> {
-    about.variables.iter().find(|it| it.name == start.name)?.start_value()
+fn start_value(about: &Description, name: &str) -> Option<Value> {
+    about.variables[about.find(name)?].start_value()
 }
 
 /// Whether a variable may get another value between two steps.
 fn settable(about: &Description, name: &str) -> Result<(), &'static str> {
-    let variable = about.variables.iter().find(|it| it.name == name);
+    let variable = about.find(name).map(|index| &about.variables[index]);
     match variable.map(|it| (it.causality, it.variability)) {
         Some((Causality::Parameter, Variability::Tunable) | (Causality::Input, _)) => Ok(()),
         Some((Causality::Parameter | Causality::StructuralParameter, _)) => {
