@@ -1,9 +1,10 @@
 //! Keeps the FMUs of a run in memory at a checkpoint: several ends go on from there in one process.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use cosim::checkpoint::{Checkpoint, States};
-use cosim::node::{Node, NodeState};
+use cosim::node::Node;
 use diagnostics::{Error, Mistakes};
 use scenario::Scenario;
 use scenario::plan::{Body, Clock, Ports, System};
@@ -11,8 +12,7 @@ use scenario::plan::{Body, Clock, Ports, System};
 /// The FMUs of a run with their states at a checkpoint.
 pub(crate) struct Held {
     pub checkpoint: Checkpoint,
-    /// The run that it comes from.
-    pub place: String,
+    pub states: Rc<States>,
     fmus: Vec<HeldFmu>,
 }
 
@@ -20,8 +20,8 @@ struct HeldFmu {
     name: String,
     /// Inputs and outputs that it hands over.
     ports: (Ports, Ports),
+    /// None while a run has it.
     node: Option<Box<dyn Node>>,
-    state: Option<NodeState>,
 }
 
 /// The ports of a node, if it is an FMU.
@@ -39,34 +39,27 @@ impl Held {
         nodes: &mut Vec<Box<dyn Node>>,
         (checkpoint, states): (Checkpoint, States),
     ) -> Self {
-        let each = system.nodes.iter().zip(nodes.drain(..)).zip(states);
-        let fmus = each.filter_map(|((plan, node), state)| {
+        let each = system.nodes.iter().zip(nodes.drain(..));
+        let fmus = each.filter_map(|(plan, node)| {
             let (name, ports) = (plan.name.clone(), ports(&plan.body)?);
-            Some(HeldFmu { name, ports, node: Some(node), state })
+            Some(HeldFmu { name, ports, node: Some(node) })
         });
-        let fmus = fmus.collect();
-        Held { place: checkpoint.scenario.clone(), checkpoint, fmus }
+        Held { fmus: fmus.collect(), states: Rc::new(states), checkpoint }
     }
 
-    /// The states in the order of the nodes of a system, and what does not fit. The states are taken out until they are given back.
-    pub fn lend(&mut self, system: &System) -> (States, Vec<String>) {
-        let mut misfits = Vec::new();
-        let mut states = Vec::new();
-        for plan in &system.nodes {
-            let held = self.fmus.iter_mut().find(|held| held.name == plan.name);
-            let (Some(ports), Some(held)) = (ports(&plan.body), held) else {
-                states.push(None);
-                continue;
-            };
-            if ports != held.ports {
-                misfits.push(format!(
-                    "`{}` hands over other variables there: record and check the same outputs in both scenarios",
-                    plan.name
-                ));
+    /// What of the FMUs does not fit a system that is to go on with them.
+    pub fn misfits(&self, system: &System) -> Vec<String> {
+        let misfit = |held: &HeldFmu| {
+            let name = &held.name;
+            let plan = system.nodes.iter().find(|plan| plan.name == *name)?;
+            match (&held.node, ports(&plan.body)?) {
+                (None, _) => Some(format!("`{name}` went with a run that failed before")),
+                (_, ports) => (ports != held.ports).then(|| format!(
+                    "`{name}` hands over other variables there: record and check the same outputs in both scenarios"
+                )),
             }
-            states.push(held.state.take());
-        }
-        (states, misfits)
+        };
+        self.fmus.iter().filter_map(misfit).collect()
     }
 
     /// Puts the FMUs in the places of a system's nodes.
@@ -80,17 +73,11 @@ impl Held {
         }
     }
 
-    /// Takes FMUs and states back for the next end.
-    pub fn move_out(
-        &mut self,
-        system: &System,
-        nodes: &mut Vec<Box<dyn Node>>,
-        states: Option<States>,
-    ) {
-        let states = states.unwrap_or_default().into_iter().chain(std::iter::repeat_with(|| None));
-        for ((plan, node), state) in system.nodes.iter().zip(nodes.drain(..)).zip(states) {
+    /// Takes the FMUs back for the next end.
+    pub fn move_out(&mut self, system: &System, nodes: &mut Vec<Box<dyn Node>>) {
+        for (plan, node) in system.nodes.iter().zip(nodes.drain(..)) {
             if let Some(held) = self.fmus.iter_mut().find(|held| held.name == plan.name) {
-                (held.node, held.state) = (Some(node), state);
+                held.node = Some(node);
             }
         }
     }

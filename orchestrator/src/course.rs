@@ -1,6 +1,7 @@
 //! Knows where a run begins, which checkpoints it leaves, and whether it goes on as the run did that it comes from.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cosim::check::CheckMemory;
@@ -37,7 +38,7 @@ pub(crate) struct Course {
 pub(crate) struct Origin {
     pub checkpoint: Checkpoint,
     /// The states of its nodes, if these are those of the run that it comes from.
-    pub states: Option<States>,
+    pub states: Option<Rc<States>>,
     /// Where it comes from.
     pub place: String,
     fit: Fit,
@@ -65,11 +66,7 @@ impl Course {
     /// # Errors
     /// When FMUs cannot do what checkpoints need, when a time is none of the run's, when the checkpoint to go on from cannot be read or
     /// is one of another system.
-    pub fn plan(
-        system: &System,
-        options: &RunOptions,
-        held: Option<&mut Held>,
-    ) -> Result<Self, Error> {
+    pub fn plan(system: &System, options: &RunOptions, held: Option<&Held>) -> Result<Self, Error> {
         let wiring = Wiring::of(system);
         let in_bytes = options.role == Role::Alone;
         let mut mistakes = Mistakes::default();
@@ -150,11 +147,6 @@ impl Course {
     /// Whether nodes are those of an earlier run.
     pub fn takes_over(&self) -> bool {
         self.origin.as_ref().is_some_and(|origin| origin.states.is_some())
-    }
-
-    /// Gives the states of nodes back.
-    pub fn give_back(&mut self) -> Option<States> {
-        self.origin.as_mut()?.states.take()
     }
 
     /// The last checkpoint, for runs that go on in this process.
@@ -262,13 +254,12 @@ fn origin(
     system: &System,
     wiring: &Wiring,
     options: &RunOptions,
-    held: Option<&mut Held>,
+    held: Option<&Held>,
 ) -> Result<Option<Origin>, Error> {
     let (checkpoint, place, states, mut misfits) = match (options.role, held, &options.resume) {
         (Role::End { .. }, Some(held), _) => {
-            let (checkpoint, place) = (held.checkpoint.clone(), held.place.clone());
-            let (states, misfits) = held.lend(system);
-            (checkpoint, place, Some(states), misfits)
+            let (checkpoint, states) = (held.checkpoint.clone(), Rc::clone(&held.states));
+            (checkpoint, held.checkpoint.scenario.clone(), Some(states), held.misfits(system))
         }
         (_, _, Some(path)) => {
             let inside = std::fs::canonicalize(path)
@@ -317,7 +308,7 @@ impl Along for Course {
             coupling.initialise(exchange)?;
         }
         let Some(Origin { checkpoint, states, fit, .. }) = &self.origin else { return Ok(0) };
-        checkpoint.restore(exchange, coupling, states.as_ref(), (&self.wiring, fit))?;
+        checkpoint.restore(exchange, coupling, states.as_deref(), (&self.wiring, fit))?;
         Ok(checkpoint.tick)
     }
 
@@ -343,6 +334,8 @@ impl Along for Course {
         checkpoint.checks = std::mem::take(&mut *remembered);
         let file = in_bytes.then(|| format!("checkpoint_{}.state", rounded(checkpoint.time)));
         if let Some(file) = &file {
+            // It has this name until it is whole.
+            PreviousRun::note(&self.folder, &format!("{file}.partial"))?;
             PreviousRun::note(&self.folder, file)?;
         }
         let taken = Taken { checkpoint, states, file, complete: false };

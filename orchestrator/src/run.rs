@@ -77,11 +77,10 @@ impl Remains {
     }
 
     /// Keeps the nodes of a run until they are freed, or another one goes on with them.
-    fn keep(&mut self, system: &System, mut nodes: Vec<Box<dyn Node>>, mut course: Course) {
+    fn keep(&mut self, system: &System, mut nodes: Vec<Box<dyn Node>>, course: Course) {
         if course.takes_over() {
-            let states = course.give_back();
             if let Some(held) = &mut self.held {
-                held.move_out(system, &mut nodes, states);
+                held.move_out(system, &mut nodes);
             }
         } else if course.is_warm_up() {
             self.held = course.into_last().map(|last| Held::keep(system, &mut nodes, last));
@@ -168,7 +167,7 @@ impl Job<'_> {
         system.leave_unneeded();
         let (baselines, options) = self.compared(&system)?;
         let host = remains.host(self.options);
-        let mut course = Course::plan(&system, self.options, remains.held.as_mut())?;
+        let mut course = Course::plan(&system, self.options, remains.held.as_ref())?;
         let mut nodes = remains.nodes_of(&mut system, &course, host.as_ref())?;
         // The runtime of an FMU may have taken the signals.
         fmu_import::note_requests_to_end();

@@ -57,6 +57,11 @@ fn an_fmu_that_forgets_is_told_and_not_disturbed() {
     let warning = "`adder.count` was 11.0 and is 21.0";
     assert!(told.stderr.contains(warning), "{}", told.stderr);
     assert_eq!(from(&lab, "one", 0.0), from(&lab, "plain", 0.0));
+    // An end that does not fit takes nothing from the next one.
+    lab.write("wrong.toml", adder("forgets.fmu", "").text().replace("gain = 1.0", "at = 5.0"));
+    let ends = ["--checkpoint", "1", "--branch", "wrong.toml", "--branch", "end.toml"];
+    run(&lab, "case.toml", "two", &ends).expect(2).says(&["`adder.at` is -1.0 there and 5.0 here"]);
+    assert!(lab.has("two/end/run.csv") && !lab.has("two/wrong/run.csv"));
 }
 
 fn what_does_not_fit_is_told() {

@@ -13,6 +13,7 @@ tests! {
     a_warm_up_has_many_ends,
     parameters_change_at_the_checkpoint: Compiler,
     ends_go_on_in_one_process: Compiler,
+    a_scenario_in_one_fmu_goes_on_with_its_effects: Compiler,
     an_fmu_that_has_failed_goes_on_being_held: Compiler,
     verdicts_are_those_of_the_whole_run,
 }
@@ -274,6 +275,30 @@ fn ends_go_on_in_one_process() {
             "also those before the checkpoint"
         );
         assert_eq!(lab.report("out/two")["resumed"]["checkpoint"], "warm");
+    }
+}
+
+/// The FMU holds a scenario whose connection has noise, a delay and a fault.
+fn a_scenario_in_one_fmu_goes_on_with_its_effects() {
+    let lab = Lab::new();
+    lab.write("forgetful.fmu", forgetful(&[]));
+    let inner = Scenario::headed("seed = 3")
+        .time(0.1, 3.0)
+        .fmu("adder", "forgetful.fmu", "u = 0.0")
+        .fmu("second", "forgetful.fmu", "")
+        .connect("adder.count", "second.u")
+        .key("noise = { std = 0.5 }\ndelay = 0.25\ndropout = 0.3\nhold = 0.2")
+        .section("[[fault]]\ninput = 'second.u'\nfrom = 0.8\nuntil = 1.4\nfreeze = true");
+    lab.write("inner.toml", inner.text());
+    lab.trackside(&["pack", "inner.toml", "--fmu", "box", "--out", "packed"]).expect(0);
+    let outer = Scenario::new().time(0.1, 3.0).fmu("box", "packed/box.fmu", "");
+    lab.write("case.toml", outer.key("unconnected = 'start'").text());
+    let whole = run(&lab, "case.toml", "whole", &["--checkpoint", "1,1.6"]).expect(0);
+    assert!(!whole.stderr.contains("checkpoint"), "{}", whole.stderr);
+    for time in [1.0, 1.6] {
+        let file = format!("whole/checkpoint_{time}.state");
+        run(&lab, "case.toml", "part", &["--resume", &file]).expect(0);
+        same(&lab, "whole", "part", time);
     }
 }
 

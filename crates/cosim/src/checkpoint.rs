@@ -52,8 +52,8 @@ pub struct Checkpoint {
     coupling: Vec<u8>,
 }
 
-/// The states of FMUs, in the order of the nodes; other nodes have none.
-pub type States = Vec<Option<NodeState>>;
+/// The states of FMUs by the names of their nodes.
+pub type States = HashMap<String, NodeState>;
 
 /// Finds the FMUs that cannot do what a checkpoint needs: save a state, and turn it into bytes, if it has to leave the process.
 ///
@@ -76,7 +76,7 @@ pub fn check_able(system: &System, in_bytes: bool) -> Result<(), Error> {
             "a checkpoint needs FMUs that save their state, and `{names}` cannot (canGetAndSetFMUstate)"
         );
         let error = Error::input(message);
-        return Err(error.help("let each variant run from its beginning: `trackside sweep`, or several scenarios that `extend` one"));
+        return Err(error.help("let each end run from its beginning: scenarios that `extends` one"));
     }
     if no_bytes.is_empty() {
         return Ok(());
@@ -90,7 +90,7 @@ pub fn check_able(system: &System, in_bytes: bool) -> Result<(), Error> {
 }
 
 impl Checkpoint {
-    /// The run at communication point `tick`, with the states of its FMUs; as bytes too, if they are to leave the process.
+    /// The run at communication point `tick`, with the states of its FMUs: as bytes, if they are to leave the process, or else beside it.
     ///
     /// # Errors
     /// When an FMU fails.
@@ -102,18 +102,19 @@ impl Checkpoint {
         in_bytes: bool,
     ) -> Result<(Self, States), Error> {
         let time = exchange.clock().at(tick);
-        let (mut states, mut nodes) = (Vec::new(), Vec::new());
+        let (mut states, mut nodes) = (States::new(), Vec::new());
         for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
             if !matches!(plan.body, Body::Fmu { .. }) {
-                states.push(None);
                 continue;
             }
             let failed = |error| failure(plan, error, time);
             let state = node.save().map_err(failed)?;
             if in_bytes {
                 nodes.push((plan.name.clone(), node.serialise(&state).map_err(failed)?));
+                // An FMU that knows of a state to go back to may remember more.
+                continue;
             }
-            states.push(Some(state));
+            states.insert(plan.name.clone(), state);
         }
         let chains = exchange.plans.iter().flat_map(|plan| {
             let inputs = plan.inputs.indices().map(|input| exchange.columns[input].name());
@@ -173,13 +174,12 @@ impl Checkpoint {
         let missing = self.names.fill(&self.values, exchange.columns, &mut row);
         let missing = missing.map_err(|what| self.broken(&what))?;
         let clock = exchange.clock();
+        let chains = self.chains.iter().map(|(name, memory)| (name.as_str(), memory)).collect();
         let bytes: HashMap<&str, &[u8]> =
             self.nodes.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
-        for (place, (plan, node)) in
-            exchange.plans.iter_mut().zip(exchange.nodes.iter_mut()).enumerate()
-        {
+        for (plan, node) in exchange.plans.iter_mut().zip(exchange.nodes.iter_mut()) {
             let name = plan.name.clone();
-            let kept = states.and_then(|states| states.get(place)?.as_ref());
+            let kept = states.and_then(|states| states.get(&name));
             let time = clock.at(self.tick);
             let failed = |error: CallError| failure(plan, error, time);
             match (&plan.body, kept, bytes.get(name.as_str())) {
@@ -193,7 +193,7 @@ impl Checkpoint {
                 // A source knows nothing but its time.
                 _ => from_bytes(node.as_mut(), &time.to_le_bytes()).map_err(failed)?,
             }
-            self.recall(plan, exchange.columns, &row)?;
+            self.recall(plan, exchange.columns, &row, &chains)?;
             let tuned = fit.tuned.iter().filter(|(node, _)| *node == name);
             for (_, values) in tuned {
                 node.tune(values, time).map_err(|error| failure(plan, error, time))?;
@@ -214,12 +214,11 @@ impl Checkpoint {
         plan: &mut NodePlan,
         columns: &recording::Columns<Full>,
         row: &Row<Full>,
+        chains: &HashMap<&str, &ChainMemory>,
     ) -> Result<(), Error> {
         for (link, input) in plan.connections.iter_mut().zip(plan.inputs.indices()) {
             let name = columns[input].name();
-            let Some((_, memory)) = self.chains.iter().find(|(of, _)| *of == name) else {
-                continue;
-            };
+            let Some(memory) = chains.get(name.as_str()) else { continue };
             let recalled = link.input_chain.recall(memory, row[input]);
             recalled.map_err(|key| {
                 self.broken(&format!("the effect `{key}` of `{name}` cannot remember what it has"))

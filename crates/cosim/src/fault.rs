@@ -9,6 +9,8 @@ use scenario::plan::System;
 pub struct Faults {
     faulty: Vec<Faulty>,
     notices: Vec<Notice>,
+    /// Whether there was a row before.
+    seen: bool,
 }
 
 #[derive(Debug)]
@@ -38,21 +40,27 @@ impl Faults {
             windows: node.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
-        Faults { faulty: faulty.chain(nodes).collect(), notices: Vec::new() }
+        Faults { faulty: faulty.chain(nodes).collect(), notices: Vec::new(), seen: false }
     }
 }
 
 impl Sink<Full> for Faults {
     /// Notices what begins or ends at the communication point.
     #[inline]
-    fn row(&mut self, _tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
         for it in &mut self.faulty {
             let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
             if acts == std::mem::replace(&mut it.acts, acts) {
                 continue;
             }
-            let (status, what) =
-                if acts { (Status::Active, "begins") } else { (Status::Idle, "ends") };
+            // A run that goes on from a checkpoint has no row in which it began.
+            let before = it.windows.iter().any(|[from, until]| *from < time && time < *until);
+            let begun = tick > 0 && !self.seen && before;
+            let (status, what) = match (acts, begun) {
+                (true, true) => (Status::Active, "goes on"),
+                (true, false) => (Status::Active, "begins"),
+                (false, _) => (Status::Idle, "ends"),
+            };
             let track = StatusTrack::Fault(it.name.clone());
             self.notices.push(Notice::Status(StatusChange { time, track, status }));
             self.notices.push(Notice::Event(Event {
@@ -62,6 +70,7 @@ impl Sink<Full> for Faults {
                 message: format!("the fault of {} {what}", it.name),
             }));
         }
+        self.seen = true;
         Ok(())
     }
 

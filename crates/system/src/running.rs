@@ -9,7 +9,7 @@ use diagnostics::Error;
 use fmu_export::{Course, FmiResult, log, reject};
 use fmu_import::CallError;
 use recording::{ColumnIndex, Full, NumberIndex};
-use scenario::plan::{Body, NodePlan, System};
+use scenario::plan::{Body, System};
 use scenario::resolve::{Override, Overrides};
 use scenario::{Built, Scenario};
 
@@ -251,10 +251,4 @@ fn guide(
     });
     *nodes = guided.collect();
     Ok((inputs, outputs))
-}
-
-/// Whether no connection remembers anything from one step to the next.
-pub(crate) fn forgets(plans: &[NodePlan]) -> bool {
-    let mut connections = plans.iter().flat_map(|plan| &plan.connections);
-    connections.all(|it| it.input_chain.effects.is_empty() && it.input_chain.faults.is_empty())
 }

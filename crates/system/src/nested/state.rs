@@ -5,12 +5,12 @@ use cosim::exchange::Memory;
 use cosim::node::NodeState;
 use fmu_export::{Course, FmiResult, reject};
 use fmu_import::CallError;
-use scenario::plan::{Body, InputChain, NodePlan};
+use scenario::plan::{Body, ChainMemory, InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
 
 use super::Nested;
 use crate::interface::Cell;
-use crate::running::{Running, forgets};
+use crate::running::Running;
 
 /// The nodes of an instance between two resets.
 pub(crate) struct Parts {
@@ -69,6 +69,8 @@ struct PartBytes {
     row: (Vec<f64>, Vec<String>, Vec<i128>),
     moving: Vec<Vec<Moving>>,
     coupling: Vec<u8>,
+    /// What sensor effects and faults remember, by node and connection.
+    chains: Vec<Vec<ChainMemory>>,
 }
 
 /// The failure of a node's call, which does no harm to the instance.
@@ -137,9 +139,6 @@ impl Nested {
             (None, _) => None,
             (Some(parts), Some(own)) if own.number == parts.number => {
                 let running = &mut own.running;
-                if !forgets(&running.system.nodes) {
-                    return reject("sensor effects and faults cannot be turned into bytes");
-                }
                 let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
                 let nodes = nodes.map(|((node, state), plan)| {
                     node.serialise(state).or_else(|error| refused(plan, &error))
@@ -149,9 +148,11 @@ impl Nested {
                 let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
                 let (integers, start) = (row.integers().to_vec(), running.system.clock.start);
                 let (moving, coupling) = (parts.memory.moving.clone(), parts.coupling.clone());
-                let tick = parts.tick;
+                let chains = parts.chains.iter();
+                let chains = chains.map(|chains| chains.iter().map(InputChain::memory).collect());
+                let (tick, chains) = (parts.tick, chains.collect());
                 let row = (numbers, texts, integers);
-                Some(PartBytes { start, tick, nodes, row, moving, coupling })
+                Some(PartBytes { start, tick, nodes, row, moving, coupling, chains })
             }
             _ => return reject("the state is that of an initialisation that is gone"),
         };
@@ -181,6 +182,7 @@ impl Nested {
             row: (numbers, texts, integers),
             moving,
             coupling,
+            chains,
         }) = parts
         else {
             return Ok(Saved { course, values, stale, parts: None });
@@ -218,11 +220,29 @@ impl Nested {
         }
         memory.row.assign(&numbers, texts, integers);
         memory.moving = moving;
-        let chains = running.system.nodes.iter();
-        let chains = chains
-            .map(|plan| plan.connections.iter().map(|it| it.input_chain.clone()).collect())
-            .collect();
+        let Some(chains) = recalled(&running.system.nodes, &chains, &memory) else {
+            return reject(impossible);
+        };
         let parts = Some(SavedParts { number: *number, tick, nodes, memory, chains, coupling });
         Ok(Saved { course, values, stale, parts })
     }
+}
+
+/// The ways to the inputs of nodes with what they remember; none when these are memories of others.
+fn recalled(
+    plans: &[NodePlan],
+    memories: &[Vec<ChainMemory>],
+    memory: &Memory,
+) -> Option<Vec<Vec<InputChain>>> {
+    let of_node = |(plan, memories): (&NodePlan, &Vec<ChainMemory>)| {
+        let links = plan.connections.iter().zip(plan.inputs.indices()).zip(memories);
+        let chains = links.map(|((link, input), own)| {
+            let mut chain = link.input_chain.clone();
+            chain.recall(own, memory.row[input]).ok().map(|()| chain)
+        });
+        let chains = chains.collect::<Option<Vec<_>>>();
+        chains.filter(|chains| chains.len() == plan.connections.len())
+    };
+    let all = plans.iter().zip(memories).map(of_node).collect::<Option<Vec<_>>>();
+    all.filter(|all| all.len() == plans.len())
 }
