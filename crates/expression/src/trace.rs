@@ -2,7 +2,7 @@
 
 /// Points at most; beyond that, neighbours are merged.
 const MOST: usize = 600;
-const _: () = assert!(MOST % 2 == 0, "two become one");
+const _: () = assert!(MOST.is_multiple_of(2), "two become one");
 
 /// What is compared during some samples in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
