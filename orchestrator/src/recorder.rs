@@ -31,6 +31,9 @@ pub(crate) struct Recorder {
     remembers: (Vec<u64>, Remembered),
 }
 
+/// After so many rows recordings are asked for their notices [-].
+const SELDOM: u64 = 64;
+
 /// Does something with each of what takes rows, in the order in which it gets them. No list of traits: a step is short, and each call
 /// that is not known beforehand counts.
 macro_rules! each_sink {
@@ -103,7 +106,25 @@ impl Recorder {
     /// Hands the notices of all sinks to the recordings, and keeps those for the user.
     fn forward(&mut self) -> Result<(), Error> {
         let mut notices = Vec::new();
-        each_sink!(self, sink => notices.extend(sink.notices()));
+        each_sink!(self, sink => notices.append(&mut sink.notices()));
+        self.hand_over(notices)
+    }
+
+    /// The same after the row of communication point `tick`. Recordings have notices for the user alone, who can wait for them.
+    #[inline]
+    fn forward_after(&mut self, tick: u64) -> Result<(), Error> {
+        if tick.is_multiple_of(SELDOM) {
+            return self.forward();
+        }
+        let (mut notices, mut others) = (self.faults.notices(), self.checks.notices());
+        if notices.is_empty() && others.is_empty() {
+            return Ok(());
+        }
+        notices.append(&mut others);
+        self.hand_over(notices)
+    }
+
+    fn hand_over(&mut self, notices: Vec<Notice>) -> Result<(), Error> {
         for notice in notices {
             match notice {
                 Notice::Status(change) => self.recordings.status(&change)?,
@@ -166,7 +187,7 @@ impl Sink<Full> for Recorder {
             let mut remembered = self.remembers.1.lock().unwrap_or_else(PoisonError::into_inner);
             *remembered = self.checks.memory();
         }
-        self.forward()
+        self.forward_after(tick)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {

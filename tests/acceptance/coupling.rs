@@ -14,6 +14,7 @@ tests! {
     the_same_scenario_has_the_same_table_isolated_or_not,
     a_scenario_inside_one_fmu_is_coupled_as_outside,
     a_run_goes_on_bit_for_bit_with_each_coupling,
+    a_discarded_step_is_done_in_halves,
     a_tolerance_divides_steps_and_the_report_has_the_error_of_each_connection,
     fmus_have_steps_of_their_own_and_courses_of_inputs,
 }
@@ -285,6 +286,34 @@ fn a_run_goes_on_bit_for_bit_with_each_coupling() {
         let warnings = lab.report("resumed")["warnings"].to_string();
         assert!(!warnings.contains("bit for bit"), "{warnings}");
     }
+}
+
+fn a_discarded_step_is_done_in_halves() {
+    let lab = mass_lab();
+    let text = |words: &str| {
+        let text = two_masses("gauss_seidel", 0.05, 1.0, 0.3)
+            .section("[[fault]]\nnode = \"high\"\ndiscard = true\nfrom = 0.5\nuntil = 0.6")
+            .text();
+        text.replace("\"gauss_seidel\"", &format!("\"gauss_seidel\"\n{words}"))
+    };
+    lab.write("discarded.toml", text(""));
+    let arguments = ["run", "discarded.toml", "--csv", "--rerun", "off", "--out", "discarded"];
+    let told = ["node `high`", "t = 0.5 s", "fmi2Discard", "on_discard = \"halve\""];
+    lab.trackside(&arguments).expect(3).says(&told);
+    let expected =
+        exact([0.0, 0.0, 0.1, 0.0], (SPRINGS.0, SPRINGS.1, [0.3; 2]), &|_| (0.0, 0.0), 1.0);
+    for words in ["on_discard = \"halve\"", "tolerance = 0.1"] {
+        lab.write("discarded.toml", text(words));
+        lab.trackside(&arguments).expect(0);
+        let division = lab.report("discarded")["coupling"]["division"].clone();
+        assert!(division["repeated"].as_u64() >= Some(2), "{words}: {division}");
+        assert!(division["shortest"][0].as_f64() <= Some(0.025), "{words}: {division}");
+        let found = columns(&lab, "discarded");
+        assert!(distance(state(&found, 20), expected) < 0.5, "{words}");
+        assert_eq!(found["low.x"].len(), 21);
+    }
+    lab.write("discarded.toml", text("tolerance = 0.1\non_discard = \"end\""));
+    lab.trackside(&arguments).expect(3).says(&["node `high`", "t = 0.5 s"]);
 }
 
 fn a_tolerance_divides_steps_and_the_report_has_the_error_of_each_connection() {

@@ -45,18 +45,6 @@ pub enum Interruption {
     Unsolved(Error),
 }
 
-impl Interruption {
-    /// Whether a shorter step may do better.
-    #[must_use]
-    pub fn is_for_shorter_steps(&self) -> bool {
-        match self {
-            Interruption::Call { error, .. } => error.discarded,
-            Interruption::Value(_) => false,
-            Interruption::Unsolved(_) => true,
-        }
-    }
-}
-
 /// What an exchange remembers from one step to the next.
 #[derive(Debug, Clone)]
 pub struct Memory {
@@ -364,7 +352,11 @@ impl<'a> Exchange<'a> {
 /// The failed call of a node at a time [s].
 #[must_use]
 pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
-    Error::component(&plan.name, &error.call, Some(time), error.what)
+    let mut what = error.what;
+    if error.discarded {
+        what += "; with `on_discard = \"halve\"` in [coupling] all nodes go back and do the step in halves";
+    }
+    Error::component(&plan.name, &error.call, Some(time), what)
 }
 
 fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {

@@ -2,6 +2,7 @@
 
 /// Points at most; beyond that, neighbours are merged.
 const MOST: usize = 600;
+const _: () = assert!(MOST.is_multiple_of(2), "two become one");
 
 /// What is compared during some samples in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,8 +106,10 @@ impl Trace {
             }
             _ => {
                 if self.points.len() == MOST {
-                    let pairs = self.points.chunks(2);
-                    self.points = pairs.map(|it| it[0].with(it[it.len() - 1])).collect();
+                    for pair in 0..MOST / 2 {
+                        self.points[pair] = self.points[2 * pair].with(self.points[2 * pair + 1]);
+                    }
+                    self.points.truncate(MOST / 2);
                     *of_each *= 2;
                 }
                 self.points.push(point);

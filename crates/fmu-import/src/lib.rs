@@ -70,8 +70,8 @@ mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use archive::Folder;
 use place::Unpacked;
@@ -133,6 +133,8 @@ pub struct Fmu {
     sizes: BTreeMap<u32, u64>,
     /// Set by the status fatal, which ends the life of all instances.
     lost: AtomicBool,
+    /// The library, as long as somebody has it.
+    loaded: Mutex<Weak<Library>>,
 }
 
 /// SHA-256 in hexadecimal digits.
@@ -150,8 +152,9 @@ impl Fmu {
         let (folder, sha256, xml) = unpack(path)?;
         let description = parse(&xml, &fmi3::Sizes::new()).map_err(|refusal| refusal.of(path))?;
         let folder = Unpacked::Own(folder);
-        let (path, sizes, lost) = (path.to_owned(), BTreeMap::new(), AtomicBool::new(false));
-        Ok(Fmu { path, sha256, description, folder, sizes, lost })
+        let (path, sizes) = (path.to_owned(), BTreeMap::new());
+        let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
+        Ok(Fmu { path, sha256, description, folder, sizes, lost, loaded })
     }
 
     /// Opens what another process unpacked, which it is at least until this one ends.
@@ -164,7 +167,8 @@ impl Fmu {
         let xml = xml.map_err(|source| OpenError::Read { path: folder.clone(), source })?;
         let description = parse(&xml, &sizes).map_err(|refusal| refusal.of(&path))?;
         let folder = Unpacked::Borrowed(folder);
-        Ok(Fmu { path, sha256, description, folder, sizes, lost: AtomicBool::new(false) })
+        let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
+        Ok(Fmu { path, sha256, description, folder, sizes, lost, loaded })
     }
 
     /// Where another process finds this FMU, as long as it is not dropped.
@@ -222,13 +226,18 @@ impl Fmu {
         Ok((terminals, problems))
     }
 
-    /// Loads the library.
+    /// Loads the library, unless it is loaded: all instances have the same.
     ///
     /// # Errors
     /// When there is no library for this machine, or it does not load, or lacks a function.
     pub fn load(self: &Arc<Self>) -> Result<Arc<Library>, OpenError> {
-        let library = self.library()?;
-        Library::load(Arc::clone(self), &library).map(Arc::new)
+        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(library) = loaded.upgrade() {
+            return Ok(library);
+        }
+        let library = Library::load(Arc::clone(self), &self.library()?).map(Arc::new)?;
+        *loaded = Arc::downgrade(&library);
+        Ok(library)
     }
 
     /// The functions of its version's co-simulation that the library lacks: first those without which it does not load here, then

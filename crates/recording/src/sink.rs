@@ -185,7 +185,7 @@ pub trait Sink<S = Recorded> {
         Ok(())
     }
 
-    /// Notices since the last call, in the order of their time. They are fetched after opening, after each row and after the end.
+    /// Notices since the last call, in the order of their time. They are fetched after opening, after rows and after the end.
     fn notices(&mut self) -> Vec<Notice> {
         Vec::new()
     }

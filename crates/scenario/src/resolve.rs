@@ -140,8 +140,9 @@ impl System {
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
             return Err(Error::follow_up());
         };
-        let view = View { limits: view::limits(&checks, &recorded), ..view };
         let (coupling, order) = order.looped(coupling);
+        let graph = view::graph(&nodes, &order, &coupling);
+        let view = View { limits: view::limits(&checks, &recorded), graph, ..view };
         Ok(System {
             coupling,
             clock,

@@ -86,6 +86,15 @@ impl Divided {
         self.doubles() || self.division.halves_discarded
     }
 
+    /// Whether a part that did not come to its end is done again in halves.
+    fn does_again(&self, why: &Interruption) -> bool {
+        match why {
+            Interruption::Call { error, .. } => error.discarded && self.division.halves_discarded,
+            Interruption::Value(_) => false,
+            Interruption::Unsolved(_) => self.goes_back(),
+        }
+    }
+
     /// Does the part from point `tick` of a clock on; its error, relative to what is allowed [-].
     fn part(
         &mut self,
@@ -215,9 +224,7 @@ impl Coupling for Divided {
                 // Both halves of the last parts are one step more.
                 Ok(error) if depth + 1 >= DEEPEST => return Err(too_short(begin, error)),
                 Ok(_) => Some(()),
-                Err(why) if why.is_for_shorter_steps() && self.goes_back() && depth < DEEPEST => {
-                    Some(())
-                }
+                Err(why) if self.does_again(&why) && depth < DEEPEST => Some(()),
                 Err(why) => return Err(why),
             };
             if again.is_some() {

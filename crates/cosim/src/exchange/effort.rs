@@ -42,8 +42,8 @@ impl Effort {
 const FIRST: u64 = 1024;
 /// At most so many short steps are left out between two that are measured, on average half as many [-].
 const LEFT_OUT: u64 = 62;
-/// A step of all nodes that takes longer is measured each time: looking at the clock is little beside it.
-const SHORT: Duration = Duration::from_micros(20);
+/// A step of all nodes that takes longer than this for each is measured each time: looking at the clock is little beside it.
+const SHORT: Duration = Duration::from_micros(5);
 
 /// The effort of each node, and who is at work. A look at the clock costs as much as a short call, so there is at most one for each
 /// node and step: the end of one is the begin of the next.
@@ -130,7 +130,8 @@ impl Efforts {
     fn choose(&mut self) {
         self.last = self.steps;
         self.next = self.steps + 1;
-        let short = self.since - self.begin < SHORT && self.steps > FIRST;
+        let nodes = u32::try_from(self.all.len()).unwrap_or(u32::MAX);
+        let short = self.since - self.begin < SHORT.saturating_mul(nodes) && self.steps > FIRST;
         if short && self.deadline.is_none() {
             self.next += self.left_out();
         }

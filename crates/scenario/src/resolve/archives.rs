@@ -1,10 +1,14 @@
-//! Finds the archive of an FMU: that of `path`, or the one that was built from a package.
+//! Finds the archive of an FMU: that of `path`, or the one that was built from a package. Opens it once for all nodes.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use diagnostics::{Error, Spanned};
+use fmu_import::{Fmu, OpenError};
 
+use super::Overrides;
+use super::starts::sizes;
 use crate::build_request::BuildRequest;
 use crate::words::{self, Scenario};
 
@@ -31,4 +35,29 @@ pub(super) fn archive<'w>(
             Err(scenario.error(&node.name, message))
         }
     }
+}
+
+/// The FMUs that nodes share, by their paths: a thousand nodes of one FMU unpack it once.
+pub(super) type Opened = HashMap<PathBuf, Arc<Fmu>>;
+
+/// The FMU of a node. Its arrays may have sizes of their own; then it has it for itself.
+pub(super) fn open_for(
+    node: &words::Fmu,
+    path: &Path,
+    opened: &mut Opened,
+    overrides: &Overrides,
+) -> Result<Arc<Fmu>, OpenError> {
+    let fmu = match opened.get(path) {
+        Some(fmu) => Arc::clone(fmu),
+        None => Arc::new(Fmu::open(path)?),
+    };
+    let sizes = sizes(node, &fmu.description.variables, overrides);
+    if sizes.is_empty() {
+        opened.insert(path.to_owned(), Arc::clone(&fmu));
+        return Ok(fmu);
+    }
+    // Nobody else has it when it has just been opened.
+    let mut own = Arc::try_unwrap(fmu).or_else(|_| Fmu::open(path))?;
+    own.resize(&sizes)?;
+    Ok(Arc::new(own))
 }

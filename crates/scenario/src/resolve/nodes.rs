@@ -8,15 +8,15 @@ use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Interval, Storage, Type, Variable};
-use fmu_import::{Causality, Fmu, OpenError};
+use fmu_import::{Causality, OpenError};
 use recording::table::{Interpolation, Reading};
 use units::Unit;
 
-use super::archives::archive;
+use super::archives::{Opened, archive, open_for};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::ports::{Port, Side, port, references};
-use super::starts::{sizes, starts};
+use super::starts::starts;
 use super::{Notes, Overrides, isolation::isolation, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
@@ -94,9 +94,9 @@ pub(super) fn unplaced(
     let document = &scenario.document;
     let mut unplaced = signals(scenario, clock, seed, mistakes);
     // A table is read as the inputs of FMUs want its columns.
-    let mut fmus = Vec::new();
+    let (mut fmus, mut opened) = (Vec::new(), Opened::default());
     for fmu in &document.fmu {
-        let node = self::fmu(scenario, fmu, archives, overrides, mistakes);
+        let node = self::fmu(scenario, fmu, (archives, &mut opened), overrides, mistakes);
         fmus.extend(mistakes.take_named(fmu.name.get_ref(), node));
     }
     for table in &document.table {
@@ -300,17 +300,13 @@ fn table(
 fn fmu(
     scenario: &Scenario,
     node: &words::Fmu,
-    archives: &BTreeMap<BuildRequest, PathBuf>,
+    (archives, opened): (&BTreeMap<BuildRequest, PathBuf>, &mut Opened),
     overrides: &Overrides,
     mistakes: &mut Mistakes,
 ) -> Result<UnplacedNode, Error> {
     let (word, path) = archive(scenario, node, archives)?;
     let wrong = |error: OpenError| scenario.error(word, error.to_string());
-    let mut fmu = Fmu::open(&path).map_err(wrong)?;
-    let sizes = sizes(node, &fmu.description.variables, overrides);
-    if !sizes.is_empty() {
-        fmu.resize(&sizes).map_err(wrong)?;
-    }
+    let fmu = open_for(node, &path, opened, overrides).map_err(wrong)?;
     mistakes.take(fmu.library().map_err(wrong));
     let (variables, wrong) =
         with_declared_units(scenario, node, &fmu.description.variables, mistakes);
@@ -340,7 +336,7 @@ fn fmu(
     Ok(UnplacedNode {
         name: node.name.get_ref().clone(),
         body: Body::Fmu {
-            fmu: Arc::new(fmu),
+            fmu,
             starts,
             inputs: Ports::default(),
             outputs: references,

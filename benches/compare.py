@@ -1,0 +1,223 @@
+#!/usr/bin/env python3
+"""Compares the loop of trackside with that of others: a chain of instances of one FMU of FMI 2.0, nothing recorded.
+
+usage: compare.py FMU INPUT OUTPUT [--nodes N] [--steps N] [--rounds N] [--program trackside] [--venv DIR]
+
+INPUT and OUTPUT are names of Real variables. All programs take turns, so that a machine that is busy for a while is so for
+all of them; the table has medians. Those of trackside are of whole processes, less one that does a single step. The
+others (a loop in C without anything around it, Ecos, libcosim, fmpy) measure their loop themselves. `--venv DIR` makes an environment for the
+Python packages there, with pip; without it this Python is used. What is not there is said and left out.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import venv
+import xml.etree.ElementTree as ET
+import zipfile
+from pathlib import Path
+
+STEP = 0.1
+PACKAGES = {"Ecos": "ecospy", "libcosim": "libcosimpy", "fmpy": "fmpy"}
+# So many times fewer steps than trackside, for those that take long.
+FEWER = {"Ecos": 10, "libcosim": 100, "fmpy": 20}
+
+
+def ecos(fmu, names, nodes, steps):
+    """Time of a step of the chain [ns]."""
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    structure = EcosSimulationStructure()
+    for i in range(nodes):
+        structure.add_model(f"n{i}", fmu)
+    for i in range(1, nodes):
+        structure.make_real_connection(f"n{i - 1}::{names[1]}", f"n{i}::{names[0]}")
+    simulation = EcosSimulation(structure=structure, step_size=STEP)
+    simulation.init()
+    begin = time.perf_counter()
+    simulation.step(steps)
+    return (time.perf_counter() - begin) / steps * 1e9
+
+
+def libcosim(fmu, names, nodes, steps):
+    """Time of a step of the chain [ns]."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    execution = CosimExecution.from_step_size(step_size=int(STEP * 1e9))
+    made = [
+        execution.add_local_slave(CosimLocalSlave(fmu_path=fmu, instance_name=f"n{i}"))
+        for i in range(nodes)
+    ]
+    known = {v.name.decode(): v.reference for v in execution.slave_variables(made[0])}
+    for one, other in zip(made, made[1:]):
+        execution.connect_real_variables(one, known[names[1]], other, known[names[0]])
+    begin = time.perf_counter()
+    execution.step(steps)
+    return (time.perf_counter() - begin) / steps * 1e9
+
+
+def fmpy(fmu, names, nodes, steps):
+    """Time of a step of the chain [ns], with the calls of fmpy's own slaves from Python."""
+    from fmpy import extract, read_model_description
+    from fmpy.fmi2 import FMU2Slave
+
+    about, folder = read_model_description(fmu), extract(fmu)
+    references = {v.name: v.valueReference for v in about.modelVariables}
+    given, taken = ([references[name]] for name in names)
+    chain = []
+    for i in range(nodes):
+        slave = FMU2Slave(
+            guid=about.guid,
+            unzipDirectory=folder,
+            modelIdentifier=about.coSimulation.modelIdentifier,
+            instanceName=f"n{i}",
+        )
+        slave.instantiate()
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        chain.append(slave)
+    begin = time.perf_counter()
+    for tick in range(steps):
+        value = [float(tick)]
+        for slave in chain:
+            slave.setReal(given, value)
+            slave.doStep(tick * STEP, STEP)
+            value = slave.getReal(taken)
+    return (time.perf_counter() - begin) / steps * 1e9
+
+
+PEERS = {"Ecos": ecos, "libcosim": libcosim, "fmpy": fmpy}
+
+
+def peer(name, python, arguments, folder):
+    """Time of a step of another program [ns], in a process of its own; nothing when it is not there."""
+    words = [arguments.fmu, arguments.input, arguments.output, "--nodes", str(arguments.nodes)]
+    words += ["--steps", str(max(arguments.steps // FEWER[name], 1)), "--peer", name]
+    command = [python, os.path.abspath(__file__), *words]
+    ended = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    lines = [line for line in ended.stdout.splitlines() if line.startswith("{")]
+    if ended.returncode or not lines:
+        why = (ended.stderr.strip().splitlines() or ["it says nothing"])[-1]
+        print(f"{name} is left out: {why}", file=sys.stderr)
+        return None
+    return json.loads(lines[-1])["ns"]
+
+
+def compiled(folder):
+    """The program of bare.c."""
+    program = folder / "bare"
+    source = Path(__file__).with_name("bare.c")
+    subprocess.run(["cc", "-O2", source, "-o", program, "-ldl"], check=True)
+    return program
+
+
+def unpacked(fmu, folder):
+    """Library, GUID, resources and value references by name of an FMU."""
+    zipfile.ZipFile(fmu).extractall(folder)
+    about = ET.parse(folder / "modelDescription.xml").getroot()
+    identifier = about.find("CoSimulation").get("modelIdentifier")
+    variables = about.find("ModelVariables")
+    references = {it.get("name"): it.get("valueReference") for it in variables}
+    library = folder / "binaries" / "linux64" / f"{identifier}.so"
+    return library, about.get("guid"), (folder / "resources").as_uri(), references
+
+
+def scenario(arguments, steps):
+    """The text of the chain."""
+    lines = ["[time]", f"step = {STEP}", f"stop = {steps * STEP!r}", "[record]", 'except = ["*"]']
+    for i in range(arguments.nodes):
+        lines += ["[[fmu]]", f'name = "n{i}"', f"path = {json.dumps(arguments.fmu)}"]
+        lines += ['unconnected = "start"']
+    for i in range(1, arguments.nodes):
+        lines += ["[[connect]]", f'from = "n{i - 1}.{arguments.output}"']
+        lines += [f'to = "n{i}.{arguments.input}"']
+    return "\n".join(lines) + "\n"
+
+
+def trackside(arguments, folder):
+    """Times of a step of the loop, and of the whole process by steps [ns]."""
+
+    def run(steps):
+        path = folder / f"chain_{steps}.toml"
+        path.write_text(scenario(arguments, steps))
+        command = [arguments.program, "run", path, "--out", folder / "out", "--rerun", "off"]
+        begin = time.perf_counter()
+        ended = subprocess.run(command, capture_output=True, text=True)
+        if ended.returncode:
+            sys.exit(f"trackside: {ended.stderr}")
+        return time.perf_counter() - begin
+
+    start, whole = run(1), run(arguments.steps)
+    return (whole - start) / arguments.steps * 1e9, whole / arguments.steps * 1e9
+
+
+def environment(folder):
+    """The Python of an environment with the packages of the others."""
+    if folder is None:
+        return sys.executable
+    python = Path(folder) / "bin" / "python"
+    if not python.exists():
+        venv.create(folder, with_pip=True)
+    for package in PACKAGES.values():
+        command = [python, "-m", "pip", "install", "--quiet", package]
+        if subprocess.run(command).returncode:
+            print(f"{package} cannot be installed", file=sys.stderr)
+    return str(python)
+
+
+def table(times):
+    """Prints medians, and how many times as long as bare C they are."""
+    bare = statistics.median(times["bare C"])
+    print(f"{'program':24} {'us per step':>12} {'times bare C':>13} {'rounds':>7}")
+    for name, found in times.items():
+        if found:
+            median = statistics.median(found)
+            print(f"{name:24} {median * 1e-3:12.3f} {median / bare:13.2f} {len(found):7}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("fmu", type=os.path.abspath)
+    parser.add_argument("input")
+    parser.add_argument("output")
+    parser.add_argument("--nodes", type=int, default=3)
+    parser.add_argument("--steps", type=int, default=1_000_000)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--program", default="target/release/trackside", type=os.path.abspath)
+    parser.add_argument("--venv")
+    parser.add_argument("--peer", choices=PEERS, help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    names = (arguments.input, arguments.output)
+    if arguments.peer:
+        found = PEERS[arguments.peer](arguments.fmu, names, arguments.nodes, arguments.steps)
+        print(json.dumps({"ns": found}), flush=True)
+        return
+    python = environment(arguments.venv)
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        library, guid, resources, references = unpacked(arguments.fmu, folder / "fmu")
+        bare = [compiled(folder), library, guid, resources, *(references[it] for it in names)]
+        bare += [str(arguments.nodes), str(arguments.steps)]
+        times = {"bare C": [], "trackside": [], "trackside, with its start": []}
+        times |= {name: [] for name in PEERS}
+        for _ in range(arguments.rounds):
+            said = subprocess.run(bare, capture_output=True, text=True, check=True).stdout
+            times["bare C"].append(float(said))
+            loop, whole = trackside(arguments, folder)
+            times["trackside"].append(loop)
+            times["trackside, with its start"].append(whole)
+            for name in PEERS:
+                found = peer(name, python, arguments, folder)
+                times[name] += [] if found is None else [found]
+        table(times)
+
+
+if __name__ == "__main__":
+    main()

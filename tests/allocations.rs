@@ -1,0 +1,80 @@
+//! Counts what the loop of a run allocates: nothing in a step, so twice as many steps allocate as often. Its allocator needs a program of
+//! its own.
+
+use std::path::{Path, PathBuf};
+
+use allocation_counter::{AllocationInfo, measure};
+use cosim::check::Checks;
+use cosim::master::{self, Progress};
+use cosim::node;
+use diagnostics::Error;
+use orchestrator::package;
+use recording::{Event, Full, Notice, Recorded, Row, Selection, Sink};
+use scenario::plan::System;
+use scenario::resolve::Overrides;
+use scenario::{Built, Scenario};
+
+/// What takes rows in a run, without a thread: the checks, and the choice of what is recorded.
+struct Rows {
+    checks: Checks,
+    recorded: Selection,
+    row: Row<Recorded>,
+}
+
+impl Sink<Full> for Rows {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+        self.recorded.pick(row, &mut self.row);
+        self.checks.row(tick, time, row)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Error> {
+        self.checks.event(event)
+    }
+
+    fn notices(&mut self) -> Vec<Notice> {
+        self.checks.notices()
+    }
+}
+
+/// What so many steps of a scenario with three FMUs, noise and checks allocate.
+fn allocated(scenario: &Scenario, built: &Built, steps: u64) -> AllocationInfo {
+    let mut system = System::resolve(scenario, built, &Overrides::default(), PathBuf::new())
+        .expect("a sound scenario");
+    (system.clock.steps, system.announced_stop) = (steps, None);
+    system.leave_unneeded();
+    let mut nodes = node::instantiate(&mut system, None).expect("the FMUs load");
+    let mut checks = std::mem::take(&mut system.checks);
+    // The end of a check is an event, which has a text: all of them go on.
+    checks.iter_mut().for_each(|check| check.during[1] = f64::MAX);
+    let mut rows = Rows {
+        checks: Checks::new(checks, system.clock.step),
+        recorded: system.recorded.clone(),
+        row: Row::default(),
+    };
+    let (mut coupling, mut progress) = (cosim::coupling::of(&system), Progress::default());
+    let counted = measure(|| {
+        let mut tick = |_| Ok(());
+        master::run(
+            &mut system,
+            &mut nodes,
+            coupling.as_mut(),
+            &mut rows,
+            &mut progress,
+            &mut tick,
+        )
+        .expect("the run comes to its end");
+    });
+    assert_eq!(progress.steps, steps);
+    counted
+}
+
+#[test]
+fn twice_as_many_steps_allocate_as_often() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/double_lane_change.toml");
+    let scenario = Scenario::read(&path).expect("a scenario");
+    let built = package::build(&scenario, &mut |_| {}).expect("the FMUs are built");
+    // The picture of a check grows up to 600 samples.
+    let [once, twice] = [4_000, 8_000].map(|steps| allocated(&scenario, &built, steps));
+    assert!(once.count_total > 0, "the beginning allocates");
+    assert_eq!(twice.count_total, once.count_total, "{once:?} {twice:?}");
+}
