@@ -1,6 +1,7 @@
 //! Writes `report.html`: a run on one page that needs nothing but a browser, to be handed on.
 
 mod checks;
+mod coupling;
 
 use std::fmt::Write as _;
 
@@ -144,6 +145,7 @@ impl RunReport {
         }
         html.push_str("</table>\n");
         self.write_nodes(html);
+        coupling::write(html, &self.coupling);
         self.write_hashes(html);
     }
 

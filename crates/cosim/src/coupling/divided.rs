@@ -31,6 +31,8 @@ pub(super) struct Divided {
     /// The row at the end of a part that was done as a whole.
     whole: Row<Full>,
     kept: Kept,
+    /// The errors of the last part, and their shares of the sizes.
+    errors: Vec<(f64, f64)>,
     account: DivisionAccount,
 }
 
@@ -72,6 +74,7 @@ impl Divided {
             begin: None,
             whole: system.columns.row(),
             kept: Kept { sizes, ..Kept::default() },
+            errors: Vec::new(),
             account: DivisionAccount { shortest, errors, ..DivisionAccount::default() },
         }
     }
@@ -105,11 +108,9 @@ impl Divided {
         exchange.begin_part(clock, tick);
         self.inner.step(exchange)?;
         let Some((estimate, tolerance)) = self.division.control else { return Ok(0.0) };
-        let begin = clock.at(tick);
         let error = match estimate {
             ErrorEstimate::Energy => {
-                let errors = &mut self.account.errors;
-                self.energy.error(exchange, (&mut self.kept.sizes, errors))
+                self.energy.error(exchange, (&mut self.kept.sizes, &mut self.errors))
             }
             ErrorEstimate::Richardson => {
                 self.whole.copy_from(exchange.row());
@@ -119,7 +120,7 @@ impl Divided {
                     exchange.begin_part(halves, half);
                     self.inner.step(exchange)?;
                 }
-                self.compare(exchange.row(), begin)
+                self.compare(exchange.row())
             }
         };
         Ok(error / tolerance)
@@ -136,17 +137,28 @@ impl Divided {
     }
 
     /// The largest error of a connected value relative to its size, from a part as a whole and in two halves (Richardson).
-    fn compare(&mut self, row: &Row<Full>, begin: f64) -> f64 {
+    fn compare(&mut self, row: &Row<Full>) -> f64 {
         let mut worst = 0.0_f64;
-        let errors = self.account.errors.iter_mut().zip(&mut self.kept.sizes);
-        for (source, (account, size)) in self.sources.iter().zip(errors) {
+        self.errors.clear();
+        for (source, size) in self.sources.iter().zip(&mut self.kept.sizes) {
             *size = size.max(row[*source].abs());
             let error = (self.whole[*source] - row[*source]).abs() / (2_f64.powi(self.order) - 1.0);
             let relative = if error == 0.0 { 0.0 } else { error / *size };
             worst = worst.max(relative);
-            account.note(error, relative, begin);
+            self.errors.push((error, relative));
         }
         worst
+    }
+
+    /// Takes a part that is done into account.
+    fn account_for(&mut self, begin: f64, length: f64) {
+        for (account, (error, relative)) in self.account.errors.iter_mut().zip(&self.errors) {
+            account.note(*error, *relative, begin);
+        }
+        self.account.parts += 1;
+        if length < self.account.shortest.0 {
+            self.account.shortest = (length, begin);
+        }
     }
 
     /// The depth of the part after one of this depth with this error, relative to what is allowed [-].
@@ -234,10 +246,7 @@ impl Coupling for Divided {
                 continue;
             }
             done += PARTS >> depth;
-            self.account.parts += 1;
-            if clock.step < self.account.shortest.0 {
-                self.account.shortest = (clock.step, begin);
-            }
+            self.account_for(begin, clock.step);
         }
         Ok(())
     }
