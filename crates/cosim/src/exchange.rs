@@ -25,7 +25,7 @@ use crate::node::{Node, SAME};
 pub use self::effort::Effort;
 use self::effort::Efforts;
 use self::judge::{accept, check_numbers};
-pub(crate) use self::loops::{lacking, unsolved};
+pub(crate) use self::loops::{check_failures, lacking, unsolved};
 use self::route::Routes;
 pub use self::snapshot::Snapshot;
 

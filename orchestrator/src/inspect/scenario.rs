@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use scenario::plan::{Block, Body, Link, Loop, NodePlan, System};
-use scenario::words::{Algorithm, At, ErrorEstimate};
+use scenario::words::At;
 use serde_json::{Value, json};
 
 /// The order, the connections and the loops of a system, as lines for a terminal.
@@ -19,17 +19,16 @@ pub fn lines(system: &System) -> String {
         "{:<10} {} s, {} times from {} s on",
         "step", clock.step, clock.steps, clock.start
     );
-    let _ = writeln!(text, "{:<10} {}", "coupling", coupling(system));
+    let _ = writeln!(text, "{:<10} {}", "coupling", system.coupling.told());
     let _ = writeln!(text, "\n{} nodes, in the order in which they step", system.order.len());
-    let width = |names: &mut dyn Iterator<Item = &str>| {
-        names.map(|name| name.chars().count()).max().unwrap_or(0).min(100)
-    };
-    let names = width(&mut system.nodes.iter().map(|node| node.name.as_str()));
+    let width = |names: &mut dyn Iterator<Item = usize>| names.max().unwrap_or(0).min(100);
+    let names = width(&mut system.nodes.iter().map(|node| name(system, node).chars().count()));
     for (place, node) in system.order.iter().map(|node| &system.nodes[*node]).enumerate() {
-        let _ = writeln!(text, "  {:>3}  {:<names$}  {}", place + 1, node.name, kind(system, node));
+        let (name, kind) = (name(system, node), kind(system, node));
+        let _ = writeln!(text, "  {:>3}  {name:<names$}  {kind}", place + 1);
     }
     let links = links(system);
-    let width = width(&mut links.iter().map(|(label, _)| label.as_str()));
+    let width = width(&mut links.iter().map(|(label, _)| label.chars().count()));
     let _ = writeln!(text, "\n{} connections", links.len());
     for (label, about) in &links {
         let _ = writeln!(text, "  {label:<width$}  {about}");
@@ -52,12 +51,12 @@ pub fn lines(system: &System) -> String {
 /// The same as JSON.
 #[must_use]
 pub fn json(system: &System) -> Value {
-    let name = |node: &usize| system.nodes[*node].name.clone();
+    let name = |node: &usize| name(system, &system.nodes[*node]);
     let names = |nodes: &[usize]| nodes.iter().map(name).collect::<Vec<_>>();
     let node = |node: &usize| {
         let plan = &system.nodes[*node];
         let step = plan.pace.map_or(system.clock, |pace| pace.of(&system.clock)).step;
-        json!({ "name": plan.name, "kind": kind(system, plan), "step": step })
+        json!({ "name": name(node), "kind": kind(system, plan), "step": step })
     };
     let link = |link: &Link| json!({ "connection": link.label, "at": end(link.at), "followed": link.needed });
     let connection =
@@ -74,7 +73,7 @@ pub fn json(system: &System) -> Value {
         "title": system.header.title,
         "step": system.clock.step,
         "steps": system.clock.steps,
-        "coupling": coupling(system),
+        "coupling": system.coupling.told(),
         "order": system.order.iter().map(node).collect::<Vec<_>>(),
         "connections": links(system).iter().map(connection).collect::<Vec<_>>(),
         "loops": system.coupling.loops.iter().map(of_loop).collect::<Vec<_>>(),
@@ -87,7 +86,7 @@ pub fn json(system: &System) -> Value {
 pub fn dot(system: &System) -> String {
     let mut text = String::from("digraph coupling {\n  rankdir=LR;\n  node [shape=box];\n");
     for (place, node) in system.order.iter().enumerate() {
-        let label = format!("{}. {}", place + 1, system.nodes[*node].name);
+        let label = format!("{}. {}", place + 1, name(system, &system.nodes[*node]));
         // Writing into a string cannot fail.
         let _ = writeln!(text, "  n{node} [label={}];", quoted(&label));
     }
@@ -125,35 +124,14 @@ fn end(at: At) -> &'static str {
     if at == At::Start { "start" } else { "end" }
 }
 
-fn coupling(system: &System) -> String {
-    let plan = &system.coupling;
-    let mut text = match plan.algorithm {
-        Algorithm::GaussSeidel => "gauss_seidel".to_owned(),
-        Algorithm::Jacobi => "jacobi".to_owned(),
-        Algorithm::Iterate => {
-            let it = plan.iteration;
-            format!("iterate, up to {} passes, tolerance {}", it.passes, it.tolerance)
-        }
-    };
-    if let Some(division) = &plan.division {
-        match division.control {
-            Some((ErrorEstimate::Richardson, tolerance)) => {
-                let _ =
-                    write!(text, ", steps divided to the tolerance {tolerance} by repeating them");
-            }
-            Some((ErrorEstimate::Energy, tolerance)) => {
-                let _ = write!(
-                    text,
-                    ", steps divided to the tolerance {tolerance} by the energy of bonds"
-                );
-            }
-            None => {}
-        }
-        if division.halves_discarded {
-            text += ", discarded steps halved";
-        }
+/// The name of a node; that of a connector with its variable, since several may be of one name.
+fn name(system: &System, node: &NodePlan) -> String {
+    let number = node.outputs.indices().next().map(|output| system.columns[output].name());
+    let text = node.texts.outputs.indices().next().map(|output| system.columns[output].name());
+    match node.is_connector() {
+        true => number.or(text).unwrap_or_else(|| node.name.clone()),
+        false => node.name.clone(),
     }
-    text
 }
 
 fn kind(system: &System, node: &NodePlan) -> String {
@@ -219,7 +197,7 @@ fn links(system: &System) -> Vec<(String, String)> {
 }
 
 fn about_loop(system: &System, it: &Loop) -> String {
-    let names: Vec<_> = it.nodes.iter().map(|node| system.nodes[*node].name.as_str()).collect();
+    let names: Vec<_> = it.nodes.iter().map(|node| name(system, &system.nodes[*node])).collect();
     let kind = if it.is_algebraic {
         "algebraic: no step on the way round"
     } else {

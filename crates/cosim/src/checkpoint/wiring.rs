@@ -14,6 +14,8 @@ pub struct Wiring {
     /// The first communication point, and the communication step [s].
     times: [f64; 2],
     coupling: String,
+    /// A fingerprint of the coupling with its loops.
+    coupled: u64,
     tolerance: Option<f64>,
     order: Vec<String>,
     nodes: Vec<NodeWiring>,
@@ -88,10 +90,11 @@ impl Wiring {
     /// That of a system that has not begun: later its effects remember something, and its signals are gone.
     #[must_use]
     pub fn of(system: &System) -> Self {
-        let name = |node: &usize| system.nodes[*node].name.clone();
+        let name = |node: &usize| label(&system.nodes[*node], system);
         Wiring {
             times: [system.clock.start, system.clock.step],
-            coupling: format!("{:?}", system.coupling),
+            coupling: system.coupling.told(),
+            coupled: fingerprint(&system.coupling),
             tolerance: system.tolerance,
             order: system.order.iter().map(name).collect(),
             nodes: system.nodes.iter().map(|plan| NodeWiring::of(plan, system)).collect(),
@@ -135,7 +138,7 @@ impl Wiring {
     }
 
     pub(super) fn is_coupled_as(&self, other: &Self) -> bool {
-        self.coupling == other.coupling
+        self.coupled == other.coupled
     }
 }
 
@@ -175,7 +178,7 @@ impl NodeWiring {
             effects: 0,
             faults: 0,
         });
-        let (name, links) = (plan.name.clone(), numbers.chain(texts).collect());
+        let (name, links) = (label(plan, system), numbers.chain(texts).collect());
         let [pace, faults] = [fingerprint(&plan.pace), fingerprint(&plan.faults)];
         NodeWiring { name, kind, starts, links, pace, faults }
     }
@@ -305,4 +308,14 @@ impl Link {
 /// The beginning of a hash, which is enough to tell two apart.
 fn short(sha256: &str) -> String {
     sha256.chars().take(12).collect()
+}
+
+/// The name of a node; that of a connector with its variable, since several may be of one name.
+fn label(plan: &NodePlan, system: &System) -> String {
+    let number = plan.outputs.indices().next().map(|output| system.columns[output].name());
+    let text = plan.texts.outputs.indices().next().map(|output| system.columns[output].name());
+    match plan.is_connector() {
+        true => number.or(text).unwrap_or_else(|| plan.name.clone()),
+        false => plan.name.clone(),
+    }
 }

@@ -9,11 +9,13 @@ use serde::{Deserialize, Serialize};
 use super::account::{Account, ConnectionError, DivisionAccount};
 use super::energy::Energy;
 use super::{Coupling, postcard_error};
-use crate::exchange::{Exchange, Interruption, Snapshot, lacking, unsolved};
+use crate::exchange::{Exchange, Interruption, Snapshot, check_failures, lacking, unsolved};
 
 /// A communication step is halved at most so often [-].
 const DEEPEST: u32 = 20;
 const PARTS: u64 = 1 << DEEPEST;
+/// The least size of a value without a nominal one, in its unit.
+const LEAST: f64 = 1e-6;
 /// Share of the tolerance that a step may take so that one of twice the length is tried [-].
 const SAFE: f64 = 0.8;
 
@@ -60,7 +62,12 @@ impl Divided {
                 division.bonds.iter().map(|bond| bond.name.clone()).collect()
             }
         };
-        let sizes = vec![0.0; names.len()];
+        let sizes = match division.control {
+            Some((ErrorEstimate::Richardson, _)) => {
+                sources.iter().map(|source| least(system, *source)).collect()
+            }
+            _ => vec![0.0; names.len()],
+        };
         let error = |name| ConnectionError { name, ..ConnectionError::default() };
         let errors = names.into_iter().map(error).collect();
         let shortest = (f64::INFINITY, 0.0);
@@ -179,6 +186,17 @@ impl Divided {
     }
 }
 
+/// The least size of a value that errors are compared with: its nominal value. What grows from 0 has no size of its own yet.
+fn least(system: &System, source: NumberIndex<Full>) -> f64 {
+    let column = &system.columns[source];
+    let nominal = system.nodes.iter().filter(|plan| plan.name == column.node).find_map(|plan| {
+        let Body::Fmu { fmu, .. } = &plan.body else { return None };
+        let about = &fmu.description;
+        about.variables[about.find(&column.variable)?].nominal
+    });
+    nominal.map_or(LEAST, f64::abs).max(f64::MIN_POSITIVE)
+}
+
 /// The error of a step that cannot be divided any more.
 fn too_short(begin: f64, error: f64) -> Interruption {
     let what = format!(
@@ -210,6 +228,9 @@ impl Coupling for Divided {
             return Err(Error::input(message).help(
                 "the estimate `error = \"energy\"` repeats none; without `tolerance` and `on_discard` no step is divided",
             ));
+        }
+        if self.doubles() {
+            check_failures(exchange, &self.nodes)?;
         }
         self.inner.initialise(exchange)
     }

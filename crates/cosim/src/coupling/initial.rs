@@ -39,11 +39,14 @@ impl Initial {
         let smooth: Vec<_> = tears.iter().map(|tear| exchange.is_continuous(*tear)).collect();
         let mut solver = Solver::new(self.iteration, smooth);
         let (mut found, mut worst) = (Vec::new(), 0);
-        for _ in 0..self.iteration.passes {
+        for pass in 1..=self.iteration.passes {
             sweep(exchange, block, &guess, &mut found)?;
             match solver.misfit(&guess, &found) {
-                None => return Ok(()),
-                Some(place) => worst = place,
+                None if solver.is_near(&guess, &found) => return Ok(()),
+                misfit => worst = misfit.unwrap_or(worst),
+            }
+            if pass == self.iteration.passes {
+                break;
             }
             if solver.wants_derivatives() {
                 let mut jacobian = Vec::with_capacity(guess.len());

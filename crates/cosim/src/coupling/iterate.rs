@@ -7,7 +7,7 @@ use super::account::Account;
 use super::initial::Initial;
 use super::looped::{Kept, Loop};
 use super::{Coupling, postcard_error};
-use crate::exchange::{Exchange, Interruption, lacking};
+use crate::exchange::{Exchange, Interruption, check_failures, lacking};
 
 /// Steps the blocks of the system one after the other.
 pub(super) struct Iterate {
@@ -64,6 +64,7 @@ impl Coupling for Iterate {
                     "break the loop with `at = \"start\"` on one of its connections, or choose the coupling `gauss_seidel` with a shorter step",
                 ));
             }
+            check_failures(exchange, it.nodes())?;
         }
         self.initial.run(exchange)
     }

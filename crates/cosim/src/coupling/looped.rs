@@ -67,6 +67,11 @@ impl Loop {
         exchange.cannot_go_back(&self.block.nodes)
     }
 
+    /// Its nodes.
+    pub fn nodes(&self) -> &[usize] {
+        &self.block.nodes
+    }
+
     /// Does the step.
     ///
     /// # Errors
@@ -83,11 +88,14 @@ impl Loop {
         for pass in 1..=self.iteration.passes {
             self.pass(exchange, pass == 1)?;
             match self.kept.solver.misfit(&self.guess, &self.found) {
-                None => {
+                None if self.kept.solver.is_near(&self.guess, &self.found) => {
                     self.solved(exchange, pass, (from, to));
                     return Ok(());
                 }
-                Some(place) => worst = place,
+                misfit => worst = misfit.unwrap_or(worst),
+            }
+            if pass == self.iteration.passes {
+                break;
             }
             if self.kept.solver.wants_derivatives() {
                 self.differentiate(exchange)?;

@@ -13,6 +13,12 @@ use self::newton::Newton;
 /// the curvature of its outputs.
 const NUDGE: f64 = 1e-6;
 
+/// A guess that fits may be so many tolerances away from the solution [-]: what the loop gains, in other words.
+const NEAR: f64 = 1e4;
+
+/// A value that is so many times larger than all at the first pass ran away [-]: there the loop gives what it gets for want of digits.
+const FAR: f64 = 1e9;
+
 /// Solves `g(u) = u` for the values `u` of a loop.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Solver {
@@ -67,11 +73,31 @@ impl Solver {
         method && self.sizes.len() == other.sizes.len() && self.smooth == other.smooth
     }
 
-    /// Takes the sizes of values that fit into account.
+    /// Takes the sizes of values that fit into account. A size doubles at most and halves at most from step to step: a single peak
+    /// must not loosen the tolerance of the steps after it, nor a passage through 0 tighten it.
     pub fn accept(&mut self, values: &[f64]) {
         for (size, value) in self.sizes.iter_mut().zip(values) {
-            *size = size.max(value.abs());
+            *size = match *size > 0.0 {
+                true => value.abs().clamp(0.5 * *size, 2.0 * *size),
+                false => value.abs(),
+            };
         }
+    }
+
+    /// Whether a guess that fits is near the solution: a loop that hardly changes what it gets nearly fits anywhere.
+    pub fn is_near(&self, guess: &[f64], found: &[f64]) -> bool {
+        let ran_away = |(value, scale): (&f64, &f64)| value.abs() > FAR * scale;
+        if guess.iter().zip(&self.scales).any(ran_away) {
+            return false;
+        }
+        let State::Newton(newton) = &self.method else { return true };
+        let size = |place: usize| self.sizes[place].max(guess[place].abs()).max(f64::MIN_POSITIVE);
+        let residual = (0..guess.len()).map(|it| match self.smooth[it] {
+            true => (found[it] - guess[it]) / size(it),
+            false => 0.0,
+        });
+        let step = newton.way_to_go(residual.collect(), &size);
+        step.iter().all(|it| it.abs() <= NEAR * self.tolerance)
     }
 
     /// The place of the value that fits worst; none when all fit.
@@ -172,7 +198,7 @@ mod tests {
         let mut guess = vec![0.0; count];
         for pass in 1..=iteration.passes {
             let found = g(&guess);
-            if solver.misfit(&guess, &found).is_none() {
+            if solver.misfit(&guess, &found).is_none() && solver.is_near(&guess, &found) {
                 return (Some(pass), guess);
             }
             if solver.wants_derivatives() {
@@ -234,6 +260,7 @@ mod tests {
         for method in ALL {
             let jump = |u: &[f64]| vec![if u[0] < 0.0 { 1.0 } else { -1.0 }];
             assert_eq!(passes(method, &jump, 1).0, None, "{method:?}");
+            assert_eq!(passes(method, &|u| vec![u[0] + 1.0], 1).0, None, "{method:?}");
             assert_eq!(passes(method, &|_| vec![f64::NAN], 1).0, None, "{method:?}");
         }
     }

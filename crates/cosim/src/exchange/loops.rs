@@ -2,8 +2,8 @@
 
 use diagnostics::Error;
 use recording::{Full, NumberIndex};
-use scenario::plan::{Accepts, Tear};
-use scenario::words::At;
+use scenario::plan::{Accepts, Body, Tear};
+use scenario::words::{At, OnFailure};
 
 use super::{Exchange, Interruption};
 
@@ -130,6 +130,22 @@ impl Exchange<'_> {
         });
         Ok(Some(found.collect()))
     }
+}
+
+/// Refuses nodes that go on after a failure, of those whose steps are repeated: their earlier states end with their process.
+pub(crate) fn check_failures(exchange: &Exchange, nodes: &[usize]) -> Result<(), Error> {
+    let goes_on = |node: &&usize| match &exchange.plans[**node].body {
+        Body::Fmu { isolation: Some(isolation), .. } => isolation.on_failure != OnFailure::End,
+        _ => false,
+    };
+    let Some(node) = nodes.iter().find(goes_on) else { return Ok(()) };
+    let message = format!(
+        "[coupling] repeats steps of {}, whose states do not outlive the failure that its `on_failure` is for",
+        lacking(exchange, &[*node])
+    );
+    Err(Error::input(message).help(
+        "leave `on_failure` out, or choose a coupling that repeats no steps: `gauss_seidel` or `jacobi`, with the estimate `energy` if with a `tolerance`",
+    ))
 }
 
 /// Names a node that lacks what an algorithm needs.

@@ -181,6 +181,8 @@ impl IsolatedNode {
             inputs: inputs.then(|| self.inputs.1.clone()),
             task,
         };
+        // They are those of one step.
+        self.inputs.1.courses = None;
         let unfit = |error: postcard::Error| CallError::new("its process", error.to_string());
         let bytes = postcard::to_stdvec(&question).map_err(unfit)?;
         let numbers = if inputs { self.inputs.0.as_slice() } else { &[] };

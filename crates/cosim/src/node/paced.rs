@@ -12,9 +12,13 @@ use crate::course::Course;
 /// A node with a step of its own.
 pub(super) struct Paced {
     inner: Box<dyn Node>,
-    /// Its own step [s].
+    /// Its own step [s], and whether that is longer than a communication step.
     own: f64,
+    is_coarser: bool,
     inputs: Vec<f64>,
+    /// Texts and integers of 64 bits, which wait with the other inputs.
+    texts: Vec<String>,
+    integers: Vec<i128>,
     courses: Vec<(usize, Course)>,
     /// The inputs that it takes at the start of its step, by their places, and their values there.
     at_start: Vec<(usize, f64)>,
@@ -40,7 +44,10 @@ impl Paced {
         Paced {
             inner,
             own,
+            is_coarser: matches!(pace, Pace::Coarser(_)),
             inputs: Vec::new(),
+            texts: Vec::new(),
+            integers: Vec::new(),
             courses: Vec::new(),
             at_start,
             begins: true,
@@ -48,9 +55,21 @@ impl Paced {
         }
     }
 
+    /// Gives the node what waits besides the numbers.
+    fn give_others(&mut self) -> Result<(), CallError> {
+        if !self.texts.is_empty() {
+            self.inner.set_texts(&self.texts)?;
+        }
+        if !self.integers.is_empty() {
+            self.inner.set_integers(&self.integers)?;
+        }
+        Ok(())
+    }
+
     /// Several steps of its own in the step from point `tick` on.
     fn fine(&mut self, clock: &Clock, tick: u64, times: u64) -> Result<(), CallError> {
         let own = clock.finer(times);
+        self.give_others()?;
         if self.courses.is_empty() {
             self.inner.set(&self.inputs)?;
         }
@@ -81,6 +100,7 @@ impl Paced {
         for (place, value) in &self.at_start {
             inputs[*place] = *value;
         }
+        self.give_others()?;
         match self.courses.is_empty() {
             true => self.inner.set(&inputs)?,
             false => {
@@ -120,10 +140,10 @@ impl Node for Paced {
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        // A communication step may be divided, so the ratio is that of the moment.
-        match clock.step > self.own {
-            true => self.fine(clock, tick, (clock.step / self.own).round() as u64),
-            false => self.coarse(clock, tick, (self.own / clock.step).round() as u64),
+        // A communication step may be divided, so the ratio is that of the moment. Steps are no longer than its own.
+        match self.is_coarser {
+            false => self.fine(clock, tick, (clock.step / self.own - 1e-6).ceil().max(1.0) as u64),
+            true => self.coarse(clock, tick, (self.own / clock.step).round() as u64),
         }
     }
 
@@ -176,7 +196,11 @@ impl Node for Paced {
     }
 
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
-        self.inner.set_texts(inputs)
+        if !self.runs {
+            return self.inner.set_texts(inputs);
+        }
+        inputs.clone_into(&mut self.texts);
+        Ok(())
     }
 
     fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
@@ -184,7 +208,11 @@ impl Node for Paced {
     }
 
     fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
-        self.inner.set_integers(inputs)
+        if !self.runs {
+            return self.inner.set_integers(inputs);
+        }
+        inputs.clone_into(&mut self.integers);
+        Ok(())
     }
 
     fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {

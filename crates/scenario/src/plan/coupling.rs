@@ -140,3 +140,32 @@ impl Pace {
         }
     }
 }
+
+impl CouplingPlan {
+    /// The coupling in a few words.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let mut parts = vec![match self.algorithm {
+            Algorithm::GaussSeidel => "gauss_seidel".to_owned(),
+            Algorithm::Jacobi => "jacobi".to_owned(),
+            Algorithm::Iterate => {
+                let Iteration { method, tolerance, passes } = self.iteration;
+                let method =
+                    format!("{method:?}").to_lowercase().replace("fixedpoint", "fixed_point");
+                format!("iterate by {method}, up to {passes} passes, tolerance {tolerance:e}")
+            }
+        }];
+        if let Some(Division { control, halves_discarded, .. }) = &self.division {
+            parts.extend(control.map(|(estimate, tolerance)| match estimate {
+                ErrorEstimate::Richardson => {
+                    format!("steps divided to the tolerance {tolerance:e} by repeating them")
+                }
+                ErrorEstimate::Energy => {
+                    format!("steps divided to the tolerance {tolerance:e} by the energy of bonds")
+                }
+            }));
+            parts.extend(halves_discarded.then(|| "discarded steps halved".to_owned()));
+        }
+        parts.join(", ")
+    }
+}

@@ -21,8 +21,8 @@ pub struct Coupling {
     /// Solution of loops, for `iterate`; in the initialisation for all algorithms.
     #[serde(default)]
     pub iteration: Iteration,
-    /// Error of the coupling that a step may add, relative to the largest size of each connected value so far [-]. With it, a
-    /// communication step is divided, again and again into halves, where that is needed. Recordings and checks see the
+    /// Error of the coupling that a step may add, relative to the largest size of each connected value so far [-]; that is its nominal
+    /// value at least, or a millionth of its unit. With it, a communication step is divided, again and again into halves, where that is needed. Recordings and checks see the
     /// communication points only.
     #[schemars(with = "Option<f64>", example = 1e-4)]
     pub tolerance: Option<Spanned<f64>>,
@@ -65,8 +65,7 @@ pub struct Iteration {
     /// The method.
     #[schemars(example = &"anderson")]
     pub method: Method,
-    /// Difference between what inputs have and what they would get, relative to the largest size of each so far, that ends
-    /// the iteration [-].
+    /// Difference between what inputs have and what they would get, relative to the size of each, that ends the iteration [-].
     #[schemars(example = 1e-8)]
     pub tolerance: f64,
     /// Passes through a loop, after which a step fails.

@@ -11,6 +11,8 @@ const STALE: u32 = 8;
 pub(super) struct Newton {
     /// By columns.
     derivatives: Option<Vec<Vec<f64>>>,
+    /// Whether they lead nowhere.
+    stale: bool,
     /// The change of the guess, and the residual before it.
     last: Option<(Vec<f64>, Vec<f64>)>,
     passes: u32,
@@ -30,7 +32,7 @@ impl Newton {
     }
 
     pub fn wants_derivatives(&self) -> bool {
-        self.derivatives.is_none()
+        self.stale || self.derivatives.is_none()
     }
 
     pub fn take(&mut self, columns: &[Vec<f64>]) {
@@ -38,7 +40,19 @@ impl Newton {
         // Without derivatives the first pass is one of a fixed point.
         let zeros = || vec![vec![0.0; columns.len()]; columns.len()];
         self.derivatives = Some(if finite { columns.to_vec() } else { zeros() });
-        self.last = None;
+        (self.last, self.stale) = (None, false);
+    }
+
+    /// How far the solution is, by the derivatives that it has; nothing without any. All is relative to the sizes of the values.
+    pub fn way_to_go(&self, residual: Vec<f64>, scale: &dyn Fn(usize) -> f64) -> Vec<f64> {
+        let (Some(columns), false) = (&self.derivatives, residual.iter().all(|it| *it == 0.0))
+        else {
+            return Vec::new();
+        };
+        let count = residual.len();
+        let matrix = of_residual(columns, scale);
+        let step = matrix.lu().solve(&DVector::from_vec(residual));
+        step.map_or_else(|| vec![f64::INFINITY; count], |step| step.iter().copied().collect())
     }
 
     /// The change of the guess with this residual, both relative to the sizes of the values.
@@ -46,11 +60,7 @@ impl Newton {
         let count = residual.len();
         self.passes += 1;
         let Some(columns) = &mut self.derivatives else { return residual };
-        // The derivative of the residual by the guess, in relative terms.
-        let mut matrix = DMatrix::from_fn(count, count, |row, column| {
-            let own = if row == column { 1.0 } else { 0.0 };
-            columns[column][row] * scale(column) / scale(row) - own
-        });
+        let mut matrix = of_residual(columns, scale);
         let now = DVector::from_vec(residual);
         if let Some((moved, before)) = &self.last {
             let relative = |it: &Vec<f64>| DVector::from_fn(count, |row, _| it[row] / scale(row));
@@ -69,11 +79,19 @@ impl Newton {
         }
         let step = matrix.lu().solve(&-&now).filter(|step| step.iter().all(|it| it.is_finite()));
         if step.is_none() || self.passes.is_multiple_of(STALE) {
-            self.derivatives = None;
+            self.stale = true;
         }
         let step = step.unwrap_or_else(|| now.clone());
         let absolute = |it: &DVector<f64>| (0..count).map(|row| it[row] * scale(row)).collect();
         self.last = Some((absolute(&step), absolute(&now)));
         step.iter().copied().collect()
     }
+}
+
+/// The derivative of the residual by the guess, in relative terms.
+fn of_residual(columns: &[Vec<f64>], scale: &dyn Fn(usize) -> f64) -> DMatrix<f64> {
+    DMatrix::from_fn(columns.len(), columns.len(), |row, column| {
+        let own = if row == column { 1.0 } else { 0.0 };
+        columns[column][row] * scale(column) / scale(row) - own
+    })
 }

@@ -10,6 +10,7 @@ use crate::course::Course;
 use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
 use crate::node::{Node, NodeState, means};
+use scenario::words::OnFailure;
 
 /// The outputs of an FMU that has failed.
 struct HeldState((Vec<f64>, Others));
@@ -88,6 +89,9 @@ impl Node for IsolatedNode {
     }
 
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        if inputs.is_empty() {
+            return Ok(());
+        }
         self.inputs.1.texts.clear();
         self.inputs.1.texts.extend_from_slice(inputs);
         (self.pending, self.shown) = (true, false);
@@ -157,7 +161,11 @@ impl Node for IsolatedNode {
         let number = self.number(state)?;
         self.call(Task::Restore(number))?;
         self.held = false;
-        Ok(())
+        match self.isolation.on_failure {
+            // It may fail before it shows anything.
+            OnFailure::Hold => self.see(),
+            OnFailure::End | OnFailure::Restart => Ok(()),
+        }
     }
 
     fn can_serialise(&self) -> bool {
