@@ -77,4 +77,5 @@ fn twice_as_many_steps_allocate_as_often() {
     let [once, twice] = [4_000, 8_000].map(|steps| allocated(&scenario, &built, steps));
     assert!(once.count_total > 0, "the beginning allocates");
     assert_eq!(twice.count_total, once.count_total, "{once:?} {twice:?}");
+    assert_eq!(twice.bytes_max, once.bytes_max, "memory stays as it is: {once:?} {twice:?}");
 }
