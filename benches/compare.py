@@ -23,7 +23,8 @@ import zipfile
 from pathlib import Path
 
 STEP = 0.1
-PACKAGES = {"Ecos": "ecospy", "libcosim": "libcosimpy", "fmpy": "fmpy"}
+# Ecos needs a library that another package brings.
+PACKAGES = ["ecospy", "tbb", "libcosimpy", "fmpy"]
 # So many times fewer steps than trackside, for those that take long.
 FEWER = {"Ecos": 10, "libcosim": 100, "fmpy": 20}
 
@@ -101,7 +102,9 @@ def peer(name, python, arguments, folder):
     words = [arguments.fmu, arguments.input, arguments.output, "--nodes", str(arguments.nodes)]
     words += ["--steps", str(max(arguments.steps // FEWER[name], 1)), "--peer", name]
     command = [python, os.path.abspath(__file__), *words]
-    ended = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    libraries = {"LD_LIBRARY_PATH": str(Path(python).parent.parent / "lib")}
+    around = os.environ | libraries
+    ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=around)
     lines = [line for line in ended.stdout.splitlines() if line.startswith("{")]
     if ended.returncode or not lines:
         why = (ended.stderr.strip().splitlines() or ["it says nothing"])[-1]
@@ -165,7 +168,7 @@ def environment(folder):
     python = Path(folder) / "bin" / "python"
     if not python.exists():
         venv.create(folder, with_pip=True)
-    for package in PACKAGES.values():
+    for package in PACKAGES:
         command = [python, "-m", "pip", "install", "--quiet", package]
         if subprocess.run(command).returncode:
             print(f"{package} cannot be installed", file=sys.stderr)
