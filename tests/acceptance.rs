@@ -39,6 +39,15 @@ mod hostile_inputs;
 #[cfg(feature = "rerun")]
 #[path = "acceptance/comparing.rs"]
 mod comparing;
+// Checkpoints: runs that go on, in another process or in the same one.
+#[path = "acceptance/checkpoints.rs"]
+mod checkpoints;
+// Checkpoints that do not fit, are damaged, or of FMUs that forget.
+#[path = "acceptance/checkpoint_mistakes.rs"]
+mod checkpoint_mistakes;
+// Calls of FMUs that fail on demand.
+#[path = "acceptance/call_faults.rs"]
+mod call_faults;
 // Inspect, test, --set, several scenarios.
 #[path = "acceptance/cli.rs"]
 mod cli;
@@ -48,6 +57,12 @@ mod conform;
 // The same for FMI 3.0; references in archives, descriptions that cannot be read.
 #[path = "acceptance/conform3.rs"]
 mod conform3;
+// Halves of known systems, coupled by each algorithm.
+#[path = "acceptance/coupling.rs"]
+mod coupling;
+// Loops and orders of scenarios, and mistakes in their words.
+#[path = "acceptance/coupling_words.rs"]
+mod coupling_words;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
@@ -186,6 +201,8 @@ fn main() -> ExitCode {
     comparing::register(&mut tests);
     conform::register(&mut tests);
     conform3::register(&mut tests);
+    coupling::register(&mut tests);
+    coupling_words::register(&mut tests);
     full_disks::register(&mut tests);
     killed::register(&mut tests);
     crashes::register(&mut tests);
@@ -197,6 +214,9 @@ fn main() -> ExitCode {
     escapes::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
+    call_faults::register(&mut tests);
+    checkpoints::register(&mut tests);
+    checkpoint_mistakes::register(&mut tests);
     clocks::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);

@@ -62,7 +62,7 @@ fn allocated(scenario: &Scenario, built: &Built, steps: u64) -> AllocationInfo {
         recorded: system.recorded.clone(),
         row: Row::default(),
     };
-    let (mut coupling, mut progress) = (cosim::coupling::of(system.coupling), Progress::default());
+    let (mut coupling, mut progress) = (cosim::coupling::of(&system), Progress::default());
     let counted = measure(|| {
         let mut tick = |_| Ok(());
         master::run(

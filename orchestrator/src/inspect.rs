@@ -1,5 +1,7 @@
 //! Shows what an FMU says about itself.
 
+pub mod scenario;
+
 use std::fmt::Write as _;
 
 use fmu_import::description::{Type, Variable, Version, list};

@@ -4,6 +4,9 @@
 
 pub mod analysis;
 mod baseline;
+mod branch;
+mod checkpoint_file;
+mod course;
 mod fresh;
 pub mod inspect;
 mod options;
@@ -18,5 +21,6 @@ mod stop;
 pub mod suite;
 pub mod validation;
 
-pub use options::{ProgressEvent, Replay, RunOptions};
+pub use branch::latest_stop;
+pub use options::{ProgressEvent, Replay, Role, RunOptions};
 pub use run::{Remains, Run, run};

@@ -22,6 +22,21 @@ pub enum Replay {
     Off,
 }
 
+/// The part of a run among those that go on in one process.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Role {
+    /// It is the only one; its checkpoints are files.
+    #[default]
+    Alone,
+    /// Others go on from its last checkpoint, which stays in memory.
+    WarmUp,
+    /// It goes on from there.
+    End {
+        /// Whether it is the last one that does so.
+        last: bool,
+    },
+}
+
 /// The options of a run, which the command line sets.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
@@ -45,6 +60,14 @@ pub struct RunOptions {
     pub realtime: Option<f64>,
     /// This program, which FMUs in processes of their own need; without it they run in this process.
     pub program: Option<PathBuf>,
+    /// Times at which it leaves checkpoints [s].
+    pub checkpoints: Vec<f64>,
+    /// The file of the checkpoint that it goes on from.
+    pub resume: Option<PathBuf>,
+    /// Its part among those that go on in one process.
+    pub role: Role,
+    /// The latest stop time of all these [s], which FMUs are told.
+    pub latest_stop: Option<f64>,
     /// A call of such an FMU that lasts longer than this is reported; 10 s unless it is given.
     pub patience: Option<Duration>,
 }

@@ -11,6 +11,8 @@ const NAP: Duration = Duration::from_millis(50);
 /// Holds a run back to a multiple of real time.
 pub(crate) struct Pace {
     clock: Clock,
+    /// The communication point that it begins at.
+    first: u64,
     /// When the first communication point was.
     begin: Instant,
     /// Simulated seconds per second; as fast as possible without it.
@@ -20,8 +22,8 @@ pub(crate) struct Pace {
 
 impl Pace {
     /// So many simulated seconds per second; as fast as possible without a number.
-    pub fn new(clock: Clock, factor: Option<f64>) -> Self {
-        Pace { clock, begin: Instant::now(), factor, late: 0 }
+    pub fn new(clock: Clock, first: u64, factor: Option<f64>) -> Self {
+        Pace { clock, first, begin: Instant::now(), factor, late: 0 }
     }
 
     /// How long a communication step may take.
@@ -53,11 +55,11 @@ impl Pace {
         factor: f64,
         check: impl Fn() -> Result<(), Error>,
     ) -> Result<(), Error> {
-        if tick == 0 {
+        if tick <= self.first {
             self.begin = Instant::now();
             return Ok(());
         }
-        let due = duration((self.clock.at(tick) - self.clock.start) / factor);
+        let due = duration((self.clock.at(tick) - self.clock.at(self.first)) / factor);
         self.late += u64::from(self.begin.elapsed() > due);
         loop {
             let left = due.saturating_sub(self.begin.elapsed());
@@ -82,7 +84,7 @@ mod tests {
     #[test]
     fn points_that_are_reached_after_they_were_due_are_counted() {
         let clock = Clock { start: 5.0, step: 0.01, steps: 3 };
-        let mut pace = Pace::new(clock, Some(0.5));
+        let mut pace = Pace::new(clock, 0, Some(0.5));
         assert_eq!(pace.deadline(), Some(Duration::from_millis(20)));
         let begin = Instant::now();
         pace.wait(0, || Ok(())).expect("it goes on");
@@ -92,14 +94,14 @@ mod tests {
         }
         assert!(begin.elapsed() >= Duration::from_millis(60));
         assert!(pace.late_points().is_some_and(|late| late >= 1));
-        let mut free = Pace::new(clock, None);
+        let mut free = Pace::new(clock, 0, None);
         free.wait(3, || Ok(())).expect("it goes on");
         assert_eq!((free.late_points(), free.deadline()), (None, None));
     }
 
     #[test]
     fn a_run_that_has_to_end_does_not_wait() {
-        let mut pace = Pace::new(Clock { start: 0.0, step: 1e9, steps: 1 }, Some(1e-300));
+        let mut pace = Pace::new(Clock { start: 0.0, step: 1e9, steps: 1 }, 0, Some(1e-300));
         pace.wait(0, || Ok(())).expect("it goes on");
         pace.wait(1, || Err(Error::Interrupted(2))).expect_err("it has to end");
         assert_eq!(pace.deadline(), Some(Duration::MAX));

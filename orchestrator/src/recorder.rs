@@ -1,15 +1,18 @@
 //! Hands the rows of a run to checks, analyses and recordings, and the notices of each to the recordings.
 
+use std::sync::PoisonError;
+
 use cosim::baseline::Baselines;
 use cosim::check::Checks;
 use cosim::fault::Faults;
-use diagnostics::Error;
+use diagnostics::{Error, rounded};
 use recording::{
     Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange, ThreadedSink,
 };
 use scenario::plan::{AnalysisPlan, System};
 
 use crate::analysis::{self, Collected};
+use crate::course::{Course, Remembered};
 use crate::options::{ProgressEvent, RunOptions};
 use crate::report::{Ending, RunReport};
 use crate::sinks::SINKS;
@@ -24,6 +27,8 @@ pub(crate) struct Recorder {
     /// Notices for the user.
     notices: Vec<Notice>,
     time: f64,
+    /// The communication points at which the checks are remembered, and where.
+    remembers: (Vec<u64>, Remembered),
 }
 
 /// After so many rows recordings are asked for their notices [-].
@@ -57,9 +62,29 @@ impl Recorder {
             baselines,
             notices: Vec::new(),
             time: 0.0,
+            remembers: Default::default(),
         };
         recorder.forward()?;
         Ok(recorder)
+    }
+
+    /// Lets the checks go on where the run begins, and be remembered where it leaves checkpoints. The report says so.
+    pub fn follow(&mut self, course: &Course, system: &System, report: &mut RunReport) {
+        self.remembers = course.remembers();
+        report.resumed = course.resumed();
+        let Some(origin) = course.origin() else { return };
+        let late = self.checks.recall(&origin.checks, (origin.tick, origin.time));
+        let from = format!("from {} s on, where the run begins", rounded(origin.time));
+        let checks = late.iter().map(|name| {
+            format!("the check `{name}` is judged {from}: the checkpoint does not know it")
+        });
+        let baselines = system.baselines.iter();
+        let baselines =
+            baselines.map(|it| format!("the baseline `{}` is compared {from}", it.name));
+        let analyses = system.analyses.iter();
+        let analyses =
+            analyses.map(|it| format!("the analysis `{}` gets the signals {from}", it.name));
+        report.warnings.extend(checks.chain(baselines).chain(analyses));
     }
 
     /// The URLs that viewers can connect to.
@@ -158,6 +183,10 @@ impl Sink<Full> for Recorder {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.time = time;
         each_sink!(self, sink => sink.row(tick, time, row)?);
+        if self.remembers.0.contains(&tick) {
+            let mut remembered = self.remembers.1.lock().unwrap_or_else(PoisonError::into_inner);
+            *remembered = self.checks.memory();
+        }
         self.forward_after(tick)
     }
 

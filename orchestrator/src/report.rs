@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use cosim::baseline::BaselineOutcome;
 use cosim::check::Verdict;
+use cosim::coupling::Account;
 use cosim::exchange::Effort;
 use cosim::master::Progress;
 use diagnostics::{Error, Source};
@@ -60,6 +61,9 @@ pub struct RunReport {
     /// Why it did not come to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+    /// The checkpoint that the run went on from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resumed: Option<Resumed>,
     /// The checks, in the order of the file.
     pub checks: Vec<Verdict>,
     /// The comparisons with baselines, which are among the checks, too.
@@ -85,6 +89,8 @@ pub struct RunReport {
     pub late_points: Option<u64>,
     /// The effort of each node, in the order of the file.
     pub nodes: Vec<NodeReport>,
+    /// What the coupling did: passes through loops, parts of steps, errors of connections.
+    pub coupling: Account,
     /// What it was made with.
     #[serde(flatten)]
     pub provenance: Provenance,
@@ -95,6 +101,32 @@ pub struct RunReport {
     pub folder: PathBuf,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
+}
+
+/// The checkpoint that a run went on from.
+#[derive(Debug, Clone, Serialize)]
+pub struct Resumed {
+    /// The file, or the scenario of the run in the same process.
+    pub checkpoint: String,
+    /// The scenario that left it.
+    pub scenario: String,
+    /// Its time [s].
+    pub time: f64,
+    /// What this run has otherwise than that one.
+    pub changes: Vec<String>,
+}
+
+impl Resumed {
+    /// The line about it.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let Resumed { checkpoint, time, changes, .. } = self;
+        let changes = match changes.as_slice() {
+            [] => String::new(),
+            changes => format!("; other than there: {}", changes.join(", ")),
+        };
+        format!("went on from {time} s of {checkpoint}{changes}")
+    }
 }
 
 /// How a validation ended.
@@ -195,6 +227,7 @@ impl RunReport {
             title: system.header.title.clone(),
             verdict: Ending::Error,
             error: None,
+            resumed: None,
             checks: Vec::new(),
             baselines: Vec::new(),
             blessed: Vec::new(),
@@ -207,6 +240,7 @@ impl RunReport {
             late_points: None,
             // Connectors, which come last, do nothing that takes effort.
             nodes: system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
+            coupling: Account::default(),
             provenance: Provenance::new(scenario, system),
             files: Vec::new(),
             folder: system.header.folder.clone(),
@@ -242,6 +276,7 @@ impl RunReport {
         self.warnings.extend(self.baselines.iter().flat_map(|it| it.warnings.clone()));
         self.steps = progress.steps;
         self.sim_seconds = progress.steps as f64 * step;
+        self.coupling = progress.account.clone();
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
             node.take(effort, progress.deadline.is_some());
         }

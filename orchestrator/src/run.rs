@@ -12,7 +12,9 @@ use scenario::plan::System;
 use scenario::resolve::{self, Overrides};
 use scenario::{Built, Scenario, words};
 
-use crate::options::{ProgressEvent, Replay, RunOptions};
+use crate::branch::Held;
+use crate::course::Course;
+use crate::options::{ProgressEvent, Replay, Role, RunOptions};
 use crate::pace::Pace;
 use crate::recorder::Recorder;
 use crate::report::{RunReport, Validated};
@@ -34,12 +36,56 @@ pub struct Remains {
     nodes: Vec<Box<dyn Node>>,
     /// Goes on watching the limit.
     stop: Option<Stop>,
+    /// The FMUs of a run that others go on from.
+    held: Option<Held>,
 }
 
 impl Remains {
+    /// Whether other runs can go on from the last one.
+    #[must_use]
+    pub fn leads_on(&self) -> bool {
+        self.held.is_some()
+    }
+
     /// Frees those FMUs of which a process can hold one instance only: what follows may need one.
     fn free_singles(&mut self) {
         self.nodes.retain(|node| !node.only_once());
+    }
+
+    /// The nodes of a system: new ones, or those that its course takes over.
+    fn nodes_of(
+        &mut self,
+        system: &mut System,
+        course: &Course,
+        host: Option<&Host>,
+    ) -> Result<Vec<Box<dyn Node>>, Error> {
+        match self.held.as_mut().filter(|_| course.takes_over()) {
+            None => {
+                let mut nodes = node::instantiate(system, host).map_err(|error| self.why(error))?;
+                if course.is_warm_up() {
+                    // The ends may have faults of calls that the warm-up does not have.
+                    node::with_faults(system, &mut nodes, true);
+                }
+                Ok(nodes)
+            }
+            Some(held) => {
+                let mut nodes = node::sources(system);
+                held.move_in(system, &mut nodes);
+                Ok(nodes)
+            }
+        }
+    }
+
+    /// Keeps the nodes of a run until they are freed, or another one goes on with them.
+    fn keep(&mut self, system: &System, mut nodes: Vec<Box<dyn Node>>, course: Course) {
+        if course.takes_over() {
+            if let Some(held) = &mut self.held {
+                held.move_out(system, &mut nodes);
+            }
+        } else if course.is_warm_up() {
+            self.held = course.into_last().map(|last| Held::keep(system, &mut nodes, last));
+        }
+        self.nodes.append(&mut nodes);
     }
 
     fn check(&self) -> Result<(), Error> {
@@ -114,18 +160,15 @@ impl Job<'_> {
     fn run(self, folder: PathBuf, remains: &mut Remains, events: Events) -> Result<Run, Error> {
         let overrides = &self.options.overrides;
         let mut system = System::resolve(self.scenario, self.built, overrides, folder)?;
+        if let Some(latest) = self.options.latest_stop {
+            system.announced_stop = system.announced_stop.map(|stop| stop.max(latest));
+        }
         validation::rehearse(self.scenario, self.built, &system)?;
         system.leave_unneeded();
-        let bless = self.options.bless;
-        let baselines = match bless {
-            true => Baselines::default(),
-            false => baseline::read(self.scenario, &system)?,
-        };
-        let csv = self.options.csv || (bless && baseline::wants_csv(&system));
-        let options = RunOptions { csv, ..self.options.clone() };
+        let (baselines, options) = self.compared(&system)?;
         let host = remains.host(self.options);
-        let mut nodes =
-            node::instantiate(&mut system, host.as_ref()).map_err(|error| remains.why(error))?;
+        let mut course = Course::plan(&system, self.options, remains.held.as_ref())?;
+        let mut nodes = remains.nodes_of(&mut system, &course, host.as_ref())?;
         // The runtime of an FMU may have taken the signals.
         fmu_import::note_requests_to_end();
         let begin = Instant::now();
@@ -134,11 +177,12 @@ impl Job<'_> {
         report.identity.clone_from(&self.options.identity);
         let mut recorder = folder.replace(|| {
             // A killed run leaves no file that nothing accounts for.
-            report.sketch(&self.scenario.document.validation)?;
+            report.sketch(&self.scenario.document.validation).and_then(|()| course.claim())?;
             Recorder::new(&mut system, baselines, &options)
         })?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
-        let mut pace = Pace::new(system.clock, self.options.realtime);
+        recorder.follow(&course, &system, &mut report);
+        let mut pace = Pace::new(system.clock, course.first(), self.options.realtime);
         let mut progress = Progress { deadline: pace.deadline(), ..Progress::default() };
         // Nobody sees more than a hundred of them, and each costs more than a short step.
         let (steps, mut next) = (system.clock.steps, 0);
@@ -149,9 +193,12 @@ impl Job<'_> {
             }
             pace.wait(done, || remains.check())
         };
-        let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), &mut tick);
-        remains.nodes.append(&mut nodes);
+        let along = (&mut tick as &mut dyn FnMut(u64) -> _, &mut course);
+        let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), along);
         let outcome = outcome.map_err(|error| remains.why(error));
+        course.conclude(&mut system, &mut nodes, host.as_ref(), outcome.is_ok())?;
+        course.tell(&mut report);
+        remains.keep(&system, nodes, course);
         let outcome = outcome
             .and_then(|()| analyse(&system, &mut recorder, &mut report, (remains, &mut *events)))
             .and_then(|()| self.validate_all(&system, &mut report, remains, events));
@@ -166,7 +213,7 @@ impl Job<'_> {
         report.late_points = pace.late_points();
         report.conclude(&progress, system.clock.step, verdicts, failure.as_ref());
         recorder.conclude(&report)?;
-        if bless {
+        if options.bless {
             baseline::bless(&system, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
@@ -177,6 +224,17 @@ impl Job<'_> {
             Some(error) => Err(error),
             None => Ok(Run { report, _recorder: recorder }),
         }
+    }
+
+    /// What the run is compared with, and its options with the recordings that this needs.
+    fn compared(self, system: &System) -> Result<(Baselines, RunOptions), Error> {
+        let bless = self.options.bless;
+        let baselines = match bless {
+            true => Baselines::default(),
+            false => baseline::read(self.scenario, system)?,
+        };
+        let csv = self.options.csv || (bless && baseline::wants_csv(system));
+        Ok((baselines, RunOptions { csv, ..self.options.clone() }))
     }
 
     fn validate_all(
@@ -215,6 +273,9 @@ impl Job<'_> {
             // A viewer that is connected goes on showing this run.
             replay: if self.options.replay == Replay::Off { Replay::Off } else { Replay::Save },
             realtime: None,
+            checkpoints: Vec::new(),
+            resume: None,
+            role: Role::Alone,
             ..self.options.clone()
         };
         let folder = report.folder.join(name);
@@ -233,14 +294,14 @@ fn simulate(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
     (recorder, progress): (&mut Recorder, &mut Progress),
-    tick: &mut dyn FnMut(u64) -> Result<(), Error>,
+    (tick, course): (&mut dyn FnMut(u64) -> Result<(), Error>, &mut Course),
 ) -> Result<(), Error> {
     if nodes.is_empty() {
         return Ok(());
     }
-    tick(0)?;
-    let mut coupling = coupling::of(system.coupling);
-    master::run(system, nodes, coupling.as_mut(), recorder, progress, tick)
+    tick(course.first())?;
+    let mut coupling = coupling::of(system);
+    master::run_along(system, nodes, coupling.as_mut(), recorder, progress, (tick, course))
 }
 
 fn analyse(

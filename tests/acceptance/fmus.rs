@@ -38,6 +38,18 @@ pub fn example() -> &'static Path {
     })
 }
 
+/// `sprung_mass.fmu`, the example that is half of a system, packed once by the program.
+pub fn sprung_mass() -> &'static Path {
+    static PACKED: OnceLock<PathBuf> = OnceLock::new();
+    PACKED.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sprung_mass");
+        let mut pack = trackside(Path::new(ROOT));
+        pack.args(["pack", "--example", "sprung_mass", "--out"]).arg(&folder);
+        Ended::of(pack.output().expect("it starts")).expect(0);
+        folder.join("sprung_mass.fmu")
+    })
+}
+
 /// The folder with `mass_chain.fmu` and `mass_chain_fmi3.fmu`, the example with arrays, packed once by the program.
 pub fn chain() -> &'static Path {
     static PACKED: OnceLock<PathBuf> = OnceLock::new();
@@ -100,6 +112,12 @@ pub fn resizable_with_wide_booleans() -> Vec<u8> {
 pub fn clocked() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
     BUILT.get_or_init(|| build("clocked", &[]))
+}
+
+/// The FMU of `fmu/forgetful.c`, compiled with these arguments: it adds up its input and counts its steps, and
+/// `-DFORGETS` says that the count is no part of its state.
+pub fn forgetful(arguments: &[&str]) -> Vec<u8> {
+    build("forgetful", arguments)
 }
 
 /// The FMU of `fmu/trespass.c`, compiled once: it does what a process may not.

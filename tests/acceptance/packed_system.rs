@@ -28,8 +28,9 @@ fn a_closed_loop_in_one_fmu_has_the_bits_of_its_run() {
         assert_eq!(python().run("validate.py", &[&fmu]).stdout.trim(), "[]");
         python().run("system.py", &[&fmu, &lab.path("out/run.csv")]);
     }
-    // Sensor effects of the scenario go back, too.
-    python().run("state.py", &[&lab.path("out/lane_change.fmu")]);
+    // Sensor effects of the scenario go back, too, also from bytes.
+    let ended = python().run("state.py", &[&lab.path("out/lane_change.fmu")]);
+    assert!(ended.stdout.contains("restored from bytes"), "{}", ended.stdout);
 }
 
 fn the_state_of_a_scenario_without_effects_goes_through_bytes() {

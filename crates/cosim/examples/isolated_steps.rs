@@ -53,10 +53,10 @@ fn time(path: &Path, host: Option<&Host>) -> Result<f64, Error> {
     let fmus = system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. })).count();
     system.leave_unneeded();
     let mut nodes = node::instantiate(&mut system, host)?;
-    let mut coupling = cosim::coupling::of(system.coupling);
+    let mut coupling = cosim::coupling::of(&system);
     let steps = system.clock.steps;
     let mut exchange = Exchange::new(&mut system, &mut nodes);
-    exchange.initialise(coupling.initialisation_passes())?;
+    coupling.initialise(&mut exchange)?;
     let begin = Instant::now();
     for tick in 0..steps {
         exchange.begin(tick);

@@ -1,5 +1,6 @@
 //! Judges a run while it happens: a sink that ends in verdicts.
 
+mod memory;
 mod results;
 
 use std::collections::BTreeMap;
@@ -11,6 +12,8 @@ use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack, fits
 use scenario::plan::{CheckPlan, Condition, ResultName, Results};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+pub use self::memory::CheckMemory;
 
 /// Share of its window in which the verdict of a check on a window as a whole is shown at least.
 const DECIDED: f64 = 0.02;
@@ -71,6 +74,8 @@ pub struct Checks {
     notices: Vec<Notice>,
     /// The last communication point so far [s].
     reached: f64,
+    /// The communication point that checks which went on have seen before.
+    seen: Option<(u64, Vec<bool>)>,
     /// Half a communication step [s]: windows include the points at their ends whatever their digits.
     slack: f64,
 }
@@ -96,6 +101,7 @@ impl Checks {
             checks: plans.into_iter().map(judged).collect(),
             notices: Vec::new(),
             reached: 0.0,
+            seen: None,
             slack: 0.5 * step,
         }
     }
@@ -146,10 +152,10 @@ impl Checks {
 
 impl Sink<Full> for Checks {
     #[inline]
-    fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.reached = time;
         if !self.checks.is_empty() {
-            self.judge(time, row);
+            self.judge(tick, time, row);
         }
         Ok(())
     }
@@ -161,16 +167,22 @@ impl Sink<Full> for Checks {
 }
 
 impl Checks {
-    fn judge(&mut self, time: f64, row: &Row<Full>) {
+    fn judge(&mut self, tick: u64, time: f64, row: &Row<Full>) {
+        let seen = self.seen.take().filter(|(at, _)| *at == tick).map(|(_, seen)| seen);
+        let seen = |place: usize| seen.as_ref().is_some_and(|seen| seen[place]);
         let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged);
-        for (((plan, judge), state), unjudged) in checks {
+        for (place, (((plan, judge), state), unjudged)) in checks.enumerate() {
             let Judge::Run(monitor) = judge else { continue };
             let [from, to] = plan.during;
             let inside = time > from - self.slack && time < to + self.slack;
             if inside && unjudged.is_none() {
                 *unjudged = rounded_integer(plan, time, row);
             }
-            let now = match inside.then(|| monitor.sample(time, row)) {
+            let sampled = inside.then(|| match seen(place) {
+                true => monitor.clone().sample(time, row),
+                false => monitor.sample(time, row),
+            });
+            let now = match sampled {
                 None => Status::Idle,
                 Some(_) if unjudged.is_some() => Status::Violated,
                 Some(None) => Status::Pending,

@@ -1,36 +1,82 @@
 //! Coupling algorithms: each says how all nodes go from one communication point to the next.
 
+mod account;
+mod divided;
+mod energy;
 mod gauss_seidel;
+mod initial;
+mod iterate;
 mod jacobi;
+mod looped;
+mod solver;
 
+use diagnostics::Error;
+use scenario::plan::System;
 use scenario::words::Algorithm;
 
 use crate::exchange::{Exchange, Interruption};
 
+pub use account::{Account, ConnectionError, DivisionAccount, LoopAccount};
+use divided::Divided;
 pub use gauss_seidel::GaussSeidel;
+use iterate::Iterate;
 pub use jacobi::Jacobi;
 
 /// A coupling algorithm. A new one is a file with this trait and a line in [`of`]; the end of the step at which
 /// its inputs take values by default is a property of [`Algorithm`], since connections are checked before a run.
 pub trait Coupling: Send {
-    /// Passes over all nodes in the initialisation. On the first pass each node sees those before it in the
-    /// order, on the second one the values that a broken loop hands back.
-    fn initialisation_passes(&self) -> usize {
-        2
-    }
-
-    /// Moves all nodes by one communication step, and the row of the exchange to its end.
+    /// Lets the values of the first communication point settle.
     ///
     /// # Errors
-    /// When a node fails or ends the run, or a value fits no input.
-    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption>;
-}
+    /// With the node, when one fails, shows a value that is no number, or cannot do what the algorithm needs.
+    fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
+        exchange.initialise(&mut |_| Ok(()))
+    }
 
-/// The algorithm of this name.
-#[must_use]
-pub fn of(algorithm: Algorithm) -> Box<dyn Coupling> {
-    match algorithm {
-        Algorithm::GaussSeidel => Box::new(GaussSeidel),
-        Algorithm::Jacobi => Box::new(Jacobi),
+    /// Moves all nodes by one communication step or the part of it that the exchange has begun, and the row to its end.
+    ///
+    /// # Errors
+    /// When a node fails or ends the run, a value fits no input, or a loop is not solved.
+    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption>;
+
+    /// What it did so far.
+    fn account(&self) -> Account {
+        Account::default()
+    }
+
+    /// What it remembers from one step to the next, as bytes.
+    fn memory(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Goes on with what it remembered.
+    ///
+    /// # Errors
+    /// When the bytes are of something else.
+    fn recall(&mut self, _memory: &[u8]) -> Result<(), Error> {
+        Ok(())
     }
 }
+
+fn postcard_error(error: postcard::Error) -> Error {
+    Error::input(format!("the memory of the coupling is none: {error}"))
+}
+
+/// The coupling of a system.
+#[must_use]
+pub fn of(system: &System) -> Box<dyn Coupling> {
+    let plan = &system.coupling;
+    let initial = initial::Initial::new(system);
+    let inner: Box<dyn Coupling> = match plan.algorithm {
+        Algorithm::GaussSeidel => Box::new(GaussSeidel::new(initial)),
+        Algorithm::Jacobi => Box::new(Jacobi::new(initial)),
+        Algorithm::Iterate => Box::new(Iterate::new(system, initial)),
+    };
+    match &plan.division {
+        None => inner,
+        Some(division) => Box::new(Divided::new(system, division.clone(), inner)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,24 +1,33 @@
 //! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
 
+mod along;
 mod effort;
 mod exact;
 mod histogram;
+mod initial;
+mod judge;
+mod loops;
 mod route;
+mod snapshot;
 mod visit;
 
 use std::time::Duration;
 
-use diagnostics::{Error, rounded};
-use fmu_import::{CallError, Version};
-use recording::{Columns, Full, NumberIndex, Row};
-use scenario::plan::{Body, Clock, InputChain, NodePlan, ResolvedConnection, System};
+use diagnostics::Error;
+use fmu_import::CallError;
+use recording::{Columns, Full, Row};
+use scenario::plan::{Body, Clock, NodePlan, ResolvedConnection, System};
 use scenario::words::At;
 
+use crate::course::{Course, Moving};
 use crate::node::{Node, SAME};
 
 pub use self::effort::Effort;
 use self::effort::Efforts;
+use self::judge::{accept, check_numbers};
+pub(crate) use self::loops::{lacking, unsolved};
 use self::route::Routes;
+pub use self::snapshot::Snapshot;
 
 /// Why a step did not come to its end.
 #[derive(Debug)]
@@ -32,6 +41,8 @@ pub enum Interruption {
     },
     /// A value does not fit its column.
     Value(Error),
+    /// A loop has no values that fit, or a step is too long.
+    Unsolved(Error),
 }
 
 /// What an exchange remembers from one step to the next.
@@ -43,6 +54,8 @@ pub struct Memory {
     efforts: Efforts,
     notices: Vec<String>,
     last: Option<(usize, CallError)>,
+    /// The inputs that have courses within a step, by node.
+    pub moving: Vec<Vec<Moving>>,
     routes: Routes,
 }
 
@@ -52,8 +65,9 @@ impl Memory {
     pub fn new(system: &System) -> Self {
         let row = system.columns.row();
         let efforts = Efforts::of(system.nodes.len());
-        let routes = Routes::of(&system.nodes);
-        Memory { start: row.clone(), row, efforts, notices: Vec::new(), last: None, routes }
+        let moving = system.nodes.iter().map(along::moving).collect();
+        let (notices, routes) = (Vec::new(), Routes::of(&system.nodes));
+        Memory { start: row.clone(), row, efforts, notices, last: None, moving, routes }
     }
 }
 
@@ -63,13 +77,20 @@ pub struct Exchange<'a> {
     pub(crate) plans: &'a mut [NodePlan],
     pub(crate) nodes: &'a mut [Box<dyn Node>],
     pub(crate) columns: &'a Columns<Full>,
-    order: &'a [usize],
+    pub(crate) order: &'a [usize],
     clock: Clock,
     /// The row at the communication point where the step starts.
     start: Row<Full>,
     /// The row that becomes that of the end of the step.
-    row: Row<Full>,
+    pub(crate) row: Row<Full>,
     tick: u64,
+    /// The step that is done: the communication step from `tick` on, or a part of it, by its clock and the number of its first point.
+    part: (Clock, u64),
+    /// Whether the part begins at the communication point, where sensors take their samples.
+    samples: bool,
+    moving: Vec<Vec<Moving>>,
+    /// Inputs of the node that takes courses, and these.
+    scratch: (Vec<f64>, Vec<(usize, Course)>),
     efforts: Efforts,
     /// What nodes did not keep of what they were told.
     notices: Vec<String>,
@@ -92,9 +113,13 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn resume(system: &'a mut System, nodes: &'a mut [Box<dyn Node>], memory: Memory) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let Memory { start, row, efforts, notices, last, routes } = memory;
+        let Memory { start, row, efforts, notices, last, moving, routes } = memory;
         let clock = *clock;
         Exchange {
+            part: (clock, 0),
+            samples: true,
+            moving,
+            scratch: Default::default(),
             plans,
             nodes,
             columns,
@@ -119,8 +144,8 @@ impl<'a> Exchange<'a> {
     /// What it remembers.
     #[must_use]
     pub fn into_memory(self) -> Memory {
-        let Exchange { start, row, efforts, notices, last, routes, .. } = self;
-        Memory { start, row, efforts, notices, last, routes }
+        let Exchange { start, row, efforts, notices, last, moving, routes, .. } = self;
+        Memory { start, row, efforts, notices, last, moving, routes }
     }
 
     /// The nodes in the order in which they step.
@@ -133,6 +158,12 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn plans(&self) -> &[NodePlan] {
         self.plans
+    }
+
+    /// The columns of the row.
+    #[must_use]
+    pub fn columns(&self) -> &'a Columns<Full> {
+        self.columns
     }
 
     /// The communication points.
@@ -167,11 +198,31 @@ impl<'a> Exchange<'a> {
     /// Begins the step from communication point `tick` on: the row is that of its start.
     pub fn begin(&mut self, tick: u64) {
         self.tick = tick;
+        self.begin_part(self.clock, tick);
+        self.efforts.begin();
+    }
+
+    /// Begins a part of the step: that from point `tick` of a finer clock on.
+    pub fn begin_part(&mut self, clock: Clock, tick: u64) {
+        self.part = (clock, tick);
+        self.samples = clock.at(tick) == self.clock.at(self.tick);
         match self.routes.texts {
             true => self.start.copy_from(&self.row),
             false => self.start.copy_numbers_from(&self.row),
         }
-        self.efforts.begin();
+    }
+
+    /// The communication point at which the step begins.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Begin and end of the part [s].
+    #[must_use]
+    pub fn span(&self) -> (f64, f64) {
+        let (clock, tick) = &self.part;
+        (clock.at(*tick), clock.at(tick + 1))
     }
 
     /// Puts the inputs of a node for this step into the row. Effects and faults of its connections go on by one
@@ -187,26 +238,35 @@ impl<'a> Exchange<'a> {
         match self.plans[node].body {
             // It gets its value when that is there.
             Body::Outlet => Ok(()),
-            _ => self.lead(node),
+            _ => self.lead(node, &[]),
         }
     }
 
-    fn lead(&mut self, node: usize) -> Result<(), Interruption> {
+    /// Leads values to the inputs of a node; those of some connections, by their places, are given.
+    fn lead(&mut self, node: usize, given: &[(usize, f64)]) -> Result<(), Interruption> {
         self.efforts.turn_to(node);
-        let (clock, tick) = (self.clock, self.tick);
-        let shown = |at| clock.at(tick + u64::from(at == At::End));
+        let span = self.span();
+        let shown = |at| if at == At::End { span.1 } else { span.0 };
         let (plan, row) = (&mut self.plans[node], &mut self.row);
         if !plan.exact.connections.is_empty() {
             exact::check(plan, self.columns, (Some(&self.start), row), &shown)
                 .map_err(Interruption::Value)?;
         }
-        let time = clock.at(tick);
-        for (ResolvedConnection { source, input_chain }, input) in
-            plan.connections.iter_mut().zip(plan.inputs.indices())
-        {
+        // Faults begin and end at communication points.
+        let time = self.clock.at(self.tick);
+        let links = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
+        for (place, (ResolvedConnection { source, input_chain, .. }, input)) in links {
+            if let Some((_, value)) = given.iter().find(|(own, _)| *own == place) {
+                row[input] = *value;
+                continue;
+            }
+            if !self.samples && !input_chain.effects.is_empty() {
+                continue;
+            }
             let from = if source.at == At::Start { &self.start } else { &*row };
             row[input] = input_chain.value(from[source.index], time);
-            accept(input_chain, self.columns, (source.index, input), row, || shown(source.at))
+            let (ends, shown) = ((source.index, input), || shown(source.at));
+            accept(input_chain, self.columns, ends, row[input], shown)
                 .map_err(Interruption::Value)?;
         }
         exact::carry(plan, Some(&self.start), row);
@@ -225,12 +285,15 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When the node fails, or ends the run before the end of the step.
     pub fn step(&mut self, node: usize) -> Result<(), Interruption> {
-        let (clock, tick) = (self.clock, self.tick);
+        let (clock, tick) = self.part;
         self.efforts.count(node);
-        let stepped = self.call(node, |plan, node, row| {
-            set(plan, node, row)?;
-            node.step(&clock, tick)
-        });
+        let stepped = match self.moving[node].is_empty() {
+            true => self.call(node, |plan, node, row| {
+                set(plan, node, row)?;
+                node.step(&clock, tick)
+            }),
+            false => self.step_along(node),
+        };
         match stepped {
             Err(Interruption::Call { error, .. }) => self.ended(node, error),
             other => other,
@@ -239,7 +302,7 @@ impl<'a> Exchange<'a> {
 
     /// Takes the error of a node that stepped for its end, if it ended the run at the end of the step.
     fn ended(&mut self, node: usize, error: CallError) -> Result<(), Interruption> {
-        let end = self.clock.at(self.tick + 1) - SAME * self.clock.step;
+        let end = self.span().1 - SAME * self.part.0.step;
         if error.terminated.is_none_or(|at| at < end) {
             return Err(Interruption::Call { node, error });
         }
@@ -266,7 +329,7 @@ impl<'a> Exchange<'a> {
     /// When the node fails, or an output is NaN.
     pub fn read(&mut self, node: usize) -> Result<(), Interruption> {
         if matches!(self.plans[node].body, Body::Outlet) {
-            self.lead(node)?;
+            self.lead(node, &[])?;
         }
         self.call(node, get)?;
         self.spoke |= self.nodes[node].has_messages();
@@ -284,79 +347,36 @@ impl<'a> Exchange<'a> {
             Interruption::Call { node, error }
         })
     }
-
-    /// Lets the values of the first communication point settle: all nodes show their start values, then each
-    /// pass hands them on in the order of the system.
-    ///
-    /// # Errors
-    /// With the node, when one fails, or shows a value that is no number.
-    pub fn initialise(&mut self, passes: usize) -> Result<(), Error> {
-        for node in 0..self.nodes.len() {
-            self.notices.extend(self.nodes[node].enter()?);
-            self.initial_call(node, get)?;
-        }
-        for pass in 1..=passes {
-            for &node in self.order {
-                self.feed_initially(node)?;
-                self.initial_call(node, |plan, node, row| {
-                    set(plan, node, row)?;
-                    if pass == passes {
-                        node.ready()?;
-                    }
-                    get(plan, node, row)
-                })?;
-            }
-        }
-        let mut plans = self.plans.iter();
-        let start = || self.clock.start;
-        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, start))
-    }
-
-    fn initial_call(
-        &mut self,
-        node: usize,
-        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
-    ) -> Result<(), Error> {
-        let plan = &self.plans[node];
-        call(plan, self.nodes[node].as_mut(), &mut self.row)
-            .map_err(|error| failure(plan, error, self.clock.start))
-    }
-
-    /// Puts converted values into the inputs of a node, without effects and faults: they act from the first
-    /// step on.
-    fn feed_initially(&mut self, node: usize) -> Result<(), Error> {
-        let (plan, row) = (&self.plans[node], &mut self.row);
-        exact::check(plan, self.columns, (None, row), &|_| self.clock.start)?;
-        for (ResolvedConnection { source, input_chain }, input) in
-            plan.connections.iter().zip(plan.inputs.indices())
-        {
-            row[input] = input_chain.convert(row[source.index]);
-            let start = || self.clock.start;
-            accept(input_chain, self.columns, (source.index, input), row, start)?;
-        }
-        exact::carry(plan, None, row);
-        for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
-            row.copy_text(source.index, input);
-        }
-        Ok(())
-    }
 }
 
 /// The failed call of a node at a time [s].
 #[must_use]
 pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
-    Error::component(&plan.name, &error.call, Some(time), error.what)
+    let mut what = error.what;
+    if error.discarded {
+        what += "; with `on_discard = \"halve\"` in [coupling] all nodes go back and do the step in halves";
+    }
+    Error::component(&plan.name, &error.call, Some(time), what)
 }
 
 fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
     node.set(&row[plan.inputs])?;
+    set_others(plan, node, row)
+}
+
+/// Gives a node its inputs besides the numbers.
+fn set_others(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
     if !plan.exact.connections.is_empty() {
         node.set_integers(&row[plan.exact.inputs])?;
     }
     node.set_texts(&row[plan.texts.inputs])
 }
 
-fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), CallError> {
+pub(crate) fn get(
+    plan: &NodePlan,
+    node: &mut dyn Node,
+    row: &mut Row<Full>,
+) -> Result<(), CallError> {
     node.get(&mut row[plan.outputs])?;
     if !plan.exact.numbers.is_empty() && !plan.exact.unneeded {
         node.get_integers(&mut row[plan.exact.outputs])?;
@@ -368,53 +388,4 @@ fn get(plan: &NodePlan, node: &mut dyn Node, row: &mut Row<Full>) -> Result<(), 
         true => Ok(()),
         false => node.get_texts(&mut row[plan.texts.outputs]),
     }
-}
-
-/// A NaN spoils everything that it reaches, so the run ends where it appears.
-#[inline]
-fn check_numbers(
-    plan: &NodePlan,
-    columns: &Columns<Full>,
-    row: &Row<Full>,
-    time: impl FnOnce() -> f64,
-) -> Result<(), Error> {
-    match plan.needed.iter().copied().find(|&output| row[output].is_nan()) {
-        None => Ok(()),
-        Some(output) => Err(no_number(plan, &columns[output].variable, time())),
-    }
-}
-
-#[cold]
-fn no_number(plan: &NodePlan, output: &str, time: f64) -> Error {
-    let version = match &plan.body {
-        Body::Fmu { fmu, .. } => fmu.description.version,
-        _ => Version::Two,
-    };
-    failure(plan, CallError::not_a_number(version, output), time)
-}
-
-/// Ends the run when a number is no value of the input's type: rounded it would look like a result. `time`
-/// is when the source showed it [s].
-#[inline]
-fn accept(
-    input_chain: &InputChain,
-    columns: &Columns<Full>,
-    (source, input): (NumberIndex<Full>, NumberIndex<Full>),
-    row: &Row<Full>,
-    time: impl FnOnce() -> f64,
-) -> Result<(), Error> {
-    let value = row[input];
-    if input_chain.accepts.holds(value) {
-        return Ok(());
-    }
-    Err(no_value(input_chain, [columns[input].name(), columns[source].name()], value, time()))
-}
-
-#[cold]
-fn no_value(input_chain: &InputChain, [to, from]: [String; 2], value: f64, time: f64) -> Error {
-    let (time, expected) = (rounded(time), input_chain.accepts.expected());
-    let error = Error::input(format!(
-        "`{to}` would get {value} from `{from}` at t = {time} s, but it is {expected}"
-    ));
-    error.help("let the source have such values only; `quantise = 1.0` on the connection rounds to whole numbers")
 }

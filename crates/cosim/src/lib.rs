@@ -4,8 +4,13 @@
 
 pub mod baseline;
 pub mod check;
+pub mod checkpoint;
 pub mod coupling;
+pub mod course;
 pub mod exchange;
 pub mod fault;
 pub mod master;
 pub mod node;
+
+#[cfg(test)]
+mod testing;

@@ -7,7 +7,7 @@ use fmu_import::{CallError, MessageLevel};
 use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
 use scenario::plan::System;
 
-use crate::coupling::Coupling;
+use crate::coupling::{Account, Coupling};
 use crate::exchange::{Effort, Exchange, Interruption, failure};
 use crate::node::{Node, SAME};
 
@@ -22,9 +22,47 @@ pub struct Progress {
     pub notices: Vec<String>,
     /// The effort of each node, in the order of the file.
     pub efforts: Vec<Effort>,
+    /// What the coupling did.
+    pub account: Account,
     /// How long a node may take for a communication step; longer ones are counted.
     pub deadline: Option<Duration>,
 }
+
+/// What goes along with a run.
+pub trait Along {
+    /// Brings the nodes to the first communication point of the run, and says which one that is.
+    ///
+    /// # Errors
+    /// When a node fails.
+    fn begin(
+        &mut self,
+        exchange: &mut Exchange,
+        coupling: &mut dyn Coupling,
+    ) -> Result<u64, Error> {
+        coupling.initialise(exchange).map(|()| 0)
+    }
+
+    /// The run is at communication point `tick`, whose row the sinks have.
+    ///
+    /// # Errors
+    /// What ends the run.
+    fn reach(
+        &mut self,
+        _tick: u64,
+        _exchange: &mut Exchange,
+        _coupling: &mut dyn Coupling,
+    ) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Whether the nodes are needed after the run, and so do not hear of its end.
+    fn goes_on(&self) -> bool {
+        false
+    }
+}
+
+/// Nothing goes along.
+impl Along for () {}
 
 /// Runs the system to its last communication point. `progress` tells how far the run came, also when it
 /// fails; `tick` is called at every communication point; an error of it ends the run there.
@@ -39,10 +77,26 @@ pub fn run(
     progress: &mut Progress,
     tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
+    run_along(system, nodes, coupling, sink, progress, (tick, &mut ()))
+}
+
+/// The same, with something that goes along and may begin later.
+///
+/// # Errors
+/// As of [`run`], and what goes along ends it with.
+pub fn run_along(
+    system: &mut System,
+    nodes: &mut [Box<dyn Node>],
+    coupling: &mut dyn Coupling,
+    sink: &mut dyn Sink<Full>,
+    progress: &mut Progress,
+    (tick, along): (&mut dyn FnMut(u64) -> Result<(), Error>, &mut dyn Along),
+) -> Result<(), Error> {
     let mut exchange = Exchange::new(system, nodes);
     progress.deadline.into_iter().for_each(|deadline| exchange.keep_to(deadline));
-    let result = drive(&mut exchange, coupling, sink, progress, tick);
+    let result = drive(&mut exchange, coupling, sink, progress, (tick, along));
     progress.efforts = exchange.efforts().to_vec();
+    progress.account = coupling.account();
     progress.notices = exchange.notices().to_vec();
     progress.notices.extend(exchange.nodes.iter_mut().flat_map(|node| node.notices()));
     result
@@ -53,20 +107,22 @@ fn drive(
     coupling: &mut dyn Coupling,
     sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
-    tick: &mut dyn FnMut(u64) -> Result<(), Error>,
+    (tick, along): (&mut dyn FnMut(u64) -> Result<(), Error>, &mut dyn Along),
 ) -> Result<(), Error> {
     let clock = exchange.clock();
-    let initialised = exchange.initialise(coupling.initialisation_passes());
-    report_messages(exchange, sink, clock.start)?;
-    initialised?;
+    let begun = along.begin(exchange, coupling);
+    let start = clock.at(begun.as_ref().copied().unwrap_or_default());
+    report_messages(exchange, sink, start)?;
+    let first = begun?;
     let mut told = Vec::new();
-    report_rounded(exchange, sink, &mut told, clock.start)?;
-    sink.row(0, clock.start, exchange.row())?;
-    for k in 0..clock.steps {
+    report_rounded(exchange, sink, &mut told, start)?;
+    sink.row(first, start, exchange.row())?;
+    along.reach(first, exchange, coupling)?;
+    for k in first..clock.steps {
         exchange.begin(k);
         if let Err(interruption) = coupling.step(exchange) {
             progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
-            return end(exchange, clock.at(k));
+            return end(exchange, along, clock.at(k));
         }
         let time = clock.at(k + 1);
         if exchange.take_spoke() {
@@ -74,20 +130,21 @@ fn drive(
         }
         report_rounded(exchange, sink, &mut told, time)?;
         sink.row(k + 1, time, exchange.row())?;
-        progress.steps = k + 1;
+        progress.steps = k + 1 - first;
+        along.reach(k + 1, exchange, coupling)?;
         if let Err(error) = tick(k + 1) {
             // Whoever calls the run off asks for nothing more.
-            let _ = end(exchange, time);
+            let _ = end(exchange, &(), time);
             return Err(error);
         }
         if let Some((node, error)) = exchange.last() {
             let (node, error) = (*node, error.clone());
             let interruption = Interruption::Call { node, error };
             progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
-            return end(exchange, time);
+            return end(exchange, along, time);
         }
     }
-    end(exchange, clock.stop())
+    end(exchange, along, clock.at(clock.steps.max(first)))
 }
 
 /// Says who ended the run in the step from communication point `k` on, if that was planned.
@@ -102,7 +159,7 @@ fn interrupted(
 ) -> Result<String, Error> {
     let clock = exchange.clock();
     match interruption {
-        Interruption::Value(error) => Err(error),
+        Interruption::Value(error) | Interruption::Unsolved(error) => Err(error),
         Interruption::Call { node, error: CallError { terminated: Some(reached), what, .. } } => {
             let source = exchange.plans[node].name.clone();
             let message = format!("ended the simulation at {} s: {what}", rounded(reached));
@@ -169,7 +226,10 @@ fn report_rounded(
     Ok(())
 }
 
-fn end(exchange: &mut Exchange, time: f64) -> Result<(), Error> {
+fn end(exchange: &mut Exchange, along: &dyn Along, time: f64) -> Result<(), Error> {
+    if along.goes_on() {
+        return Ok(());
+    }
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
         node.end().map_err(|error| failure(plan, error, time))?;
     }

@@ -2,8 +2,11 @@
 //!
 //! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
+mod apart;
+mod faulty;
 mod fmu;
 mod isolated;
+mod paced;
 mod refusal;
 mod source;
 
@@ -11,11 +14,15 @@ use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Message};
-use scenario::plan::{Body, Clock, NodePlan, System};
+use scenario::plan::{Body, CallFault, Clock, NodePlan, Start, System};
 
+use crate::course::Course;
+pub use apart::{apart, return_sources};
+pub use faulty::{Provocation, with_faults};
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
 use isolated::{IsolatedNode, Making};
+use paced::Paced;
 pub use refusal::Refusal;
 pub use source::{Source, SourceNode};
 
@@ -39,6 +46,28 @@ pub trait Node: Send {
     /// Takes the values of the connected inputs.
     fn set(&mut self, _inputs: &[f64]) -> Result<(), CallError> {
         Ok(())
+    }
+
+    /// Takes the values of the connected inputs, some of which have courses in a step between two times [s], by their places. Without
+    /// more, they hold the mean. `inputs` is left with any values.
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        self.set(means(inputs, courses, span))
+    }
+
+    /// Takes the values of the connected inputs at the end of a step, before its outputs are read: some follow them.
+    fn settle(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.set(inputs)
+    }
+
+    /// How outputs change with inputs at this moment, without a step in between: `changes` of the inputs, in the order of
+    /// [`set`](Self::set), become those of the outputs, in the order of [`get`](Self::get). False if the node does not know.
+    fn derivatives(&mut self, _changes: &[f64], _outputs: &mut [f64]) -> Result<bool, CallError> {
+        Ok(false)
     }
 
     /// Gives the values of all outputs.
@@ -87,6 +116,19 @@ pub trait Node: Send {
         false
     }
 
+    /// Takes other values of tunable parameters and of inputs that nothing is connected to, between two steps at `time` [s].
+    fn tune(&mut self, _values: &[Start], _time: f64) -> Result<(), CallError> {
+        Err(CallError::new("the node", "has no parameters"))
+    }
+
+    /// Asks the node to do this in its next step; whether it will.
+    fn provoke(&mut self, _what: Provocation) -> bool {
+        false
+    }
+
+    /// Takes other faults of its calls, for a run with these communication points.
+    fn take_faults(&mut self, _faults: &[CallFault], _clock: &Clock) {}
+
     /// Ends the run.
     fn end(&mut self) -> Result<(), CallError> {
         Ok(())
@@ -100,6 +142,12 @@ pub trait Node: Send {
     /// Saves the state, so that steps from here on can be repeated. Dropping the copy frees its memory.
     fn save(&mut self) -> Result<NodeState, CallError> {
         Err(state_error("the node cannot save its state"))
+    }
+
+    /// Saves the state in the place of one that this node saved.
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        *state = self.save()?;
+        Ok(())
     }
 
     /// Goes back to a state that this node saved.
@@ -138,13 +186,19 @@ pub trait Node: Send {
     }
 }
 
+/// Inputs that hold the mean of their courses between two times [s].
+fn means<'i>(inputs: &'i mut [f64], courses: &[(usize, Course)], span: (f64, f64)) -> &'i [f64] {
+    courses.iter().for_each(|(place, course)| inputs[*place] = course.mean(span));
+    inputs
+}
+
 /// The saved state of a node, which that node alone can restore.
-pub struct NodeState(Box<dyn Any>);
+pub struct NodeState(Box<dyn Any + Send>);
 
 impl NodeState {
     /// Wraps a node's own form of its state.
     #[must_use]
-    pub fn new(state: impl Any) -> Self {
+    pub fn new(state: impl Any + Send) -> Self {
         NodeState(Box::new(state))
     }
 
@@ -155,6 +209,16 @@ impl NodeState {
     pub fn get<T: Any>(&self) -> Result<&T, CallError> {
         self.0
             .downcast_ref()
+            .ok_or_else(|| state_error("the state is that of another kind of node"))
+    }
+
+    /// The same, to be replaced.
+    ///
+    /// # Errors
+    /// When another kind of node saved it.
+    pub fn get_mut<T: Any>(&mut self) -> Result<&mut T, CallError> {
+        self.0
+            .downcast_mut()
             .ok_or_else(|| state_error("the state is that of another kind of node"))
     }
 }
@@ -171,7 +235,38 @@ fn state_error(what: &str) -> CallError {
 pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
-    Mistakes::all(system.nodes.iter_mut().map(|plan| node(plan, (times, tolerance), host)))
+    let nodes = system.nodes.iter_mut().map(|plan| {
+        // The last step of its own may end a unit in the last place later.
+        let own = plan.pace.map(|pace| pace.of(&clock).announced_stop());
+        let stop = times.1.map(|stop| own.map_or(stop, |own| own.max(stop)));
+        let node = node(plan, ((times.0, stop), tolerance), host)?;
+        Ok(paced(node, plan, clock))
+    });
+    let mut nodes = Mistakes::all(nodes)?;
+    with_faults(system, &mut nodes, false);
+    Ok(nodes)
+}
+
+/// The node with the step of its own, if it has one.
+pub(crate) fn paced(node: Box<dyn Node>, plan: &NodePlan, clock: Clock) -> Box<dyn Node> {
+    match plan.pace {
+        None => node,
+        Some(pace) => Box::new(Paced::new(node, plan, pace, clock)),
+    }
+}
+
+/// The nodes of a system that are no FMUs, and in the places of FMUs nodes that show nothing.
+#[must_use]
+pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
+    let source = |plan: &mut NodePlan| -> Box<dyn Node> {
+        match &mut plan.body {
+            Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
+            Body::Table(table) => Box::new(SourceNode::new(table.clone())),
+            // The exchange puts the values of connectors into the row.
+            Body::Inlet | Body::Outlet | Body::Fmu { .. } => Box::new(SourceNode::new(Vec::new())),
+        }
+    };
+    system.nodes.iter_mut().map(source).collect()
 }
 
 fn node(

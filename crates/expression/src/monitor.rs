@@ -1,5 +1,7 @@
 //! Evaluates a condition sample by sample and keeps the worst sample.
 
+mod memory;
+
 use std::marker::PhantomData;
 
 use super::{

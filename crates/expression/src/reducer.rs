@@ -45,6 +45,12 @@ pub(crate) trait Accumulator: Debug + Send + Sync {
         None
     }
 
+    /// What it remembers of the samples so far.
+    fn memory(&self) -> Vec<f64>;
+
+    /// Goes on with what one of its kind remembered; whether these numbers are such a memory. If not, it is as it was.
+    fn recall(&mut self, memory: &[f64]) -> bool;
+
     /// A copy with the same state.
     fn boxed(&self) -> Box<dyn Accumulator>;
 }
@@ -122,6 +128,19 @@ impl Accumulator for Pick {
         self.picked.map(|(time, _)| time)
     }
 
+    fn memory(&self) -> Vec<f64> {
+        self.picked.iter().flat_map(|(time, value)| [*time, *value]).collect()
+    }
+
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        self.picked = match *memory {
+            [] => None,
+            [time, value] => Some((time, value)),
+            _ => return false,
+        };
+        true
+    }
+
     fn boxed(&self) -> Box<dyn Accumulator> {
         Box::new(self.clone())
     }
@@ -145,6 +164,16 @@ impl Accumulator for Sum {
 
     fn result(&self) -> f64 {
         (self.result)(self.sum, self.count)
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        vec![self.sum, self.count]
+    }
+
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        let [sum, count] = *memory else { return false };
+        (self.sum, self.count) = (sum, count);
+        true
     }
 
     fn boxed(&self) -> Box<dyn Accumulator> {
@@ -173,6 +202,16 @@ impl Accumulator for Spread {
         (self.squares / self.count).sqrt()
     }
 
+    fn memory(&self) -> Vec<f64> {
+        vec![self.count, self.mean, self.squares]
+    }
+
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        let [count, mean, squares] = *memory else { return false };
+        *self = Spread { count, mean, squares };
+        true
+    }
+
     fn boxed(&self) -> Box<dyn Accumulator> {
         Box::new(self.clone())
     }
@@ -198,6 +237,15 @@ impl Accumulator for Quantile {
         let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
         // Without the comparison two equal infinities would become NaN.
         if below == above { below } else { below + (above - below) * place.fract() }
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.samples.clone()
+    }
+
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        memory.clone_into(&mut self.samples);
+        true
     }
 
     fn boxed(&self) -> Box<dyn Accumulator> {

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::*;
 
 mod dimensions;
+mod memory;
 mod traces;
 
 const COLUMNS: [&str; 8] = [

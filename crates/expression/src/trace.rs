@@ -70,6 +70,32 @@ impl Trace {
         &self.points
     }
 
+    /// What it remembers.
+    pub(crate) fn memory(&self) -> Vec<f64> {
+        let [of_each, of_last] = self.samples.map(f64::from);
+        let points = self
+            .points
+            .iter()
+            .flat_map(|it| [it.time, it.value[0], it.value[1], it.limit[0], it.limit[1]]);
+        [of_each, of_last].into_iter().chain(points).collect()
+    }
+
+    /// Goes on with what one of its kind remembered; whether these numbers are such a memory. If not, it is as it was.
+    pub(crate) fn recall(&mut self, memory: &[f64]) -> bool {
+        let [of_each, of_last, points @ ..] = memory else { return false };
+        let counts = [*of_each, *of_last];
+        let is_count = |it: f64| it >= 1.0 && it <= f64::from(u32::MAX / 2) && it.fract() == 0.0;
+        let fits = points.len().is_multiple_of(5) && points.len() / 5 <= MOST;
+        if !fits || !counts.into_iter().all(is_count) {
+            return false;
+        }
+        self.samples = counts.map(|count| count as u32);
+        let point =
+            |it: &[f64]| TracePoint { time: it[0], value: [it[1], it[2]], limit: [it[3], it[4]] };
+        self.points = points.chunks_exact(5).map(point).collect();
+        true
+    }
+
     pub(crate) fn push(&mut self, time: f64, value: f64, limit: f64) {
         let point = TracePoint { time, value: [value; 2], limit: [limit; 2] };
         let [of_each, of_last] = &mut self.samples;

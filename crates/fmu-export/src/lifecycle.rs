@@ -171,6 +171,13 @@ impl Course {
         Ok(())
     }
 
+    /// Takes the stop time of another one that has an experiment.
+    pub(crate) fn stop_as(&mut self, other: &Course) {
+        if other.set_up {
+            self.stop = other.stop;
+        }
+    }
+
     /// Rejects a step that does not begin where the last one ended, or that passes the stop time.
     ///
     /// # Errors

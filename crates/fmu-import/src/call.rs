@@ -16,13 +16,15 @@ pub struct CallError {
     pub what: String,
     /// The FMU ended the simulation on purpose, having come to this time [s].
     pub terminated: Option<f64>,
+    /// The FMU discarded a step, and may do a shorter one.
+    pub discarded: bool,
 }
 
 impl CallError {
     /// The error `what` of the function `call`.
     #[must_use]
     pub fn new(call: impl Into<Cow<'static, str>>, what: impl Into<String>) -> Self {
-        CallError { call: call.into(), what: what.into(), terminated: None }
+        CallError { call: call.into(), what: what.into(), terminated: None, discarded: false }
     }
 
     /// The error of an output that is NaN.
@@ -100,11 +102,13 @@ impl StepStatus {
             Version::Two => "fmi2DoStep",
             Version::Three => "fmi3DoStep",
         };
-        let error = |what, terminated| Err(CallError { call: call.into(), what, terminated });
+        let error = |what| CallError::new(call, what);
         match self {
             StepStatus::Done => Ok(()),
-            StepStatus::Discarded { what, .. } => error(what, None),
-            StepStatus::Terminated { reached, what } => error(what, Some(reached)),
+            StepStatus::Discarded { what, .. } => Err(CallError { discarded: true, ..error(what) }),
+            StepStatus::Terminated { reached, what } => {
+                Err(CallError { terminated: Some(reached), ..error(what) })
+            }
         }
     }
 }

@@ -167,7 +167,7 @@ pub fn list(items: &[Item]) -> String {
 }
 
 /// When an input clock ticks, or that an output clock ticks when the FMU says so (FMI 3.0, section 2.2.9).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Interval {
     /// At intervals that never change.
     Constant,

@@ -24,6 +24,26 @@ pub struct View {
     pub plots: Vec<Plot>,
     /// Limits of checks, to be drawn in the plots of their signals.
     pub limits: Vec<Limit>,
+    /// The nodes and their connections, in a run with several nodes.
+    pub graph: Graph,
+}
+
+/// The nodes of a run and the connections between them.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Graph {
+    /// The nodes in the order in which they step.
+    pub nodes: Vec<GraphNode>,
+    /// From the node that gives a value to the one that takes it, by their places, each pair once.
+    pub edges: Vec<(usize, usize)>,
+}
+
+/// A node of a graph.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GraphNode {
+    /// Its name.
+    pub name: String,
+    /// Whether it gets values from what it gives.
+    pub is_looped: bool,
 }
 
 /// A constant that a check compares a signal with.

@@ -28,6 +28,7 @@ mod drawing;
 mod events;
 mod flush_worker;
 mod frame;
+mod graph;
 mod ground;
 mod layout;
 mod legend;
@@ -111,6 +112,7 @@ impl RerunSink {
                 texts: drawing.texts.paths(),
                 compared: false,
                 body: header.view.pose.as_ref().map(|it| it.length as f32),
+                graph: !header.view.graph.nodes.is_empty(),
                 live,
             },
             drawing,
@@ -130,6 +132,7 @@ impl RerunSink {
         stream.send_recording_name(header.title.as_str())?;
         stream.log_static("run", &self.card.running())?;
         stream.log_static("scenario", &TextDocument::new(header.source.whole()))?;
+        graph::draw(&header.view.graph, &stream)?;
         self.drawing.describe(&stream)
     }
 

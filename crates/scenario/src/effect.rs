@@ -22,7 +22,7 @@ pub use gain::Gain;
 pub use hold::Hold;
 pub use noise::Noise;
 pub use quantise::Quantise;
-pub use stream::stream_seed;
+pub use stream::{Stream, stream_seed};
 
 /// Calls a macro with the key and the words of each sensor effect, in the order in which they act on a value.
 macro_rules! for_each_effect {
@@ -72,6 +72,16 @@ pub trait Stage: Debug + Send + Sync {
     /// Passes the sample of one communication point on.
     fn apply(&mut self, sample: Sample) -> Sample;
 
+    /// Its key and what it remembers, as words; none if it remembers nothing.
+    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+        None
+    }
+
+    /// Goes on with what a stage of the same key remembered; whether these words are such a memory. If not, it is as it was.
+    fn recall(&mut self, _words: &[u64]) -> bool {
+        false
+    }
+
     /// A copy with the same state.
     fn boxed(&self) -> Box<dyn Stage>;
 }
@@ -113,6 +123,29 @@ impl Chain {
     pub fn apply(&mut self, value: f64) -> f64 {
         let sample = Sample { value, is_new: true };
         self.stages.iter_mut().fold(sample, |sample, stage| stage.apply(sample)).value
+    }
+
+    /// What its effects remember, by their keys.
+    #[must_use]
+    pub fn memory(&self) -> Vec<(String, Vec<u64>)> {
+        let memories = self.stages.iter().filter_map(|stage| stage.memory());
+        memories.map(|(key, words)| (key.to_owned(), words)).collect()
+    }
+
+    /// Lets each effect go on with what one of its key remembered. Others begin.
+    ///
+    /// # Errors
+    /// With the key of an effect that cannot remember this; that effect begins.
+    pub fn recall(&mut self, memory: &[(String, Vec<u64>)]) -> Result<(), String> {
+        let mut wrong = None;
+        for stage in &mut self.stages {
+            let Some((key, _)) = stage.memory() else { continue };
+            let found = memory.iter().find(|(name, _)| name == key);
+            if found.is_some_and(|(_, words)| !stage.recall(words)) {
+                wrong.get_or_insert(key);
+            }
+        }
+        wrong.map_or(Ok(()), |key| Err(key.to_owned()))
     }
 }
 

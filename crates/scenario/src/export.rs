@@ -19,7 +19,7 @@ use ssp::write::{
 use crate::build_request::Built;
 use crate::bundle::{self, Bundle, Layout};
 use crate::plan::{Body, NodePlan, System};
-use crate::words::{Annotated, Scenario};
+use crate::words::{Algorithm, Annotated, Scenario};
 use definitions::Definitions;
 use ends::Ends;
 
@@ -145,6 +145,11 @@ fn own_words(scenario: &Scenario) -> Option<String> {
     let document = &scenario.document;
     let effects = document.connect.iter().map(|connect| connect.effects().len()).sum();
     let held = document.connect.iter().filter(|connect| connect.at.is_some()).count();
+    let courses = document.connect.iter().filter(|it| it.extrapolate.is_some()).count();
+    let steps = document.fmu.iter().filter(|fmu| fmu.step.is_some()).count();
+    let coupling = &document.coupling;
+    let divides = coupling.tolerance.is_some() || coupling.on_discard.is_some();
+    let couples = coupling.algorithm != Algorithm::default() || divides;
     let view = &document.view;
     let views = view.plot.len() + view.xy_plot.len() + view.arrow.len();
     let counts = [
@@ -153,6 +158,9 @@ fn own_words(scenario: &Scenario) -> Option<String> {
         (document.connector.len(), "[[connector]]"),
         (effects, "sensor effects"),
         (held, "`at` of [[connect]]"),
+        (courses, "`extrapolate` of [[connect]]"),
+        (steps, "`step` of [[fmu]]"),
+        (usize::from(couples), "[coupling]"),
         (document.fault.len(), "[[fault]]"),
         (document.check.len(), "[[check]]"),
         (document.baseline.len(), "[[baseline]]"),

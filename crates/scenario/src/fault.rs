@@ -41,6 +41,14 @@ pub trait FaultAction: Debug + Send + Sync {
     /// The value that the input gets while the fault lasts.
     fn apply(&mut self, value: f64) -> f64;
 
+    /// What it remembers; none if that is nothing.
+    fn memory(&self) -> Option<f64> {
+        None
+    }
+
+    /// Goes on with what an action of its kind remembered.
+    fn recall(&mut self, _memory: f64) {}
+
     /// A copy with the same state.
     fn boxed(&self) -> Box<dyn FaultAction>;
 }

@@ -3,6 +3,7 @@
 mod accepts;
 mod analysis;
 mod baseline;
+mod call_fault;
 mod check;
 mod coupling;
 mod input_chain;
@@ -22,21 +23,25 @@ use recording::{
 use serde::{Deserialize, Serialize};
 
 use crate::signal::Signal;
-use crate::words::{Algorithm, At, OnFailure};
+use crate::words::{At, Extrapolate, OnFailure};
 pub use accepts::Accepts;
 pub use analysis::{AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
+pub use call_fault::{CallFault, CallFaultKind};
 pub use check::{CheckPlan, Condition, ResultName, Results};
-pub use coupling::CouplingRules;
-pub use input_chain::{FaultPlan, InputChain};
+pub use coupling::{
+    Block, BondPlan, CouplingPlan, CouplingRules, Division, Link, Loop, Pace, Tear,
+};
+pub use input_chain::{ChainMemory, FaultPlan, InputChain};
 
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
 
-/// Whether a name in the folder of a run belongs to its report, as `report.*` does, or to its recordings, as `run.*` does.
+/// Whether a name in the folder of a run belongs to its report, as `report.*` does, to its recordings, as `run.*` does, or to its
+/// checkpoints, as `checkpoint_*` does.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
-    name.starts_with("report.") || name.starts_with("run.")
+    ["report.", "run.", "checkpoint_"].iter().any(|begin| name.starts_with(begin))
 }
 
 /// The communication points of a run: `t = t_0 + k h`, computed and never accumulated.
@@ -63,6 +68,19 @@ impl Clock {
     #[must_use]
     pub fn stop(&self) -> f64 {
         self.at(self.steps)
+    }
+
+    /// The clock with steps that are so many times shorter.
+    #[must_use]
+    pub fn finer(&self, times: u64) -> Clock {
+        // By a power of two, the times of communication points stay what they are to the last bit.
+        Clock { start: self.start, step: self.step / times as f64, steps: self.steps * times }
+    }
+
+    /// The clock with steps that are so many times longer.
+    #[must_use]
+    pub fn coarser(&self, times: u64) -> Clock {
+        Clock { start: self.start, step: self.step * times as f64, steps: self.steps / times }
     }
 
     /// The time from the first communication point to the last one [s].
@@ -208,6 +226,8 @@ pub struct NodePlan {
     pub name: String,
     /// Its kind.
     pub body: Body,
+    /// Its own step, if that is not the communication step.
+    pub pace: Option<Pace>,
     /// Its outputs that are numbers.
     pub outputs: NumberRange<Full>,
     /// Those of them that somebody uses, none of which may be NaN.
@@ -220,6 +240,8 @@ pub struct NodePlan {
     pub texts: TextPlan,
     /// The same for integers of 64 bits, which are among the numbers, too.
     pub exact: ExactPlan,
+    /// The faults of its calls.
+    pub faults: Vec<CallFault>,
 }
 
 /// Indices of a node's integers of 64 bits in the row.
@@ -288,13 +310,15 @@ pub struct ResolvedConnection {
     pub source: Source<NumberIndex<Full>>,
     /// Its way to the input.
     pub input_chain: InputChain,
+    /// The course of the input within a step; without one it holds its value.
+    pub course: Option<Extrapolate>,
 }
 
 /// A scenario without names: what the master works with.
 #[derive(Debug)]
 pub struct System {
-    /// The coupling algorithm.
-    pub coupling: Algorithm,
+    /// The coupling.
+    pub coupling: CouplingPlan,
     /// The communication points.
     pub clock: Clock,
     /// The stop time that FMUs are told [s]; none when nobody knows it.

@@ -4,10 +4,12 @@ mod analyses;
 mod archives;
 mod arrays;
 mod baselines;
+mod call_faults;
 mod checks;
 mod connection_units;
 mod connections;
 mod connectors;
+mod coupling;
 mod declared_units;
 mod isolation;
 mod logs;
@@ -95,11 +97,9 @@ impl System {
         let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
         let (changed, starts) = overrides::apply(scenario, overrides, &mut mistakes);
         let scenario = changed.as_ref().unwrap_or(scenario);
-        let document = &scenario.document;
-        let seed = overrides.seed.unwrap_or(document.seed);
         let clock = mistakes.take(Mistakes::both(clock(scenario), limit(scenario))).map(|it| it.0);
         let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
-        let timed = (clock, seed);
+        let timed = (clock, overrides.seed.unwrap_or(scenario.document.seed));
         let notes = (&mut mistakes, &mut warnings);
         let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
         let notes = (&mut mistakes, &mut warnings);
@@ -109,11 +109,12 @@ impl System {
         let converted = (connects.as_slice(), &conversions);
         let connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
-        warnings.extend(scenario.systems.iter().flat_map(|system| &system.notes).cloned());
-        warnings.extend(connections::kept(scenario, &connects, &unplaced));
+        warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
-        let (nodes, columns) = place::place(unplaced, connections);
+        let (mut nodes, columns) = place::place(unplaced, connections);
+        call_faults::attach(scenario, (&mut nodes, &columns), timed.1, &mut mistakes);
+        let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
@@ -123,12 +124,12 @@ impl System {
         let recorded = recorded::selection(scenario, &columns, &mut mistakes);
         let header = RunHeader {
             scenario: scenario.name.clone(),
-            title: document.title.clone().unwrap_or_else(|| scenario.name.clone()),
+            title: scenario.document.title.clone().unwrap_or_else(|| scenario.name.clone()),
             source: source(scenario),
             given: overrides.all().map(Override::text).collect(),
             step: clock.map_or(0.0, |clock| clock.step),
-            stop: document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
-            seed,
+            stop: scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
+            seed: timed.1,
             columns: recorded.columns(&columns),
             status_tracks: status_tracks(&checks, &nodes, &columns),
             view: View::default(),
@@ -139,9 +140,11 @@ impl System {
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
             return Err(Error::follow_up());
         };
-        let view = View { limits: view::limits(&checks, &recorded), ..view };
+        let (coupling, order) = order.looped(coupling);
+        let graph = view::graph(&nodes, &order, &coupling);
+        let view = View { limits: view::limits(&checks, &recorded), graph, ..view };
         Ok(System {
-            coupling: document.coupling.algorithm,
+            coupling,
             clock,
             announced_stop: Some(clock.announced_stop()),
             tolerance,
@@ -158,7 +161,12 @@ impl System {
     }
 }
 
-/// The checks of the run, and the inputs with faults.
+/// What the systems of a scenario have to say.
+fn noted(scenario: &Scenario) -> impl Iterator<Item = String> + '_ {
+    scenario.systems.iter().flat_map(|system| &system.notes).cloned()
+}
+
+/// The checks of the run, and the inputs and nodes with faults.
 fn status_tracks(
     checks: &[CheckPlan],
     nodes: &[NodePlan],
@@ -169,7 +177,10 @@ fn status_tracks(
     let connections =
         nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
     let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
-    checks.chain(faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()))).collect()
+    let inputs = faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()));
+    let failing = nodes.iter().filter(|node| !node.faults.is_empty());
+    let failing = failing.map(|node| StatusTrack::Fault(node.name.clone()));
+    checks.chain(inputs).chain(failing).collect()
 }
 
 fn tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, Error> {

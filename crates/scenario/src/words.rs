@@ -4,6 +4,7 @@ mod annotated;
 mod baseline;
 mod change;
 mod connect;
+mod coupling;
 mod extend;
 mod fault;
 mod nodes;
@@ -22,7 +23,7 @@ use std::sync::{Arc, OnceLock};
 
 use diagnostics::{Error, Source, Spanned};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::schema;
 use crate::signal::Part;
@@ -30,6 +31,9 @@ pub(crate) use annotated::Annotated;
 pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert, Transform};
+pub use coupling::{
+    Algorithm, Bond, Coupling, ErrorEstimate, Extrapolate, Iteration, Method, OnDiscard,
+};
 pub use fault::Fault;
 pub use nodes::{Fmu, OnFailure, Table, Unconnected};
 pub(crate) use read::merged;
@@ -166,27 +170,6 @@ pub struct Time {
     /// then ends with exit code 3. `trackside test` gives each run an hour without it. That of a validation counts when it runs alone.
     #[schemars(example = 60.0)]
     pub limit: Option<Spanned<f64>>,
-}
-
-/// Exchange of values between the nodes.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Coupling {
-    /// Coupling algorithm.
-    #[serde(default)]
-    #[schemars(example = &"jacobi")]
-    pub algorithm: Algorithm,
-}
-
-/// Coupling algorithm.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Algorithm {
-    /// The nodes step one after the other; each sees the new values of the nodes before it.
-    #[default]
-    GaussSeidel,
-    /// All nodes step with the values from the start of the step, so their order does not matter.
-    Jacobi,
 }
 
 /// Choice of the recorded variables.

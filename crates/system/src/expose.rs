@@ -14,7 +14,6 @@ use scenario::plan::{Body, NodePlan, System};
 use scenario::words::quoted;
 
 use crate::interface::{Cell, Exposed, Interface, Role};
-use crate::running::forgets;
 
 /// The choice of variables; `*` stands for any letters.
 #[derive(Debug, Clone, Default)]
@@ -195,7 +194,7 @@ pub fn interface(
     let state = fmus().all(|about| about.state || about.serialised_state);
     let capabilities = Capabilities {
         state,
-        serialized_state: fmus().all(|about| about.serialised_state) && forgets(&system.nodes),
+        serialized_state: fmus().all(|about| about.serialised_state),
         only_once: fmus().any(|about| about.only_once),
         ..Capabilities::default()
     };

@@ -6,10 +6,10 @@ use cosim::coupling::{self, Coupling};
 use cosim::exchange::{Exchange, Interruption, Memory, failure};
 use cosim::node::{self, Node};
 use diagnostics::Error;
-use fmu_export::{Course, log};
+use fmu_export::{Course, FmiResult, log, reject};
 use fmu_import::CallError;
 use recording::{ColumnIndex, Full, NumberIndex};
-use scenario::plan::{Body, NodePlan, System};
+use scenario::plan::{Body, System};
 use scenario::resolve::{Override, Overrides};
 use scenario::{Built, Scenario};
 
@@ -28,7 +28,7 @@ pub(crate) struct Running {
     pub memory: Option<Memory>,
     /// Communication points since the start.
     pub tick: u64,
-    coupling: Box<dyn Coupling>,
+    pub coupling: Box<dyn Coupling>,
     /// Inputs by node.
     inputs: Vec<Inputs>,
     /// Outputs: their references and places in the row.
@@ -84,7 +84,7 @@ impl Running {
         let mut nodes = node::instantiate(&mut system, None)?;
         let (inputs, outputs) = guide(&system, &mut nodes, interface)?;
         let memory = Some(Memory::new(&system));
-        let coupling = coupling::of(system.coupling);
+        let coupling = coupling::of(&system);
         Ok(Running { system, nodes, memory, tick: 0, coupling, inputs, outputs })
     }
 
@@ -94,9 +94,8 @@ impl Running {
     /// When a node fails.
     pub fn initialise(&mut self, values: &[Cell]) -> Result<(), Error> {
         self.hold(values);
-        let passes = self.coupling.initialisation_passes();
-        self.exchange(|exchange, _| {
-            exchange.initialise(passes)?;
+        self.exchange(|exchange, coupling| {
+            coupling.initialise(exchange)?;
             exchange.notices().iter().for_each(|notice| fmu_export::warn(notice.clone()));
             Ok(())
         })
@@ -115,7 +114,9 @@ impl Running {
                 exchange.begin(tick);
                 let done = coupling.step(exchange);
                 done.map_err(|interruption| match interruption {
-                    Interruption::Value(error) => Ended::Failed(error.to_string()),
+                    Interruption::Value(error) | Interruption::Unsolved(error) => {
+                        Ended::Failed(error.to_string())
+                    }
                     Interruption::Call { node, error } => {
                         let time = clock.at(tick + u64::from(error.at_end_of_step()));
                         ended(exchange, node, error, time)
@@ -130,6 +131,17 @@ impl Running {
             done?;
         }
         Ok(())
+    }
+
+    /// Lets the coupling go on with what it remembered.
+    ///
+    /// # Errors
+    /// When the bytes are of something else.
+    pub fn recall(&mut self, coupling: &[u8]) -> FmiResult {
+        match coupling {
+            [] => Ok(()),
+            bytes => self.coupling.recall(bytes).or_else(|error| reject(error.to_string())),
+        }
     }
 
     /// Reads the outputs.
@@ -239,10 +251,4 @@ fn guide(
     });
     *nodes = guided.collect();
     Ok((inputs, outputs))
-}
-
-/// Whether no connection remembers anything from one step to the next.
-pub(crate) fn forgets(plans: &[NodePlan]) -> bool {
-    let mut connections = plans.iter().flat_map(|plan| &plan.connections);
-    connections.all(|it| it.input_chain.effects.is_empty() && it.input_chain.faults.is_empty())
 }

@@ -1,32 +1,73 @@
-//! `trackside inspect`: prints the description of an FMU.
+//! `trackside inspect`: prints the description of an FMU, or the coupling of a scenario.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
 use fmu_import::Fmu;
+use orchestrator::inspect;
+use orchestrator::package::{self, BuildProgress};
+use scenario::Scenario;
+use scenario::plan::System;
+use scenario::resolve::Overrides;
 
+use super::progress::BuildLine;
 use super::{print, print_json};
 
 /// Arguments of `trackside inspect`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The archive.
-    fmu: PathBuf,
+    /// The archive of an FMU, a scenario, or a system of SSP.
+    file: PathBuf,
     /// Print JSON instead of lines.
     #[arg(long)]
     json: bool,
+    /// Print the nodes of a scenario and their connections as a graph for Graphviz: `trackside inspect --dot SCENARIO | dot -Tsvg`.
+    #[arg(long, conflicts_with = "json")]
+    dot: bool,
+    /// The description of a system of SSP that counts, by its file or its name.
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
 }
 
 /// Prints the description.
 ///
 /// # Errors
-/// When the archive cannot be opened.
+/// When the archive cannot be opened, or the scenario is wrong.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    let fmu = Fmu::open(&arguments.fmu).map_err(|error| Error::input(error.to_string()))?;
+    let is = |endings: &[&str]| {
+        let ending = arguments.file.extension().map(|it| it.to_ascii_lowercase());
+        ending.is_some_and(|ending| endings.iter().any(|it| ending == *it))
+    };
+    if is(&["toml", "ssp", "ssd"]) {
+        return of_scenario(arguments);
+    }
+    if arguments.dot || arguments.variant.is_some() {
+        let message = format!(
+            "expected a scenario for `--dot` and `--variant`, found {}",
+            arguments.file.display()
+        );
+        return Err(Error::input(message));
+    }
+    let fmu = Fmu::open(&arguments.file).map_err(|error| Error::input(error.to_string()))?;
     match arguments.json {
-        true => print_json(&orchestrator::inspect::json(&fmu)),
-        false => print(&orchestrator::inspect::lines(&fmu)),
+        true => print_json(&inspect::json(&fmu)),
+        false => print(&inspect::lines(&fmu)),
+    }
+    Ok(0)
+}
+
+fn of_scenario(arguments: &Arguments) -> Result<u8, Error> {
+    let scenario = Scenario::read_variant(&arguments.file, arguments.variant.as_deref())?;
+    let mut building = BuildLine::default();
+    let mut progress = |progress: BuildProgress| building.show(&progress);
+    let built = package::build(&scenario, &mut progress)?;
+    let folder = Path::new("target/runs").to_owned();
+    let system = System::resolve(&scenario, &built, &Overrides::default(), folder)?;
+    match (arguments.json, arguments.dot) {
+        (true, _) => print_json(&inspect::scenario::json(&system)),
+        (_, true) => print(&inspect::scenario::dot(&system)),
+        _ => print(&inspect::scenario::lines(&system)),
     }
     Ok(0)
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
-use orchestrator::{ProgressEvent, Remains, Replay, RunOptions, suite};
+use orchestrator::{ProgressEvent, Remains, Replay, Role, RunOptions, suite};
 use scenario::resolve::{Isolate, Override, Overrides};
 
 use super::{print, progress, report_error, supervised, tell, this_program};
@@ -19,7 +19,7 @@ pub struct Arguments {
     #[arg(required = true)]
     scenarios: Vec<PathBuf>,
     /// The folder for the files; for several scenarios, each gets a folder of its name in it
-    /// [default: target/runs/SCENARIO].
+    /// [default: target/runs/SCENARIO; with --resume target/runs/SCENARIO_resumed].
     #[arg(long)]
     out: Option<PathBuf>,
     /// Write run.csv too.
@@ -63,6 +63,17 @@ pub struct Arguments {
     /// Run FMUs in processes of their own, where the scenario does not say it: all, or those of `path` only.
     #[arg(long, value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "all", value_name = "WHICH")]
     isolate: Option<IsolateArg>,
+    /// Write all that the run knows at these times [s] into `checkpoint_TIME.state`, so that others go on from there: `2.5,4`. May be
+    /// repeated. A time between two communication points counts as the later one.
+    #[arg(long, value_name = "TIME", value_delimiter = ',')]
+    checkpoint: Vec<f64>,
+    /// Go on from this checkpoint, perhaps with other tunable parameters, signals, effects, faults, checks, and another stop time.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
+    /// After the scenario, run this one from the only --checkpoint of the scenario on, in the same process and with the same FMUs. May be
+    /// repeated. With --out each gets a folder of its name in that one.
+    #[arg(long, value_name = "SCENARIO", conflicts_with = "resume")]
+    branch: Vec<PathBuf>,
     /// For `trackside test`: end with the program that holds standard input, whose first line is the identity of the run.
     #[arg(long, hide = true)]
     supervised: bool,
@@ -116,7 +127,11 @@ enum ReplayArg {
 /// When an argument is wrong.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let mut options = arguments.options()?;
-    suite::check_names(&arguments.scenarios)?;
+    let scenarios = arguments.all()?;
+    suite::check_names(&scenarios)?;
+    if !arguments.branch.is_empty() {
+        options.latest_stop = orchestrator::latest_stop(&scenarios, arguments.variant.as_deref())?;
+    }
     let patience = Duration::try_from_secs_f64(arguments.patience)
         .map_err(|error| Error::input(format!("--patience: {error}")))?;
     // The progress bar holds the line that the cursor is on.
@@ -125,16 +140,21 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     if arguments.supervised {
         options.identity = Some(supervised::begin()?);
     }
-    let mut worst = 0;
-    for (place, path) in arguments.scenarios.iter().enumerate() {
-        let options = RunOptions { out: arguments.folder(path), ..options.clone() };
-        let mut remains = Remains::default();
+    let (mut worst, mut kept) = (0, None);
+    for (place, path) in scenarios.iter().enumerate() {
+        let rest = &scenarios[place + 1..];
+        let options = arguments.options_of(path, place, &options);
+        let mut remains = kept.take().unwrap_or_default();
         worst = worst.max(run_one(path, &options, &mut remains));
-        let rest = &arguments.scenarios[place + 1..];
-        let end = fmu_import::requested_end().is_some() || rest.is_empty();
+        // Ends have nothing to go on from without the run that leads to them.
+        let alone = options.role == Role::WarmUp && !remains.leads_on();
+        let end = fmu_import::requested_end().is_some() || rest.is_empty() || alone;
         // All is told: what an FMU does when it is freed cannot change it any more.
         fmu_import::complete(end.then_some(worst));
-        drop(remains);
+        match arguments.branch.is_empty() || end {
+            true => drop(remains),
+            false => kept = Some(remains),
+        }
         if end {
             rest.iter().for_each(|path| tell(&format!("not run: {}", path.display())));
             break;
@@ -193,16 +213,55 @@ impl Arguments {
             identity: None,
             realtime: self.realtime,
             program: None,
+            checkpoints: self.checkpoint.clone(),
+            resume: self.resume.clone(),
+            role: Role::Alone,
+            latest_stop: None,
             patience: None,
         })
     }
 
+    /// The scenario files in the order in which they run.
+    fn all(&self) -> Result<Vec<PathBuf>, Error> {
+        if self.bless && (self.resume.is_some() || !self.branch.is_empty()) {
+            let message =
+                "--bless: a run that goes on from a checkpoint has no beginning for a baseline";
+            return Err(Error::input(message));
+        }
+        if !self.branch.is_empty() && (self.scenarios.len(), self.checkpoint.len()) != (1, 1) {
+            let (scenarios, checkpoints) = (self.scenarios.len(), self.checkpoint.len());
+            let message = format!(
+                "--branch: expected one scenario and one --checkpoint that all branches go on from, found {scenarios} and {checkpoints}"
+            );
+            return Err(Error::input(message));
+        }
+        Ok(self.scenarios.iter().chain(&self.branch).cloned().collect())
+    }
+
+    /// The options of the scenario at this place.
+    fn options_of(&self, path: &Path, place: usize, options: &RunOptions) -> RunOptions {
+        let role = match (self.branch.is_empty(), place) {
+            (true, _) => Role::Alone,
+            (false, 0) => Role::WarmUp,
+            (false, place) => Role::End { last: place == self.branch.len() },
+        };
+        let checkpoints = match role {
+            Role::End { .. } => Vec::new(),
+            _ => options.checkpoints.clone(),
+        };
+        RunOptions { out: self.folder(path, role), role, checkpoints, ..options.clone() }
+    }
+
     /// The folder of a scenario's files, if the user named one.
-    fn folder(&self, scenario: &Path) -> Option<PathBuf> {
-        let out = self.out.as_ref()?;
-        Some(match self.scenarios.len() {
-            1 => out.clone(),
-            _ => out.join(scenario.file_stem().unwrap_or_default()),
+    fn folder(&self, scenario: &Path, role: Role) -> Option<PathBuf> {
+        let name = scenario.file_stem().unwrap_or_default();
+        let Some(out) = self.out.as_ref() else {
+            let resumed = format!("{}_resumed", name.to_string_lossy());
+            return self.resume.is_some().then(|| Path::new("target/runs").join(resumed));
+        };
+        Some(match (self.scenarios.len(), role) {
+            (1, Role::Alone | Role::WarmUp) => out.clone(),
+            _ => out.join(name),
         })
     }
 }

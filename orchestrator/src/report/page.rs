@@ -1,6 +1,7 @@
 //! Writes `report.html`: a run on one page that needs nothing but a browser, to be handed on.
 
 mod checks;
+mod coupling;
 
 use std::fmt::Write as _;
 
@@ -50,6 +51,9 @@ impl RunReport {
         );
         if let Some(error) = &self.error {
             let _ = writeln!(html, "<pre class=\"error\">{}</pre>", lines(error));
+        }
+        if let Some(resumed) = &self.resumed {
+            let _ = writeln!(html, "<p class=\"faint\">It {}</p>", escape(&resumed.line()));
         }
         for warning in &self.warnings {
             let _ = writeln!(html, "<p class=\"warning\"><b>Warning</b> {}</p>", escape(warning));
@@ -141,6 +145,7 @@ impl RunReport {
         }
         html.push_str("</table>\n");
         self.write_nodes(html);
+        coupling::write(html, &self.coupling);
         self.write_hashes(html);
     }
 

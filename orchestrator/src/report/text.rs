@@ -85,6 +85,9 @@ impl RunReport {
                 self.realtime_factor
             ),
         };
+        if let Some(resumed) = &self.resumed {
+            let _ = writeln!(text, "  {}", resumed.line());
+        }
         let _ = writeln!(text, "  {}", self.folder.display());
         for baseline in &self.blessed {
             let _ = writeln!(text, "  wrote the baseline {}", baseline.display());

@@ -209,9 +209,31 @@ ABSENT(int64_t, Int64)
 ABSENT(uint64_t, UInt64)
 ABSENT(bool, Boolean)
 
-int fmi3GetFMUState(void *c, void **state) { return refuse(c, "no state"); }
-int fmi3SetFMUState(void *c, void *state) { return refuse(c, "no state"); }
-int fmi3FreeFMUState(void *c, void **state) { return refuse(c, "no state"); }
-int fmi3SerializedFMUStateSize(void *c, void *state, size_t *size) { return refuse(c, "no state"); }
-int fmi3SerializeFMUState(void *c, void *state, uint8_t *bytes, size_t size) { return refuse(c, "no state"); }
-int fmi3DeserializeFMUState(void *c, const uint8_t *bytes, size_t size, void **state) { return refuse(c, "no state"); }
+/* A state is a copy of the model; the addresses in it are those of the instance that gets it back. */
+int fmi3GetFMUState(void *c, void **state) {
+    if (!*state) *state = malloc(sizeof(Model));
+    memcpy(*state, c, sizeof(Model));
+    return OK;
+}
+int fmi3SetFMUState(void *c, void *state) {
+    Model own = *(Model *)c, *m = c;
+    *m = *(Model *)state;
+    m->log = own.log, m->update = own.update, m->environment = own.environment;
+    return OK;
+}
+int fmi3FreeFMUState(void *c, void **state) {
+    if (state) free(*state), *state = NULL;
+    return OK;
+}
+int fmi3SerializedFMUStateSize(void *c, void *state, size_t *size) { return *size = sizeof(Model), OK; }
+int fmi3SerializeFMUState(void *c, void *state, uint8_t *bytes, size_t size) {
+    if (size != sizeof(Model)) return refuse(c, "another size");
+    memcpy(bytes, state, size);
+    return OK;
+}
+int fmi3DeserializeFMUState(void *c, const uint8_t *bytes, size_t size, void **state) {
+    if (size != sizeof(Model)) return refuse(c, "another size");
+    *state = malloc(size);
+    memcpy(*state, bytes, size);
+    return OK;
+}

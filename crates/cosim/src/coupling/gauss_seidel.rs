@@ -1,13 +1,28 @@
 //! Gauss-Seidel coupling: the nodes step one after the other, and each sees the new outputs of those before it.
 
+use diagnostics::Error;
+
 use super::Coupling;
+use super::initial::Initial;
 use crate::exchange::{Exchange, Interruption};
 
 /// Steps the nodes one after the other.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct GaussSeidel;
+#[derive(Debug, Default)]
+pub struct GaussSeidel {
+    initial: Initial,
+}
+
+impl GaussSeidel {
+    pub(super) fn new(initial: Initial) -> Self {
+        GaussSeidel { initial }
+    }
+}
 
 impl Coupling for GaussSeidel {
+    fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
+        self.initial.run(exchange)
+    }
+
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         for &node in exchange.order() {
             exchange.feed(node)?;

@@ -1,13 +1,28 @@
 //! Jacobi coupling: all nodes step with values from the start of the step, so their order does not matter.
 
+use diagnostics::Error;
+
 use super::Coupling;
+use super::initial::Initial;
 use crate::exchange::{Exchange, Interruption};
 
 /// Steps all nodes from the same values.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Jacobi;
+#[derive(Debug, Default)]
+pub struct Jacobi {
+    initial: Initial,
+}
+
+impl Jacobi {
+    pub(super) fn new(initial: Initial) -> Self {
+        Jacobi { initial }
+    }
+}
 
 impl Coupling for Jacobi {
+    fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
+        self.initial.run(exchange)
+    }
+
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         let order = exchange.order();
         order.iter().try_for_each(|&node| exchange.feed(node))?;

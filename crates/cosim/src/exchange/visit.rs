@@ -1,6 +1,7 @@
 //! Lets a node do all of its step at once, which costs less than one call after the other.
 
-use super::{Exchange, Interruption, no_number};
+use super::judge::no_number;
+use super::{Exchange, Interruption};
 
 impl Exchange<'_> {
     /// Hands a node its inputs, lets it go to the end of the step, and reads its outputs into the row: [`step`](Self::step) and
@@ -10,8 +11,10 @@ impl Exchange<'_> {
     /// When the node fails, or ends the run before the end of the step; when an output is NaN.
     pub fn go(&mut self, node: usize) -> Result<(), Interruption> {
         let sides = match self.routes.of_node(node).numbers {
-            Some([outputs, inputs]) => self.row.both(outputs, inputs),
-            None => None,
+            Some([outputs, inputs]) if self.moving[node].is_empty() => {
+                self.row.both(outputs, inputs)
+            }
+            _ => None,
         };
         let Some((outputs, inputs)) = sides else {
             self.step(node)?;
@@ -19,7 +22,7 @@ impl Exchange<'_> {
         };
         self.efforts.count(node);
         self.efforts.turn_to(node);
-        match self.nodes[node].visit(inputs, (&self.clock, self.tick), outputs) {
+        match self.nodes[node].visit(inputs, (&self.part.0, self.part.1), outputs) {
             Ok(spoke) => {
                 self.spoke |= spoke;
                 self.check(node)
@@ -40,7 +43,7 @@ impl Exchange<'_> {
         match needed.iter().copied().find(|&output| self.row[output].is_nan()) {
             None => Ok(()),
             Some(output) => {
-                let (plan, time) = (&self.plans[node], self.clock.at(self.tick + 1));
+                let (plan, time) = (&self.plans[node], self.span().1);
                 Err(Interruption::Value(no_number(plan, &self.columns[output].variable, time)))
             }
         }

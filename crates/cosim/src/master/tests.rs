@@ -1,169 +1,13 @@
-//! Steps nodes made of closures and checks each row: values, their times, and the ends of runs.
+//! Checks each row of nodes made of closures: values, their times, and the ends of runs.
 
-use fmu_import::{Message, MessageLevel};
-use recording::view::View;
-use recording::{
-    Column, Columns, Direction, NumberIndex, NumberRange, Row, RunHeader, Selection, TextIndex,
-    TextRange, ValueKind,
-};
-use scenario::effect::Chain;
+use recording::{NumberRange, TextIndex, TextRange, ValueKind};
 use scenario::fault::{Bias, FaultWords, Freeze, Gain, Value};
-use scenario::plan::{
-    Accepts, Body, Clock, ExactPlan, FaultPlan, InputChain, NodePlan, ResolvedConnection, Source,
-    TextPlan,
-};
+use scenario::plan::{Accepts, Clock, FaultPlan, Source, TextPlan};
 use scenario::words::{Algorithm, At};
 
-use crate::coupling;
+use crate::testing::{Record, STEP, columns, mock, play, system};
 
 use super::*;
-
-/// A node with one output: what a closure makes of the end of the step and the inputs.
-struct Mock<F> {
-    compute: F,
-    time: f64,
-    inputs: Vec<f64>,
-    output: Result<f64, CallError>,
-}
-
-impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError> + Send> Node for Mock<F> {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
-        self.inputs = inputs.to_vec();
-        Ok(())
-    }
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
-        outputs[0] = self.output.clone()?;
-        Ok(())
-    }
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.time = clock.at(tick + 1);
-        self.output = (self.compute)(self.time, &self.inputs);
-        self.output.clone().map(|_| ())
-    }
-    fn messages(&mut self) -> Vec<Message> {
-        match self.output {
-            Ok(_) => Vec::new(),
-            Err(_) => vec![Message::new(MessageLevel::Error, "", "ouch")],
-        }
-    }
-}
-
-fn mock(
-    compute: impl FnMut(f64, &[f64]) -> Result<f64, CallError> + Send + 'static,
-) -> Box<dyn Node> {
-    Box::new(Mock { compute, time: 0.0, inputs: Vec::new(), output: Ok(0.0) })
-}
-
-/// Keeps what it gets.
-#[derive(Default)]
-struct Record {
-    rows: Vec<Vec<f64>>,
-    texts: Vec<Vec<String>>,
-    events: Vec<String>,
-}
-
-impl Sink<Full> for Record {
-    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
-        assert_eq!(tick as usize, self.rows.len());
-        assert_eq!(time, tick as f64 * STEP);
-        self.rows.push(row.numbers().to_vec());
-        self.texts.push(row.texts().to_vec());
-        Ok(())
-    }
-    fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.events.push(format!("{} {}: {}", event.time, event.source, event.message));
-        Ok(())
-    }
-}
-
-const STEP: f64 = 0.5;
-
-/// A system of nodes with one output each. `connections` are producer, consumer and end of the step.
-fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> System {
-    let mut next = nodes;
-    let plans = (0..nodes).map(|index| {
-        let connections: Vec<_> = connections.iter().filter(|(_, to, _)| *to == index).collect();
-        let first = next;
-        next += connections.len();
-        NodePlan {
-            name: format!("n{index}"),
-            body: Body::Signals(Vec::new()),
-            outputs: NumberRange::new(index..index + 1),
-            needed: vec![NumberIndex::new(index)],
-            inputs: NumberRange::new(first..next),
-            connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
-            texts: TextPlan::default(),
-            exact: ExactPlan::default(),
-        }
-    });
-    let plans: Vec<_> = plans.collect();
-    let header = RunHeader {
-        scenario: String::new(),
-        title: String::new(),
-        source: diagnostics::Source::default(),
-        given: Vec::new(),
-        step: STEP,
-        stop: STEP * steps as f64,
-        seed: 1,
-        columns: Columns::default(),
-        status_tracks: Vec::new(),
-        view: View::default(),
-        folder: std::path::PathBuf::new(),
-    };
-    System {
-        coupling: Algorithm::GaussSeidel,
-        clock: Clock { start: 0.0, step: STEP, steps },
-        announced_stop: None,
-        tolerance: None,
-        nodes: plans,
-        order: (0..nodes).collect(),
-        columns: columns(next, ValueKind::Real),
-        analyses: Vec::new(),
-        checks: Vec::new(),
-        baselines: Vec::new(),
-        recorded: Selection::default(),
-        header,
-        warnings: Vec::new(),
-    }
-}
-
-fn columns(count: usize, kind: ValueKind) -> Columns<Full> {
-    let mut columns = Columns::default();
-    for number in 0..count {
-        columns.push(Column {
-            node: String::new(),
-            variable: format!("v{number}"),
-            direction: Direction::Output,
-            kind,
-            unit: None,
-            description: None,
-        });
-    }
-    columns
-}
-
-fn link(source: usize, at: At) -> ResolvedConnection {
-    let input_chain = InputChain {
-        factor: 1.0,
-        offset: 0.0,
-        effects: Chain::default(),
-        faults: Vec::new(),
-        map: Vec::new(),
-        accepts: Accepts::Real,
-    };
-    ResolvedConnection { source: Source { index: NumberIndex::new(source), at }, input_chain }
-}
-
-fn play(
-    system: &mut System,
-    mut nodes: Vec<Box<dyn Node>>,
-) -> (Record, Progress, Result<(), Error>) {
-    let (mut record, mut progress) = (Record::default(), Progress::default());
-    let mut coupling = coupling::of(system.coupling);
-    let result =
-        run(system, &mut nodes, coupling.as_mut(), &mut record, &mut progress, &mut |_| Ok(()));
-    (record, progress, result)
-}
 
 /// A clock and two nodes that add one to what they get.
 fn chain() -> Vec<Box<dyn Node>> {
@@ -241,8 +85,7 @@ fn a_failing_node_is_named_with_call_and_time_after_its_own_message() {
 #[test]
 fn a_node_may_end_the_run() {
     let mut system = system(1, &[], 4);
-    let done =
-        || CallError { call: "step".into(), what: "finished".to_owned(), terminated: Some(1.0) };
+    let done = || CallError { terminated: Some(1.0), ..CallError::new("step", "finished") };
     let nodes = vec![mock(move |time, _| if time > 1.0 { Err(done()) } else { Ok(0.0) })];
     let (record, progress, result) = play(&mut system, nodes);
     result.expect("that is no error");
@@ -319,7 +162,7 @@ fn a_number_that_the_input_does_not_take_ends_the_run() {
 fn jacobi_coupling_gives_every_node_the_start_of_the_step() {
     for order in [[0, 1, 2], [2, 1, 0], [1, 0, 2]] {
         let mut system = system(3, &[(0, 1, At::Start), (1, 2, At::Start)], 3);
-        (system.coupling, system.order) = (Algorithm::Jacobi, order.to_vec());
+        (system.coupling.algorithm, system.order) = (Algorithm::Jacobi, order.to_vec());
         let (record, ..) = play(&mut system, chain());
         assert_eq!(record.rows[3], [1.5, 2.0, 2.5, 1.0, 1.5], "{order:?}");
     }
@@ -331,10 +174,6 @@ struct InOrderOfFile {
 }
 
 impl Coupling for InOrderOfFile {
-    fn initialisation_passes(&self) -> usize {
-        1
-    }
-
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         self.steps += 1;
         for node in 0..exchange.nodes.len() {
@@ -350,7 +189,8 @@ impl Coupling for InOrderOfFile {
 fn another_coupling_algorithm_needs_no_change_of_the_master() {
     let mut system = system(3, &[(0, 1, At::End), (1, 2, At::End)], 3);
     system.order = vec![2, 1, 0];
-    let (mut record, mut progress) = (Record::default(), Progress::default());
+    let (mut record, mut progress) =
+        (Record { step: STEP, ..Record::default() }, Progress::default());
     let mut coupling = InOrderOfFile { steps: 0 };
     run(&mut system, &mut chain(), &mut coupling, &mut record, &mut progress, &mut |_| Ok(()))
         .expect("the chain runs");

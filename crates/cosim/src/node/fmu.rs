@@ -4,6 +4,8 @@ mod clocks;
 mod events;
 mod plain;
 mod ports;
+mod slopes;
+mod state;
 
 use std::sync::Arc;
 
@@ -14,9 +16,12 @@ use scenario::plan::{Clock, Ports, Start};
 use self::events::Events;
 use self::plain::Plain;
 use self::ports::Memory;
+use self::slopes::Slopes;
+pub(in crate::node) use self::state::Bytes;
 
 use super::refusal::Refusal;
-use super::{Node, NodeState};
+use super::{Node, NodeState, means};
+use crate::course::Course;
 
 /// An FMU as a node.
 pub struct FmuNode {
@@ -32,6 +37,7 @@ pub struct FmuNode {
     /// Those of outputs: where not all elements travel, and what they were when their clocks ticked.
     shown: Memory,
     events: Events,
+    slopes: Slopes,
     /// The calls of a step, if all values are handed over as they are.
     plain: Option<Plain>,
 }
@@ -59,6 +65,7 @@ impl FmuNode {
             kept: Memory::of(&inputs.numbers, &inputs.texts),
             shown: Memory::of(&outputs.numbers, &outputs.texts),
             events: Events::new(&instance),
+            slopes: Slopes::new(&instance, &inputs, &outputs),
             instance,
             inputs,
             outputs,
@@ -191,6 +198,22 @@ impl Node for FmuNode {
         self.set_numbers(inputs)
     }
 
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        match self.takes_slopes() {
+            true => self.give_slopes(inputs, courses, span.0),
+            false => self.set(means(inputs, courses, span)),
+        }
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        self.ask_derivatives(changes, outputs)
+    }
+
     fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
         self.set_exact(inputs)
     }
@@ -243,13 +266,19 @@ impl Node for FmuNode {
     }
 
     fn save(&mut self) -> Result<NodeState, CallError> {
-        self.instance.save().map(NodeState::new)
+        self.copy().map(NodeState::new)
+    }
+
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        self.copy_again(state.get_mut()?)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        // The discrete inputs of that time may be others.
-        self.events.changed = self.instance.has_events();
-        self.instance.restore(state.get()?)
+        self.go_back(state.get()?)
+    }
+
+    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
+        self.retune(values, time)
     }
 
     fn only_once(&self) -> bool {
@@ -261,11 +290,11 @@ impl Node for FmuNode {
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        self.instance.serialise(state.get()?)
+        self.bytes_of(state.get()?)
     }
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        self.instance.deserialise(bytes).map(NodeState::new)
+        self.state_of(bytes).map(NodeState::new)
     }
 
     fn has_messages(&self) -> bool {

@@ -21,6 +21,7 @@ use scenario::words::OnFailure;
 pub use self::guest::serve;
 use self::talk::{Answer, Done, Others, Question, Setup, Task};
 use super::NodeState;
+use super::faulty::Provocation;
 use super::refusal::Refusal;
 
 /// What processes for FMUs need of the program that starts them.
@@ -69,9 +70,12 @@ pub(super) struct IsolatedNode {
     shown: bool,
     /// Whether the FMU failed, and its outputs stay as they are.
     held: bool,
+    /// What it does in its next step.
+    provoked: Option<Provocation>,
     /// States that nobody needs any more.
     dropped: Arc<Mutex<Vec<u64>>>,
-    can: (bool, bool),
+    /// Whether it saves and serialises its state, and takes slopes of inputs.
+    can: (bool, bool, bool),
     talk: Talk,
     messages: Vec<Message>,
     /// How often it failed, and what to tell of that at the end of the run.
@@ -124,8 +128,9 @@ impl IsolatedNode {
             outputs: Default::default(),
             shown: false,
             held: false,
+            provoked: None,
             dropped: Arc::default(),
-            can: (false, false),
+            can: (false, false, false),
             talk: Talk::default(),
             messages: Vec::new(),
             failures: 0,
@@ -159,8 +164,8 @@ impl IsolatedNode {
             }
             refusal
         })?;
-        if let Done::Opened { save, serialise, lacks } = opened {
-            (self.can, self.lacks) = ((save, serialise), lacks);
+        if let Done::Opened { save, serialise, slopes, lacks } = opened {
+            (self.can, self.lacks) = ((save, serialise, slopes), lacks);
         }
         Ok(())
     }
@@ -252,6 +257,19 @@ impl IsolatedNode {
     }
 
     fn go(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        match self.provoked.take() {
+            Some(Provocation::Wait(seconds)) => drop(self.call(Task::Wait(seconds))?),
+            Some(Provocation::Crash) => {
+                let crashed = self.call(Task::Crash).map(|_| ());
+                return crashed.map_err(|error| {
+                    CallError::new(
+                        error.call,
+                        format!("crashed, a fault of the scenario: {}", error.what),
+                    )
+                });
+            }
+            None => {}
+        }
         self.call(Task::Step(*clock, tick)).map(|_| ())
     }
 

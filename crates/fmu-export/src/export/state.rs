@@ -30,14 +30,18 @@ pub unsafe fn get_fmu_state<S: CoSimulation>(component: Component, state: *mut F
     unsafe { with::<S>(component, Call::FmuState, body) }
 }
 
-/// `fmi2SetFMUstate`.
+/// `fmi2SetFMUstate`. The stop time is that of the instance, which its importer was not told by the state: a run may go on longer than
+/// the one that it comes from.
 ///
 /// # Safety
 /// `state` is null or a state of this model.
 pub unsafe fn set_fmu_state<S: CoSimulation>(component: Component, state: FmuState) -> Status {
     let body = |Exported { instance, .. }: &mut Exported<S>| {
+        let own = instance.course().clone();
         // SAFETY: as the caller promises.
-        instance.restore(unsafe { held(state) }?)
+        instance.restore(unsafe { held(state) }?)?;
+        instance.course().stop_as(&own);
+        Ok(())
     };
     // SAFETY: as the caller promises.
     unsafe { with::<S>(component, Call::FmuState, body) }

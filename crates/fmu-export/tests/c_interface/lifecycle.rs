@@ -182,6 +182,29 @@ fn after_an_error_values_can_be_looked_at_and_a_state_brought_back() {
     instance.free(state);
 }
 
+/// Its importer knows how long the run is, not the one that the state comes from.
+fn a_state_of_a_shorter_run_goes_on_until_the_stop_time_of_its_instance() {
+    let short = TestInstance::new();
+    assert_eq!(short.setup(0.0, 1.0), Fine);
+    assert_eq!(short.proceed(Call::EnterInitializationMode), Fine);
+    assert_eq!(short.proceed(Call::ExitInitializationMode), Fine);
+    assert_eq!((short.set(0, 3.0), short.step(0.0, 1.0)), (Fine, Fine));
+    let state = short.state().expect("a state");
+    let long = TestInstance::ready();
+    let copy = long.state_of(&short.bytes(state)).expect("a state");
+    assert_eq!(long.restore(copy), Fine);
+    assert_eq!((long.step(1.0, 1.0), long.get(1)), (Fine, Ok(6.0)));
+    long.free(copy);
+    // What has no experiment of its own takes that of the state.
+    let new = TestInstance::new();
+    let copy = new.state_of(&short.bytes(state)).expect("a state");
+    assert_eq!(new.restore(copy), Fine);
+    assert_eq!(new.step(1.0, 1.0), Error);
+    assert!(last_message().contains("passes the stop time 1 s"), "{}", last_message());
+    new.free(copy);
+    short.free(state);
+}
+
 fn a_panic_is_reported_and_ends_one_instance_only() {
     let other = TestInstance::ready();
     let instance = instance(State::Fatal);
@@ -206,6 +229,7 @@ crate::tests![
     an_illegal_call_changes_nothing,
     initialisation_needs_an_experiment,
     after_an_error_values_can_be_looked_at_and_a_state_brought_back,
+    a_state_of_a_shorter_run_goes_on_until_the_stop_time_of_its_instance,
     a_panic_is_reported_and_ends_one_instance_only,
     short_steps_late_in_a_long_run_are_understood,
 ];

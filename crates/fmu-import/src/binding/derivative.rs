@@ -1,7 +1,7 @@
 //! Asks an instance for derivatives of outputs, and gives it those of inputs.
 
 use super::Instance;
-use crate::CallError;
+use crate::{CallError, Version};
 
 impl Instance {
     /// `fmi2GetDirectionalDerivative` of one variable with respect to one other.
@@ -17,6 +17,32 @@ impl Instance {
             function(c, &raw const unknown, 1, &raw const known, 1, &1.0, value)
         })?;
         Ok(value)
+    }
+
+    /// How variables change with others, whose changes are given: `fmi2GetDirectionalDerivative`, `fmi3GetDirectionalDerivative`. None
+    /// of them is an array.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when there are not as many values as references.
+    pub fn derivatives(
+        &mut self,
+        (known, changes): (&[u32], &[f64]),
+        (unknown, found): (&[u32], &mut [f64]),
+    ) -> Result<(), CallError> {
+        let call = c"fmi2GetDirectionalDerivative";
+        if known.len() != changes.len() || unknown.len() != found.len() {
+            let what = "is not called: expected one value for each reference";
+            return Err(CallError::new(super::instance::name(call), what));
+        }
+        if self.description().version == Version::Three {
+            return self.directional_of((known, changes), (unknown, found));
+        }
+        let function = self.library.two("fmi2GetDirectionalDerivative")?.directional_derivative;
+        let (unknowns, knowns) = (unknown.len(), known.len());
+        // SAFETY: the component is alive, and each array has the length that is stated.
+        self.fill(call, found, |c, found| unsafe {
+            function(c, unknown.as_ptr(), unknowns, known.as_ptr(), knowns, changes.as_ptr(), found)
+        })
     }
 
     /// `fmi2SetRealInputDerivatives` of one input.

@@ -94,7 +94,7 @@ impl Instance {
             (again.get(), terminate.get(), known.get(), next.get());
         if terminate != 0 {
             let what = "asks for the end".to_owned();
-            return Err(CallError { call: call.into(), what, terminated: Some(time) });
+            return Err(CallError { terminated: Some(time), ..CallError::new(call, what) });
         }
         let next = Some(next).filter(|next| known != 0 && next.is_finite());
         Ok(Updated { again: again != 0, next })

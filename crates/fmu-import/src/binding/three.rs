@@ -108,6 +108,23 @@ impl Instance {
         self.sensitivity(c"fmi3GetAdjointDerivative", [unknown, known], seed, known.1)
     }
 
+    /// The same of several variables, none of them an array. There are as many values as references.
+    pub(super) fn directional_of(
+        &mut self,
+        (known, changes): (&[u32], &[f64]),
+        (unknown, found): (&[u32], &mut [f64]),
+    ) -> Result<(), CallError> {
+        let call = c"fmi3GetDirectionalDerivative";
+        // SAFETY: FMI 3.0 gives the function these arguments.
+        let function = unsafe { self.library.optional::<Sensitivity>(call) }?;
+        let (unknowns, knowns) = (unknown.len(), known.len());
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.fill(call, found, |c, found| unsafe {
+            let (unknown, known) = (unknown.as_ptr(), known.as_ptr());
+            function(c, unknown, unknowns, known, knowns, changes.as_ptr(), knowns, found, unknowns)
+        })
+    }
+
     fn sensitivity(
         &mut self,
         call: &'static CStr,

@@ -96,6 +96,7 @@ impl Pair {
             diagrams: Diagrams::default(),
             states: a.header.columns.texts().len() > 0,
             texts: [&first, &other].iter().flat_map(|it| it.texts.paths()).collect(),
+            graph: false,
             compared: true,
             body: first.scene.as_ref().and(a.header.view.pose.as_ref()).map(|it| it.length as f32),
             live: false,

@@ -1,9 +1,9 @@
 //! Lays out the viewer: its views, their arrangement, cameras and axes.
 
 use re_sdk::blueprint::{
-    Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,
-    StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel, TimeSeriesView, Vertical,
-    VisualizableArchetype,
+    Blueprint, BlueprintPanel, ContainerLike, GraphView, Grid, Horizontal, SelectionPanel,
+    Spatial2DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
+    TimeSeriesView, Vertical, VisualizableArchetype,
 };
 use re_sdk::{ApplicationId, EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::SeriesLines;
@@ -28,7 +28,7 @@ use super::signals::{Chart, Line, derived_charts};
 use super::timeline::{DISTANCE, TIME};
 use super::trace::Bounds;
 use super::xy_plots::Shown;
-use super::{axis, status_tracks};
+use super::{axis, graph, status_tracks};
 
 /// Plots that are visible at once; the last slot holds the rest as tabs.
 const PLOTS_VISIBLE: usize = 5;
@@ -58,6 +58,8 @@ pub(super) struct Layout {
     pub compared: bool,
     /// Length of the moving body [m], if there is one.
     pub body: Option<f32>,
+    /// Whether the nodes and their connections are drawn.
+    pub graph: bool,
     /// Whether a viewer can watch the run while it happens.
     pub live: bool,
 }
@@ -238,6 +240,9 @@ impl Layout {
         };
         let run = TextDocumentView::new("Run").with_origin("/run").into();
         let mut tabs = vec![run, events, scenario("Scenario", "/scenario")];
+        if self.graph {
+            tabs.push(GraphView::new("Coupling").with_origin(graph::PATH).into());
+        }
         if self.compared {
             tabs.push(scenario("Other scenario", &format!("/{OTHER}/scenario")));
         }

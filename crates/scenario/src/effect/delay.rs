@@ -57,6 +57,17 @@ impl Stage for Line {
         Sample { value: self.value(sample.value), ..sample }
     }
 
+    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+        Some(("delay", self.past.iter().map(|value| value.to_bits()).collect()))
+    }
+
+    fn recall(&mut self, words: &[u64]) -> bool {
+        self.past = words.iter().copied().map(f64::from_bits).collect();
+        // A delay of another length takes what it needs.
+        self.past.truncate(self.whole.saturating_add(2));
+        true
+    }
+
     fn boxed(&self) -> Box<dyn Stage> {
         Box::new(self.clone())
     }

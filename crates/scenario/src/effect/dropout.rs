@@ -1,11 +1,10 @@
 //! Loses samples at random.
 
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64;
+use rand::RngExt;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Context, Effect, Sample, Stage, number, stream_seed};
+use super::{Context, Effect, Sample, Stage, Stream, number, stream_seed};
 
 /// Sensor effect: probability from 0 to 1 that a sample is lost [1]. The sample before it stays.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -17,7 +16,7 @@ impl Effect for Dropout {
     fn stage(&self, context: &Context) -> Result<Box<dyn Stage>, String> {
         let is_share = |x: f64| (0.0..=1.0).contains(&x);
         let probability = number("dropout", self.0, is_share, "a probability from 0 to 1")?;
-        let random = Pcg64::seed_from_u64(stream_seed(context.stream, "dropout"));
+        let random = Stream::new(stream_seed(context.stream, "dropout"));
         Ok(Box::new(Loss { probability, random, shown: None }))
     }
 }
@@ -25,7 +24,7 @@ impl Effect for Dropout {
 #[derive(Debug, Clone)]
 struct Loss {
     probability: f64,
-    random: Pcg64,
+    random: Stream,
     /// The last sample that arrived.
     shown: Option<f64>,
 }
@@ -39,6 +38,22 @@ impl Stage for Loss {
         };
         self.shown = Some(value);
         Sample { value, ..sample }
+    }
+
+    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+        let shown = self.shown.map(f64::to_bits);
+        Some(("dropout", std::iter::once(self.random.drawn()).chain(shown).collect()))
+    }
+
+    fn recall(&mut self, words: &[u64]) -> bool {
+        let (drawn, shown) = match *words {
+            [drawn] => (drawn, None),
+            [drawn, shown] => (drawn, Some(f64::from_bits(shown))),
+            _ => return false,
+        };
+        self.random.skip_to(drawn);
+        self.shown = shown;
+        true
     }
 
     fn boxed(&self) -> Box<dyn Stage> {

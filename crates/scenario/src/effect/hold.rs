@@ -45,6 +45,20 @@ impl Stage for Sampler {
         }
     }
 
+    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+        let held = self.held.iter().flat_map(|(period, value)| [*period, value.to_bits()]);
+        Some(("hold", std::iter::once(self.steps).chain(held).collect()))
+    }
+
+    fn recall(&mut self, words: &[u64]) -> bool {
+        (self.steps, self.held) = match *words {
+            [steps] => (steps, None),
+            [steps, period, value] => (steps, Some((period, f64::from_bits(value)))),
+            _ => return false,
+        };
+        true
+    }
+
     fn boxed(&self) -> Box<dyn Stage> {
         Box::new(self.clone())
     }

@@ -1,4 +1,58 @@
-//! Gives each random stream of a scenario a number of its own.
+//! Gives each random stream of a scenario a number of its own, and knows how far it is.
+
+use std::convert::Infallible;
+
+use rand::{SeedableRng, TryRng};
+use rand_pcg::Pcg64;
+
+/// A random stream that knows how many numbers were drawn from it: with its seed that is all of its state.
+#[derive(Debug, Clone)]
+pub struct Stream {
+    seed: u64,
+    random: Pcg64,
+    drawn: u64,
+}
+
+impl Stream {
+    /// The stream of this seed, from its beginning.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Stream { seed, random: Pcg64::seed_from_u64(seed), drawn: 0 }
+    }
+
+    /// How many numbers were drawn.
+    #[must_use]
+    pub fn drawn(&self) -> u64 {
+        self.drawn
+    }
+
+    /// Goes to where so many numbers were drawn.
+    pub fn skip_to(&mut self, drawn: u64) {
+        *self = Stream::new(self.seed);
+        self.random.advance(drawn.into());
+        self.drawn = drawn;
+    }
+}
+
+impl TryRng for Stream {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        self.drawn += 1;
+        self.random.try_next_u32()
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        self.drawn += 1;
+        self.random.try_next_u64()
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        // The generator draws a number for each eight bytes, and one for the rest.
+        self.drawn += bytes.len().div_ceil(8) as u64;
+        self.random.try_fill_bytes(bytes)
+    }
+}
 
 /// The number of the random stream that belongs to a name: it depends on the scenario's seed and
 /// the name alone, so that streams stay as they are when others are added.

@@ -144,3 +144,26 @@ fn a_clone_has_the_state_of_its_original() {
         assert_eq!(original.apply(f64::from(value)), copy.apply(f64::from(value)));
     }
 }
+
+#[test]
+fn a_chain_goes_on_with_what_another_one_remembered() {
+    let all = "delay = 0.025\nnoise = { std = 1.0 }\nhold = 0.03\ndropout = 0.5";
+    let mut original = chain(all, 1);
+    let mut early = Chain::default();
+    for value in 0..20 {
+        original.apply(f64::from(value));
+    }
+    assert_eq!(early.recall(&original.memory()), Ok(()), "effects that are gone are left out");
+    let mut other = chain(all, 1);
+    assert_eq!(other.recall(&original.memory()), Ok(()));
+    let mut shorter = chain("delay = 0.01", 1);
+    assert_eq!(shorter.recall(&original.memory()), Ok(()));
+    assert_eq!(shorter.apply(100.0), 19.0);
+    for value in 20..60 {
+        assert_eq!(original.apply(f64::from(value)), other.apply(f64::from(value)));
+    }
+    for key in ["noise", "hold", "dropout"] {
+        let wrong = vec![(key.to_owned(), vec![1, 2, 3, 4])];
+        assert_eq!(chain(all, 1).recall(&wrong), Err(key.to_owned()));
+    }
+}

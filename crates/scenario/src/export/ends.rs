@@ -75,7 +75,7 @@ impl<'a> Ends<'a> {
             let node = all.find(|node| node.inputs.indices().any(|it| it == index))?;
             node.connections.first()
         };
-        while let Some(ResolvedConnection { source: earlier, input_chain }) = before(source) {
+        while let Some(ResolvedConnection { source: earlier, input_chain, .. }) = before(source) {
             let InputChain { factor, offset, map, .. } = input_chain;
             let is_plain = (chain.factor, chain.offset) == (1.0, 0.0) && chain.map.is_empty();
             is_mixed |= !map.is_empty() && !is_plain;

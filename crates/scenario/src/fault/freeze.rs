@@ -30,6 +30,14 @@ impl FaultAction for Frozen {
         *self.0.get_or_insert(value)
     }
 
+    fn memory(&self) -> Option<f64> {
+        self.0
+    }
+
+    fn recall(&mut self, memory: f64) {
+        self.0 = Some(memory);
+    }
+
     fn boxed(&self) -> Box<dyn FaultAction> {
         Box::new(*self)
     }

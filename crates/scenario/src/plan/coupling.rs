@@ -1,6 +1,7 @@
-//! The properties of coupling algorithms that connections depend on.
+//! The coupling of a run: its algorithm, its loops, and the division of its steps.
 
-use crate::words::{Algorithm, At};
+use super::Clock;
+use crate::words::{Algorithm, At, ErrorEstimate, Iteration};
 
 /// The properties of a coupling algorithm that are known before a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,19 +12,131 @@ pub struct CouplingRules {
     pub default_at: At,
     /// Whether a connection may set `at = "end"`.
     pub allows_end: bool,
+    /// Whether it solves loops of values that need each other.
+    pub solves_loops: bool,
+    /// Its order: halving the step divides the error of a step by two to the power of this and one more [-].
+    pub order: i32,
 }
 
 impl Algorithm {
     /// The rules of the algorithm.
     #[must_use]
     pub fn rules(self) -> CouplingRules {
+        let name = match self {
+            Algorithm::GaussSeidel => "Gauss-Seidel",
+            Algorithm::Jacobi => "Jacobi",
+            Algorithm::Iterate => "iterated",
+        };
+        let ends = self != Algorithm::Jacobi;
+        let iterates = self == Algorithm::Iterate;
+        CouplingRules {
+            name,
+            default_at: if ends { At::End } else { At::Start },
+            allows_end: ends,
+            solves_loops: iterates,
+            order: if iterates { 2 } else { 1 },
+        }
+    }
+}
+
+/// The coupling of a run.
+#[derive(Debug, Clone, Default)]
+pub struct CouplingPlan {
+    /// The algorithm.
+    pub algorithm: Algorithm,
+    /// Solution of loops.
+    pub iteration: Iteration,
+    /// The nodes in the order in which they step, those of a loop together, for an algorithm that solves loops.
+    pub blocks: Vec<Block>,
+    /// The loops of the initialisation.
+    pub initial: Vec<Block>,
+    /// All loops of connections, broken or not.
+    pub loops: Vec<Loop>,
+    /// Division of communication steps; without it none is divided.
+    pub division: Option<Division>,
+}
+
+/// Nodes that step together.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Block {
+    /// Their indices, in the order in which they step.
+    pub nodes: Vec<usize>,
+    /// The connections from a node of the block to itself or to an earlier one. Without them, there is no loop.
+    pub tears: Vec<Tear>,
+}
+
+/// A connection of a number. In a block, its value is guessed until it fits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tear {
+    /// The node that takes the value.
+    pub node: usize,
+    /// The place of the connection among those of numbers of the node.
+    pub place: usize,
+}
+
+/// Nodes that get values from each other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Loop {
+    /// Their indices.
+    pub nodes: Vec<usize>,
+    /// The connections among them.
+    pub links: Vec<Link>,
+    /// Whether the outputs follow the inputs all the way round, without a step in between.
+    pub is_algebraic: bool,
+}
+
+/// A connection of a loop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Link {
+    /// `producer.output -> consumer.input`.
+    pub label: String,
+    /// The node that gives the value, and the one that takes it.
+    pub ends: (usize, usize),
+    /// The end of the step at which the value is taken.
+    pub at: At,
+    /// Whether an output of the receiver follows the input without a step in between.
+    pub needed: bool,
+}
+
+/// Division of communication steps into halves.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Division {
+    /// The estimate of the error of the coupling, and how much of it a step may add, relative to the size of a value [-].
+    pub control: Option<(ErrorEstimate, f64)>,
+    /// Whether a step that an FMU discards is repeated in halves.
+    pub halves_discarded: bool,
+    /// The connections that carry power.
+    pub bonds: Vec<BondPlan>,
+}
+
+/// Two connections that carry power. Each node multiplies what it gets with what it gives; the difference is power that the coupling
+/// adds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BondPlan {
+    /// The names of the effort and of the flow.
+    pub name: String,
+    /// The connection of the effort.
+    pub effort: Tear,
+    /// The connection of the flow.
+    pub flow: Tear,
+}
+
+/// The step of a node beside the communication step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// So many steps of its own in each communication step.
+    Finer(u64),
+    /// One step of its own in so many communication steps.
+    Coarser(u64),
+}
+
+impl Pace {
+    /// The steps of the node in a run with these communication points.
+    #[must_use]
+    pub fn of(self, clock: &Clock) -> Clock {
         match self {
-            Algorithm::GaussSeidel => {
-                CouplingRules { name: "Gauss-Seidel", default_at: At::End, allows_end: true }
-            }
-            Algorithm::Jacobi => {
-                CouplingRules { name: "Jacobi", default_at: At::Start, allows_end: false }
-            }
+            Pace::Finer(times) => clock.finer(times),
+            Pace::Coarser(times) => clock.coarser(times),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Leads a number from an output to an input: unit conversion, sensor effects, faults.
 
+use serde::{Deserialize, Serialize};
+
 use super::Accepts;
 use crate::effect::Chain;
 use crate::fault::FaultAction;
@@ -32,6 +34,22 @@ pub struct FaultPlan {
     pub action: Box<dyn FaultAction>,
 }
 
+/// What the way of a number remembers.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ChainMemory {
+    /// That of sensor effects, by their keys.
+    effects: Vec<(String, Vec<u64>)>,
+    /// The value before the faults, or what they keep of it, for each fault.
+    faults: Vec<FaultMemory>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct FaultMemory {
+    from: f64,
+    until: f64,
+    kept: Option<f64>,
+}
+
 impl InputChain {
     /// Whether the value arrives as it is.
     #[must_use]
@@ -54,6 +72,33 @@ impl InputChain {
         let value = self.scale(value);
         let other = self.map.iter().find(|[from, _]| *from == value);
         other.map_or(value, |[_, to]| *to)
+    }
+
+    /// What it remembers.
+    #[must_use]
+    pub fn memory(&self) -> ChainMemory {
+        let fault = |it: &FaultPlan| {
+            let FaultPlan { from, until, ref action } = *it;
+            FaultMemory { from, until, kept: action.memory() }
+        };
+        let faults = self.faults.iter().map(fault).collect();
+        ChainMemory { effects: self.effects.memory(), faults }
+    }
+
+    /// Goes on with what the way to the same input remembered, perhaps with other effects and faults: those of the same key, or of
+    /// the same times, go on, others begin. A fault that begins has seen `last`, the value of the step before.
+    ///
+    /// # Errors
+    /// With the key of an effect that cannot remember this.
+    pub fn recall(&mut self, memory: &ChainMemory, last: f64) -> Result<(), String> {
+        for fault in &mut self.faults {
+            let same = |it: &&FaultMemory| (it.from, it.until) == (fault.from, fault.until);
+            match memory.faults.iter().find(same).and_then(|it| it.kept) {
+                Some(kept) => fault.action.recall(kept),
+                None => fault.action.observe(last),
+            }
+        }
+        self.effects.recall(&memory.effects)
     }
 
     /// The value of the input in the step that starts at `time` [s], when the output is `value`.

@@ -2,17 +2,17 @@
 
 use std::collections::HashSet;
 
-use diagnostics::{Error, Mistakes};
+use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Type;
 
 use super::connection_units::Conversions;
 use super::nodes::UnplacedNode;
 use super::port::{Side, find};
 use super::ports::Port;
-use super::types;
+use super::{coupling, types};
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
-use crate::words::{At, Connect, Fault, Scenario, Unconnected};
+use crate::words::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
@@ -26,6 +26,8 @@ pub(super) struct Connection {
     pub at: At,
     /// The way of a number; a text arrives unchanged.
     pub input_chain: Option<InputChain>,
+    /// The course of the input within a step; without one it holds its value.
+    pub course: Option<Extrapolate>,
 }
 
 /// Connects the unplaced as the scenario says.
@@ -56,7 +58,10 @@ pub(super) fn connect(
         connections[to.0][to.1] = mistakes.take_named(connect.to.get_ref(), made);
     }
     for fault in &scenario.document.fault {
-        mistakes.take(attach(scenario, unplaced, &mut connections, fault));
+        // Those of nodes have their turn when the nodes have their places.
+        if let (Some(input), None) = (&fault.input, &fault.node) {
+            mistakes.take(attach(scenario, unplaced, &mut connections, (fault, input)));
+        }
     }
     for node in unplaced.iter().filter(|node| !node.is_connector()) {
         mistakes.take(unconnected(scenario, &connected, node));
@@ -79,7 +84,8 @@ fn connection(
         accepts.map(chain).transpose()
     });
     let (at, input_chain) = Mistakes::both(at, input_chain)?;
-    Ok(Connection { from, at, input_chain })
+    let course = coupling::course(scenario, connect, at, (ports.0, ports.1, &unplaced[to.0].body))?;
+    Ok(Connection { from, at, input_chain, course })
 }
 
 /// The way of a number to its input.
@@ -145,11 +151,11 @@ fn attach(
     scenario: &Scenario,
     unplaced: &[UnplacedNode],
     connections: &mut Connections,
-    fault: &Fault,
+    (fault, input): (&Fault, &Spanned<String>),
 ) -> Result<(), Error> {
-    let action = action(scenario, fault);
-    let chain = find(scenario, unplaced, &fault.input, Side::Input)
-        .and_then(|(node, input)| chain(scenario, &mut connections[node][input], fault));
+    let action = action(scenario, (fault, input));
+    let chain = find(scenario, unplaced, input, Side::Input)
+        .and_then(|(node, port)| chain(scenario, &mut connections[node][port], input));
     let (chain, action) = Mistakes::both(chain, action)?;
     chain.faults.push(action);
     Ok(())
@@ -159,32 +165,41 @@ fn attach(
 fn chain<'c>(
     scenario: &Scenario,
     connection: &'c mut Option<Connection>,
-    fault: &Fault,
+    word: &Spanned<String>,
 ) -> Result<&'c mut InputChain, Error> {
-    let input = fault.input.get_ref();
+    let input = word.get_ref();
     let Some(connection) = connection else {
         let message = format!("nothing is connected to `{input}`");
-        return Err(scenario.error(&fault.input, message).about_unknown(input.clone()));
+        return Err(scenario.error(word, message).about_unknown(input.clone()));
     };
     connection.input_chain.as_mut().ok_or_else(|| {
         let message = format!("`{input}` is a text, and faults act on numbers only");
-        scenario.error(&fault.input, message)
+        scenario.error(word, message)
     })
 }
 
 /// The action of a fault, and its time.
-fn action(scenario: &Scenario, fault: &Fault) -> Result<FaultPlan, Error> {
+fn action(
+    scenario: &Scenario,
+    (fault, input): (&Fault, &Spanned<String>),
+) -> Result<FaultPlan, Error> {
     let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
         let kinds = Fault::KINDS.join("`, `");
         let message = format!("expected exactly one of `{kinds}`");
-        return Err(scenario.error(&fault.input, message));
+        return Err(scenario.error(input, message));
     };
-    let until = fault.until.unwrap_or(f64::INFINITY);
-    if fault.from.is_nan() || fault.from >= until {
-        let message = format!("the fault begins at {} s and ends at {until} s", fault.from);
-        return Err(scenario.error(&fault.input, message));
+    let [from, until] = window(scenario, fault)?;
+    Ok(FaultPlan { from, until, action })
+}
+
+/// The first communication point of a fault and the first one after it [s].
+pub(super) fn window(scenario: &Scenario, fault: &Fault) -> Result<[f64; 2], Error> {
+    let (from, until) = (*fault.from.get_ref(), fault.until.unwrap_or(f64::INFINITY));
+    if from.is_nan() || from >= until {
+        let message = format!("the fault begins at {from} s and ends at {until} s");
+        return Err(scenario.error(&fault.from, message));
     }
-    Ok(FaultPlan { from: fault.from, until, action })
+    Ok([from, until])
 }
 
 /// An input that nobody thought of keeps the FMU's start value for ever, which looks like a result:

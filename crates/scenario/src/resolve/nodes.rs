@@ -9,7 +9,7 @@ use std::sync::Arc;
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Interval, Storage, Type, Variable};
 use fmu_import::{Causality, OpenError};
-use recording::table::Reading;
+use recording::table::{Interpolation, Reading};
 use units::Unit;
 
 use super::archives::{Opened, archive, open_for};
@@ -234,6 +234,7 @@ fn signal<'a>(
         reference: 0,
         storage: Storage::Float64,
         element: (0, 1),
+        continuous: true,
         discrete: false,
         clocks: Vec::new(),
         place: 0,
@@ -278,6 +279,7 @@ fn table(
             reference: 0,
             storage,
             element: (0, 1),
+            continuous: kind == Type::Real && table.interpolation != Interpolation::Hold,
             discrete: false,
             clocks: Vec::new(),
             place: 0,

@@ -1,13 +1,16 @@
-//! Finds the order of the nodes in a step: each gets its inputs as fresh as it needs them.
+//! Finds the loops of the connections and the order of the nodes in a step: each gets its inputs as fresh as it needs them.
+
+mod components;
 
 use std::collections::HashSet;
 
 use diagnostics::Error;
 
+use self::components::components;
 use super::connections::Connections;
 use super::nodes::UnplacedNode;
 use super::ports::Port;
-use crate::plan::Body;
+use crate::plan::{Block, Body, CouplingPlan, Link, Loop, Tear};
 use crate::words::{At, Connect, Scenario};
 
 /// A wish that one node steps before another.
@@ -18,8 +21,31 @@ struct Edge {
     /// An output of the receiver follows the input without a step in between. If none does, the value
     /// acts during the step only, and the one from the start of the step serves as well.
     needed: bool,
+    at: At,
+    /// The place of the connection among those of numbers of the receiver.
+    place: Option<usize>,
+    /// The output of the producer and the input of the receiver, by their places there.
+    ports: (usize, usize),
     /// `producer.output -> consumer.input`.
     label: String,
+}
+
+/// How the nodes step one after the other, and which of them form loops.
+#[derive(Debug, Default)]
+pub(super) struct Order {
+    pub nodes: Vec<usize>,
+    /// The same in blocks, if the algorithm solves loops.
+    pub blocks: Vec<Block>,
+    pub initial: Vec<Block>,
+    pub loops: Vec<Loop>,
+}
+
+impl Order {
+    /// The coupling with its loops, and the order of the nodes.
+    pub fn looped(self, coupling: CouplingPlan) -> (CouplingPlan, Vec<usize>) {
+        let Order { nodes, blocks, initial, loops } = self;
+        (CouplingPlan { blocks, initial, loops, ..coupling }, nodes)
+    }
 }
 
 /// Sorts the nodes topologically by their connections; among nodes that may go, the one that loses no
@@ -29,24 +55,46 @@ pub(super) fn order(
     connects: &[Connect],
     unplaced: &[UnplacedNode],
     connections: &Connections,
-) -> Result<Vec<usize>, Error> {
-    let edges = edges(unplaced, connections);
+) -> Result<Order, Error> {
+    let all = edges(unplaced, connections);
+    let fresh: Vec<_> = all.iter().filter(|edge| edge.at == At::End).cloned().collect();
     // A connector that may go delays nobody.
     let mut left: Vec<usize> = (0..unplaced.len()).collect();
     left.sort_by_key(|&node| !unplaced[node].is_connector());
-    sort(left, &edges).map_err(|cycle| {
-        let labels: Vec<_> = cycle.iter().map(|&edge| edges[edge].label.as_str()).collect();
-        let inputs: Vec<_> = labels.iter().filter_map(|label| label.split(" -> ").nth(1)).collect();
-        let in_loop = |to: &str| inputs.contains(&to);
-        let those = connects.iter().filter(|connect| in_loop(connect.to.get_ref()));
-        // The file of the user comes before those of systems.
-        let connect = those.min_by_key(|connect| connect.to.span().start);
-        let message = format!("these connections form a loop: {}", labels.join(", "));
-        let place = connect.map_or(0..0, |connect| connect.to.span());
-        scenario.source.error(place, message, "one of them").help(
-            "write `at = \"start\"` on the connection that breaks it: it hands over the value from the start of the step",
-        )
-    })
+    let solves_loops = scenario.document.coupling.algorithm.rules().solves_loops;
+    let is_connector = |node: usize| unplaced[node].is_connector();
+    let (nodes, blocks) = match solves_loops {
+        true => {
+            let blocks = blocks(&left, &fresh, &is_connector);
+            (blocks.iter().flat_map(|block| block.nodes.iter().copied()).collect(), blocks)
+        }
+        false => {
+            (sort(left, &fresh).map_err(|it| looped(scenario, connects, &fresh, it))?, Vec::new())
+        }
+    };
+    let follows = |before: &Edge, behind: &Edge| {
+        let node = &unplaced[before.to];
+        let (output, input) = (&node.outputs[behind.ports.0], &node.inputs[before.ports.1]);
+        output.follows.as_ref().is_none_or(|places| places.contains(&input.place))
+    };
+    let loops = loops(unplaced.len(), &all, &follows);
+    Ok(Order { initial: initial(&nodes, &all), loops, nodes, blocks })
+}
+
+/// The error of a loop that nothing breaks.
+fn looped(scenario: &Scenario, connects: &[Connect], edges: &[Edge], cycle: Vec<usize>) -> Error {
+    let labels: Vec<_> = cycle.iter().map(|&edge| edges[edge].label.as_str()).collect();
+    let inputs: Vec<_> = labels.iter().filter_map(|label| label.split(" -> ").nth(1)).collect();
+    let in_loop = |to: &str| inputs.contains(&to);
+    let those = connects.iter().filter(|connect| in_loop(connect.to.get_ref()));
+    // The file of the user comes before those of systems.
+    let connect = those.min_by_key(|connect| connect.to.span().start);
+    let message = format!("these connections form a loop: {}", labels.join(", "));
+    let place = connect.map_or(0..0, |connect| connect.to.span());
+    scenario.source.error(place, message, "one of them").help(
+        "write `at = \"start\"` on the connection that breaks it: it hands over the value from the start of the step; or solve the loop \
+         at each step: [coupling] algorithm = \"iterate\"",
+    )
 }
 
 /// The inputs of a node that an output follows without a step in between, by their places; none when an output may follow all.
@@ -74,12 +122,12 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
     let mut edges = Vec::new();
     let followed: Vec<_> = unplaced.iter().map(Followed::of).collect();
     for (to, (unplaced_node, own)) in unplaced.iter().zip(connections).enumerate() {
-        for (input, connection) in unplaced_node.inputs.iter().zip(own) {
-            let Some(connection) =
-                connection.as_ref().filter(|connection| connection.at == At::End)
-            else {
-                continue;
-            };
+        let mut numbers = 0;
+        for (port, (input, connection)) in unplaced_node.inputs.iter().zip(own).enumerate() {
+            let Some(connection) = connection else { continue };
+            let ports = (connection.from.1, port);
+            let place = connection.input_chain.is_some().then_some(numbers);
+            numbers += usize::from(place.is_some());
             let (from, output) = connection.from;
             let output = &unplaced[from].outputs[output];
             let needed = match (&unplaced[from].body, &unplaced_node.body) {
@@ -88,15 +136,10 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
                 (_, Body::Inlet) => is_followed(unplaced, (connections, &followed), to),
                 _ => followed[to].has(input),
             };
-            edges.push(Edge {
-                from,
-                to,
-                needed,
-                label: format!(
-                    "{}.{} -> {}.{}",
-                    unplaced[from].name, output.name, unplaced_node.name, input.name
-                ),
-            });
+            let names = [&unplaced[from].name, &output.name, &unplaced_node.name, &input.name];
+            let [from_node, output, to_node, input] = names;
+            let label = format!("{from_node}.{output} -> {to_node}.{input}");
+            edges.push(Edge { from, to, needed, at: connection.at, place, ports, label });
         }
     }
     edges
@@ -116,21 +159,109 @@ fn is_followed(
     })
 }
 
-/// The order of the nodes that are left, or else the edges of a loop in the order of the flow. Of several that may go, the first one
-/// goes.
+/// The node that may go, of those that are left: the first one that waits for none of them, else the first one that can do without
+/// what it waits for.
+fn ready(left: &[usize], edges: &[Edge]) -> Option<usize> {
+    let waits = |node: usize, needed: bool| {
+        let mut into = edges.iter().filter(|edge| edge.to == node);
+        into.any(|edge| (edge.needed || !needed) && left.contains(&edge.from))
+    };
+    let ready = left.iter().position(|&node| !waits(node, false));
+    ready.or_else(|| left.iter().position(|&node| !waits(node, true)))
+}
+
+/// The order of the nodes that are left, or else the edges of a loop in the order of the flow.
 fn sort(mut left: Vec<usize>, edges: &[Edge]) -> Result<Vec<usize>, Vec<usize>> {
     let mut order = Vec::with_capacity(left.len());
     while !left.is_empty() {
-        let waits = |node: usize, needed: bool| {
-            let mut into = edges.iter().filter(|edge| edge.to == node);
-            into.any(|edge| (edge.needed || !needed) && left.contains(&edge.from))
-        };
-        let ready = left.iter().position(|&node| !waits(node, false));
-        let ready = ready.or_else(|| left.iter().position(|&node| !waits(node, true)));
-        let Some(ready) = ready else { return Err(cycle(&left, edges)) };
+        let Some(ready) = ready(&left, edges) else { return Err(cycle(&left, edges)) };
         order.push(left.remove(ready));
     }
     Ok(order)
+}
+
+/// Blocks of nodes in the order in which they step. Those that get fresh values from each other are in one.
+fn blocks(nodes: &[usize], edges: &[Edge], is_connector: &dyn Fn(usize) -> bool) -> Vec<Block> {
+    let (links, own) = links(edges.iter());
+    let found = components(nodes, &links);
+    let order = found.into_iter().map(|mut left| {
+        if !is_loop(&left, &own) {
+            return Block { nodes: left, tears: Vec::new() };
+        }
+        let inner: Vec<_> =
+            edges.iter().filter(|it| left.contains(&it.from) && left.contains(&it.to)).collect();
+        let inner: Vec<Edge> = inner.into_iter().cloned().collect();
+        let mut order = Vec::with_capacity(left.len());
+        while !left.is_empty() {
+            // A connector has no value of its own to begin with.
+            let cut = || left.iter().position(|&node| !is_connector(node));
+            let next = ready(&left, &inner).or_else(cut).unwrap_or(0);
+            order.push(left.remove(next));
+        }
+        Block { tears: tears(&order, &inner), nodes: order }
+    });
+    order.collect()
+}
+
+/// The ends of edges, and the nodes that lead to themselves.
+fn links<'e>(edges: impl Iterator<Item = &'e Edge>) -> (Vec<(usize, usize)>, HashSet<usize>) {
+    let links: Vec<_> = edges.map(|edge| (edge.from, edge.to)).collect();
+    let own = links.iter().filter(|(from, to)| from == to).map(|(node, _)| *node).collect();
+    (links, own)
+}
+
+fn is_loop(component: &[usize], own: &HashSet<usize>) -> bool {
+    component.len() > 1 || component.iter().any(|node| own.contains(node))
+}
+
+/// The edges that lead back, among nodes in this order.
+fn tears(order: &[usize], edges: &[Edge]) -> Vec<Tear> {
+    let position = |node: usize| order.iter().position(|it| *it == node);
+    let back = edges.iter().filter(|edge| {
+        let ends = position(edge.from).zip(position(edge.to));
+        ends.is_some_and(|(from, to)| from >= to)
+    });
+    back.filter_map(|edge| Some(Tear { node: edge.to, place: edge.place? })).collect()
+}
+
+/// The loops of the initialisation, at which no step is in between and no value from the start of one.
+fn initial(order: &[usize], all: &[Edge]) -> Vec<Block> {
+    let needed: Vec<_> = all.iter().filter(|edge| edge.needed).cloned().collect();
+    let (links, own) = links(needed.iter());
+    let found = components(order, &links).into_iter().filter(|nodes| is_loop(nodes, &own));
+    found.map(|nodes| Block { tears: tears(&nodes, &needed), nodes }).collect()
+}
+
+/// All loops, also those that `at = "start"` breaks. `follows` says whether the output of the second connection follows the input of
+/// the first one, both of one node, without a step in between.
+fn loops(nodes: usize, all: &[Edge], follows: &dyn Fn(&Edge, &Edge) -> bool) -> Vec<Loop> {
+    let members: Vec<_> = (0..nodes).collect();
+    let (ends, own) = links(all.iter());
+    let found = components(&members, &ends).into_iter().filter(|nodes| is_loop(nodes, &own));
+    let loops = found.map(|nodes| {
+        let inside = |edge: &&Edge| nodes.contains(&edge.from) && nodes.contains(&edge.to);
+        let edges: Vec<_> = all.iter().filter(inside).collect();
+        let is_algebraic = goes_round(&edges, follows);
+        let link = |edge: &&Edge| {
+            let Edge { label, at, needed, from, to, .. } = (*edge).clone();
+            Link { label, ends: (from, to), at, needed }
+        };
+        Loop { links: edges.iter().map(link).collect(), nodes, is_algebraic }
+    });
+    loops.collect()
+}
+
+/// Whether a value goes round by connections without a step in between.
+fn goes_round(edges: &[&Edge], follows: &dyn Fn(&Edge, &Edge) -> bool) -> bool {
+    let mut links = Vec::new();
+    for (place, before) in edges.iter().enumerate() {
+        let behind = edges.iter().enumerate().filter(|(_, it)| it.from == before.to);
+        let behind = behind.filter(|(_, behind)| follows(before, behind));
+        links.extend(behind.map(|(behind, _)| (place, behind)));
+    }
+    let own = links.iter().filter(|(from, to)| from == to).map(|(it, _)| *it).collect();
+    let all: Vec<_> = (0..edges.len()).collect();
+    components(&all, &links).iter().any(|component| is_loop(component, &own))
 }
 
 /// A loop among nodes that all wait for another one of them.
@@ -160,7 +291,15 @@ mod tests {
     use super::*;
 
     fn edge(from: usize, to: usize, needed: bool) -> Edge {
-        Edge { from, to, needed, label: format!("{from} -> {to}") }
+        Edge {
+            from,
+            to,
+            needed,
+            at: At::End,
+            place: Some(0),
+            ports: (0, 0),
+            label: format!("{from} -> {to}"),
+        }
     }
 
     #[test]
@@ -187,5 +326,39 @@ mod tests {
         assert_eq!(last.to, first.from);
         assert_eq!(cycle.len(), 2);
         assert_eq!(sort((0..1).collect(), &[edge(0, 0, true)]), Err(vec![0]));
+    }
+
+    #[test]
+    fn blocks_are_the_loops_in_the_order_of_the_flow_with_the_connections_that_lead_back() {
+        let edges = [
+            edge(3, 1, true),
+            edge(1, 2, true),
+            edge(2, 1, true),
+            edge(2, 0, true),
+            edge(4, 4, true),
+        ];
+        let found = blocks(&[0, 1, 2, 3, 4], &edges, &|_| false);
+        let nodes: Vec<_> = found.iter().map(|block| block.nodes.as_slice()).collect();
+        assert_eq!(nodes, [&[3][..], &[1, 2], &[0], &[4]]);
+        let tears: Vec<_> =
+            found.iter().map(|it| it.tears.iter().map(|it| it.node).collect::<Vec<_>>()).collect();
+        assert_eq!(tears, [vec![], vec![1], vec![], vec![4]]);
+        // The connector goes where its value is.
+        let found = blocks(&[1, 2], &[edge(1, 2, true), edge(2, 1, true)], &|node| node == 1);
+        assert_eq!(found[0].nodes, [2, 1]);
+    }
+
+    #[test]
+    fn a_loop_is_algebraic_when_no_step_is_on_the_way_round() {
+        let follows = |before: &Edge, _: &Edge| before.needed;
+        let step = loops(2, &[edge(0, 1, true), edge(1, 0, false)], &follows);
+        let edges = [edge(0, 1, true), edge(1, 0, true), edge(1, 2, true)];
+        let algebraic = loops(3, &edges, &follows);
+        // The output of the loop may follow another input than that of the loop.
+        let apart = loops(3, &edges, &|before, behind| (before.to, behind.to) != (1, 0));
+        assert_eq!((step[0].is_algebraic, step[0].links.len()), (false, 2));
+        assert_eq!((algebraic.len(), algebraic[0].is_algebraic), (1, true));
+        assert!(!apart[0].is_algebraic);
+        assert_eq!(algebraic[0].nodes, [0, 1]);
     }
 }

@@ -47,6 +47,7 @@ pub(super) fn place(
         let mut plan = NodePlan {
             name: unplaced_node.name,
             body: unplaced_node.body,
+            pace: None,
             outputs: output.numbers,
             needed: output.numbers.indices().collect(),
             inputs: numbers,
@@ -58,13 +59,14 @@ pub(super) fn place(
                 inputs: own_integers,
                 ..ExactPlan::default()
             },
+            faults: Vec::new(),
         };
-        for Connection { from: (node, port), at, input_chain } in connections {
+        for Connection { from: (node, port), at, input_chain, course } in connections {
             // Types were compared: a number goes to a number and a text to a text.
             match (outputs[node].ports[port], input_chain) {
                 (ColumnIndex::Number(index), Some(input_chain)) => {
-                    plan.connections
-                        .push(ResolvedConnection { source: Source { index, at }, input_chain });
+                    let source = Source { index, at };
+                    plan.connections.push(ResolvedConnection { source, input_chain, course });
                 }
                 (ColumnIndex::Text(index), _) => plan.texts.connections.push(Source { index, at }),
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),

@@ -36,6 +36,8 @@ pub(super) struct Port {
     pub storage: Storage,
     /// Its place in an array, and the number of elements there.
     pub element: (usize, usize),
+    /// Whether it is a real number that changes continuously.
+    pub continuous: bool,
     /// Whether it is an input that changes at events only, of an FMU with event mode.
     pub discrete: bool,
     /// The value references of its clocks, of an FMU with event mode.
@@ -61,6 +63,7 @@ pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
         reference: variable.reference,
         storage: variable.storage,
         element: variable.element,
+        continuous: variable.kind == Type::Real && variable.variability == Variability::Continuous,
         discrete: events
             && variable.causality == Causality::Input
             && variable.variability != Variability::Continuous,

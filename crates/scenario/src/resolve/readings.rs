@@ -43,7 +43,9 @@ fn is_plain(scenario: &Scenario, connect: &Connect) -> bool {
     connect.effects().is_empty()
         && connect.transform.is_none()
         && connect.convert.is_none()
-        && !faults.any(|fault| fault.input.get_ref() == connect.to.get_ref())
+        && !faults.any(|fault| {
+            fault.input.as_ref().is_some_and(|it| it.get_ref() == connect.to.get_ref())
+        })
 }
 
 fn is_scaled(table: &Table, column: &str) -> bool {

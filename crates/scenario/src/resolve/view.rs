@@ -3,16 +3,19 @@
 use diagnostics::{Error, Mistakes, Spanned};
 use recording::table::{TableError, columns};
 use recording::view::{
-    Arrow, Distance, Function, Limit, Point, Pose, Quantity, Track, View, XyPlot, edges,
+    Arrow, Distance, Function, Graph, GraphNode, Limit, Point, Pose, Quantity, Track, View, XyPlot,
+    edges,
 };
 use recording::{RunHeader, Selection};
 
 use super::plots::{by_unit, plot};
 use super::quantity::Names;
 use super::signal_units::SignalUnits;
-use crate::plan::{CheckPlan, Condition};
+use crate::plan::{CheckPlan, Condition, CouplingPlan, NodePlan};
 use crate::words::{self, Scenario};
 
+/// A graph of more nodes shows nothing.
+const MOST_NODES: usize = 100;
 /// Default positions of the axles ahead of the position, in lengths of the body.
 const AXLES: [f64; 2] = [0.30, -0.29];
 
@@ -57,6 +60,7 @@ pub(super) fn view(
         xy_plots: xy_plots.unwrap_or_default(),
         plots: if plots.is_empty() { by_unit(header.columns.numbers()) } else { plots },
         limits: Vec::new(),
+        graph: Graph::default(),
     })
 }
 
@@ -225,4 +229,32 @@ fn xy_plot(names: &Names, written: &words::XyPlot) -> Result<XyPlot, Error> {
         points,
         curves,
     })
+}
+
+/// The nodes and their connections; empty for a single node, and where nobody could read it.
+pub(super) fn graph(nodes: &[NodePlan], order: &[usize], coupling: &CouplingPlan) -> Graph {
+    if !(2..=MOST_NODES).contains(&nodes.len()) {
+        return Graph::default();
+    }
+    let is_looped = |node: usize| coupling.loops.iter().any(|it| it.nodes.contains(&node));
+    let named = |node: &usize| {
+        let name = nodes[*node].name.clone();
+        GraphNode { name, is_looped: is_looped(*node) }
+    };
+    let place = |node: usize| order.iter().position(|it| *it == node);
+    let mut edges = Vec::new();
+    for (to, plan) in nodes.iter().enumerate() {
+        let numbers = plan.connections.iter().map(|link| link.source.index);
+        let givers = numbers.filter_map(|source| {
+            nodes.iter().position(|it| it.outputs.positions().contains(&source.position()))
+        });
+        let texts = plan.texts.connections.iter().map(|source| source.index);
+        let speakers = texts.filter_map(|source| {
+            nodes.iter().position(|it| it.texts.outputs.positions().contains(&source.position()))
+        });
+        edges.extend(givers.chain(speakers).filter_map(|from| place(from).zip(place(to))));
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    Graph { nodes: order.iter().map(named).collect(), edges }
 }

@@ -1,8 +1,10 @@
 //! The window of time of a part of a signal, with its fades.
 
+use std::fmt;
+
 use super::EDGE;
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub(super) struct Window {
     pub(super) from: f64,
     pub(super) until: f64,
@@ -10,6 +12,15 @@ pub(super) struct Window {
     pub(super) fade_out: f64,
     /// End of the fade-out [s]: `until`, or the end of the run.
     pub(super) end: f64,
+}
+
+/// All that its weight depends on: without a fade-out the end of the run is no part of it.
+impl fmt::Debug for Window {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Window { from, until, fade_in, fade_out, end } = self;
+        let fades = (*fade_out > 0.0).then_some((fade_out, end));
+        write!(out, "{from:?} to {until:?}, {fade_in:?}, {fades:?}")
+    }
 }
 
 impl Window {

@@ -61,7 +61,7 @@ impl Scenario {
             is_effect.then_some(Named { list: "connect", index, keys })
         });
         let faults = document.fault.iter().enumerate().filter_map(|(index, fault)| {
-            let mut keys: Vec<_> = below(fault.input.get_ref())?;
+            let mut keys: Vec<_> = below(fault.input.as_ref()?.get_ref())?;
             let is_fault = keys.len() > 1 && keys[0] == "fault";
             is_fault.then(|| keys.remove(0))?;
             Some(Named { list: "fault", index, keys })
@@ -118,7 +118,8 @@ impl Scenario {
     /// An input may have several faults, which have no names.
     fn is_alone(&self, change: &Change) -> Result<(), String> {
         let of = |input: &str| change.name.starts_with(&format!("{input}.fault."));
-        let inputs = self.document.fault.iter().map(|fault| fault.input.get_ref());
+        let inputs =
+            self.document.fault.iter().filter_map(|fault| Some(fault.input.as_ref()?.get_ref()));
         let several: Vec<_> = inputs.filter(|input| of(input)).collect();
         match several[..] {
             [input, _, ..] => Err(format!(

@@ -6,6 +6,7 @@ use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::coupling::Extrapolate;
 use crate::effect::{Bias, Delay, Dropout, Effect, Gain, Hold, Noise, Quantise, for_each_effect};
 
 macro_rules! connect {
@@ -35,6 +36,10 @@ macro_rules! connect {
             /// FMUs and the start for signals and tables.
             #[schemars(example = &"start")]
             pub at: Option<Spanned<At>>,
+            /// Course of a continuous input within a step. Without a word it holds its value, and with the coupling `iterate` it goes
+            /// evenly to the value at the end.
+            #[schemars(with = "Option<Extrapolate>", example = &"linear")]
+            pub extrapolate: Option<Spanned<Extrapolate>>,
             /// Unit of the end that has none, or one that cannot be read. Only one end may lack its unit.
             #[schemars(example = &"km/h")]
             pub unit: Option<Spanned<String>>,

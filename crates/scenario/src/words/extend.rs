@@ -9,7 +9,7 @@ use toml::de::{DeArray, DeString, DeTable, DeValue};
 use crate::pattern::matches;
 
 /// Keys that name an entry of a list.
-const NAMES: [&str; 5] = ["name", "to", "title", "input", "label"];
+const NAMES: [&str; 6] = ["name", "to", "title", "input", "label", "node"];
 
 /// A mistake at a word.
 #[derive(Debug)]

@@ -57,6 +57,10 @@ pub struct Fmu {
         example = serde_json::json!({"v_x": "km/h", "tire*": "N"})
     )]
     pub unit: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    /// Step of the FMU [s]: the communication step divided by a whole number, or a multiple of it. It is the communication step
+    /// without a word. Outputs of an FMU with a longer step keep their values until it ends.
+    #[schemars(with = "Option<f64>", example = 0.001)]
+    pub step: Option<Spanned<f64>>,
     /// Whether the FMU logs everything.
     #[serde(default)]
     #[schemars(example = true)]

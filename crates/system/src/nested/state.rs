@@ -1,15 +1,16 @@
 //! Copies the state of the scenario inside the FMU: its nodes, its values, and what its connections remember.
 
+use cosim::course::Moving;
 use cosim::exchange::Memory;
 use cosim::node::NodeState;
 use fmu_export::{Course, FmiResult, reject};
 use fmu_import::CallError;
-use scenario::plan::{Body, InputChain, NodePlan};
+use scenario::plan::{Body, ChainMemory, InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
 
 use super::Nested;
 use crate::interface::Cell;
-use crate::running::{Running, forgets};
+use crate::running::Running;
 
 /// The nodes of an instance between two resets.
 pub(crate) struct Parts {
@@ -44,6 +45,7 @@ struct SavedParts {
     memory: Memory,
     /// What sensor effects and faults remember, by node and connection.
     chains: Vec<Vec<InputChain>>,
+    coupling: Vec<u8>,
 }
 
 /// A state as bytes.
@@ -63,9 +65,12 @@ struct PartBytes {
     start: f64,
     tick: u64,
     nodes: Vec<Vec<u8>>,
-    numbers: Vec<f64>,
-    texts: Vec<String>,
-    integers: Vec<i128>,
+    /// Its numbers, texts and integers.
+    row: (Vec<f64>, Vec<String>, Vec<i128>),
+    moving: Vec<Vec<Moving>>,
+    coupling: Vec<u8>,
+    /// What sensor effects and faults remember, by node and connection.
+    chains: Vec<Vec<ChainMemory>>,
 }
 
 /// The failure of a node's call, which does no harm to the instance.
@@ -89,7 +94,8 @@ impl Nested {
                 let memory = running.memory.clone();
                 let memory = memory.unwrap_or_else(|| Memory::new(&running.system));
                 let (number, tick) = (*number, running.tick);
-                Some(SavedParts { number, tick, nodes, memory, chains: chains.collect() })
+                let (chains, coupling) = (chains.collect(), running.coupling.memory());
+                Some(SavedParts { number, tick, nodes, memory, chains, coupling })
             }
         };
         let (course, values) = (self.course.clone(), self.values.clone());
@@ -119,6 +125,7 @@ impl Nested {
                     connection.input_chain.clone_from(chain);
                 }
                 (running.tick, running.memory) = (parts.tick, Some(parts.memory.clone()));
+                running.recall(&parts.coupling)?;
             }
         }
         self.course.clone_from(&saved.course);
@@ -132,9 +139,6 @@ impl Nested {
             (None, _) => None,
             (Some(parts), Some(own)) if own.number == parts.number => {
                 let running = &mut own.running;
-                if !forgets(&running.system.nodes) {
-                    return reject("sensor effects and faults cannot be turned into bytes");
-                }
                 let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
                 let nodes = nodes.map(|((node, state), plan)| {
                     node.serialise(state).or_else(|error| refused(plan, &error))
@@ -143,7 +147,12 @@ impl Nested {
                 let row = &parts.memory.row;
                 let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
                 let (integers, start) = (row.integers().to_vec(), running.system.clock.start);
-                Some(PartBytes { start, tick: parts.tick, nodes, numbers, texts, integers })
+                let (moving, coupling) = (parts.memory.moving.clone(), parts.coupling.clone());
+                let chains = parts.chains.iter();
+                let chains = chains.map(|chains| chains.iter().map(InputChain::memory).collect());
+                let (tick, chains) = (parts.tick, chains.collect());
+                let row = (numbers, texts, integers);
+                Some(PartBytes { start, tick, nodes, row, moving, coupling, chains })
             }
             _ => return reject("the state is that of an initialisation that is gone"),
         };
@@ -166,7 +175,16 @@ impl Nested {
         if !fits {
             return reject(impossible);
         }
-        let Some(PartBytes { start, tick, nodes, numbers, texts, integers }) = parts else {
+        let Some(PartBytes {
+            start,
+            tick,
+            nodes,
+            row: (numbers, texts, integers),
+            moving,
+            coupling,
+            chains,
+        }) = parts
+        else {
             return Ok(Saved { course, values, stale, parts: None });
         };
         if self.parts.is_none() {
@@ -183,7 +201,8 @@ impl Nested {
         let row = &running.system.columns.row();
         let sizes = [row.numbers().len(), row.texts().len(), row.integers().len()];
         let same = sizes == [numbers.len(), texts.len(), integers.len()]
-            && nodes.len() == running.nodes.len();
+            && nodes.len() == running.nodes.len()
+            && moving.len() == nodes.len();
         if !same {
             return reject(impossible);
         }
@@ -193,12 +212,37 @@ impl Nested {
         });
         let nodes = nodes.collect::<FmiResult<_>>()?;
         let mut memory = Memory::new(&running.system);
+        let alike = |one: &[Moving], other: &[Moving]| {
+            one.iter().map(|it| it.place).eq(other.iter().map(|it| it.place))
+        };
+        if !moving.iter().zip(&memory.moving).all(|(one, other)| alike(one, other)) {
+            return reject(impossible);
+        }
         memory.row.assign(&numbers, texts, integers);
-        let chains = running.system.nodes.iter();
-        let chains = chains
-            .map(|plan| plan.connections.iter().map(|it| it.input_chain.clone()).collect())
-            .collect();
-        let parts = Some(SavedParts { number: *number, tick, nodes, memory, chains });
+        memory.moving = moving;
+        let Some(chains) = recalled(&running.system.nodes, &chains, &memory) else {
+            return reject(impossible);
+        };
+        let parts = Some(SavedParts { number: *number, tick, nodes, memory, chains, coupling });
         Ok(Saved { course, values, stale, parts })
     }
+}
+
+/// The ways to the inputs of nodes with what they remember; none when these are memories of others.
+fn recalled(
+    plans: &[NodePlan],
+    memories: &[Vec<ChainMemory>],
+    memory: &Memory,
+) -> Option<Vec<Vec<InputChain>>> {
+    let of_node = |(plan, memories): (&NodePlan, &Vec<ChainMemory>)| {
+        let links = plan.connections.iter().zip(plan.inputs.indices()).zip(memories);
+        let chains = links.map(|((link, input), own)| {
+            let mut chain = link.input_chain.clone();
+            chain.recall(own, memory.row[input]).ok().map(|()| chain)
+        });
+        let chains = chains.collect::<Option<Vec<_>>>();
+        chains.filter(|chains| chains.len() == plan.connections.len())
+    };
+    let all = plans.iter().zip(memories).map(of_node).collect::<Option<Vec<_>>>();
+    all.filter(|all| all.len() == plans.len())
 }

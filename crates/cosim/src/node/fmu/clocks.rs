@@ -1,9 +1,10 @@
 //! Knows when the clocks of an FMU tick, and which ones ticked in a step (FMI 3.0, sections 2.2.9 and 4.2).
 
 use fmu_import::{CallError, Causality, Description, Instance, Interval, IntervalChange, Type};
+use serde::{Deserialize, Serialize};
 
 /// The clocks of an FMU.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Clocks {
     /// Input clocks that tick by time, those of high priority first.
     timed: Vec<Timed>,
@@ -16,7 +17,7 @@ pub(super) struct Clocks {
 }
 
 /// An input clock that ticks by time.
-#[derive(Debug)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Timed {
     name: String,
     reference: u32,
@@ -88,6 +89,15 @@ impl Clocks {
         // A low number is a high priority.
         clocks.timed.sort_by_key(priority);
         clocks
+    }
+
+    /// Whether others are those of the same FMU at another time.
+    pub fn are_those_of(&self, other: &Self) -> bool {
+        let timed = |clocks: &Self| {
+            let each = clocks.timed.iter().map(|it| (it.name.clone(), it.reference, it.interval));
+            each.collect::<Vec<_>>()
+        };
+        timed(self) == timed(other) && self.outputs == other.outputs
     }
 
     /// Begins to count at the start of the run [s], in event mode after the initialisation.

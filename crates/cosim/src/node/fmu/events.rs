@@ -3,6 +3,7 @@
 
 use fmu_import::{CallError, Instance, Storage};
 use scenario::plan::{Clock, Group};
+use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
 use super::clocks::Clocks;
@@ -12,7 +13,7 @@ use crate::node::SAME;
 const MOST: usize = 1000;
 
 /// The state of an FMU between its events.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Events {
     /// Whether the initialisation is over.
     pub running: bool,
@@ -64,7 +65,7 @@ impl FmuNode {
     }
 
     /// Updates the discrete states until nothing changes, and goes back to step mode.
-    fn update(&mut self, time: f64, mut active: Vec<u32>) -> Result<(), CallError> {
+    pub(super) fn update(&mut self, time: f64, mut active: Vec<u32>) -> Result<(), CallError> {
         for _ in 0..MOST {
             active.extend(self.instance.active_clocks(self.events.clocks.outputs())?);
             if !active.is_empty() {

@@ -2,12 +2,13 @@
 
 use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, hexadecimal};
 use scenario::plan::Group;
+use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
 use super::events::{Events, is_clock};
 
 /// Memory for the values of each group of one side.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Memory {
     pub numbers: Vec<Vec<f64>>,
     pub integers: Vec<Vec<i128>>,

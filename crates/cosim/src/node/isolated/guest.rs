@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use diagnostics::Error;
 use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
@@ -86,8 +87,14 @@ fn answer(
         return Err(Refusal::Early(CallError::new("the node", "is not open yet")));
     };
     served.forget(&question.forget);
-    if let Some(Others { integers, texts }) = question.inputs {
-        served.node.set(numbers)?;
+    if let Some(Others { integers, texts, courses }) = question.inputs {
+        match courses {
+            None => served.node.set(numbers)?,
+            Some((courses, span)) if courses.iter().all(|(place, _)| *place < numbers.len()) => {
+                served.node.set_courses(numbers, &courses, span)?;
+            }
+            Some(_) => return Err(CallError::new("the inputs", "are not as many").into()),
+        }
         if !integers.is_empty() {
             served.node.set_integers(&integers)?;
         }
@@ -119,8 +126,11 @@ impl Served {
     fn show(&mut self, numbers: &mut Vec<f64>) -> Result<Done, CallError> {
         numbers.clear();
         numbers.resize(self.numbers, 0.0);
-        let mut others =
-            Others { integers: vec![0; self.integers], texts: vec![String::new(); self.texts] };
+        let mut others = Others {
+            integers: vec![0; self.integers],
+            texts: vec![String::new(); self.texts],
+            courses: None,
+        };
         self.node.get(numbers)?;
         if self.integers > 0 {
             self.node.get_integers(&mut others.integers)?;
@@ -143,8 +153,20 @@ impl Served {
                 node.restore(states.get(&state).ok_or_else(unknown)?)?;
                 Done::Well
             }
+            Task::Wait(seconds) => {
+                // A time that no clock holds is longer than any limit.
+                std::thread::sleep(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
+                Done::Well
+            }
+            Task::Crash => std::process::abort(),
+            Task::Tune(values, time) => node.tune(&values, time).map(|()| Done::Well)?,
             Task::Serialise(state) => {
                 Done::Bytes(node.serialise(states.get(&state).ok_or_else(unknown)?)?)
+            }
+            Task::Derivatives(changes) => {
+                let mut found = vec![0.0; self.numbers];
+                let known = node.derivatives(&changes, &mut found)?;
+                Done::Changes(known.then_some(found))
             }
             Task::Deserialise(bytes) => {
                 let state = node.deserialise(&bytes)?;
@@ -173,7 +195,8 @@ fn open(setup: Setup) -> Result<(Served, Done), Refusal> {
     node.prepare(setup.times, setup.tolerance, setup.starts)?;
     // The runtime of an FMU may have taken the signals.
     fmu_import::ignore_requests_to_end();
-    let done = Done::Opened { save: node.can_save(), serialise: node.can_serialise(), lacks };
+    let (save, serialise, slopes) = (node.can_save(), node.can_serialise(), node.takes_slopes());
+    let done = Done::Opened { save, serialise, slopes, lacks };
     let [numbers, integers, texts] = counts;
     Ok((Served { node, states: BTreeMap::new(), numbers, integers, texts }, done))
 }

@@ -2,11 +2,17 @@
 
 use diagnostics::Error;
 use fmu_import::{CallError, Message};
-use scenario::plan::Clock;
+use scenario::plan::{Clock, Start};
 
-use super::talk::{Done, Task};
+use super::talk::{Done, Others, Task};
 use super::{IsolatedNode, TOLD, nonsense};
-use crate::node::{Node, NodeState};
+use crate::course::Course;
+use crate::node::faulty::Provocation;
+use crate::node::fmu::Bytes;
+use crate::node::{Node, NodeState, means};
+
+/// The outputs of an FMU that has failed.
+struct HeldState((Vec<f64>, Others));
 
 impl IsolatedNode {
     /// Asks for the outputs, unless they are there.
@@ -49,8 +55,31 @@ impl Node for IsolatedNode {
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs.0.clear();
         self.inputs.0.extend_from_slice(inputs);
+        self.inputs.1.courses = None;
         (self.pending, self.shown) = (true, false);
         Ok(())
+    }
+
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        span: (f64, f64),
+    ) -> Result<(), CallError> {
+        if !self.can.2 {
+            return self.set(means(inputs, courses, span));
+        }
+        self.set(inputs)?;
+        self.inputs.1.courses = Some((courses.to_vec(), span));
+        Ok(())
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        match self.call(Task::Derivatives(changes.to_vec()))? {
+            Done::Changes(None) => Ok(false),
+            Done::Changes(Some(found)) => copy(&found, outputs).map(|()| true),
+            _ => Err(nonsense()),
+        }
     }
 
     fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
@@ -89,6 +118,11 @@ impl Node for IsolatedNode {
         self.go(clock, tick).or_else(|failure| self.go_on(failure, clock, tick))
     }
 
+    fn provoke(&mut self, what: Provocation) -> bool {
+        self.provoked = Some(what);
+        true
+    }
+
     fn end(&mut self) -> Result<(), CallError> {
         match self.held {
             true => Ok(()),
@@ -100,14 +134,30 @@ impl Node for IsolatedNode {
         self.can.0
     }
 
+    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
+        match self.held {
+            true => Ok(()),
+            false => self.call(Task::Tune(values.to_vec(), time)).map(|_| ()),
+        }
+    }
+
     fn save(&mut self) -> Result<NodeState, CallError> {
+        if self.held {
+            return Ok(NodeState::new(HeldState(self.outputs.clone())));
+        }
         let done = self.call(Task::Save)?;
         self.kept(&done)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        if let Ok(HeldState(outputs)) = state.get() {
+            (self.held, self.outputs) = (true, outputs.clone());
+            return Ok(());
+        }
         let number = self.number(state)?;
-        self.call(Task::Restore(number)).map(|_| ())
+        self.call(Task::Restore(number))?;
+        self.held = false;
+        Ok(())
     }
 
     fn can_serialise(&self) -> bool {
@@ -115,6 +165,9 @@ impl Node for IsolatedNode {
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        if let Ok(HeldState((numbers, Others { integers, texts, .. }))) = state.get() {
+            return Bytes::Held(numbers.clone(), integers.clone(), texts.clone()).pack();
+        }
         let number = self.number(state)?;
         match self.call(Task::Serialise(number))? {
             Done::Bytes(bytes) => Ok(bytes),
@@ -123,6 +176,12 @@ impl Node for IsolatedNode {
     }
 
     fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        if let Bytes::Held(numbers, integers, texts) = Bytes::unpack(bytes)? {
+            return Ok(NodeState::new(HeldState((
+                numbers,
+                Others { integers, texts, courses: None },
+            ))));
+        }
         let done = self.call(Task::Deserialise(bytes.to_owned()))?;
         self.kept(&done)
     }

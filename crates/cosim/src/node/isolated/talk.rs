@@ -6,6 +6,7 @@ use fmu_import::{Message, Place};
 use scenario::plan::{Clock, Ports, Start};
 use serde::{Deserialize, Serialize};
 
+use crate::course::Course;
 use crate::node::refusal::Refusal;
 
 /// What the node is made of.
@@ -29,7 +30,12 @@ pub(super) struct Setup {
 pub(super) struct Others {
     pub integers: Vec<i128>,
     pub texts: Vec<String>,
+    /// Of inputs: their courses in a step between two times [s].
+    pub courses: Option<Courses>,
 }
+
+/// Courses by the places of their inputs, and begin and end of the step [s].
+pub(super) type Courses = (Vec<(usize, Course)>, (f64, f64));
 
 /// What the node is to do. What it is to forget comes first, then the inputs.
 #[derive(Debug, Serialize, Deserialize)]
@@ -51,8 +57,15 @@ pub(super) enum Task {
     End,
     Save,
     Restore(u64),
+    /// Other values between two steps at a time [s].
+    Tune(Vec<Start>, f64),
+    /// Wait for a time [s], or crash.
+    Wait(f64),
+    Crash,
     Serialise(u64),
     Deserialise(Vec<u8>),
+    /// How the outputs change with these changes of the inputs.
+    Derivatives(Vec<f64>),
     /// The process ends.
     Leave,
 }
@@ -68,8 +81,8 @@ pub(super) struct Answer {
 pub(super) enum Done {
     /// And that is all.
     Well,
-    /// What the node can do with states, and what its sandbox lacks.
-    Opened { save: bool, serialise: bool, lacks: Vec<String> },
+    /// What the node can do with states and slopes, and what its sandbox lacks.
+    Opened { save: bool, serialise: bool, slopes: bool, lacks: Vec<String> },
     /// What it did not keep of what it was told.
     Entered(Vec<String>),
     /// Its outputs.
@@ -78,4 +91,6 @@ pub(super) enum Done {
     State(u64),
     /// A state.
     Bytes(Vec<u8>),
+    /// Changes of the outputs, if the FMU says them.
+    Changes(Option<Vec<f64>>),
 }

@@ -1,0 +1,65 @@
+//! Hands over what checks remember of a run, so that another run goes on with it.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Checks, Judge};
+
+/// What a check of signals remembers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CheckMemory {
+    name: String,
+    that: String,
+    /// First and last moment [s].
+    during: [f64; 2],
+    tolerance: f64,
+    unjudged: Option<String>,
+    /// That of the watched condition.
+    samples: Vec<Vec<f64>>,
+}
+
+impl Checks {
+    /// What the checks of signals remember.
+    #[must_use]
+    pub fn memory(&self) -> Vec<CheckMemory> {
+        let checks = self.checks.iter().zip(&self.unjudged);
+        let checks = checks.filter_map(|((plan, judge), unjudged)| {
+            let Judge::Run(monitor) = judge else { return None };
+            Some(CheckMemory {
+                name: plan.name.clone(),
+                that: plan.that.clone(),
+                during: plan.during,
+                tolerance: plan.tolerance,
+                unjudged: unjudged.clone(),
+                samples: monitor.memory(),
+            })
+        });
+        checks.collect()
+    }
+
+    /// Goes on with what the checks of another run remembered up to communication point `tick` at `time` [s]. The names of the checks
+    /// that should have seen more than that: their windows begin earlier, and nobody remembers for them.
+    pub fn recall(&mut self, memory: &[CheckMemory], (tick, time): (u64, f64)) -> Vec<String> {
+        let mut late = Vec::new();
+        let mut seen = vec![false; self.checks.len()];
+        let checks = self.checks.iter_mut().zip(&mut self.unjudged).zip(&mut seen);
+        for (((plan, judge), unjudged), seen) in checks {
+            let Judge::Run(monitor) = judge else { continue };
+            let same = |it: &&CheckMemory| {
+                (&it.name, &it.that, it.tolerance) == (&plan.name, &plan.that, plan.tolerance)
+                    // The end of the run is the end of a window that nobody gave, and a window that goes on may end elsewhere.
+                    && it.during[0] == plan.during[0]
+                    && (it.during[1] == plan.during[1]
+                        || it.during[1].min(plan.during[1]) > time - self.slack)
+            };
+            *seen = memory.iter().find(same).is_some_and(|it| {
+                unjudged.clone_from(&it.unjudged);
+                monitor.recall(&it.samples)
+            });
+            if !*seen && plan.during[0] < time - self.slack {
+                late.push(plan.name.clone());
+            }
+        }
+        self.seen = Some((tick, seen));
+        late
+    }
+}

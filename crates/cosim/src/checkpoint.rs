@@ -1,0 +1,261 @@
+//! Holds all that a run needs to go on from a communication point: states of nodes, values, what connections and checks remember.
+
+mod rehearsal;
+mod values;
+mod wiring;
+
+use std::collections::HashMap;
+
+use diagnostics::Error;
+use fmu_import::CallError;
+use recording::{Full, Row};
+use scenario::plan::{Body, ChainMemory, NodePlan, System};
+use serde::{Deserialize, Serialize};
+
+use crate::check::CheckMemory;
+use crate::coupling::Coupling;
+use crate::course::Moving;
+use crate::exchange::{Exchange, failure, get};
+use crate::node::{Node, NodeState};
+
+pub use self::rehearsal::{Difference, differences, rehearse};
+use self::values::Missing;
+pub use self::values::{Names, Values};
+pub use self::wiring::{Fit, Wiring};
+
+/// So many communication points after a checkpoint are remembered with it, so that one can see whether a run goes on in the same way.
+pub const FOLLOWING: usize = 10;
+
+/// A run at a communication point.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// The scenario.
+    pub scenario: String,
+    /// The number of the communication point.
+    pub tick: u64,
+    /// Its time [s].
+    pub time: f64,
+    /// What the system is made of.
+    pub wiring: Wiring,
+    /// What the checks remember.
+    pub checks: Vec<CheckMemory>,
+    /// The values at the communication points after it.
+    pub following: Vec<Values>,
+    names: Names,
+    values: Values,
+    /// What the ways to inputs remember, by the names of the inputs.
+    chains: Vec<(String, ChainMemory)>,
+    /// The last values of inputs with courses within a step, by the names of the inputs.
+    moving: Vec<(String, Moving)>,
+    /// The states of FMUs by the names of their nodes; none when they do not leave the process.
+    nodes: Vec<(String, Vec<u8>)>,
+    coupling: Vec<u8>,
+}
+
+/// The states of FMUs by the names of their nodes.
+pub type States = HashMap<String, NodeState>;
+
+/// Finds the FMUs that cannot do what a checkpoint needs: save a state, and turn it into bytes, if it has to leave the process.
+///
+/// # Errors
+/// With the names of those that cannot, and what works instead.
+pub fn check_able(system: &System, in_bytes: bool) -> Result<(), Error> {
+    let (mut none, mut no_bytes) = (Vec::new(), Vec::new());
+    for plan in &system.nodes {
+        let Body::Fmu { fmu, .. } = &plan.body else { continue };
+        let about = &fmu.description;
+        match (about.state || about.serialised_state, about.serialised_state) {
+            (false, _) => none.push(plan.name.as_str()),
+            (true, false) if in_bytes => no_bytes.push(plan.name.as_str()),
+            _ => {}
+        }
+    }
+    if !none.is_empty() {
+        let names = none.join("`, `");
+        let message = format!(
+            "a checkpoint needs FMUs that save their state, and `{names}` cannot (canGetAndSetFMUstate)"
+        );
+        let error = Error::input(message);
+        return Err(error.help("let each end run from its beginning: scenarios that `extends` one"));
+    }
+    if no_bytes.is_empty() {
+        return Ok(());
+    }
+    let names = no_bytes.join("`, `");
+    let message = format!(
+        "the file of a checkpoint needs states as bytes, and `{names}` cannot give them (canSerializeFMUstate)"
+    );
+    let error = Error::input(message);
+    Err(error.help("go on in the same process: trackside run WARMUP --checkpoint TIME --branch END [--branch END]"))
+}
+
+impl Checkpoint {
+    /// The run at communication point `tick`, with the states of its FMUs: as bytes, if they are to leave the process, or else beside it.
+    ///
+    /// # Errors
+    /// When an FMU fails.
+    pub fn take(
+        exchange: &mut Exchange,
+        coupling: &dyn Coupling,
+        (scenario, wiring): (&str, &Wiring),
+        tick: u64,
+        in_bytes: bool,
+    ) -> Result<(Self, States), Error> {
+        let time = exchange.clock().at(tick);
+        let (mut states, mut nodes) = (States::new(), Vec::new());
+        for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
+            if !matches!(plan.body, Body::Fmu { .. }) {
+                continue;
+            }
+            let failed = |error| failure(plan, error, time);
+            let state = node.save().map_err(failed)?;
+            if in_bytes {
+                nodes.push((plan.name.clone(), node.serialise(&state).map_err(failed)?));
+                // An FMU that knows of a state to go back to may remember more.
+                continue;
+            }
+            states.insert(plan.name.clone(), state);
+        }
+        let chains = exchange.plans.iter().flat_map(|plan| {
+            let inputs = plan.inputs.indices().map(|input| exchange.columns[input].name());
+            let links = plan.connections.iter().map(|link| link.input_chain.memory());
+            inputs.zip(links)
+        });
+        let checkpoint = Checkpoint {
+            scenario: scenario.to_owned(),
+            tick,
+            time,
+            wiring: wiring.clone(),
+            checks: Vec::new(),
+            following: Vec::new(),
+            names: Names::of(exchange.plans, exchange.columns),
+            values: Values::of(exchange.row()),
+            chains: chains.collect(),
+            moving: exchange.moving(),
+            nodes,
+            coupling: coupling.memory(),
+        };
+        Ok((checkpoint, states))
+    }
+
+    /// Takes the values at the communication point after those that it has; whether it needs more.
+    pub fn follow(&mut self, row: &Row<Full>) -> bool {
+        if self.following.len() < FOLLOWING {
+            self.following.push(Values::of(row));
+        }
+        self.following.len() < FOLLOWING
+    }
+
+    /// The values of a row of a system as the checkpoint has them, for the `index`-th communication point after it.
+    #[must_use]
+    pub fn following_in(
+        &self,
+        index: usize,
+        system: &Row<Full>,
+        exchange: &Exchange,
+    ) -> Option<Row<Full>> {
+        let mut row = system.clone();
+        let missing = self.names.fill(self.following.get(index)?, exchange.columns, &mut row);
+        missing.is_ok_and(|missing| missing.is_empty()).then_some(row)
+    }
+
+    /// Brings nodes that are initialised, or those that it was taken of, to the checkpoint; `states` are theirs in the latter case.
+    ///
+    /// # Errors
+    /// When an FMU fails, or does not know its state, and when values are missing.
+    pub fn restore(
+        &self,
+        exchange: &mut Exchange,
+        coupling: &mut dyn Coupling,
+        states: Option<&States>,
+        (wiring, fit): (&Wiring, &Fit),
+    ) -> Result<(), Error> {
+        let mut row = exchange.row.clone();
+        let missing = self.names.fill(&self.values, exchange.columns, &mut row);
+        let missing = missing.map_err(|what| self.broken(&what))?;
+        let clock = exchange.clock();
+        let chains = self.chains.iter().map(|(name, memory)| (name.as_str(), memory)).collect();
+        let bytes: HashMap<&str, &[u8]> =
+            self.nodes.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
+        for (plan, node) in exchange.plans.iter_mut().zip(exchange.nodes.iter_mut()) {
+            let name = plan.name.clone();
+            let kept = states.and_then(|states| states.get(&name));
+            let time = clock.at(self.tick);
+            let failed = |error: CallError| failure(plan, error, time);
+            match (&plan.body, kept, bytes.get(name.as_str())) {
+                (Body::Fmu { .. }, Some(state), _) => node.restore(state).map_err(failed)?,
+                (Body::Fmu { .. }, None, Some(bytes)) => {
+                    from_bytes(node.as_mut(), bytes).map_err(failed)?;
+                }
+                (Body::Fmu { .. }, None, None) => {
+                    return Err(self.broken(&format!("it has no state of `{name}`")));
+                }
+                // A source knows nothing but its time.
+                _ => from_bytes(node.as_mut(), &time.to_le_bytes()).map_err(failed)?,
+            }
+            self.recall(plan, exchange.columns, &row, &chains)?;
+            let tuned = fit.tuned.iter().filter(|(node, _)| *node == name);
+            for (_, values) in tuned {
+                node.tune(values, time).map_err(|error| failure(plan, error, time))?;
+            }
+        }
+        exchange.row.copy_from(&row);
+        exchange.recall_moving(&self.moving);
+        show(exchange, &missing, clock.at(self.tick))?;
+        if wiring.is_coupled_as(&self.wiring) && !self.coupling.is_empty() {
+            coupling.recall(&self.coupling).map_err(|error| self.broken(&error.to_string()))?;
+        }
+        Ok(())
+    }
+
+    /// Lets the connections of a node remember.
+    fn recall(
+        &self,
+        plan: &mut NodePlan,
+        columns: &recording::Columns<Full>,
+        row: &Row<Full>,
+        chains: &HashMap<&str, &ChainMemory>,
+    ) -> Result<(), Error> {
+        for (link, input) in plan.connections.iter_mut().zip(plan.inputs.indices()) {
+            let name = columns[input].name();
+            let Some(memory) = chains.get(name.as_str()) else { continue };
+            let recalled = link.input_chain.recall(memory, row[input]);
+            recalled.map_err(|key| {
+                self.broken(&format!("the effect `{key}` of `{name}` cannot remember what it has"))
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The error of a checkpoint that is not whole.
+    fn broken(&self, what: &str) -> Error {
+        let Checkpoint { scenario, time, .. } = self;
+        Error::input(format!("the checkpoint of `{scenario}` at {time} s is damaged: {what}"))
+    }
+}
+
+/// Reads outputs that a row at a time [s] has no values of.
+fn show(exchange: &mut Exchange, missing: &Missing, time: f64) -> Result<(), Error> {
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let mut row = exchange.row.clone();
+    for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
+        if let Body::Fmu { .. } = plan.body {
+            get(plan, node.as_mut(), &mut row).map_err(|error| failure(plan, error, time))?;
+        }
+    }
+    for number in &missing.numbers {
+        match exchange.columns.integer(*number) {
+            Some(integer) => exchange.row.put((integer, *number), row[integer]),
+            None => exchange.row[*number] = row[*number],
+        }
+    }
+    missing.texts.iter().for_each(|text| exchange.row[*text].clone_from(&row[*text]));
+    Ok(())
+}
+
+fn from_bytes(node: &mut dyn Node, bytes: &[u8]) -> Result<(), CallError> {
+    let state = node.deserialise(bytes)?;
+    node.restore(&state)
+}

@@ -1,0 +1,124 @@
+//! Goes some steps from a checkpoint and compares them with those of the run: an FMU may forget a part of its state.
+
+use diagnostics::{Error, rounded};
+use recording::{Columns, Direction, Full, Row};
+use scenario::plan::System;
+
+use super::{Checkpoint, Fit, States};
+use crate::coupling::Coupling;
+use crate::exchange::{Exchange, Interruption, failure};
+use crate::node::Node;
+
+/// A value that is not what it was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// The node that does not go on as it did.
+    pub node: String,
+    /// Its output.
+    pub output: String,
+    /// When [s].
+    pub time: f64,
+    /// What it was, and what it is now.
+    pub values: [String; 2],
+}
+
+impl Difference {
+    /// The differences as a warning about the checkpoint at a time [s].
+    #[must_use]
+    pub fn told(all: &[Self], checkpoint: f64) -> Option<String> {
+        let first = all.first()?;
+        let Difference { node, time, .. } = first;
+        let each = all.iter().map(|it| {
+            let Difference { node, output, values: [then, now], .. } = it;
+            format!("`{node}.{output}` was {then} and is {now}")
+        });
+        let shown: Vec<_> = each.clone().take(SHOWN).collect();
+        let more = match all.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(", and {more} more"),
+        };
+        Some(format!(
+            "`{node}` does not go on bit for bit from the checkpoint at {} s: at {} s {}{more}; its state is not all that it knows",
+            rounded(checkpoint),
+            rounded(*time),
+            shown.join(", ")
+        ))
+    }
+}
+
+/// So many differences are told one by one.
+const SHOWN: usize = 5;
+
+/// What nodes show otherwise in one of two rows at a time [s], though their inputs are the same in both. Without such a node all that
+/// differs: somewhere it began.
+#[must_use]
+pub fn differences(
+    columns: &Columns<Full>,
+    (then, now): (&Row<Full>, &Row<Full>),
+    time: f64,
+) -> Vec<Difference> {
+    let mut found = Vec::new();
+    for (index, column) in columns.numbers() {
+        let exact = columns.integer(index).map(|integer| [then[integer], now[integer]]);
+        let [one, other] = [then[index], now[index]];
+        let (differs, values) = match exact {
+            Some([a, b]) => (a != b, [a, b].map(|value| value.to_string())),
+            None => {
+                (one.to_bits() != other.to_bits(), [one, other].map(|value| format!("{value:?}")))
+            }
+        };
+        found.extend(differs.then_some((column, values)));
+    }
+    for (index, column) in columns.texts().filter(|(index, _)| then[*index] != now[*index]) {
+        found.push((column, [&then[index], &now[index]].map(|text| format!("{text:?}"))));
+    }
+    let led_astray = |node: &str| {
+        found.iter().any(|(column, _)| column.node == node && column.direction == Direction::Input)
+    };
+    let own = found.iter().filter(|(column, _)| !led_astray(&column.node));
+    let own: Vec<_> =
+        if own.clone().next().is_some() { own.collect() } else { found.iter().collect() };
+    let difference = |(column, values): &&(&recording::Column, [String; 2])| Difference {
+        node: column.node.clone(),
+        output: column.variable.clone(),
+        time,
+        values: values.clone(),
+    };
+    own.iter().map(difference).collect()
+}
+
+/// Lets nodes go from a checkpoint of this system as far as the checkpoint knows how the run went on, until something is another. With
+/// `states` the nodes are those of the run, else they are new.
+///
+/// # Errors
+/// When a node fails.
+pub fn rehearse(
+    checkpoint: &Checkpoint,
+    system: &mut System,
+    nodes: &mut [Box<dyn Node>],
+    coupling: &mut dyn Coupling,
+    states: Option<&States>,
+) -> Result<Vec<Difference>, Error> {
+    let mut exchange = Exchange::new(system, nodes);
+    if states.is_none() {
+        coupling.initialise(&mut exchange)?;
+    }
+    let fit = (&checkpoint.wiring, &Fit::default());
+    checkpoint.restore(&mut exchange, coupling, states, fit)?;
+    for index in 0..checkpoint.following.len() {
+        let tick = checkpoint.tick + index as u64;
+        let time = exchange.clock().at(tick + 1);
+        exchange.begin(tick);
+        coupling.step(&mut exchange).map_err(|interruption| match interruption {
+            Interruption::Value(error) | Interruption::Unsolved(error) => error,
+            Interruption::Call { node, error } => failure(&exchange.plans()[node], error, time),
+        })?;
+        let now = exchange.row().clone();
+        let Some(then) = checkpoint.following_in(index, &now, &exchange) else { break };
+        let found = differences(exchange.columns, (&then, &now), time);
+        if !found.is_empty() {
+            return Ok(found);
+        }
+    }
+    Ok(Vec::new())
+}

@@ -1,0 +1,138 @@
+//! Keeps the values of a row with the names of its columns: another system has other columns, or the same ones in another order.
+
+use std::collections::{HashMap, HashSet};
+
+use recording::{Column, Columns, Direction, Full, NumberIndex, Row, TextIndex};
+use scenario::plan::{Body, NodePlan};
+use serde::{Deserialize, Serialize};
+
+/// The values of a row.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Values {
+    numbers: Vec<f64>,
+    texts: Vec<String>,
+    integers: Vec<i128>,
+}
+
+impl Values {
+    /// Those of a row.
+    #[must_use]
+    pub fn of(row: &Row<Full>) -> Self {
+        let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
+        Values { numbers, texts, integers: row.integers().to_vec() }
+    }
+}
+
+/// The columns that have values: inputs, and outputs that somebody uses.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Names {
+    /// By the place in the row.
+    numbers: Vec<Option<(bool, String)>>,
+    texts: Vec<Option<(bool, String)>>,
+    /// The places of integers of 64 bits among the numbers.
+    integers: Vec<usize>,
+}
+
+/// Outputs without a value.
+#[derive(Debug, Clone, Default)]
+pub struct Missing {
+    pub(crate) numbers: HashSet<NumberIndex<Full>>,
+    pub(crate) texts: HashSet<TextIndex<Full>>,
+}
+
+impl Missing {
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty() && self.texts.is_empty()
+    }
+}
+
+/// Whether it is an input, and its name.
+fn key(column: &Column) -> (bool, String) {
+    (column.direction == Direction::Input, column.name())
+}
+
+/// The outputs that nobody uses, which are never asked for.
+fn unused(plans: &[NodePlan]) -> Missing {
+    let mut unused = Missing::default();
+    for plan in plans {
+        let Body::Fmu { outputs, .. } = &plan.body else { continue };
+        let mut numbers = plan.outputs.indices();
+        for group in &outputs.numbers {
+            let own = numbers.by_ref().take(group.places.len());
+            unused.numbers.extend(own.filter(|_| !group.needed));
+        }
+        let mut texts = plan.texts.outputs.indices();
+        for group in &outputs.texts {
+            let own = texts.by_ref().take(group.places.len());
+            unused.texts.extend(own.filter(|_| !group.needed));
+        }
+    }
+    unused
+}
+
+impl Names {
+    /// Those of a system.
+    #[must_use]
+    pub fn of(plans: &[NodePlan], columns: &Columns<Full>) -> Self {
+        let unused = unused(plans);
+        let number = |(index, column)| (!unused.numbers.contains(&index)).then(|| key(column));
+        let text = |(index, column)| (!unused.texts.contains(&index)).then(|| key(column));
+        Names {
+            numbers: columns.numbers().map(number).collect(),
+            texts: columns.texts().map(text).collect(),
+            integers: columns.integers().map(|(_, number)| number.position()).collect(),
+        }
+    }
+
+    /// Puts values into a row with perhaps other columns; the outputs that have none.
+    ///
+    /// # Errors
+    /// Says what is wrong when the values do not fit the names, or an input has none.
+    pub fn fill(
+        &self,
+        values: &Values,
+        columns: &Columns<Full>,
+        row: &mut Row<Full>,
+    ) -> Result<Missing, String> {
+        let sizes = [self.numbers.len(), self.texts.len(), self.integers.len()];
+        if sizes != [values.numbers.len(), values.texts.len(), values.integers.len()] {
+            return Err("it does not have a value for each of its columns".to_owned());
+        }
+        let places = |names: &'_ [Option<(bool, String)>]| -> HashMap<(bool, String), usize> {
+            let named = names.iter().enumerate();
+            named.filter_map(|(place, name)| Some((name.clone()?, place))).collect()
+        };
+        let mut missing = Missing::default();
+        let (numbers, texts) = (places(&self.numbers), places(&self.texts));
+        let exact: HashMap<_, _> = self.integers.iter().copied().zip(&values.integers).collect();
+        let absent = |column: &Column| match column.direction {
+            Direction::Input => Err(format!("it has no value of `{}`", column.name())),
+            Direction::Output => Ok(()),
+        };
+        for (index, column) in columns.numbers() {
+            match (numbers.get(&key(column)), columns.integer(index)) {
+                (Some(place), None) => row[index] = values.numbers[*place],
+                (Some(place), Some(integer)) => {
+                    let value = exact.get(place).ok_or("it has a number in place of an integer")?;
+                    row.put((integer, index), **value);
+                }
+                (None, _) => {
+                    absent(column)?;
+                    missing.numbers.insert(index);
+                }
+            }
+        }
+        for (index, column) in columns.texts() {
+            match texts.get(&key(column)) {
+                Some(place) => row[index].clone_from(&values.texts[*place]),
+                None => {
+                    absent(column)?;
+                    missing.texts.insert(index);
+                }
+            }
+        }
+        Ok(missing)
+    }
+}

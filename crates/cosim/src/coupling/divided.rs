@@ -1,0 +1,275 @@
+//! Divides communication steps into halves, where the error of the coupling or an FMU asks for it.
+
+use diagnostics::{Error, rounded};
+use recording::{Full, NumberIndex, Row};
+use scenario::plan::{Body, Clock, Division, NodePlan, System};
+use scenario::words::ErrorEstimate;
+use serde::{Deserialize, Serialize};
+
+use super::account::{Account, ConnectionError, DivisionAccount};
+use super::energy::Energy;
+use super::{Coupling, postcard_error};
+use crate::exchange::{Exchange, Interruption, Snapshot, lacking, unsolved};
+
+/// A communication step is halved at most so often [-].
+const DEEPEST: u32 = 20;
+const PARTS: u64 = 1 << DEEPEST;
+/// Share of the tolerance that a step may take so that one of twice the length is tried [-].
+const SAFE: f64 = 0.8;
+
+/// A coupling whose steps are divided.
+pub(super) struct Divided {
+    inner: Box<dyn Coupling>,
+    division: Division,
+    /// The order of the algorithm [-].
+    order: i32,
+    nodes: Vec<usize>,
+    /// The sources of the connected inputs, of numbers.
+    sources: Vec<NumberIndex<Full>>,
+    energy: Energy,
+    begin: Option<Snapshot>,
+    /// The row at the end of a part that was done as a whole.
+    whole: Row<Full>,
+    kept: Kept,
+    /// The errors of the last part, and their shares of the sizes.
+    errors: Vec<(f64, f64)>,
+    account: DivisionAccount,
+}
+
+/// What it remembers from one step to the next.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Kept {
+    /// A part is a communication step halved so often.
+    depth: u32,
+    /// The largest size of each connected value so far, or of the power of each bond.
+    sizes: Vec<f64>,
+    inner: Vec<u8>,
+}
+
+impl Divided {
+    pub fn new(system: &System, division: Division, inner: Box<dyn Coupling>) -> Self {
+        let inputs = system.nodes.iter().flat_map(|node| {
+            let links = node.connections.iter().zip(node.inputs.indices());
+            links.map(|(link, input)| (system.columns[input].name(), link.source.index))
+        });
+        let (names, sources): (Vec<_>, Vec<_>) = inputs.unzip();
+        let names = match division.control {
+            None => Vec::new(),
+            Some((ErrorEstimate::Richardson, _)) => names,
+            Some((ErrorEstimate::Energy, _)) => {
+                division.bonds.iter().map(|bond| bond.name.clone()).collect()
+            }
+        };
+        let sizes = vec![0.0; names.len()];
+        let error = |name| ConnectionError { name, ..ConnectionError::default() };
+        let errors = names.into_iter().map(error).collect();
+        let shortest = (f64::INFINITY, 0.0);
+        Divided {
+            inner,
+            order: system.coupling.algorithm.rules().order,
+            nodes: (0..system.nodes.len()).collect(),
+            sources,
+            energy: Energy::new(division.bonds.clone()),
+            division,
+            begin: None,
+            whole: system.columns.row(),
+            kept: Kept { sizes, ..Kept::default() },
+            errors: Vec::new(),
+            account: DivisionAccount { shortest, errors, ..DivisionAccount::default() },
+        }
+    }
+
+    /// Whether each part is done again in halves.
+    fn doubles(&self) -> bool {
+        matches!(self.division.control, Some((ErrorEstimate::Richardson, _)))
+    }
+
+    /// Whether a part can be done again.
+    fn goes_back(&self) -> bool {
+        self.doubles() || self.division.halves_discarded
+    }
+
+    /// Whether a part that did not come to its end is done again in halves.
+    fn does_again(&self, why: &Interruption) -> bool {
+        match why {
+            Interruption::Call { error, .. } => error.discarded && self.division.halves_discarded,
+            Interruption::Value(_) => false,
+            Interruption::Unsolved(_) => self.goes_back(),
+        }
+    }
+
+    /// Does the part from point `tick` of a clock on; its error, relative to what is allowed [-].
+    fn part(
+        &mut self,
+        exchange: &mut Exchange,
+        (clock, tick): (Clock, u64),
+        memory: &[u8],
+    ) -> Result<f64, Interruption> {
+        exchange.begin_part(clock, tick);
+        self.inner.step(exchange)?;
+        let Some((estimate, tolerance)) = self.division.control else { return Ok(0.0) };
+        let error = match estimate {
+            ErrorEstimate::Energy => {
+                self.energy.error(exchange, (&mut self.kept.sizes, &mut self.errors))
+            }
+            ErrorEstimate::Richardson => {
+                self.whole.copy_from(exchange.row());
+                self.go_back(exchange, memory)?;
+                let halves = clock.finer(2);
+                for half in [2 * tick, 2 * tick + 1] {
+                    exchange.begin_part(halves, half);
+                    self.inner.step(exchange)?;
+                }
+                self.compare(exchange.row())
+            }
+        };
+        Ok(error / tolerance)
+    }
+
+    fn go_back(&mut self, exchange: &mut Exchange, memory: &[u8]) -> Result<(), Interruption> {
+        if let Some(begin) = &self.begin {
+            exchange.restore(begin)?;
+        }
+        match memory {
+            [] => Ok(()),
+            memory => self.inner.recall(memory).map_err(Interruption::Value),
+        }
+    }
+
+    /// The largest error of a connected value relative to its size, from a part as a whole and in two halves (Richardson).
+    fn compare(&mut self, row: &Row<Full>) -> f64 {
+        let mut worst = 0.0_f64;
+        self.errors.clear();
+        for (source, size) in self.sources.iter().zip(&mut self.kept.sizes) {
+            *size = size.max(row[*source].abs());
+            let error = (self.whole[*source] - row[*source]).abs() / (2_f64.powi(self.order) - 1.0);
+            let relative = if error == 0.0 { 0.0 } else { error / *size };
+            worst = worst.max(relative);
+            self.errors.push((error, relative));
+        }
+        worst
+    }
+
+    /// Takes a part that is done into account.
+    fn account_for(&mut self, begin: f64, length: f64) {
+        for (account, (error, relative)) in self.account.errors.iter_mut().zip(&self.errors) {
+            account.note(*error, *relative, begin);
+        }
+        self.account.parts += 1;
+        if length < self.account.shortest.0 {
+            self.account.shortest = (length, begin);
+        }
+    }
+
+    /// The depth of the part after one of this depth with this error, relative to what is allowed [-].
+    fn next_depth(&self, depth: u32, error: f64) -> u32 {
+        match self.division.control {
+            Some((ErrorEstimate::Energy, _)) if error > 1.0 => (depth + 1).min(DEEPEST - 1),
+            _ if error < SAFE / 2_f64.powi(self.order) => depth.saturating_sub(1),
+            _ => depth,
+        }
+    }
+
+    /// The FMUs that take steps of one length only.
+    fn stiff<'p>(plans: &'p [NodePlan]) -> impl Iterator<Item = usize> + 'p {
+        plans.iter().enumerate().filter_map(|(place, plan)| match &plan.body {
+            Body::Fmu { fmu, .. } if !fmu.description.variable_step => Some(place),
+            _ => None,
+        })
+    }
+}
+
+/// The error of a step that cannot be divided any more.
+fn too_short(begin: f64, error: f64) -> Interruption {
+    let what = format!(
+        "the error of the coupling at t = {} s is {error:.3} times the `tolerance`, also when the communication step is divided by {PARTS}",
+        rounded(begin)
+    );
+    unsolved(
+        what,
+        "look there for a jump of an output, or choose a larger `tolerance` in [coupling]",
+    )
+}
+
+impl Coupling for Divided {
+    fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
+        let stiff: Vec<_> = Self::stiff(exchange.plans()).collect();
+        if !stiff.is_empty() {
+            let names = lacking(exchange, &stiff);
+            let message = format!(
+                "[coupling] divides communication steps, but {names} takes steps of one length only (canHandleVariableCommunicationStepSize)"
+            );
+            return Err(Error::input(message).help("leave out `tolerance` and `on_discard`"));
+        }
+        let stuck = exchange.cannot_go_back(&self.nodes);
+        if self.goes_back() && !stuck.is_empty() {
+            let names = lacking(exchange, &stuck);
+            let message = format!(
+                "[coupling] repeats steps, but {names} cannot go back to the start of one (canGetAndSetFMUstate)"
+            );
+            return Err(Error::input(message).help(
+                "the estimate `error = \"energy\"` repeats none; without `tolerance` and `on_discard` no step is divided",
+            ));
+        }
+        self.inner.initialise(exchange)
+    }
+
+    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
+        let (communication, tick) = (exchange.clock(), exchange.tick());
+        let mut done = 0;
+        while done < PARTS {
+            // A part begins at a multiple of its length.
+            let depth = self.kept.depth.max(DEEPEST - done.trailing_zeros().min(DEEPEST));
+            let clock = communication.finer(1 << depth);
+            let part = (clock, (tick << depth) + (done >> (DEEPEST - depth)));
+            let begin = clock.at(part.1);
+            let mut memory = Vec::new();
+            if self.goes_back() {
+                exchange.save(&self.nodes, &mut self.begin)?;
+                memory = self.inner.memory();
+            }
+            let again = match self.part(exchange, part, &memory) {
+                Ok(error) if error <= 1.0 || !self.doubles() => {
+                    self.kept.depth = self.next_depth(depth, error);
+                    None
+                }
+                // Both halves of the last parts are one step more.
+                Ok(error) if depth + 1 >= DEEPEST => return Err(too_short(begin, error)),
+                Ok(_) => Some(()),
+                Err(why) if self.does_again(&why) && depth < DEEPEST => Some(()),
+                Err(why) => return Err(why),
+            };
+            if again.is_some() {
+                self.go_back(exchange, &memory)?;
+                self.kept.depth = depth + 1;
+                self.account.repeated += 1;
+                continue;
+            }
+            done += PARTS >> depth;
+            self.account_for(begin, clock.step);
+        }
+        Ok(())
+    }
+
+    fn account(&self) -> Account {
+        Account { division: Some(self.account.clone()), ..self.inner.account() }
+    }
+
+    fn memory(&self) -> Vec<u8> {
+        let kept = Kept { inner: self.inner.memory(), ..self.kept.clone() };
+        // Vectors of numbers always have bytes.
+        postcard::to_stdvec(&kept).unwrap_or_default()
+    }
+
+    fn recall(&mut self, memory: &[u8]) -> Result<(), Error> {
+        let kept: Kept = postcard::from_bytes(memory).map_err(postcard_error)?;
+        if kept.depth > DEEPEST || kept.sizes.len() != self.kept.sizes.len() {
+            return Err(Error::input("the memory of the coupling is that of another system"));
+        }
+        self.kept = kept;
+        if self.kept.inner.is_empty() {
+            return Ok(());
+        }
+        self.inner.recall(&self.kept.inner)
+    }
+}

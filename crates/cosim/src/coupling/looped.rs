@@ -1,0 +1,179 @@
+//! Repeats the step of a loop until what its nodes get fits what they give.
+
+use diagnostics::rounded;
+use scenario::plan::Block;
+use scenario::words::{Iteration, Method};
+use serde::{Deserialize, Serialize};
+
+use super::account::LoopAccount;
+use super::solver::Solver;
+use crate::exchange::{Exchange, Interruption, Snapshot, unsolved};
+
+/// Nodes that get values from each other within a step.
+pub(super) struct Loop {
+    block: Block,
+    iteration: Iteration,
+    snapshot: Option<Snapshot>,
+    /// Whether the nodes give derivatives; not known before they are asked.
+    gives_derivatives: Option<bool>,
+    kept: Kept,
+    guess: Vec<f64>,
+    found: Vec<f64>,
+    row: Vec<f64>,
+    pub account: LoopAccount,
+}
+
+/// What a loop remembers from one step to the next.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Kept {
+    solver: Solver,
+    /// The change of each guessed input in the last step, per second.
+    slopes: Vec<f64>,
+}
+
+impl Loop {
+    pub fn new(block: Block, iteration: Iteration, smooth: Vec<bool>, names: Vec<String>) -> Self {
+        let slopes = vec![0.0; block.tears.len()];
+        Loop {
+            kept: Kept { solver: Solver::new(iteration, smooth), slopes },
+            block,
+            iteration,
+            snapshot: None,
+            gives_derivatives: None,
+            guess: Vec::new(),
+            found: Vec::new(),
+            row: Vec::new(),
+            account: LoopAccount { inputs: names, ..LoopAccount::default() },
+        }
+    }
+
+    pub fn kept(&self) -> &Kept {
+        &self.kept
+    }
+
+    /// Goes on with what a loop of the same values remembered; whether this is that.
+    pub fn recall(&mut self, kept: Kept) -> bool {
+        let fits =
+            kept.slopes.len() == self.kept.slopes.len() && self.kept.solver.is_alike(&kept.solver);
+        if fits {
+            self.kept = kept;
+            self.kept.solver.begin();
+        }
+        fits
+    }
+
+    /// The nodes of it that cannot go back to the start of a step.
+    pub fn cannot_go_back(&self, exchange: &Exchange) -> Vec<usize> {
+        exchange.cannot_go_back(&self.block.nodes)
+    }
+
+    /// Does the step.
+    ///
+    /// # Errors
+    /// When a node fails, and when nothing fits after the passes that are allowed.
+    pub fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
+        exchange.save(&self.block.nodes, &mut self.snapshot)?;
+        let (from, to) = exchange.span();
+        let before = self.block.tears.iter().map(|tear| exchange.taken_before(*tear));
+        self.guess.clear();
+        self.guess
+            .extend(before.zip(&self.kept.slopes).map(|(it, slope)| it + slope * (to - from)));
+        self.kept.solver.begin();
+        let mut worst = 0;
+        for pass in 1..=self.iteration.passes {
+            self.pass(exchange, pass == 1)?;
+            match self.kept.solver.misfit(&self.guess, &self.found) {
+                None => {
+                    self.solved(exchange, pass, (from, to));
+                    return Ok(());
+                }
+                Some(place) => worst = place,
+            }
+            if self.kept.solver.wants_derivatives() {
+                self.differentiate(exchange)?;
+            }
+            self.kept.solver.advance(&mut self.guess, &self.found);
+        }
+        let name = exchange.input_name(self.block.tears[worst]);
+        let (has, gets) = (rounded(self.guess[worst]), rounded(self.found[worst]));
+        let message = format!(
+            "the loop of `{}` is not solved at t = {} s after {} passes: `{name}` has {has} and would get {gets}",
+            self.account.inputs.join("`, `"),
+            rounded(from),
+            self.iteration.passes,
+        );
+        Err(unsolved(message, self.advice()))
+    }
+
+    fn advice(&self) -> &'static str {
+        match self.iteration.method {
+            Method::Newton => {
+                "choose a shorter step, or in [coupling] a `tolerance` that divides it, more `passes` or a larger `tolerance` in `iteration`"
+            }
+            _ => {
+                "leave `method` in [coupling] iteration out, which is Newton's, or choose a shorter step"
+            }
+        }
+    }
+
+    /// Steps all nodes with the guess, and notes what they give for it.
+    fn pass(&mut self, exchange: &mut Exchange, is_first: bool) -> Result<(), Interruption> {
+        if let Some(snapshot) = self.snapshot.as_ref().filter(|_| !is_first) {
+            exchange.restore(snapshot)?;
+        }
+        let Loop { block, guess, found, .. } = self;
+        for &node in &block.nodes {
+            let own = block.tears.iter().zip(guess.iter()).filter(|(tear, _)| tear.node == node);
+            let own: Vec<_> = own.map(|(tear, value)| (tear.place, *value)).collect();
+            exchange.feed_guess(node, &own)?;
+            exchange.go(node)?;
+        }
+        found.clear();
+        for tear in &block.tears {
+            found.push(exchange.given(*tear)?);
+        }
+        Ok(())
+    }
+
+    /// Gives the solver the derivatives at the guess: from the nodes, or by one more pass for each guessed input.
+    fn differentiate(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
+        let tears = self.block.tears.clone();
+        let mut columns = Vec::with_capacity(tears.len());
+        if self.gives_derivatives != Some(false) {
+            for tear in &tears {
+                let nodes = &self.block.nodes;
+                columns.extend(exchange.derivatives(nodes, &tears, *tear, &mut self.row)?);
+            }
+            self.gives_derivatives = Some(columns.len() == tears.len());
+        }
+        if columns.len() < tears.len() {
+            columns.clear();
+            let (guess, found) = (self.guess.clone(), self.found.clone());
+            for place in 0..tears.len() {
+                self.guess[place] += self.kept.solver.nudge(place, guess[place]);
+                let by = self.guess[place] - guess[place];
+                self.pass(exchange, false)?;
+                self.account.passes += 1;
+                let change = self.found.iter().zip(&found).map(|(a, b)| (a - b) / by);
+                columns.push(change.collect::<Vec<_>>());
+                self.guess.clone_from(&guess);
+            }
+            self.found = found;
+        }
+        self.kept.solver.derivatives(&columns);
+        Ok(())
+    }
+
+    fn solved(&mut self, exchange: &Exchange, passes: u32, (from, to): (f64, f64)) {
+        let ends = self.block.tears.iter().zip(&self.guess);
+        for ((tear, end), slope) in ends.zip(&mut self.kept.slopes) {
+            *slope = (end - exchange.taken_before(*tear)) / (to - from);
+        }
+        self.kept.solver.accept(&self.guess);
+        self.account.steps += 1;
+        self.account.passes += u64::from(passes);
+        if passes > self.account.most.0 {
+            self.account.most = (passes, from);
+        }
+    }
+}

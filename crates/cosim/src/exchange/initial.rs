@@ -1,0 +1,89 @@
+//! Hands values on before the first step, until those of the first communication point have settled.
+
+use diagnostics::Error;
+use fmu_import::CallError;
+use recording::{Full, Row};
+use scenario::plan::{NodePlan, ResolvedConnection};
+
+use super::{Exchange, accept, check_numbers, exact, failure, get, set};
+use crate::node::Node;
+
+impl Exchange<'_> {
+    /// Lets the values of the first communication point settle: all nodes show their start values, then two passes hand them on in
+    /// the order of the system. In between, `solve` makes values of loops fit.
+    ///
+    /// # Errors
+    /// With the node, when one fails, or shows a value that is no number; those of `solve`.
+    pub fn initialise(
+        &mut self,
+        solve: &mut dyn FnMut(&mut Self) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        for node in 0..self.nodes.len() {
+            self.notices.extend(self.nodes[node].enter()?);
+            self.initial_call(node, get)?;
+        }
+        for &node in self.order {
+            self.visit_initially(node, &[])?;
+        }
+        solve(self)?;
+        for &node in self.order {
+            self.feed_initially(node, &[])?;
+            self.initial_call(node, |plan, node, row| {
+                set(plan, node, row)?;
+                node.ready()?;
+                get(plan, node, row)
+            })?;
+        }
+        let mut plans = self.plans.iter();
+        plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, || self.clock.start))
+    }
+
+    /// Hands a node its inputs before the first step, some of them given by their places, and reads its outputs.
+    ///
+    /// # Errors
+    /// With the node, when it fails.
+    pub(crate) fn visit_initially(
+        &mut self,
+        node: usize,
+        given: &[(usize, f64)],
+    ) -> Result<(), Error> {
+        self.feed_initially(node, given)?;
+        self.initial_call(node, |plan, node, row| {
+            set(plan, node, row)?;
+            get(plan, node, row)
+        })
+    }
+
+    fn initial_call(
+        &mut self,
+        node: usize,
+        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
+    ) -> Result<(), Error> {
+        let plan = &self.plans[node];
+        call(plan, self.nodes[node].as_mut(), &mut self.row)
+            .map_err(|error| failure(plan, error, self.clock.start))
+    }
+
+    /// Puts converted values into the inputs of a node, without effects and faults: they act from the first
+    /// step on.
+    fn feed_initially(&mut self, node: usize, given: &[(usize, f64)]) -> Result<(), Error> {
+        let (plan, row) = (&self.plans[node], &mut self.row);
+        exact::check(plan, self.columns, (None, row), &|_| self.clock.start)?;
+        let links = plan.connections.iter().zip(plan.inputs.indices()).enumerate();
+        for (place, (ResolvedConnection { source, input_chain, .. }, input)) in links {
+            if let Some((_, value)) = given.iter().find(|(own, _)| *own == place) {
+                row[input] = *value;
+                continue;
+            }
+            row[input] = input_chain.convert(row[source.index]);
+            accept(input_chain, self.columns, (source.index, input), row[input], || {
+                self.clock.start
+            })?;
+        }
+        exact::carry(plan, None, row);
+        for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
+            row.copy_text(source.index, input);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,145 @@
+//! The parts of an exchange that loops need: guessed inputs, and what those would get.
+
+use diagnostics::Error;
+use recording::{Full, NumberIndex};
+use scenario::plan::{Accepts, Tear};
+use scenario::words::At;
+
+use super::{Exchange, Interruption};
+
+impl Exchange<'_> {
+    /// Puts the inputs of a node into the row as [`feed`](Self::feed) does; those of some connections, by their places, are given.
+    ///
+    /// # Errors
+    /// When an input does not accept its value.
+    pub fn feed_guess(&mut self, node: usize, given: &[(usize, f64)]) -> Result<(), Interruption> {
+        match given {
+            [] => self.feed(node),
+            given => self.lead(node, given),
+        }
+    }
+
+    /// The value that the input of a connection has.
+    #[must_use]
+    pub fn taken(&self, tear: Tear) -> f64 {
+        self.input(tear).map_or(0.0, |input| self.row[input])
+    }
+
+    /// The value that it had at the start of the step.
+    #[must_use]
+    pub fn taken_before(&self, tear: Tear) -> f64 {
+        self.input(tear).map_or(0.0, |input| self.start[input])
+    }
+
+    /// The value that it would get. Effects and faults of the connection go on by one step.
+    ///
+    /// # Errors
+    /// When the input does not accept it.
+    pub fn given(&mut self, tear: Tear) -> Result<f64, Interruption> {
+        let (Some(input), end) = (self.input(tear), self.span().1) else { return Ok(0.0) };
+        let time = self.clock.at(self.tick);
+        let link = &mut self.plans[tear.node].connections[tear.place];
+        if !self.samples && !link.input_chain.effects.is_empty() {
+            return Ok(self.row[input]);
+        }
+        let value = link.input_chain.value(self.row[link.source.index], time);
+        let ends = (link.source.index, input);
+        super::accept(&link.input_chain, self.columns, ends, value, || end)
+            .map_err(Interruption::Value)?;
+        Ok(value)
+    }
+
+    /// The same before the first step.
+    pub(crate) fn given_initially(&self, tear: Tear) -> f64 {
+        let link = &self.plans[tear.node].connections[tear.place];
+        link.input_chain.convert(self.row[link.source.index])
+    }
+
+    /// The value that an input has, and what its source shows now, both in the unit of the input.
+    #[must_use]
+    pub fn carried(&self, tear: Tear) -> (f64, f64) {
+        let link = &self.plans[tear.node].connections[tear.place];
+        (self.taken(tear), link.input_chain.convert(self.row[link.source.index]))
+    }
+
+    /// Whether the input is a real number.
+    #[must_use]
+    pub fn is_continuous(&self, tear: Tear) -> bool {
+        let link = &self.plans[tear.node].connections[tear.place];
+        matches!(link.input_chain.accepts, Accepts::Real)
+    }
+
+    /// The name of the input.
+    #[must_use]
+    pub fn input_name(&self, tear: Tear) -> String {
+        self.input(tear).map(|input| self.columns[input].name()).unwrap_or_default()
+    }
+
+    /// Tells something at the end of the run.
+    pub fn notice(&mut self, what: String) {
+        self.notices.push(what);
+    }
+
+    fn input(&self, tear: Tear) -> Option<NumberIndex<Full>> {
+        self.plans[tear.node].inputs.index(tear.place)
+    }
+
+    /// How what each connection of a loop would get changes with what one of them has, without a step in between; none if a node does
+    /// not know. `changes` has room for the row.
+    ///
+    /// # Errors
+    /// When a node fails.
+    pub(crate) fn derivatives(
+        &mut self,
+        nodes: &[usize],
+        tears: &[Tear],
+        by: Tear,
+        changes: &mut Vec<f64>,
+    ) -> Result<Option<Vec<f64>>, Interruption> {
+        changes.clear();
+        changes.resize(self.row.numbers().len(), 0.0);
+        let mut given = Vec::new();
+        for &node in nodes {
+            let plan = &self.plans[node];
+            given.clear();
+            given.extend(plan.connections.iter().enumerate().map(|(place, link)| {
+                let here = Tear { node, place };
+                match (here == by, tears.contains(&here) || link.source.at == At::Start) {
+                    (true, _) => 1.0,
+                    (false, true) => 0.0,
+                    (false, false) => {
+                        link.input_chain.factor * changes[link.source.index.position()]
+                    }
+                }
+            }));
+            let outputs = plan.outputs.positions();
+            if plan.is_connector() {
+                changes[outputs].copy_from_slice(&given);
+                continue;
+            }
+            let known = self.nodes[node].derivatives(&given, &mut changes[outputs]);
+            match known {
+                Ok(true) => {}
+                Ok(false) => return Ok(None),
+                Err(error) => return Err(Interruption::Call { node, error }),
+            }
+        }
+        let found = tears.iter().map(|tear| {
+            let link = &self.plans[tear.node].connections[tear.place];
+            link.input_chain.factor * changes[link.source.index.position()]
+        });
+        Ok(Some(found.collect()))
+    }
+}
+
+/// Names a node that lacks what an algorithm needs.
+pub(crate) fn lacking(exchange: &Exchange, nodes: &[usize]) -> String {
+    let names: Vec<_> =
+        nodes.iter().map(|node| format!("`{}`", exchange.plans[*node].name)).collect();
+    names.join(", ")
+}
+
+/// An error of the coupling at a time [s].
+pub(crate) fn unsolved(message: String, help: &str) -> Interruption {
+    Interruption::Unsolved(Error::input(message).help(help.to_owned()))
+}

@@ -1,0 +1,233 @@
+//! Steps a node by a step of its own: several times in each communication step, or once in several of them.
+
+use diagnostics::Error;
+use fmu_import::{CallError, Message};
+use scenario::plan::{Clock, NodePlan, Pace, Start};
+use scenario::words::At;
+
+use super::faulty::Provocation;
+use super::{Node, NodeState};
+use crate::course::Course;
+
+/// A node with a step of its own.
+pub(super) struct Paced {
+    inner: Box<dyn Node>,
+    /// Its own step [s].
+    own: f64,
+    inputs: Vec<f64>,
+    courses: Vec<(usize, Course)>,
+    /// The inputs that it takes at the start of its step, by their places, and their values there.
+    at_start: Vec<(usize, f64)>,
+    /// Whether it waits for those values.
+    begins: bool,
+    /// Whether the initialisation is over: then inputs wait for the next step of its own.
+    runs: bool,
+}
+
+/// A state of the node, and of what waits for it.
+struct Saved {
+    inner: NodeState,
+    at_start: Vec<(usize, f64)>,
+    begins: bool,
+}
+
+impl Paced {
+    pub fn new(inner: Box<dyn Node>, plan: &NodePlan, pace: Pace, clock: Clock) -> Self {
+        let own = pace.of(&clock).step;
+        let links = plan.connections.iter().enumerate();
+        let at_start = links.filter(|(_, link)| link.source.at == At::Start);
+        let at_start = at_start.map(|(place, _)| (place, 0.0)).collect();
+        Paced {
+            inner,
+            own,
+            inputs: Vec::new(),
+            courses: Vec::new(),
+            at_start,
+            begins: true,
+            runs: false,
+        }
+    }
+
+    /// Several steps of its own in the step from point `tick` on.
+    fn fine(&mut self, clock: &Clock, tick: u64, times: u64) -> Result<(), CallError> {
+        let own = clock.finer(times);
+        if self.courses.is_empty() {
+            self.inner.set(&self.inputs)?;
+        }
+        for step in times * tick..times * (tick + 1) {
+            if !self.courses.is_empty() {
+                let mut inputs = self.inputs.clone();
+                let span = (own.at(step), own.at(step + 1));
+                self.inner.set_courses(&mut inputs, &self.courses, span)?;
+            }
+            self.inner.step(&own, step)?;
+        }
+        Ok(())
+    }
+
+    /// One step of its own when so many steps are over.
+    fn coarse(&mut self, clock: &Clock, tick: u64, times: u64) -> Result<(), CallError> {
+        if self.begins {
+            for (place, value) in &mut self.at_start {
+                *value = self.inputs[*place];
+            }
+            self.begins = false;
+        }
+        if !(tick + 1).is_multiple_of(times) {
+            return Ok(());
+        }
+        let (own, step) = (clock.coarser(times), tick / times);
+        let mut inputs = self.inputs.clone();
+        for (place, value) in &self.at_start {
+            inputs[*place] = *value;
+        }
+        match self.courses.is_empty() {
+            true => self.inner.set(&inputs)?,
+            false => {
+                let span = (own.at(step), own.at(step + 1));
+                self.inner.set_courses(&mut inputs, &self.courses, span)?;
+            }
+        }
+        self.begins = true;
+        self.inner.step(&own, step)
+    }
+}
+
+impl Node for Paced {
+    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.inputs.clear();
+        self.inputs.extend_from_slice(inputs);
+        self.courses.clear();
+        if self.runs { Ok(()) } else { self.inner.set(inputs) }
+    }
+
+    fn settle(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        // In the middle of its step it stands where that begins.
+        if self.begins { self.inner.settle(inputs) } else { Ok(()) }
+    }
+
+    fn set_courses(
+        &mut self,
+        inputs: &mut [f64],
+        courses: &[(usize, Course)],
+        _span: (f64, f64),
+    ) -> Result<(), CallError> {
+        self.inputs.clear();
+        self.inputs.extend_from_slice(inputs);
+        self.courses.clear();
+        self.courses.extend_from_slice(courses);
+        Ok(())
+    }
+
+    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        // A communication step may be divided, so the ratio is that of the moment.
+        match clock.step > self.own {
+            true => self.fine(clock, tick, (clock.step / self.own).round() as u64),
+            false => self.coarse(clock, tick, (self.own / clock.step).round() as u64),
+        }
+    }
+
+    fn save(&mut self) -> Result<NodeState, CallError> {
+        let (at_start, begins) = (self.at_start.clone(), self.begins);
+        Ok(NodeState::new(Saved { inner: self.inner.save()?, at_start, begins }))
+    }
+
+    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        let saved = state.get_mut::<Saved>()?;
+        saved.at_start.clone_from(&self.at_start);
+        saved.begins = self.begins;
+        self.inner.save_again(&mut saved.inner)
+    }
+
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        let saved = state.get::<Saved>()?;
+        self.at_start.clone_from(&saved.at_start);
+        self.begins = saved.begins;
+        self.inner.restore(&saved.inner)
+    }
+
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        let Saved { inner, at_start, begins } = state.get()?;
+        let inner = self.inner.serialise(inner)?;
+        postcard::to_stdvec(&(inner, at_start, begins)).map_err(no_state)
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        let (inner, at_start, begins) =
+            postcard::from_bytes::<(Vec<u8>, _, _)>(bytes).map_err(no_state)?;
+        Ok(NodeState::new(Saved { inner: self.inner.deserialise(&inner)?, at_start, begins }))
+    }
+
+    fn enter(&mut self) -> Result<Vec<String>, Error> {
+        self.inner.enter()
+    }
+
+    fn ready(&mut self) -> Result<(), CallError> {
+        self.runs = true;
+        self.inner.ready()
+    }
+
+    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        self.inner.derivatives(changes, outputs)
+    }
+
+    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+        self.inner.get(outputs)
+    }
+
+    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        self.inner.set_texts(inputs)
+    }
+
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        self.inner.get_texts(outputs)
+    }
+
+    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
+        self.inner.set_integers(inputs)
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        self.inner.get_integers(outputs)
+    }
+
+    fn only_once(&self) -> bool {
+        self.inner.only_once()
+    }
+
+    fn end(&mut self) -> Result<(), CallError> {
+        self.inner.end()
+    }
+
+    fn can_save(&self) -> bool {
+        self.inner.can_save()
+    }
+
+    fn can_serialise(&self) -> bool {
+        self.inner.can_serialise()
+    }
+
+    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
+        self.inner.tune(values, time)
+    }
+
+    fn provoke(&mut self, provocation: Provocation) -> bool {
+        self.inner.provoke(provocation)
+    }
+
+    fn has_messages(&self) -> bool {
+        self.inner.has_messages()
+    }
+
+    fn notices(&mut self) -> Vec<String> {
+        self.inner.notices()
+    }
+
+    fn messages(&mut self) -> Vec<Message> {
+        self.inner.messages()
+    }
+}
+
+fn no_state(error: postcard::Error) -> CallError {
+    super::state_error(&format!("the state is none: {error}"))
+}

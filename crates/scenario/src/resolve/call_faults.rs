@@ -1,0 +1,143 @@
+//! Attaches the faults of calls to the nodes that have them.
+
+use std::time::Duration;
+
+use diagnostics::{Error, Mistakes, Spanned, suggest};
+use recording::{Columns, Full, ValueKind};
+
+use crate::effect::stream_seed;
+use crate::pattern;
+use crate::plan::{Body, CallFault, CallFaultKind, NodePlan};
+use crate::words::{Fault, Scenario};
+
+/// Gives nodes the faults of their calls; the nodes with their columns.
+pub(super) fn attach(
+    scenario: &Scenario,
+    (nodes, columns): (&mut [NodePlan], &Columns<Full>),
+    seed: u64,
+    mistakes: &mut Mistakes,
+) {
+    for fault in &scenario.document.fault {
+        let attached = match (&fault.input, &fault.node) {
+            (None, Some(name)) => find(scenario, nodes, name).and_then(|place| {
+                let made = of_node(scenario, fault, (name, &nodes[place]), columns, seed)?;
+                nodes[place].faults.push(made);
+                Ok(())
+            }),
+            (Some(_), None) => of_input(scenario, fault),
+            _ => {
+                let message = "expected either the `input` or the `node` that has the fault";
+                Err(scenario.error(&fault.from, message.to_owned()))
+            }
+        };
+        mistakes.take(attached);
+    }
+}
+
+/// Refuses words of nodes at the fault of an input.
+fn of_input(scenario: &Scenario, fault: &Fault) -> Result<(), Error> {
+    let words = [
+        ("probability", fault.probability.is_some()),
+        ("discard", fault.discard.is_some()),
+        ("late", fault.late.is_some()),
+        ("nan", fault.nan.is_some()),
+        ("crash", fault.crash.is_some()),
+    ];
+    match words.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((key, _)) => {
+            let message =
+                format!("`{key}` is for the calls of a node, and this fault is one of an input");
+            Err(scenario
+                .error(&fault.from, message)
+                .help("name the FMU: `node = \"NAME\"` in place of `input`"))
+        }
+    }
+}
+
+fn find(scenario: &Scenario, nodes: &[NodePlan], name: &Spanned<String>) -> Result<usize, Error> {
+    let wanted = name.get_ref();
+    let fmus = nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
+    match nodes.iter().position(|node| node.name == *wanted) {
+        Some(place) if matches!(nodes[place].body, Body::Fmu { .. }) => Ok(place),
+        Some(_) => {
+            let message = format!("`{wanted}` is no FMU, and only FMUs have calls that can fail");
+            Err(scenario.error(name, message))
+        }
+        None => {
+            let known = fmus.map(|node| node.name.as_str());
+            Err(suggest::unknown("FMU", wanted, known).at(&scenario.source, name.span()))
+        }
+    }
+}
+
+fn of_node(
+    scenario: &Scenario,
+    fault: &Fault,
+    (name, plan): (&Spanned<String>, &NodePlan),
+    columns: &Columns<Full>,
+    seed: u64,
+) -> Result<CallFault, Error> {
+    let wrong = |message: String| Err(scenario.error(name, message));
+    if !fault.actions().is_empty() {
+        return wrong(format!(
+            "expected one of `{}` for the calls of a node",
+            Fault::OF_NODES.join("`, `")
+        ));
+    }
+    let late =
+        fault.late.as_ref().map(|word| {
+            let seconds = *word.get_ref();
+            match Duration::try_from_secs_f64(seconds) {
+                Ok(_) => Ok(("late", CallFaultKind::Late(seconds))),
+                Err(_) => Err(scenario
+                    .error(word, format!("expected a time of at least 0 s, found {seconds} s"))),
+            }
+        });
+    let nan = fault.nan.as_ref().map(|word| {
+        let places = outputs(scenario, word, plan, columns)?;
+        Ok(("nan", CallFaultKind::NotANumber(places)))
+    });
+    let discard =
+        fault.discard.filter(|given| *given).map(|_| Ok(("discard", CallFaultKind::Discard)));
+    let crash = fault.crash.filter(|given| *given).map(|_| Ok(("crash", CallFaultKind::Crash)));
+    let kinds = Mistakes::all([discard, late, nan, crash].into_iter().flatten())?;
+    let Ok([(word, kind)]) = <[_; 1]>::try_from(kinds) else {
+        return wrong(format!("expected exactly one of `{}`", Fault::OF_NODES.join("`, `")));
+    };
+    let probability = match &fault.probability {
+        None => 1.0,
+        Some(word) if (0.0..=1.0).contains(word.get_ref()) => *word.get_ref(),
+        Some(word) => {
+            let message = format!("expected a probability from 0 to 1, found {}", word.get_ref());
+            return Err(scenario.error(word, message));
+        }
+    };
+    let [from, until] = super::connections::window(scenario, fault)?;
+    let stream = stream_seed(seed, &format!("{} {word}", plan.name));
+    Ok(CallFault { from, until, probability, stream, kind })
+}
+
+/// The places of the outputs that are to be NaN.
+fn outputs(
+    scenario: &Scenario,
+    word: &Spanned<Vec<String>>,
+    plan: &NodePlan,
+    columns: &Columns<Full>,
+) -> Result<Vec<usize>, Error> {
+    let mut places = Vec::new();
+    for wanted in word.get_ref() {
+        let outputs = plan.outputs.indices().map(|index| &columns[index]).enumerate();
+        let reals = outputs.filter(|(_, column)| column.kind == ValueKind::Real);
+        let matching = reals.filter(|(_, column)| pattern::matches(wanted, &column.variable));
+        let before = places.len();
+        places.extend(matching.map(|(place, _)| place));
+        if places.len() == before {
+            let message = format!("`{}` has no output `{wanted}` that is a real number", plan.name);
+            return Err(scenario.error(word, message));
+        }
+    }
+    places.sort_unstable();
+    places.dedup();
+    Ok(places)
+}

@@ -1,0 +1,191 @@
+//! Checks the words of `[coupling]` and those of steps: courses of inputs, steps of FMUs, the division of communication steps.
+
+use diagnostics::{Error, Mistakes, Spanned, suggest};
+use recording::{Columns, Full};
+
+use super::ports::Port;
+use crate::plan::{Body, BondPlan, Clock, CouplingPlan, Division, NodePlan, Pace, Tear};
+use crate::words::{
+    Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, Iteration, OnDiscard, Scenario,
+};
+
+/// The course of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.
+pub(super) fn course(
+    scenario: &Scenario,
+    connect: &Connect,
+    at: At,
+    (from, to, receiver): (&Port, &Port, &Body),
+) -> Result<Option<Extrapolate>, Error> {
+    let takes = to.continuous && matches!(receiver, Body::Fmu { .. });
+    let Some(word) = &connect.extrapolate else {
+        let iterates = scenario.document.coupling.algorithm == Algorithm::Iterate;
+        let even = iterates && at == At::End && takes && from.continuous;
+        return Ok((even && connect.effects().is_empty()).then_some(Extrapolate::Linear));
+    };
+    if let Some((key, ..)) = connect.effects().first() {
+        let message = format!("`{key}` makes samples of the value, which hold until the next one");
+        return Err(scenario.error(word, message).help("leave `extrapolate` out"));
+    }
+    match takes {
+        true => Ok(Some(*word.get_ref())),
+        false => {
+            let message = format!("`{}` is no continuous input of an FMU", connect.to.get_ref());
+            Err(scenario.error(word, message).help("leave `extrapolate` out: it holds its value"))
+        }
+    }
+}
+
+/// Gives the nodes the steps that the scenario has for them.
+fn paces(
+    scenario: &Scenario,
+    nodes: &mut [NodePlan],
+    clock: Option<Clock>,
+    mistakes: &mut Mistakes,
+) {
+    for fmu in &scenario.document.fmu {
+        let (Some(word), Some(clock)) = (&fmu.step, clock) else { continue };
+        let pace = mistakes.take(pace(scenario, word, clock)).flatten();
+        if let Some(node) = nodes.iter_mut().find(|node| node.name == *fmu.name.get_ref()) {
+            node.pace = pace;
+        }
+    }
+}
+
+/// The step of a node beside the communication step; none if it is the same.
+fn pace(scenario: &Scenario, word: &Spanned<f64>, clock: Clock) -> Result<Option<Pace>, Error> {
+    let (own, step) = (*word.get_ref(), clock.step);
+    let whole = |ratio: f64| {
+        let times = ratio.round();
+        ((ratio - times).abs() <= 1e-9 * ratio && (1.0..=1e6).contains(&times))
+            .then_some(times as u64)
+    };
+    if !(own > 0.0 && own.is_finite()) {
+        return Err(scenario.error(word, format!("expected a step above 0 s, found {own} s")));
+    }
+    let pace = match (whole(step / own), whole(own / step)) {
+        (Some(1), _) => return Ok(None),
+        (Some(times), _) => Pace::Finer(times),
+        (None, Some(times)) => Pace::Coarser(times),
+        (None, None) => {
+            let message = format!(
+                "expected the communication step {step} s divided by a whole number, or a multiple of it, up to a million, found {own} s"
+            );
+            return Err(scenario.error(word, message));
+        }
+    };
+    if let Pace::Coarser(times) = pace
+        && !clock.steps.is_multiple_of(times)
+    {
+        let message =
+            format!("the run has {} steps of {step} s, no multiple of {own} s", clock.steps);
+        return Err(scenario.error(word, message).help("choose another `stop` in [time]"));
+    }
+    Ok(Some(pace))
+}
+
+/// The coupling, without its loops. Nodes get the steps that they have of their own.
+pub(super) fn plan(
+    scenario: &Scenario,
+    (nodes, columns): (&mut [NodePlan], &Columns<Full>),
+    clock: Option<Clock>,
+    mistakes: &mut Mistakes,
+) -> CouplingPlan {
+    paces(scenario, nodes, clock, mistakes);
+    let coupling = &scenario.document.coupling;
+    let Iteration { tolerance, passes, .. } = coupling.iteration;
+    let wrong = |what: String| Error::input(format!("[coupling] iteration: {what}"));
+    if !(tolerance > 0.0 && tolerance < 1.0) {
+        let what = format!("expected a relative tolerance between 0 and 1, found {tolerance}");
+        mistakes.push(wrong(what));
+    }
+    if passes == 0 {
+        mistakes.push(wrong("expected at least 1 for `passes`, found 0".to_owned()));
+    }
+    CouplingPlan {
+        algorithm: coupling.algorithm,
+        iteration: coupling.iteration,
+        division: division(scenario, (nodes, columns), mistakes),
+        ..CouplingPlan::default()
+    }
+}
+
+fn division(
+    scenario: &Scenario,
+    placed: (&[NodePlan], &Columns<Full>),
+    mistakes: &mut Mistakes,
+) -> Option<Division> {
+    let coupling = &scenario.document.coupling;
+    let estimate = coupling.error.as_ref().map(|word| *word.get_ref()).unwrap_or_default();
+    let bonds = coupling.bond.iter();
+    let bonds = bonds.filter_map(|word| mistakes.take(bond(scenario, word, placed))).collect();
+    let control = coupling.tolerance.as_ref().map(|word| (estimate, *word.get_ref()));
+    if let Some(word) = &coupling.tolerance {
+        let tolerance = *word.get_ref();
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            let message =
+                format!("expected a relative tolerance between 0 and 1, found {tolerance}");
+            mistakes.push(scenario.error(word, message));
+        }
+    } else if let Some(word) = &coupling.error {
+        let error = scenario.error(word, "an estimate of the error has nothing to decide");
+        mistakes.push(error.help("add `tolerance` to [coupling]"));
+    }
+    let energy = coupling.error.as_ref().filter(|word| *word.get_ref() == ErrorEstimate::Energy);
+    match (energy, coupling.bond.first()) {
+        (Some(word), None) => {
+            let error = scenario.error(word, "no connection is said to carry power");
+            mistakes.push(error.help(
+                "add [[coupling.bond]] with the inputs `effort` and `flow` of two connections, or leave `error` out",
+            ));
+        }
+        (None, Some(bond)) => {
+            let error = scenario.error(&bond.effort, "a bond is for `error = \"energy\"`");
+            mistakes.push(error.help("add `error = \"energy\"` to [coupling]"));
+        }
+        _ => {}
+    }
+    if let (Some(word), Algorithm::Iterate) = (energy, coupling.algorithm) {
+        let error = scenario.error(word, "`iterate` repeats steps until no energy is lost");
+        mistakes.push(error.help("leave `error` out, or choose another algorithm"));
+    }
+    let halves = match &coupling.on_discard {
+        Some(word) => *word.get_ref() == OnDiscard::Halve,
+        None => control.is_some() && estimate == ErrorEstimate::Richardson,
+    };
+    (control.is_some() || halves).then_some(Division { control, halves_discarded: halves, bonds })
+}
+
+fn bond(
+    scenario: &Scenario,
+    bond: &Bond,
+    (nodes, columns): (&[NodePlan], &Columns<Full>),
+) -> Result<BondPlan, Error> {
+    let inputs = || {
+        nodes.iter().enumerate().flat_map(|(node, plan)| {
+            let ends = plan.inputs.indices().zip(&plan.connections).enumerate();
+            ends.map(move |(place, (input, link))| (Tear { node, place }, input, link.source.index))
+        })
+    };
+    let find = |word: &Spanned<String>| {
+        let found = inputs().find(|(_, input, _)| columns[*input].name() == *word.get_ref());
+        found.ok_or_else(|| {
+            let names: Vec<_> = inputs().map(|(_, input, _)| columns[input].name()).collect();
+            let known = names.iter().map(String::as_str);
+            suggest::unknown("connected input", word.get_ref(), known)
+                .at(&scenario.source, word.span())
+        })
+    };
+    let (effort, flow) = Mistakes::both(find(&bond.effort), find(&bond.flow))?;
+    let gives = |node: usize, output| nodes[node].outputs.indices().any(|own| own == output);
+    if !(gives(effort.0.node, flow.2) && gives(flow.0.node, effort.2)) {
+        let message = format!(
+            "expected a flow that comes from the node that takes `{}`, and goes to the one that gives it; `{}` comes from `{}`",
+            bond.effort.get_ref(),
+            bond.flow.get_ref(),
+            columns[flow.2].name()
+        );
+        return Err(scenario.error(&bond.flow, message));
+    }
+    let name = format!("{}, {}", bond.effort.get_ref(), bond.flow.get_ref());
+    Ok(BondPlan { name, effort: effort.0, flow: flow.0 })
+}

@@ -1,0 +1,254 @@
+//! Shows how the nodes of a scenario are coupled: their order, their connections, and the loops of these.
+
+use std::fmt::Write as _;
+
+use scenario::plan::{Block, Body, Link, Loop, NodePlan, System};
+use scenario::words::{Algorithm, At, ErrorEstimate};
+use serde_json::{Value, json};
+
+/// The order, the connections and the loops of a system, as lines for a terminal.
+#[must_use]
+pub fn lines(system: &System) -> String {
+    let mut text = String::new();
+    let plan = &system.coupling;
+    let clock = system.clock;
+    // Writing into a string cannot fail.
+    let _ = writeln!(text, "{:<10} {}", "scenario", system.header.title);
+    let _ = writeln!(
+        text,
+        "{:<10} {} s, {} times from {} s on",
+        "step", clock.step, clock.steps, clock.start
+    );
+    let _ = writeln!(text, "{:<10} {}", "coupling", coupling(system));
+    let _ = writeln!(text, "\n{} nodes, in the order in which they step", system.order.len());
+    let width = |names: &mut dyn Iterator<Item = &str>| {
+        names.map(|name| name.chars().count()).max().unwrap_or(0).min(100)
+    };
+    let names = width(&mut system.nodes.iter().map(|node| node.name.as_str()));
+    for (place, node) in system.order.iter().map(|node| &system.nodes[*node]).enumerate() {
+        let _ = writeln!(text, "  {:>3}  {:<names$}  {}", place + 1, node.name, kind(system, node));
+    }
+    let links = links(system);
+    let width = width(&mut links.iter().map(|(label, _)| label.as_str()));
+    let _ = writeln!(text, "\n{} connections", links.len());
+    for (label, about) in &links {
+        let _ = writeln!(text, "  {label:<width$}  {about}");
+    }
+    let count = match plan.loops.len() {
+        0 => "no loop".to_owned(),
+        1 => "1 loop".to_owned(),
+        count => format!("{count} loops"),
+    };
+    let _ = writeln!(text, "\n{count}");
+    for it in &plan.loops {
+        let _ = writeln!(text, "  {}", about_loop(system, it));
+        for link in &it.links {
+            let _ = writeln!(text, "    {:<width$}  {}", link.label, about_link(system, link));
+        }
+    }
+    text
+}
+
+/// The same as JSON.
+#[must_use]
+pub fn json(system: &System) -> Value {
+    let name = |node: &usize| system.nodes[*node].name.clone();
+    let names = |nodes: &[usize]| nodes.iter().map(name).collect::<Vec<_>>();
+    let node = |node: &usize| {
+        let plan = &system.nodes[*node];
+        let step = plan.pace.map_or(system.clock, |pace| pace.of(&system.clock)).step;
+        json!({ "name": plan.name, "kind": kind(system, plan), "step": step })
+    };
+    let link = |link: &Link| json!({ "connection": link.label, "at": end(link.at), "followed": link.needed });
+    let connection =
+        |(label, about): &(String, String)| json!({ "connection": label, "about": about });
+    let of_loop = |it: &Loop| {
+        json!({
+            "nodes": names(&it.nodes),
+            "algebraic": it.is_algebraic,
+            "connections": it.links.iter().map(link).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "scenario": system.header.scenario,
+        "title": system.header.title,
+        "step": system.clock.step,
+        "steps": system.clock.steps,
+        "coupling": coupling(system),
+        "order": system.order.iter().map(node).collect::<Vec<_>>(),
+        "connections": links(system).iter().map(connection).collect::<Vec<_>>(),
+        "loops": system.coupling.loops.iter().map(of_loop).collect::<Vec<_>>(),
+    })
+}
+
+/// The same as a graph in the language of Graphviz. Connections with the value from the start of the step are dashed, and those of
+/// algebraic loops are red.
+#[must_use]
+pub fn dot(system: &System) -> String {
+    let mut text = String::from("digraph coupling {\n  rankdir=LR;\n  node [shape=box];\n");
+    for (place, node) in system.order.iter().enumerate() {
+        let label = format!("{}. {}", place + 1, system.nodes[*node].name);
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "  n{node} [label={}];", quoted(&label));
+    }
+    for (place, it) in system.coupling.loops.iter().enumerate() {
+        let kind = if it.is_algebraic { "algebraic loop" } else { "loop" };
+        let nodes: Vec<_> = it.nodes.iter().map(|node| format!("n{node}")).collect();
+        let _ = writeln!(
+            text,
+            "  subgraph cluster_{place} {{ label=\"{kind}\"; {}; }}",
+            nodes.join("; ")
+        );
+    }
+    let red = |label: &str| {
+        let loops = system.coupling.loops.iter().filter(|it| it.is_algebraic);
+        loops.flat_map(|it| &it.links).any(|link| link.label == label && link.needed)
+    };
+    for (to, node) in system.nodes.iter().enumerate() {
+        for (label, from, at) in incoming(system, node) {
+            let names = label.split(" -> ").map(|end| end.split_once('.').map_or(end, |it| it.1));
+            let names = names.collect::<Vec<_>>().join(" \u{2192} ");
+            let dashed = if at == At::Start { " style=dashed" } else { "" };
+            let colour = if red(&label) { " color=red" } else { "" };
+            let _ =
+                writeln!(text, "  n{from} -> n{to} [label={}{dashed}{colour}];", quoted(&names));
+        }
+    }
+    text + "}\n"
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+fn end(at: At) -> &'static str {
+    if at == At::Start { "start" } else { "end" }
+}
+
+fn coupling(system: &System) -> String {
+    let plan = &system.coupling;
+    let mut text = match plan.algorithm {
+        Algorithm::GaussSeidel => "gauss_seidel".to_owned(),
+        Algorithm::Jacobi => "jacobi".to_owned(),
+        Algorithm::Iterate => {
+            let it = plan.iteration;
+            format!("iterate, up to {} passes, tolerance {}", it.passes, it.tolerance)
+        }
+    };
+    if let Some(division) = &plan.division {
+        match division.control {
+            Some((ErrorEstimate::Richardson, tolerance)) => {
+                let _ =
+                    write!(text, ", steps divided to the tolerance {tolerance} by repeating them");
+            }
+            Some((ErrorEstimate::Energy, tolerance)) => {
+                let _ = write!(
+                    text,
+                    ", steps divided to the tolerance {tolerance} by the energy of bonds"
+                );
+            }
+            None => {}
+        }
+        if division.halves_discarded {
+            text += ", discarded steps halved";
+        }
+    }
+    text
+}
+
+fn kind(system: &System, node: &NodePlan) -> String {
+    let mut text = match &node.body {
+        Body::Fmu { fmu, .. } => {
+            let about = &fmu.description;
+            let back = if about.state || about.serialised_state { ", can go back" } else { "" };
+            format!("FMU {} of FMI {}{back}", about.name, about.version)
+        }
+        Body::Signals(_) => "signals".to_owned(),
+        Body::Table(_) => "table".to_owned(),
+        Body::Inlet => "input connector".to_owned(),
+        Body::Outlet => "output connector".to_owned(),
+    };
+    if let Some(pace) = node.pace {
+        let _ = write!(text, ", steps of {} s", pace.of(&system.clock).step);
+    }
+    text
+}
+
+/// The connections of a node: label, node that gives the value, and end of the step.
+fn incoming<'s>(
+    system: &'s System,
+    node: &'s NodePlan,
+) -> impl Iterator<Item = (String, usize, At)> + 's {
+    let giver = |output: &dyn Fn(&NodePlan) -> bool| system.nodes.iter().position(output);
+    let numbers = node.inputs.indices().zip(&node.connections).filter_map(move |(input, link)| {
+        let source = link.source.index;
+        let from = giver(&|it| it.outputs.indices().any(|own| own == source))?;
+        let label =
+            format!("{} -> {}", system.columns[source].name(), system.columns[input].name());
+        Some((label, from, link.source.at))
+    });
+    let texts = node.texts.inputs.indices().zip(&node.texts.connections);
+    let texts = texts.filter_map(move |(input, source)| {
+        let from = giver(&|it| it.texts.outputs.indices().any(|own| own == source.index))?;
+        let label =
+            format!("{} -> {}", system.columns[source.index].name(), system.columns[input].name());
+        Some((label, from, source.at))
+    });
+    numbers.chain(texts)
+}
+
+/// Label and description of each connection.
+fn links(system: &System) -> Vec<(String, String)> {
+    let courses = |node: &NodePlan| {
+        let links = node.inputs.indices().zip(&node.connections);
+        links.map(|(input, it)| (system.columns[input].name(), it.course)).collect::<Vec<_>>()
+    };
+    let all = system.nodes.iter().flat_map(|node| {
+        let courses = courses(node);
+        incoming(system, node).map(move |(label, _, at)| {
+            let to = label.split(" -> ").nth(1).unwrap_or_default();
+            let course =
+                courses.iter().find(|(name, _)| name == to).and_then(|(_, course)| *course);
+            let course =
+                course.map_or(String::new(), |it| format!(", {it:?} in between").to_lowercase());
+            let about = format!("value at the {} of the step{course}", end(at));
+            (label, about)
+        })
+    });
+    all.collect()
+}
+
+fn about_loop(system: &System, it: &Loop) -> String {
+    let names: Vec<_> = it.nodes.iter().map(|node| system.nodes[*node].name.as_str()).collect();
+    let kind = if it.is_algebraic {
+        "algebraic: no step on the way round"
+    } else {
+        "a step on the way round"
+    };
+    let solved = |block: &Block| {
+        !block.tears.is_empty() && block.nodes.iter().any(|node| it.nodes.contains(node))
+    };
+    let how = if system.coupling.blocks.iter().any(solved) {
+        ", iterated"
+    } else if it.is_algebraic {
+        ", broken by a value from the start of the step"
+    } else {
+        ""
+    };
+    format!("{} ({kind}{how})", names.join(", "))
+}
+
+fn about_link(system: &System, link: &Link) -> String {
+    let followed = if link.needed { "an output follows it" } else { "acts during the step only" };
+    let (from, to) = link.ends;
+    let place = |node: usize| system.order.iter().position(|it| *it == node);
+    let back = link.at == At::End && place(from) >= place(to);
+    let guessed =
+        system.coupling.blocks.iter().any(|it| it.nodes.contains(&to) && !it.tears.is_empty());
+    let back = match (back, guessed) {
+        (true, true) => ", guessed until it fits",
+        (true, false) => ", one step late, since its receiver goes first",
+        _ => "",
+    };
+    format!("{} of the step, {followed}{back}", end(link.at))
+}
