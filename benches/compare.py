@@ -3,15 +3,17 @@
 
 usage: compare.py FMU INPUT OUTPUT [--nodes N] [--steps N] [--rounds N] [--program trackside] [--venv DIR]
 
-INPUT and OUTPUT are names of Real variables. All programs take turns, so that a machine that is busy for a while is so for
-all of them; the table has medians. Those of trackside are of whole processes, less one that does a single step. The
-others (a loop in C without anything around it, Ecos, libcosim, fmpy) measure their loop themselves. `--venv DIR` makes an environment for the
-Python packages there, with pip; without it this Python is used. What is not there is said and left out.
+INPUT and OUTPUT are names of Real variables. What counts is processor time, in all threads of a program, and all programs
+take turns, so that other work on the machine matters little; the table has medians. Those of trackside are of whole
+processes, less one that does a single step. The others (a loop in C with nothing around it, Ecos, libcosim, fmpy) measure
+their loop themselves. `--venv DIR` makes an environment for the Python packages there, with pip; without it this Python is
+used. What is not there is said and left out.
 """
 
 import argparse
 import json
 import os
+import resource
 import statistics
 import subprocess
 import sys
@@ -23,13 +25,14 @@ import zipfile
 from pathlib import Path
 
 STEP = 0.1
-PACKAGES = {"Ecos": "ecospy", "libcosim": "libcosimpy", "fmpy": "fmpy"}
+# Ecos needs a library that another package brings.
+PACKAGES = ["ecospy", "tbb", "libcosimpy", "fmpy"]
 # So many times fewer steps than trackside, for those that take long.
 FEWER = {"Ecos": 10, "libcosim": 100, "fmpy": 20}
 
 
 def ecos(fmu, names, nodes, steps):
-    """Time of a step of the chain [ns]."""
+    """Processor time of a step of the chain [ns]."""
     from ecospy import EcosSimulation, EcosSimulationStructure
 
     structure = EcosSimulationStructure()
@@ -39,13 +42,13 @@ def ecos(fmu, names, nodes, steps):
         structure.make_real_connection(f"n{i - 1}::{names[1]}", f"n{i}::{names[0]}")
     simulation = EcosSimulation(structure=structure, step_size=STEP)
     simulation.init()
-    begin = time.perf_counter()
+    begin = time.process_time()
     simulation.step(steps)
-    return (time.perf_counter() - begin) / steps * 1e9
+    return (time.process_time() - begin) / steps * 1e9
 
 
 def libcosim(fmu, names, nodes, steps):
-    """Time of a step of the chain [ns]."""
+    """Processor time of a step of the chain [ns]."""
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimSlave import CosimLocalSlave
 
@@ -57,13 +60,13 @@ def libcosim(fmu, names, nodes, steps):
     known = {v.name.decode(): v.reference for v in execution.slave_variables(made[0])}
     for one, other in zip(made, made[1:]):
         execution.connect_real_variables(one, known[names[1]], other, known[names[0]])
-    begin = time.perf_counter()
+    begin = time.process_time()
     execution.step(steps)
-    return (time.perf_counter() - begin) / steps * 1e9
+    return (time.process_time() - begin) / steps * 1e9
 
 
 def fmpy(fmu, names, nodes, steps):
-    """Time of a step of the chain [ns], with the calls of fmpy's own slaves from Python."""
+    """Processor time of a step of the chain [ns], with the calls of fmpy's own slaves from Python."""
     from fmpy import extract, read_model_description
     from fmpy.fmi2 import FMU2Slave
 
@@ -83,25 +86,27 @@ def fmpy(fmu, names, nodes, steps):
         slave.enterInitializationMode()
         slave.exitInitializationMode()
         chain.append(slave)
-    begin = time.perf_counter()
+    begin = time.process_time()
     for tick in range(steps):
         value = [float(tick)]
         for slave in chain:
             slave.setReal(given, value)
             slave.doStep(tick * STEP, STEP)
             value = slave.getReal(taken)
-    return (time.perf_counter() - begin) / steps * 1e9
+    return (time.process_time() - begin) / steps * 1e9
 
 
 PEERS = {"Ecos": ecos, "libcosim": libcosim, "fmpy": fmpy}
 
 
 def peer(name, python, arguments, folder):
-    """Time of a step of another program [ns], in a process of its own; nothing when it is not there."""
+    """Processor time of a step of another program [ns], in a process of its own; nothing when it is not there."""
     words = [arguments.fmu, arguments.input, arguments.output, "--nodes", str(arguments.nodes)]
     words += ["--steps", str(max(arguments.steps // FEWER[name], 1)), "--peer", name]
     command = [python, os.path.abspath(__file__), *words]
-    ended = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    libraries = {"LD_LIBRARY_PATH": str(Path(python).parent.parent / "lib")}
+    around = os.environ | libraries
+    ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=around)
     lines = [line for line in ended.stdout.splitlines() if line.startswith("{")]
     if ended.returncode or not lines:
         why = (ended.stderr.strip().splitlines() or ["it says nothing"])[-1]
@@ -142,17 +147,21 @@ def scenario(arguments, steps):
 
 
 def trackside(arguments, folder):
-    """Times of a step of the loop, and of the whole process by steps [ns]."""
+    """Processor times of a step of the loop, and of the whole process by steps [ns]."""
+
+    def used():
+        usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return usage.ru_utime + usage.ru_stime
 
     def run(steps):
         path = folder / f"chain_{steps}.toml"
         path.write_text(scenario(arguments, steps))
         command = [arguments.program, "run", path, "--out", folder / "out", "--rerun", "off"]
-        begin = time.perf_counter()
+        begin = used()
         ended = subprocess.run(command, capture_output=True, text=True)
         if ended.returncode:
             sys.exit(f"trackside: {ended.stderr}")
-        return time.perf_counter() - begin
+        return used() - begin
 
     start, whole = run(1), run(arguments.steps)
     return (whole - start) / arguments.steps * 1e9, whole / arguments.steps * 1e9
@@ -165,7 +174,7 @@ def environment(folder):
     python = Path(folder) / "bin" / "python"
     if not python.exists():
         venv.create(folder, with_pip=True)
-    for package in PACKAGES.values():
+    for package in PACKAGES:
         command = [python, "-m", "pip", "install", "--quiet", package]
         if subprocess.run(command).returncode:
             print(f"{package} cannot be installed", file=sys.stderr)

@@ -2,17 +2,28 @@
 //! its own.
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use allocation_counter::{AllocationInfo, measure};
 use cosim::check::Checks;
 use cosim::master::{self, Progress};
 use cosim::node;
 use diagnostics::Error;
+use libtest_mimic::{Arguments, Trial};
 use orchestrator::package;
 use recording::{Event, Full, Notice, Recorded, Row, Selection, Sink};
 use scenario::plan::System;
 use scenario::resolve::Overrides;
 use scenario::{Built, Scenario};
+
+fn main() -> ExitCode {
+    let test = || {
+        twice_as_many_steps_allocate_as_often();
+        Ok(())
+    };
+    let trial = Trial::test("twice_as_many_steps_allocate_as_often", test);
+    libtest_mimic::run(&Arguments::from_args(), vec![trial]).exit_code()
+}
 
 /// What takes rows in a run, without a thread: the checks, and the choice of what is recorded.
 struct Rows {
@@ -68,7 +79,6 @@ fn allocated(scenario: &Scenario, built: &Built, steps: u64) -> AllocationInfo {
     counted
 }
 
-#[test]
 fn twice_as_many_steps_allocate_as_often() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/double_lane_change.toml");
     let scenario = Scenario::read(&path).expect("a scenario");
@@ -77,4 +87,5 @@ fn twice_as_many_steps_allocate_as_often() {
     let [once, twice] = [4_000, 8_000].map(|steps| allocated(&scenario, &built, steps));
     assert!(once.count_total > 0, "the beginning allocates");
     assert_eq!(twice.count_total, once.count_total, "{once:?} {twice:?}");
+    assert_eq!(twice.bytes_max, once.bytes_max, "memory stays as it is: {once:?} {twice:?}");
 }

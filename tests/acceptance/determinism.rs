@@ -1,10 +1,12 @@
 //! Checks that a scenario gives the same numbers on every run, another seed gives others, and the report is complete.
 
-use super::harness::{limit_handling, record};
+use super::fixture::Scenario;
+use super::harness::{Lab, limit_handling, record};
 
 tests! {
     only_equal_seeds_give_equal_bytes,
     the_report_is_complete,
+    what_is_too_late_in_real_time_is_counted: Compiler,
 }
 
 fn only_equal_seeds_give_equal_bytes() {
@@ -47,4 +49,20 @@ fn the_report_is_complete() {
             |text: &str| text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit());
         assert!(fmu["sha256"].as_str().is_some_and(hexadecimal), "{fmu}");
     }
+}
+
+fn what_is_too_late_in_real_time_is_counted() {
+    let lab = Lab::new();
+    lab.write("relay.fmu", super::fmus::relay());
+    // No step takes a nanosecond.
+    let scenario = Scenario::new().time(1e-9, 1e-7).fmu("relay", "relay.fmu", "");
+    lab.write("case.toml", scenario.key("unconnected = 'start'").check("it", "time >= 0").text());
+    let arguments = ["run", "case.toml", "--out", "out", "--rerun", "off", "--realtime"];
+    lab.trackside(&arguments).expect(0);
+    let report = lab.report("out");
+    assert_eq!((&report["steps"], &report["late_points"]), (&100.into(), &100.into()));
+    let node = &report["nodes"][0];
+    assert_eq!((&node["calls"], &node["deadline_misses"]), (&100.into(), &100.into()), "{node}");
+    let page = lab.read("out/report.html");
+    assert!(page.contains("100 of 100 communication points"), "{page}");
 }

@@ -231,8 +231,8 @@ impl<'a> Exchange<'a> {
     /// # Errors
     /// When an input does not accept its value.
     pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
-        if self.routes.of_node(node).is_direct {
-            self.lead_directly(node);
+        self.efforts.turn_to(node);
+        if self.lead_directly(node) {
             return Ok(());
         }
         match self.plans[node].body {

@@ -21,8 +21,9 @@ pub(super) fn check_numbers(
     }
 }
 
+/// The error of an output that is NaN at a time [s].
 #[cold]
-fn no_number(plan: &NodePlan, output: &str, time: f64) -> Error {
+pub(super) fn no_number(plan: &NodePlan, output: &str, time: f64) -> Error {
     let version = match &plan.body {
         Body::Fmu { fmu, .. } => fmu.description.version,
         _ => Version::Two,

@@ -1,6 +1,6 @@
 //! Lets a node do all of its step at once, which costs less than one call after the other.
 
-use super::judge::check_numbers;
+use super::judge::no_number;
 use super::{Exchange, Interruption};
 
 impl Exchange<'_> {
@@ -10,11 +10,11 @@ impl Exchange<'_> {
     /// # Errors
     /// When the node fails, or ends the run before the end of the step; when an output is NaN.
     pub fn go(&mut self, node: usize) -> Result<(), Interruption> {
-        let plan = &self.plans[node];
-        let is_plain = self.routes.of_node(node).has_numbers_only && self.moving[node].is_empty();
-        let sides = match is_plain {
-            true => self.row.both(plan.outputs, plan.inputs),
-            false => None,
+        let sides = match self.routes.of_node(node).numbers {
+            Some([outputs, inputs]) if self.moving[node].is_empty() => {
+                self.row.both(outputs, inputs)
+            }
+            _ => None,
         };
         let Some((outputs, inputs)) = sides else {
             self.step(node)?;
@@ -38,9 +38,14 @@ impl Exchange<'_> {
     /// Checks the outputs of a node, which have been read.
     #[inline]
     pub(super) fn check(&mut self, node: usize) -> Result<(), Interruption> {
-        let plan = &self.plans[node];
-        let checked = check_numbers(plan, self.columns, &self.row, || self.span().1);
         self.efforts.rest();
-        checked.map_err(Interruption::Value)
+        let needed = self.routes.needed(node);
+        match needed.iter().copied().find(|&output| self.row[output].is_nan()) {
+            None => Ok(()),
+            Some(output) => {
+                let (plan, time) = (&self.plans[node], self.span().1);
+                Err(Interruption::Value(no_number(plan, &self.columns[output].variable, time)))
+            }
+        }
     }
 }

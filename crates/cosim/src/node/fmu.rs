@@ -2,6 +2,7 @@
 
 mod clocks;
 mod events;
+mod plain;
 mod ports;
 mod slopes;
 mod state;
@@ -13,6 +14,7 @@ use fmu_import::{CallError, Causality, Fmu, Instance, Message, Value, Variable};
 use scenario::plan::{Clock, Ports, Start};
 
 use self::events::Events;
+use self::plain::Plain;
 use self::ports::Memory;
 use self::slopes::Slopes;
 pub(in crate::node) use self::state::Bytes;
@@ -36,8 +38,8 @@ pub struct FmuNode {
     shown: Memory,
     events: Events,
     slopes: Slopes,
-    /// Whether all its values are handed over as they are, see [`ports::are_plain`].
-    plain: bool,
+    /// The calls of a step, if all values are handed over as they are.
+    plain: Option<Plain>,
 }
 
 impl FmuNode {
@@ -58,7 +60,7 @@ impl FmuNode {
         let early = instance.description().returns_early();
         Ok(FmuNode {
             name: name.to_owned(),
-            plain: !early && ports::are_plain(&inputs, &outputs),
+            plain: if early { None } else { Plain::of(&inputs, &outputs) },
             begin: 0.0,
             kept: Memory::of(&inputs.numbers, &inputs.texts),
             shown: Memory::of(&outputs.numbers, &outputs.texts),
@@ -245,8 +247,8 @@ impl Node for FmuNode {
         (clock, tick): (&Clock, u64),
         outputs: &mut [f64],
     ) -> Result<bool, CallError> {
-        if self.plain {
-            self.visit_plainly(inputs, (clock.at(tick), clock.step), outputs)?;
+        if let Some(plain) = &self.plain {
+            plain.visit(&mut self.instance, inputs, (clock.at(tick), clock.step), outputs)?;
         } else {
             self.set(inputs)?;
             self.step(clock, tick)?;

@@ -38,6 +38,8 @@ struct Experiment {
 pub struct Instance {
     component: Component,
     pub(super) states: Arc<States>,
+    /// Whether a state was ever saved. Each step asks, and this costs less than a look at them.
+    pub(super) saved: bool,
     pub(super) keeps_history: bool,
     pub(super) mailbox: Mailbox,
     pub(super) activity: Arc<Activity>,
@@ -138,6 +140,7 @@ impl Instance {
         Ok(Instance {
             component,
             states: Arc::default(),
+            saved: false,
             keeps_history: false,
             mailbox,
             activity,

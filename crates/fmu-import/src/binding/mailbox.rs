@@ -4,8 +4,8 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::ptr;
-use std::sync::atomic::AtomicBool;
-use std::sync::atomic::Ordering::{AcqRel, Relaxed, Release};
+use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use super::WARNING;
@@ -14,6 +14,9 @@ use crate::{Message, MessageLevel};
 /// The mailboxes of the living instances, and the number of the next one. An FMU may log with an environment that it
 /// made up, or with that of an instance that is gone.
 static LIVING: RwLock<(usize, BTreeMap<usize, Arc<Waiting>>)> = RwLock::new((1, BTreeMap::new()));
+
+/// How many messages came to any mailbox. Each step of each node asks, and this is one place for all of them.
+static CAME: AtomicU64 = AtomicU64::new(0);
 
 thread_local! {
     /// The number of the mailbox whose instance this thread calls, 0 between calls.
@@ -47,6 +50,7 @@ impl Waiting {
     fn put(&self, message: Message) {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
         self.some.store(true, Release);
+        CAME.fetch_add(1, Release);
     }
 }
 
@@ -54,6 +58,8 @@ impl Waiting {
 #[derive(Debug)]
 pub(super) struct Mailbox {
     number: usize,
+    /// So many messages had come to any mailbox when there was none in this one.
+    seen: AtomicU64,
     held: Arc<Waiting>,
 }
 
@@ -64,7 +70,7 @@ impl Mailbox {
         let number = living.0;
         living.0 += 1;
         living.1.insert(number, Arc::clone(&held));
-        Mailbox { number, held }
+        Mailbox { number, seen: AtomicU64::new(0), held }
     }
 
     /// The address that stands for the mailbox: there is nothing at it.
@@ -98,7 +104,15 @@ impl Mailbox {
     /// Whether messages came since the last time.
     #[inline]
     pub(super) fn has_some(&self) -> bool {
-        self.held.some.load(Relaxed)
+        let came = CAME.load(Acquire);
+        if came == self.seen.load(Relaxed) {
+            return false;
+        }
+        let some = self.held.some.load(Relaxed);
+        if !some {
+            self.seen.store(came, Relaxed);
+        }
+        some
     }
 
     /// Takes the messages that came since the last time.

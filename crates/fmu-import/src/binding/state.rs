@@ -5,7 +5,6 @@
 use std::collections::BTreeMap;
 use std::ffi::c_void;
 use std::ptr;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::phase::Phase;
@@ -36,8 +35,6 @@ impl Drop for FmuState {
 #[derive(Debug, Default)]
 pub(super) struct States {
     held: Mutex<Held>,
-    /// Whether there ever was one. Each step asks, and this costs less than the lock.
-    ever: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -56,19 +53,12 @@ unsafe impl Send for State {}
 
 impl States {
     fn lock(&self) -> MutexGuard<'_, Held> {
-        self.ever.store(true, Relaxed);
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether there never was one.
-    #[inline]
-    pub(super) fn none_ever(&self) -> bool {
-        !self.ever.load(Relaxed)
     }
 
     /// Whether anybody holds a state that can be restored.
     pub(super) fn any(&self) -> bool {
-        !self.none_ever() && !self.lock().living.is_empty()
+        !self.lock().living.is_empty()
     }
 }
 
@@ -208,7 +198,7 @@ impl Instance {
 
     /// Frees the states that were dropped since the last time.
     pub(super) fn free_dropped_states(&mut self) -> Result<(), CallError> {
-        if self.states.none_ever() {
+        if !self.saved {
             return Ok(());
         }
         let dropped = std::mem::take(&mut self.states.lock().dropped);
@@ -243,6 +233,7 @@ impl Instance {
     }
 
     fn own(&mut self, state: State) -> FmuState {
+        self.saved = true;
         let mut held = self.states.lock();
         let number = held.next;
         held.next += 1;

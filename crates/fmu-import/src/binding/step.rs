@@ -34,7 +34,7 @@ impl Instance {
     fn part_of_step(&mut self, time: f64, step: f64) -> Result<(StepStatus, Advance), CallError> {
         self.free_dropped_states()?;
         self.activity.at(time);
-        let no_way_back = !self.keeps_history && !self.states.any();
+        let no_way_back = !(self.keeps_history || self.saved && self.states.any());
         match &self.library.own {
             Own::Two(own) => {
                 let function = own.do_step;
@@ -59,9 +59,9 @@ impl Instance {
     #[inline]
     pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
         let version = self.description().version;
-        match (&self.library.own, self.states.none_ever()) {
+        match (&self.library.own, self.saved) {
             // Nearly all steps are these, and here there is nothing to look up.
-            (Own::Two(own), true) => {
+            (Own::Two(own), false) => {
                 let (function, no_way_back) = (own.do_step, !self.keeps_history);
                 self.activity.at(time);
                 // SAFETY: the component is alive, and nobody else calls it.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::sync::Arc;
 
-use fmu_import::{Fmu, FmuState, Instance, Library, MessageLevel, StepStatus};
+use fmu_import::{Fmu, FmuState, Instance, Library, MessageLevel, StepStatus, Storage};
 use libtest_mimic::{Arguments, Trial};
 use tempfile::TempDir;
 
@@ -26,6 +26,9 @@ const TESTS: &[(&str, fn())] = &[
     ("an_immense_state_is_an_error", immense_state),
     ("what_the_fmu_does_not_claim_is_not_called", unclaimed),
     ("after_fatal_nothing_is_called_of_no_instance", fatal),
+    ("after_fatal_nothing_is_called_in_the_same_step", fatal_in_a_step),
+    ("the_calls_of_a_step_do_what_they_do_alone", step_at_once),
+    ("all_instances_of_an_fmu_have_one_library", one_library),
     ("a_step_may_end_early", early_end),
     ("log_messages_with_a_strange_environment_go_to_the_instance_that_is_called", strangers),
     ("log_messages_may_come_from_a_thread", thread),
@@ -246,6 +249,49 @@ fn fatal() {
     }
     drop((a, b, state));
     assert_eq!(lab.calls(), before);
+}
+
+fn fatal_in_a_step() {
+    let lab = Lab::new("is fatal");
+    let mut instance = lab.instance();
+    let mut before = Vec::new();
+    let done = instance.visit(|instance| {
+        let error = instance.step(0.0, 0.1).expect_err("it is fatal");
+        assert!(error.what.contains("returned fmi2Fatal"), "{error:?}");
+        before = lab.calls();
+        instance.get_numbers(Storage::Float64, &[0], &mut [0.0])
+    });
+    let error = done.expect_err("nothing may be called");
+    assert!(error.what.contains("is not called: after fmi2Fatal"), "{error:?}");
+    assert_eq!(lab.calls(), before);
+}
+
+fn step_at_once() {
+    let lab = Lab::new("");
+    let (mut one, mut other) = (lab.instance(), lab.instance());
+    for tick in 0..20 {
+        let time = f64::from(tick) * 0.1;
+        let (mut alone, mut at_once) = ([0.0], [0.0]);
+        one.step(time, 0.1).expect("a step");
+        one.get_real(&[0], &mut alone).expect("a value");
+        let done = other.visit(|other| {
+            other.step(time, 0.1)?;
+            other.get_numbers(Storage::Float64, &[0], &mut at_once)
+        });
+        done.expect("a step");
+        assert_eq!(alone, at_once);
+        assert!(alone[0] != 0.0);
+    }
+}
+
+fn one_library() {
+    let folder = pack("");
+    let fmu = Arc::new(Fmu::open(&folder.path().join("probe.fmu")).expect("an FMU"));
+    let [one, other] = [(); 2].map(|()| fmu.load().expect("its library"));
+    assert!(Arc::ptr_eq(&one, &other));
+    drop((one, other));
+    let instance = Instance::new(fmu.load().expect("its library"), "again", false);
+    assert!(instance.is_ok(), "it is loaded again: {instance:?}");
 }
 
 fn early_end() {

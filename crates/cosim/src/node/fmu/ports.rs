@@ -1,7 +1,7 @@
 //! Hands values to an FMU and takes them from it, by groups of variables of one form.
 
 use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, hexadecimal};
-use scenario::plan::{Group, Ports};
+use scenario::plan::Group;
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
@@ -95,48 +95,7 @@ fn take<T: Form>(
     Ok(())
 }
 
-/// Whether all values of an FMU are handed over as they are in a step, without events, and without arithmetic, which depends on how
-/// numbers are rounded.
-pub(super) fn are_plain(inputs: &Ports, outputs: &Ports) -> bool {
-    let plain = |group: &Group| {
-        group.is_whole() && group.clocks.is_empty() && !group.is_exact() && !is_clock(group)
-    };
-    let given = |group: &Group| plain(group) && group.storage != Storage::Float32;
-    let taken = |group: &Group| !group.needed || plain(group);
-    let numbers = inputs.numbers.iter().all(given) && outputs.numbers.iter().all(taken);
-    numbers && inputs.texts.is_empty() && outputs.texts.iter().all(|group| !group.needed)
-}
-
 impl FmuNode {
-    /// Makes all calls of a step from a time on and of a length [s], of an FMU whose values are plain.
-    #[inline]
-    pub(super) fn visit_plainly(
-        &mut self,
-        inputs: &[f64],
-        (time, step): (f64, f64),
-        outputs: &mut [f64],
-    ) -> Result<(), CallError> {
-        let FmuNode { instance, inputs: given, outputs: taken, .. } = self;
-        instance.visit(|instance| {
-            let mut rest = inputs;
-            for group in &given.numbers {
-                let (values, others) = rest.split_at(group.places.len());
-                rest = others;
-                instance.set_numbers(group.storage, &group.references, values)?;
-            }
-            instance.step(time, step)?;
-            let mut rest = outputs;
-            for group in &taken.numbers {
-                let (values, others) = rest.split_at_mut(group.places.len());
-                rest = others;
-                if group.needed {
-                    instance.get_numbers(group.storage, &group.references, values)?;
-                }
-            }
-            Ok(())
-        })
-    }
-
     /// Keeps the start values of elements that do not travel, since an array is set as a whole, and all those that the FMU takes at events
     /// only.
     pub(super) fn keep(&mut self) -> Result<(), CallError> {
