@@ -5,7 +5,7 @@ use cosim::check::Checks;
 use cosim::fault::Faults;
 use diagnostics::Error;
 use recording::{
-    Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange, ThreadedSink,
+    BoxedSink, Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange,
 };
 use scenario::plan::{AnalysisPlan, System};
 
@@ -145,11 +145,11 @@ impl Sink<Full> for Recorder {
     }
 }
 
-/// The recordings of a run, each on a thread of its own. They get the recorded part of each row.
+/// The recordings of a run. They get the recorded part of each row.
 struct Recordings {
     selection: Selection,
     row: Row<Recorded>,
-    sinks: Vec<ThreadedSink>,
+    sinks: Vec<BoxedSink>,
 }
 
 impl Recordings {
@@ -161,14 +161,11 @@ impl Recordings {
         Ok(Recordings {
             selection: system.recorded.clone(),
             row: Row::default(),
-            sinks: opened.map(|sink| sink.map(ThreadedSink::new)).collect::<Result<_, _>>()?,
+            sinks: opened.collect::<Result<_, _>>()?,
         })
     }
 
-    fn each(
-        &mut self,
-        take: impl FnMut(&mut ThreadedSink) -> Result<(), Error>,
-    ) -> Result<(), Error> {
+    fn each(&mut self, take: impl FnMut(&mut BoxedSink) -> Result<(), Error>) -> Result<(), Error> {
         self.sinks.iter_mut().try_for_each(take)
     }
 }
@@ -200,6 +197,6 @@ impl Sink<Full> for Recordings {
     }
 
     fn notices(&mut self) -> Vec<Notice> {
-        self.sinks.iter_mut().flat_map(Sink::notices).collect()
+        self.sinks.iter_mut().flat_map(|sink| sink.notices()).collect()
     }
 }

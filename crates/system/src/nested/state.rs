@@ -193,7 +193,7 @@ impl Nested {
         });
         let nodes = nodes.collect::<FmiResult<_>>()?;
         let mut memory = Memory::new(&running.system);
-        memory.row.assign(&numbers, texts, integers);
+        memory.row.assign(&numbers, Some(texts), &integers);
         let chains = running.system.nodes.iter();
         let chains = chains
             .map(|plan| plan.connections.iter().map(|it| it.input_chain.clone()).collect())
