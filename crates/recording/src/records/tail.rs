@@ -13,7 +13,7 @@ const BEFORE: u8 = 0x80;
 const BEFORE_LENGTH: usize = 9 + 8;
 
 /// The extensions of the files.
-pub(crate) const EXTENSIONS: [&str; 2] = ["tail", "tail2"];
+const EXTENSIONS: [&str; 2] = ["tail2", "tail"];
 
 /// The files beside a recording.
 pub(crate) fn beside(recording: &Path) -> [PathBuf; 2] {

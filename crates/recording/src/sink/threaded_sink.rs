@@ -339,6 +339,21 @@ mod tests {
     }
 
     #[test]
+    fn texts_hold_until_they_change() {
+        let (mut sink, notes) = threaded(u64::MAX);
+        for tick in 0..10_000 {
+            let text = format!("from {}", tick / 3_000);
+            sink.row(tick, 0.0, &Row::from_values(vec![1.0], vec![text])).expect("taken");
+        }
+        sink.finish("after", true).expect("finished");
+        let notes = notes.lock().expect("no panic");
+        assert_eq!(notes.len(), 10_001);
+        for (tick, note) in notes.iter().take(10_000).enumerate() {
+            assert_eq!(*note, format!(r#"{tick} 0 [1.0] ["from {}"]"#, tick / 3_000));
+        }
+    }
+
+    #[test]
     fn a_later_call_returns_the_error_of_the_thread_and_the_sink_can_still_be_finished() {
         let (mut sink, notes) = threaded(300);
         let failed = (0..100_000).find_map(|tick| sink.row(tick, tick as f64, &row(tick)).err());

@@ -45,7 +45,7 @@ struct Desk {
     waiting: usize,
     /// The memory of a written chunk.
     spare: Arc<Vec<u8>>,
-    /// That in use first.
+    /// That in use first. The first chunk takes the other one, which is named `tail`.
     tails: [Tail; 2],
     /// Messages in the file.
     written: u64,
@@ -79,7 +79,8 @@ impl Desk {
         for chunk in full.iter_mut().chain([open]) {
             let (bytes, known) = chunk.saved;
             if known < chunk.count {
-                if tails[1].through <= *written {
+                if known == 0 && tails[1].through <= *written {
+                    // The other one has the chunk before, which the thread may be at.
                     tails.swap(0, 1);
                     tails[0].begin();
                 }
