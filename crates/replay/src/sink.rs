@@ -203,13 +203,15 @@ impl RerunSink {
         let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        if !self.transport.accepts_at_last()? {
+        // A file is written while the rest is drawn; what goes wrong is told when it is closed.
+        let live = self.transport.is_live();
+        if live && !self.transport.accepts_at_last()? {
             self.rows[1] += self.drawing.time_points.len();
             self.transport.stuck();
             return Ok(());
         }
-        self.send()?;
         let mut end = || -> RecordingStreamResult<()> {
+            self.drawing.send(&stream, live)?;
             self.drawing.signals.send_limits(&stream, &self.drawing.clock)?;
             let mut speeds = None;
             let mut bounds = None;

@@ -22,6 +22,8 @@ const SPAN: f64 = 0.5;
 const LOST: f64 = 1.0;
 /// By the clock the open chunk is saved as often: what a killed run loses was made within a second.
 const SAVE: Duration = Duration::from_millis(400);
+/// As many bytes of full chunks wake the thread up: that costs as much as to compress some of them. By the clock it looks for them, too.
+const WAKE: usize = 32 << 10;
 /// As many bytes of full chunks that wait for the thread make the run wait, which bounds the memory.
 const WAITING: usize = 1 << 20;
 
@@ -198,6 +200,7 @@ impl Chunks {
                 open.hand_over();
             }
             let Open { shared, desk } = open;
+            shared.work.notify_one();
             drop(shared.wait_while(desk, |desk| !desk.full.is_empty())?);
         }
         let mut file = self.shared.file.lock().unwrap_or_else(PoisonError::into_inner);
@@ -239,9 +242,10 @@ impl Open<'_> {
     }
 
     fn hand_over(&mut self) {
+        let before = self.desk.waiting;
         self.desk.hand_over();
         // A thread that is at work looks for more by itself.
-        if self.desk.full.len() == 1 {
+        if before < WAKE && self.desk.waiting >= WAKE {
             self.shared.work.notify_one();
         }
     }
