@@ -7,7 +7,7 @@ use cosim::check::Checks;
 use cosim::fault::Faults;
 use diagnostics::{Error, rounded};
 use recording::{
-    Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange, ThreadedSink,
+    BoxedSink, Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange,
 };
 use scenario::plan::{AnalysisPlan, System};
 
@@ -206,11 +206,11 @@ impl Sink<Full> for Recorder {
     }
 }
 
-/// The recordings of a run, each on a thread of its own. They get the recorded part of each row.
+/// The recordings of a run. They get the recorded part of each row.
 struct Recordings {
     selection: Selection,
     row: Row<Recorded>,
-    sinks: Vec<ThreadedSink>,
+    sinks: Vec<BoxedSink>,
 }
 
 impl Recordings {
@@ -222,14 +222,11 @@ impl Recordings {
         Ok(Recordings {
             selection: system.recorded.clone(),
             row: Row::default(),
-            sinks: opened.map(|sink| sink.map(ThreadedSink::new)).collect::<Result<_, _>>()?,
+            sinks: opened.collect::<Result<_, _>>()?,
         })
     }
 
-    fn each(
-        &mut self,
-        take: impl FnMut(&mut ThreadedSink) -> Result<(), Error>,
-    ) -> Result<(), Error> {
+    fn each(&mut self, take: impl FnMut(&mut BoxedSink) -> Result<(), Error>) -> Result<(), Error> {
         self.sinks.iter_mut().try_for_each(take)
     }
 }

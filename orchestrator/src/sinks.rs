@@ -1,19 +1,24 @@
 //! Lists the ways to record a run: a new one is a line here.
 
 use diagnostics::Error;
-use recording::{BoxedSink, CsvSink, McapSink, RunHeader, SinkKind};
+use recording::{BoxedSink, CsvSink, McapSink, RunHeader, SinkKind, ThreadedSink};
 
 use crate::options::{Replay, RunOptions};
 
-/// All ways to record a run.
+/// All ways to record a run. None of them makes a run wait for a compression or a drawing: MCAP has a thread of its own, as it also
+/// keeps what a killed run would lose.
 pub(crate) const SINKS: &[SinkKind<RunOptions>] = &[
     SinkKind { files: McapSink::FILES, open: |run, _| Ok(Some(Box::new(McapSink::new(run)?))) },
     SinkKind { files: CsvSink::FILES, open: csv },
     SinkKind { files: &["run.rrd"], open: replay },
 ];
 
+fn threaded(sink: impl recording::Sink + Send + 'static) -> BoxedSink {
+    Box::new(ThreadedSink::new(Box::new(sink)))
+}
+
 fn csv(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
-    Ok(if options.csv { Some(Box::new(CsvSink::new(run)?)) } else { None })
+    Ok(if options.csv { Some(threaded(CsvSink::new(run)?)) } else { None })
 }
 
 #[cfg(feature = "rerun")]
@@ -25,7 +30,7 @@ fn replay(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Er
         Replay::Serve(address) => Target::Serve(*address),
         Replay::Off => return Ok(None),
     };
-    Ok(Some(Box::new(RerunSink::new(run, target)?)))
+    Ok(Some(threaded(RerunSink::new(run, target)?)))
 }
 
 #[cfg(not(feature = "rerun"))]

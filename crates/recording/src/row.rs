@@ -117,11 +117,13 @@ impl<S> Row<S> {
         self.integers.copy_from_slice(&other.integers);
     }
 
-    /// Replaces all values, without allocating for numbers.
-    pub fn assign(&mut self, numbers: &[f64], texts: Vec<String>, integers: Vec<i128>) {
+    /// Replaces all values, without allocating for numbers; no texts leave those that there are.
+    pub fn assign(&mut self, numbers: &[f64], texts: Option<Vec<String>>, integers: &[i128]) {
         self.numbers.clear();
         self.numbers.extend_from_slice(numbers);
-        (self.texts, self.integers) = (texts, integers);
+        self.integers.clear();
+        self.integers.extend_from_slice(integers);
+        self.texts = texts.unwrap_or_else(|| std::mem::take(&mut self.texts));
     }
 
     /// The numbers of two ranges, of which the first may be written; nothing when they overlap or are not there.

@@ -164,21 +164,6 @@ pub trait Sink<S = Recorded> {
         Ok(())
     }
 
-    /// Whether rows are of use to it where no event and no change of status is near.
-    fn takes_rows(&self) -> bool {
-        true
-    }
-
-    /// Saves what it took so far, so that a killed program leaves it behind.
-    fn save(&mut self) -> Result<(), Error> {
-        Ok(())
-    }
-
-    /// The time up to which a killed program leaves all rows behind [s], if that is promised; infinity if nothing is.
-    fn saved(&self) -> f64 {
-        f64::INFINITY
-    }
-
     /// Completes the recording. `summary` is the verdict as Markdown. `completed` is false when an error ended the run, and true
     /// when it reached its last communication point or an FMU ended it as planned.
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
@@ -204,7 +189,7 @@ pub enum Notice {
     Warning(String),
 }
 
-/// A sink on a thread of its own accepts this.
+/// A recording of a run.
 pub type BoxedSink = Box<dyn Sink + Send>;
 
 /// A way to record a run, as a list of all ways names it; `O` are the options of a run.

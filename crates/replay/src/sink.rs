@@ -54,8 +54,11 @@ mod xy_plots;
 const RATE: f64 = 200.0;
 /// Pictures per second of simulated time at most, of the scene and the diagrams.
 const FRAME_RATE: f64 = 50.0;
-/// Rows of a batch to a file: enough to make the cost per batch small.
+/// Rows of a batch to a file at most: enough to make the cost per batch small, and few enough to be written while the run goes on.
 const FILE_BATCH: usize = 5_000;
+/// A file gets its layout at the end, with axes that fit. After so much time by the clock a killed run is to have one, too: to
+/// send it takes as long as a second of simulated time does.
+const LAY_OUT: Duration = Duration::from_secs(1);
 /// Wall-clock time between batches to a viewer: often enough for the eye, and seldom enough for a fast run, as the cost of a batch
 /// does not depend on its rows.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
@@ -80,7 +83,13 @@ pub struct RerunSink {
     card: Card,
     layout: Layout,
     drawing: Drawing,
+    /// Rows of a batch to a file.
+    batch: usize,
+    /// When it was opened, and when the last batch was sent.
+    opened: Instant,
     sent: Instant,
+    /// The layout was sent.
+    laid_out: bool,
 }
 
 impl RerunSink {
@@ -115,20 +124,25 @@ impl RerunSink {
                 graph: !header.view.graph.nodes.is_empty(),
                 live,
             },
+            batch: even(drawing.rows()),
             drawing,
+            opened: Instant::now(),
             sent: Instant::now(),
+            laid_out: false,
         };
         let sent = sink.begin(header).map_err(|it| it.to_string());
         sink.transport.begun(sent)?;
         Ok(sink)
     }
 
-    fn begin(&self, header: &RunHeader) -> RecordingStreamResult<()> {
+    fn begin(&mut self, header: &RunHeader) -> RecordingStreamResult<()> {
         let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        // First: else the viewer would show a layout of its own.
-        self.layout.send(&stream, None)?;
+        if self.transport.is_live() {
+            // First: else the viewer would show a layout of its own.
+            self.lay_out(&stream)?;
+        }
         stream.send_recording_name(header.title.as_str())?;
         stream.log_static("run", &self.card.running())?;
         stream.log_static("scenario", &TextDocument::new(header.source.whole()))?;
@@ -136,10 +150,16 @@ impl RerunSink {
         self.drawing.describe(&stream)
     }
 
+    /// Sends the layout of a run that goes on.
+    fn lay_out(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+        self.laid_out = true;
+        self.layout.send(stream, None)
+    }
+
     /// Whether a batch is due.
     fn due(&self) -> bool {
         let late = self.transport.is_live() && self.sent.elapsed() >= LIVE_PERIOD;
-        late || self.drawing.time_points.len() >= FILE_BATCH
+        late || self.drawing.time_points.len() >= self.batch
     }
 
     /// Sends the collected rows, once the previous batch has arrived. For a slow viewer rows wait while there is room; then they are dropped.
@@ -152,6 +172,9 @@ impl RerunSink {
                 self.rows[1] += self.drawing.skip();
             }
             return Ok(());
+        }
+        if !self.laid_out && self.opened.elapsed() >= LAY_OUT {
+            self.lay_out(&stream).map_err(|it| it.to_string())?;
         }
         let sent = self.drawing.send(&stream, self.transport.is_live());
         sent.map_err(|it| it.to_string())?;
@@ -183,13 +206,15 @@ impl RerunSink {
         let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        if !self.transport.accepts_at_last()? {
+        // A file is written while the rest is drawn; what goes wrong is told when it is closed.
+        let live = self.transport.is_live();
+        if live && !self.transport.accepts_at_last()? {
             self.rows[1] += self.drawing.time_points.len();
             self.transport.stuck();
             return Ok(());
         }
-        self.send()?;
         let mut end = || -> RecordingStreamResult<()> {
+            self.drawing.send(&stream, live)?;
             self.drawing.signals.send_limits(&stream, &self.drawing.clock)?;
             let mut speeds = None;
             let mut bounds = None;
@@ -271,6 +296,11 @@ impl Sink for RerunSink {
     }
 }
 
+/// The rows of each batch to a file when there are so many rows: batches are alike, as the run waits for the last one.
+fn even(rows: usize) -> usize {
+    rows.max(1).div_ceil(rows.div_ceil(FILE_BATCH).max(1))
+}
+
 /// The smallest of 1, 2, 5, 10, 20 .. or of 0.5, 0.2, 0.1 .. that is not below `least`.
 fn round_number(least: f64) -> f64 {
     let decade = 10.0_f64.powf(least.max(f64::MIN_POSITIVE).log10().floor());
@@ -288,7 +318,15 @@ fn application(scenario: &str) -> ApplicationId {
 
 #[cfg(test)]
 mod tests {
-    use super::round_number;
+    use super::{even, round_number};
+
+    #[test]
+    fn batches_of_a_run_are_alike() {
+        for (rows, batch) in [(0, 1), (1, 1), (5_000, 5_000), (10_401, 3_467), (20_000, 5_000)] {
+            assert_eq!(even(rows), batch, "{rows} rows");
+        }
+        assert!((4_990..=5_000).contains(&even(usize::MAX)));
+    }
 
     #[test]
     fn round_numbers_are_those_of_a_ruler() {

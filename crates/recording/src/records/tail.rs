@@ -1,5 +1,5 @@
-//! The file beside a recording with the messages that are not in a closed chunk: one chunk, whose first record tells how many messages
-//! come before it.
+//! The two files beside a recording with the messages that are not in a closed chunk: pieces of the form of a chunk, whose first
+//! record tells how many messages come before them.
 
 use std::path::{Path, PathBuf};
 
@@ -9,50 +9,80 @@ use super::{Damage, Frame, Records, unpack};
 
 /// A private record: the number of messages before.
 const BEFORE: u8 = 0x80;
+/// The length of that record [B].
+const BEFORE_LENGTH: usize = 9 + 8;
 
-/// The file beside a recording.
-pub(crate) fn beside(recording: &Path) -> PathBuf {
-    recording.with_added_extension("tail")
+/// The extensions of the files.
+const EXTENSIONS: [&str; 2] = ["tail2", "tail"];
+
+/// The files beside a recording.
+pub(crate) fn beside(recording: &Path) -> [PathBuf; 2] {
+    EXTENSIONS.map(|extension| recording.with_added_extension(extension))
 }
 
-/// The contents of the file.
-pub(crate) fn record(before: u64, messages: &[u8]) -> Vec<u8> {
-    let mut records = vec![BEFORE];
-    records.extend_from_slice(&8_u64.to_le_bytes());
-    records.extend_from_slice(&before.to_le_bytes());
-    records.extend_from_slice(messages);
-    let size = (records.len() as u64).to_le_bytes();
+/// Adds a piece to the contents of a file: a chunk that is not compressed.
+pub(crate) fn add_piece(before: u64, messages: &[u8], to: &mut Vec<u8>) {
+    let mut first = [0; BEFORE_LENGTH];
+    first[0] = BEFORE;
+    first[1..9].copy_from_slice(&8_u64.to_le_bytes());
+    first[9..].copy_from_slice(&before.to_le_bytes());
+    let size = ((BEFORE_LENGTH + messages.len()) as u64).to_le_bytes();
+    let mut sum = crc32fast::Hasher::new();
+    sum.update(&first);
+    sum.update(messages);
+    let length = (40 + BEFORE_LENGTH + messages.len()) as u64;
+    to.extend_from_slice(&Frame { at: 0, opcode: op::CHUNK, length }.head());
     // Both times of the messages are left out.
-    let mut body = vec![0; 16];
-    body.extend_from_slice(&size);
-    body.extend_from_slice(&crc32fast::hash(&records).to_le_bytes());
-    body.extend_from_slice(&0_u32.to_le_bytes());
-    body.extend_from_slice(&size);
-    body.append(&mut records);
-    let mut record = Frame { at: 0, opcode: op::CHUNK, length: body.len() as u64 }.head().to_vec();
-    record.append(&mut body);
-    record
+    to.extend_from_slice(&[0; 16]);
+    to.extend_from_slice(&size);
+    to.extend_from_slice(&sum.finalize().to_le_bytes());
+    to.extend_from_slice(&0_u32.to_le_bytes());
+    to.extend_from_slice(&size);
+    to.extend_from_slice(&first);
+    to.extend_from_slice(messages);
 }
 
-/// The bodies of the messages in the file beside a recording, without those that the recording has already; none without such a
-/// file, or if it is damaged.
+/// A piece: the number of messages before, and the bodies of its own.
+type Piece = (u64, Vec<Vec<u8>>);
+
+/// The bodies of the messages in the files beside a recording that follow the `has` messages of the recording itself; none without
+/// such files. What an earlier chunk has left behind the pieces of the last one is damaged, or has too low numbers.
 pub(crate) fn messages(recording: &Path, has: u64) -> Vec<Vec<u8>> {
-    let read = || {
-        let mut records = Records::open(&beside(recording))?;
-        let frame = records.frame(0)?.ok_or(Damage::Cut(0))?;
-        let body = records.body(&frame)?;
-        let (mut before, mut messages) = (None, Vec::new());
-        unpack(&frame, &body, &mut |opcode, body| {
-            match opcode {
-                BEFORE => before = body.first_chunk().map(|it| u64::from_le_bytes(*it)),
-                _ => messages.push(body.to_vec()),
-            }
-            Ok::<_, Damage>(true)
-        })?;
+    let mut pieces: Vec<_> = beside(recording).iter().flat_map(|path| pieces(path)).collect();
+    pieces.sort_by_key(|(before, _)| *before);
+    let mut found: Vec<Vec<u8>> = Vec::new();
+    for (before, messages) in pieces {
         // Without all messages before, nobody knows which ones of these are there.
-        let known = before.and_then(|before| has.checked_sub(before));
-        let known = known.map_or(messages.len(), |known| messages.len().min(known as usize));
-        Ok::<_, Damage>(messages.split_off(known))
-    };
-    read().unwrap_or_default()
+        let Some(known) = (has + found.len() as u64).checked_sub(before) else { break };
+        let known = usize::try_from(known).unwrap_or(usize::MAX);
+        found.extend(messages.into_iter().skip(known));
+    }
+    found
+}
+
+/// The sound pieces at the start of a file.
+fn pieces(path: &Path) -> Vec<Piece> {
+    let Ok(mut records) = Records::open(path) else { return Vec::new() };
+    let (mut found, mut at) = (Vec::new(), 0);
+    while let Ok((piece, end)) = piece(&mut records, at) {
+        found.extend(piece);
+        at = end;
+    }
+    found
+}
+
+/// The piece at a place, if it tells what comes before, and where the next one is.
+fn piece(records: &mut Records, at: u64) -> Result<(Option<Piece>, u64), Damage> {
+    let frame = records.frame(at)?.ok_or(Damage::Cut(at))?;
+    let body = records.body(&frame)?;
+    let (mut before, mut messages) = (None, Vec::new());
+    unpack(&frame, &body, &mut |opcode, body| {
+        match opcode {
+            BEFORE => before = body.first_chunk().map(|it| u64::from_le_bytes(*it)),
+            _ => messages.push(body.to_vec()),
+        }
+        Ok::<_, Damage>(true)
+    })?;
+    let end = frame.end().ok_or(Damage::Cut(at))?;
+    Ok((before.map(|before| (before, messages)), end))
 }

@@ -1,36 +1,32 @@
 //! Writes a run as MCAP: a channel for each side of each node, with protobuf messages of its variables.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::io;
 
 use ::mcap::records::MessageHeader;
-use ::mcap::write::Metadata;
-use ::mcap::{Attachment, Compression, WriteOptions, Writer};
 use diagnostics::Error;
-use prost::Message as _;
 use prost_types::field_descriptor_proto::Type;
 
+use self::chunks::Chunks;
+use self::file::McapFile;
 use self::foxglove::{FrameTransform, Log};
-use self::tail::Tail;
+use self::messages::Channel;
 use super::{Derived, Event, RunHeader, Sink};
 use crate::columns::{Column, Direction, ValueKind};
-use crate::records::{checksum, plainly};
+use crate::records::checksum;
 use crate::row::{Recorded, Row};
-use expression::{IntegerIndex, NumberIndex, TextIndex};
+use crate::view::Pose;
+use expression::{NumberIndex, TextIndex};
 
+mod chunks;
 mod descriptor;
+mod file;
 mod foxglove;
+mod messages;
+mod record;
 mod tail;
 
 pub(crate) use foxglove::event;
-
-/// A message closes its chunk at this size [B]. Chunks thus stay below 256 KiB, which bounds the memory of a reader.
-const CHUNK: usize = 240 << 10;
-/// Chunks are closed before they hold more than this simulated time [s]: with the rows that wait for the thread of the recording a
-/// killed run loses twice as much.
-const FLUSH_EVERY: f64 = 0.5;
 
 /// The metadata at the start, and that at the end of a complete recording.
 pub(crate) const RUN: &str = "run";
@@ -41,32 +37,14 @@ pub(crate) const SUMMARY: &str = "summary.md";
 pub(crate) const SCENARIO: &str = "application/toml";
 pub(crate) const KEPT: &str = "text/plain";
 
-/// An MCAP file, at any time readable up to its last closed chunk.
+/// An MCAP file, at any time readable up to its last closed chunk; what comes then is in a tail. It has a thread of its own.
 pub struct McapSink {
-    path: PathBuf,
-    writer: Writer<BufWriter<File>>,
+    chunks: Chunks,
     channels: Vec<Channel>,
     log: u16,
-    /// The channel of the moving body's position, if the scenario has a pose.
-    transform: Option<u16>,
-    header: RunHeader,
-    /// The times of the last whole row, and of the last one in a closed chunk [s].
-    last: f64,
-    saved: f64,
+    /// The channel of the moving body's position, if the scenario has a pose, with its last message.
+    transform: Option<(u16, Pose, FrameTransform)>,
     sequence: u32,
-    message: Vec<u8>,
-    tail: Tail,
-}
-
-/// A channel: one side of one node.
-struct Channel {
-    id: u16,
-    /// Numbers, each with the bytes that protobuf writes before it.
-    numbers: Vec<(NumberIndex<Recorded>, Vec<u8>)>,
-    /// Texts, each with the number of its field.
-    texts: Vec<(TextIndex<Recorded>, u32)>,
-    /// Integers of 64 bits, each with the number of its field.
-    integers: Vec<(IntegerIndex<Recorded>, u32)>,
 }
 
 /// The recorded variables of one side of one node, by their indices in the row.
@@ -78,7 +56,7 @@ struct Side {
 
 impl McapSink {
     /// The file that it leaves, and those that a killed run leaves beside it.
-    pub const FILES: &[&str] = &["run.mcap", "run.mcap.tail", "run.mcap.tail.partial"];
+    pub const FILES: &[&str] = &["run.mcap", "run.mcap.tail", "run.mcap.tail2"];
 
     /// Begins the file `run.mcap` of the run's folder.
     ///
@@ -86,16 +64,10 @@ impl McapSink {
     /// When the file cannot be written.
     pub fn new(header: &RunHeader) -> Result<Self, Error> {
         let path = header.folder.join("run.mcap");
-        let file = File::create(&path).map_err(|error| Error::output(&path, error))?;
-        let options = WriteOptions::new()
-            .profile("")
-            .library(concat!("trackside ", env!("CARGO_PKG_VERSION")))
-            // The sink closes them, because it keeps what is in the open one.
-            .chunk_size(None)
-            .compression(Some(Compression::Lz4));
-        let mut writer =
-            options.create(BufWriter::new(file)).map_err(|error| failed(&path, error))?;
-        begin(&mut writer, header).map_err(|error| failed(&path, error))?;
+        let failed = |error| Error::output(&path, error);
+        let library = concat!("trackside ", env!("CARGO_PKG_VERSION"));
+        let mut file = McapFile::create(&path, library).map_err(failed)?;
+        begin(&mut file, header).map_err(failed)?;
         let mut sides: BTreeMap<(&str, Direction), Side> = BTreeMap::new();
         for (index, column) in header.columns.numbers() {
             sides.entry((&column.node, column.direction)).or_default().numbers.push(index);
@@ -110,7 +82,7 @@ impl McapSink {
             };
             let numbers = side.numbers.iter().map(|&index| &header.columns[index]);
             let texts = side.texts.iter().map(|&index| &header.columns[index]);
-            let id = channel(&mut writer, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
+            let id = channel(&mut file, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
             let mut fields = descriptor::numbers();
             let numbers: Vec<_> = side.numbers.into_iter().zip(fields.by_ref()).collect();
             let texts = side.texts.into_iter().zip(fields).collect();
@@ -121,146 +93,97 @@ impl McapSink {
             let plain =
                 |(index, _): &(NumberIndex<Recorded>, u32)| !header.columns[*index].kind.is_exact();
             let numbers = numbers.into_iter().filter(plain);
-            let numbers = numbers.map(|(index, field)| (index, tag(field))).collect();
-            Ok::<_, ::mcap::McapError>(Channel { id, numbers, texts, integers })
+            Ok::<_, io::Error>(Channel::new(id, numbers, integers, texts))
         });
-        let channels =
-            channels.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&path, error))?;
-        let mut well_known = |topic, name, schema: Vec<u8>| {
-            let schema = writer.add_schema(name, "protobuf", &schema)?;
-            writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())
+        let channels = channels.collect::<io::Result<Vec<_>>>().map_err(failed)?;
+        let mut well_known = |topic, name, descriptor: Vec<u8>| {
+            file.add_channel(topic, (name, &descriptor), &BTreeMap::new()).map_err(failed)
         };
-        let log = well_known("/log", "foxglove.Log", foxglove::log_schema());
-        let log = log.map_err(|error| failed(&path, error))?;
-        let transform =
-            header.view.pose.as_ref().map(|_| {
-                well_known("/tf", "foxglove.FrameTransform", foxglove::transform_schema())
-            });
-        let transform = transform.transpose().map_err(|error| failed(&path, error))?;
-        // In a chunk of its own: whatever happens to the rest, all channels stay known.
-        writer.flush().map_err(|error| failed(&path, error))?;
-        Ok(McapSink {
-            tail: Tail::beside(&path),
-            path,
-            writer,
-            channels,
-            log,
-            transform,
-            header: header.clone(),
-            last: f64::NEG_INFINITY,
-            saved: f64::NEG_INFINITY,
-            sequence: 0,
-            message: Vec::new(),
-        })
+        let log = well_known("/log", "foxglove.Log", foxglove::log_schema())?;
+        let transform = header.view.pose.as_ref().map(|pose| {
+            let id = well_known("/tf", "foxglove.FrameTransform", foxglove::transform_schema())?;
+            Ok::<_, Error>((id, pose.clone(), FrameTransform::default()))
+        });
+        let transform = transform.transpose()?;
+        file.define().map_err(failed)?;
+        Ok(McapSink { chunks: Chunks::new(&path, file), channels, log, transform, sequence: 0 })
     }
+}
 
-    fn write(&mut self, channel_id: u16, time: f64) -> Result<(), Error> {
-        if self.tail.size() > CHUNK {
-            self.close_chunk()?;
-        }
-        let log_time = nanoseconds(time);
-        let header =
-            MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
-        self.tail.add(&header, &self.message);
-        let written = self.writer.write_to_known_channel(&header, &self.message);
-        written.map_err(|error| failed(&self.path, error))
-    }
+fn append(message: &impl prost::Message, to: &mut Vec<u8>) {
+    // It fails where there is no room, and a vector makes room.
+    let _ = message.encode(to);
+}
 
-    fn close_chunk(&mut self) -> Result<(), Error> {
-        self.writer.flush().map_err(|error| failed(&self.path, error))?;
-        self.tail.clear();
-        self.saved = self.last;
-        Ok(())
-    }
-
-    fn close(&mut self, summary: &str, completed: bool) -> Result<(), ::mcap::McapError> {
-        metadata(&mut self.writer, END, [("completed", completed.to_string())])?;
-        attach(&mut self.writer, SUMMARY, "text/markdown", summary)?;
-        self.writer.finish().map(|_| ())
-    }
+/// The header of a message at a time [s].
+fn head(channel_id: u16, sequence: u32, time: f64) -> MessageHeader {
+    let log_time = nanoseconds(time);
+    MessageHeader { channel_id, sequence, log_time, publish_time: log_time }
 }
 
 impl Sink for McapSink {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
         self.sequence = tick as u32;
-        for index in 0..self.channels.len() {
-            let channel = &self.channels[index];
-            self.message.clear();
-            for (number, tag) in &channel.numbers {
-                self.message.extend_from_slice(tag);
-                self.message.extend_from_slice(&row[*number].to_le_bytes());
-            }
-            for (integer, field) in &channel.integers {
-                // Two's complement of 64 bits is the same varint for both types.
-                prost::encoding::uint64::encode(*field, &(row[*integer] as u64), &mut self.message);
-            }
-            for (text, field) in &channel.texts {
-                prost::encoding::string::encode(*field, &row[*text], &mut self.message);
-            }
-            self.write(self.channels[index].id, time)?;
+        // Nothing to write of a row: then the run is not to wait for it either.
+        if self.channels.is_empty() && self.transform.is_none() {
+            return Ok(());
         }
-        if let (Some(channel), Some(pose)) = (self.transform, &self.header.view.pose) {
+        let mut open = self.chunks.open()?;
+        for channel in &self.channels {
+            let head = head(channel.id, self.sequence, time);
+            open.add(|to| channel.add(&head, row, to));
+        }
+        if let Some((id, pose, transform)) = &mut self.transform {
             let [x, y, heading] = [pose.x, pose.y, pose.heading].map(|index| row[index]);
-            self.message = FrameTransform::of_car(time, [x, y], heading).encode_to_vec();
-            self.write(channel, time)?;
+            transform.place_car(time, [x, y], heading);
+            let head = head(*id, self.sequence, time);
+            open.add(|to| messages::add(&head, |to| append(transform, to), to));
         }
-        self.last = time;
-        // Half a step beside the edge, where rounding would decide.
-        if time + 0.5 * self.header.step >= self.saved + FLUSH_EVERY {
-            self.close_chunk()?;
-        }
-        Ok(())
-    }
-
-    /// Without columns there is nothing to write of a row.
-    fn takes_rows(&self) -> bool {
-        !self.channels.is_empty() || self.transform.is_some()
-    }
-
-    fn save(&mut self) -> Result<(), Error> {
-        self.tail.save()
-    }
-
-    fn saved(&self) -> f64 {
-        self.saved
+        open.end_row(time)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.message = Log::from(event).encode_to_vec();
-        self.write(self.log, event.time)
+        let head = head(self.log, self.sequence, event.time);
+        let mut open = self.chunks.open()?;
+        open.add(|to| messages::add(&head, |to| append(&Log::from(event), to), to));
+        open.save()
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
         let columns: Vec<_> = derived.columns().collect();
         let fields: Vec<_> = columns.iter().collect();
-        let id = channel(&mut self.writer, (derived.analysis, derived.group), &fields)
-            .map_err(|error| failed(&self.path, error))?;
-        let tags: Vec<_> = descriptor::numbers().take(fields.len()).map(tag).collect();
+        let belongs = (derived.analysis, derived.group);
+        let id = self.chunks.close(|file| {
+            let id = channel(file, belongs, &fields)?;
+            file.define().map(|()| id)
+        })?;
+        let fields: Vec<_> = descriptor::numbers().take(fields.len()).collect();
         for (row, time) in derived.time.iter().enumerate() {
-            self.message.clear();
-            for (tag, column) in tags.iter().zip(derived.columns) {
-                self.message.extend_from_slice(tag);
-                self.message.extend_from_slice(&column.values[row].to_le_bytes());
-            }
-            self.write(id, *time)?;
+            let data = |to: &mut Vec<u8>| {
+                for (field, column) in fields.iter().zip(derived.columns) {
+                    messages::add_tag(*field, to);
+                    to.extend_from_slice(&column.values[row].to_le_bytes());
+                }
+            };
+            let head = head(id, self.sequence, *time);
+            self.chunks.open()?.add(|to| messages::add(&head, data, to));
         }
         Ok(())
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
-        self.close(summary, completed).map_err(|error| failed(&self.path, error))?;
-        self.tail.remove();
+        self.chunks.close(|file| {
+            metadata(file, END, [("completed", completed.to_string())])?;
+            file.attach(SUMMARY, "text/markdown", summary.as_bytes())?;
+            file.finish()
+        })?;
+        self.chunks.remove_tails();
         Ok(())
     }
 }
 
-/// The error of a recording that cannot be written.
-fn failed(path: &Path, error: ::mcap::McapError) -> Error {
-    Error::output(path, plainly(error))
-}
-
 /// Writes the description of the run first: a killed run leaves it, too.
-fn begin(writer: &mut Writer<BufWriter<File>>, header: &RunHeader) -> ::mcap::McapResult<()> {
+fn begin(file: &mut McapFile, header: &RunHeader) -> io::Result<()> {
     let entries = [
         ("scenario", header.scenario.clone()),
         ("title", header.title.clone()),
@@ -270,40 +193,25 @@ fn begin(writer: &mut Writer<BufWriter<File>>, header: &RunHeader) -> ::mcap::Mc
         ("set", header.given.join("\n")),
         ("trackside", env!("CARGO_PKG_VERSION").to_owned()),
     ];
-    metadata(writer, RUN, entries)?;
+    metadata(file, RUN, entries)?;
     let [scenario, kept] = header.source.to_keep();
-    let scenario = scenario.iter().map(|file| (file, SCENARIO));
-    for (file, media_type) in scenario.chain(kept.iter().map(|file| (file, KEPT))) {
-        attach(writer, &file.path.display().to_string(), media_type, &file.text)?;
+    let scenario = scenario.iter().map(|it| (it, SCENARIO));
+    for (it, media_type) in scenario.chain(kept.iter().map(|it| (it, KEPT))) {
+        file.attach(&it.path.display().to_string(), media_type, it.text.as_bytes())?;
     }
     Ok(())
 }
 
 fn metadata<const N: usize>(
-    writer: &mut Writer<BufWriter<File>>,
+    file: &mut McapFile,
     name: &str,
     entries: [(&str, String); N],
-) -> ::mcap::McapResult<()> {
+) -> io::Result<()> {
     let mut metadata: BTreeMap<_, _> =
         entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
     // MCAP has no checksum for metadata until the file is complete.
     metadata.extend([checksum(name, &metadata)]);
-    writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
-}
-
-fn attach(
-    writer: &mut Writer<BufWriter<File>>,
-    name: &str,
-    media_type: &str,
-    text: &str,
-) -> ::mcap::McapResult<()> {
-    writer.attach(&Attachment {
-        log_time: 0,
-        create_time: 0,
-        name: name.to_owned(),
-        media_type: media_type.to_owned(),
-        data: text.as_bytes().into(),
-    })
+    file.write_metadata(name, &metadata)
 }
 
 /// The recording's clock is the simulated time, from 0 on.
@@ -312,11 +220,7 @@ fn nanoseconds(time: f64) -> u64 {
 }
 
 /// Adds a channel with a field for each column, and returns its id.
-fn channel(
-    writer: &mut Writer<BufWriter<File>>,
-    (node, word): (&str, &str),
-    fields: &[&Column],
-) -> ::mcap::McapResult<u16> {
+fn channel(file: &mut McapFile, (node, word): (&str, &str), fields: &[&Column]) -> io::Result<u16> {
     let names = field_names(fields);
     let message = format!("{}_{}", identifier(node), identifier(word));
     let kind = |column: &Column| match column.kind {
@@ -326,8 +230,7 @@ fn channel(
         ValueKind::Real | ValueKind::Integer | ValueKind::Boolean => Type::Double,
     };
     let typed = names.iter().zip(fields).map(|(name, column)| (name.as_str(), kind(column)));
-    let schema = descriptor::schema("trackside", &message, &typed.collect::<Vec<_>>());
-    let schema = writer.add_schema(&format!("trackside.{message}"), "protobuf", &schema)?;
+    let descriptor = descriptor::schema("trackside", &message, &typed.collect::<Vec<_>>());
     let mut metadata = BTreeMap::new();
     for (field, column) in names.iter().zip(fields) {
         metadata.insert(format!("fmi:{field}"), column.variable.clone());
@@ -337,14 +240,8 @@ fn channel(
             metadata.insert(format!("type:{field}"), format!("{:?}", column.kind));
         }
     }
-    writer.add_channel(schema, &format!("/{node}/{word}"), "protobuf", &metadata)
-}
-
-/// The key of a field of 64 bits (wire type 1).
-fn tag(number: u32) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    prost::encoding::encode_key(number, prost::encoding::WireType::SixtyFourBit, &mut bytes);
-    bytes
+    let schema = (format!("trackside.{message}"), descriptor);
+    file.add_channel(&format!("/{node}/{word}"), (&schema.0, &schema.1), &metadata)
 }
 
 /// The names of the fields: different identifiers of protobuf.

@@ -3,28 +3,24 @@
 use std::panic::resume_unwind;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use diagnostics::Error;
 
 use super::{BoxedSink, Derived, Event, Notice, Sink, StatusChange};
 use crate::row::{Recorded, Row};
 
-/// As many rows or as much simulated time [s] wake the thread up.
-const ROWS: usize = 128;
-const SPAN: f64 = 0.1;
-/// Waiting rows at most; then the run waits, which bounds the memory.
-const WAITING: usize = 8 * ROWS;
-/// What a killed program loses at most [s], of simulated time; then the run waits.
-const LOST: f64 = 1.0;
-/// The thread looks for rows at least as often, and lets the sink save them after twice as long: what a killed program loses
-/// was made within a second.
-const LOOK: Duration = Duration::from_millis(200);
+/// As many waiting rows [B] wake the thread up. Waking it costs some microseconds, as much as writing so many rows takes or less.
+const BYTES: usize = 64 << 10;
+/// As many waiting rows [B] make the run wait, which bounds the memory.
+const WAITING: usize = 8 * BYTES;
+/// The thread looks for rows at least as often: a viewer is as much behind the run.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// An item of a batch.
 enum Item {
-    /// A row: its tick, its time, its texts and its integers of 64 bits; the batch holds its numbers.
-    Row(u64, f64, Vec<String>, Vec<i128>),
+    /// A row: its tick, its time, and its texts if they are not those of the row before; the batch holds its other values.
+    Row(u64, f64, Option<Vec<String>>),
     Event(Event),
     Status(StatusChange),
 }
@@ -32,22 +28,45 @@ enum Item {
 #[derive(Default)]
 struct Batch {
     items: Vec<Item>,
-    /// The numbers of all rows, one row after the other.
-    numbers: Vec<f64>,
     rows: usize,
-    since: f64,
+    /// The numbers of all rows, one row after the other; and their integers of 64 bits.
+    numbers: Vec<f64>,
+    integers: Vec<i128>,
+    /// What all items take [B].
+    bytes: usize,
+}
+
+impl Batch {
+    fn add_row(&mut self, tick: u64, time: f64, row: &Row<Recorded>, texts: Option<Vec<String>>) {
+        self.numbers.extend_from_slice(row.numbers());
+        self.integers.extend_from_slice(row.integers());
+        self.bytes += size_of_val(row.numbers()) + size_of_val(row.integers());
+        self.rows += 1;
+        self.add(Item::Row(tick, time, texts));
+    }
+
+    fn add(&mut self, item: Item) {
+        let texts: usize = match &item {
+            Item::Row(_, _, texts) => texts.iter().flatten().map(String::len).sum(),
+            Item::Event(event) => event.source.len() + event.message.len(),
+            Item::Status(_) => 0,
+        };
+        self.bytes += size_of::<Item>() + texts;
+        self.items.push(item);
+    }
+
+    fn clear(&mut self) {
+        self.items.clear();
+        self.numbers.clear();
+        self.integers.clear();
+        (self.rows, self.bytes) = (0, 0);
+    }
 }
 
 /// What the run and the thread tell each other.
 #[derive(Default)]
 struct Desk {
     batch: Batch,
-    /// The times of the first row and of the last one [s].
-    times: Option<[f64; 2]>,
-    /// The time up to which a killed program loses nothing [s].
-    saved: f64,
-    /// The run waits for room, or for rows to be saved.
-    waits: bool,
     /// No item follows.
     closed: bool,
     /// The thread takes no more, because of an error.
@@ -70,22 +89,6 @@ impl Shared {
     }
 }
 
-impl Desk {
-    fn wakes(&self) -> bool {
-        let Desk { batch, times, .. } = self;
-        let span = times.map_or(0.0, |[_, last]| last - batch.since);
-        self.closed || self.waits || batch.rows >= ROWS || (batch.rows > 0 && span >= SPAN)
-    }
-
-    /// Whether the run waits before the step after the row at this time.
-    fn is_behind(&self, [first, before, time]: [f64; 3]) -> bool {
-        let (saved, next) = (self.saved, time + (time - before));
-        let lost = next - saved > LOST && saved < time;
-        // Of a run that was killed there is always something to be found.
-        self.batch.rows >= WAITING || saved < first || lost
-    }
-}
-
 type Done = (BoxedSink, Result<(), Error>);
 
 /// The state of the sink.
@@ -101,27 +104,22 @@ enum State {
 /// [`Sink::finish`].
 pub struct ThreadedSink {
     state: State,
-    /// Rows are handed over up to the first one from this time on [s].
-    until: f64,
-    /// That one was handed over.
-    is_done: bool,
+    /// The texts of the last row.
+    texts: Vec<String>,
 }
 
 impl ThreadedSink {
     /// Wraps a sink. Its thread starts with the first item.
     pub fn new(sink: BoxedSink) -> Self {
-        // The first row shows that there is a run at all.
-        let until = if sink.takes_rows() { f64::INFINITY } else { f64::NEG_INFINITY };
-        ThreadedSink { state: State::Idle(sink), until, is_done: false }
+        ThreadedSink { state: State::Idle(sink), texts: Vec::new() }
     }
 
     /// The desk of the thread, which is started if it does not run.
-    fn shared(&mut self) -> &Shared {
+    fn shared(&mut self) -> &Arc<Shared> {
         if let State::Idle(_) = self.state
             && let State::Idle(sink) = std::mem::replace(&mut self.state, State::Changing)
         {
             let shared = Arc::<Shared>::default();
-            shared.desk().saved = sink.saved();
             let of_thread = Arc::clone(&shared);
             let thread = std::thread::spawn(move || work(sink, &of_thread));
             self.state = State::Working(shared, thread);
@@ -130,17 +128,22 @@ impl ThreadedSink {
         shared
     }
 
-    /// Hands over an item of this time [s], and sees to the rows that save it: those of a second.
-    fn push(&mut self, time: f64, item: Item) -> Result<(), Error> {
-        self.until = self.until.max(time + LOST);
-        self.is_done = false;
-        let mut desk = self.shared().desk();
-        if desk.failed {
-            drop(desk);
-            return self.caught_up().map(drop);
+    /// Puts something into the batch, and waits while the thread falls behind.
+    fn push(&mut self, add: impl FnOnce(&mut Batch)) -> Result<(), Error> {
+        let shared = self.shared();
+        let mut desk = shared.desk();
+        let before = desk.batch.bytes;
+        add(&mut desk.batch);
+        if before < BYTES && desk.batch.bytes >= BYTES {
+            shared.work.notify_one();
         }
-        desk.batch.items.push(item);
-        Ok(())
+        if desk.batch.bytes >= WAITING {
+            let waits = |desk: &mut Desk| !desk.failed && desk.batch.bytes >= WAITING;
+            desk = shared.room.wait_while(desk, waits).unwrap_or_else(PoisonError::into_inner);
+        }
+        let failed = desk.failed;
+        drop(desk);
+        if failed { self.caught_up().map(drop) } else { Ok(()) }
     }
 
     /// The sink, after it took all items so far.
@@ -171,41 +174,48 @@ impl Drop for ThreadedSink {
     }
 }
 
+/// Tells the run when the thread is gone, for whatever reason.
+struct Ends<'a>(&'a Shared);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        self.0.desk().failed = true;
+        self.0.room.notify_one();
+    }
+}
+
 fn work(mut sink: BoxedSink, shared: &Shared) -> Done {
-    let mut last_saved = Instant::now();
+    let _ends = Ends(shared);
+    let (mut batch, mut row) = (Batch::default(), Row::default());
     loop {
-        let waiting = |desk: &mut Desk| !desk.wakes();
+        let waiting = |desk: &mut Desk| !desk.closed && desk.batch.bytes < BYTES;
         let waited = shared.work.wait_timeout_while(shared.desk(), LOOK, waiting);
         let (mut desk, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        let batch = std::mem::take(&mut desk.batch);
+        // Both keep their memory.
+        std::mem::swap(&mut batch, &mut desk.batch);
         let closed = desk.closed;
         drop(desk);
         shared.room.notify_one();
-        let mut result = write(&mut sink, batch);
-        if result.is_ok() && last_saved.elapsed() >= 2 * LOOK {
-            result = sink.save();
-            last_saved = Instant::now();
-        }
-        let mut desk = shared.desk();
-        desk.saved = sink.saved();
-        desk.failed = result.is_err();
-        drop(desk);
-        shared.room.notify_one();
+        let result = write(&mut sink, &mut batch, &mut row);
+        batch.clear();
         if closed || result.is_err() {
             return (sink, result);
         }
     }
 }
 
-fn write(sink: &mut BoxedSink, batch: Batch) -> Result<(), Error> {
-    let mut row = Row::default();
-    let width = batch.numbers.len() / batch.rows.max(1);
-    let mut numbers = batch.numbers.chunks(width.max(1));
-    for item in batch.items {
+fn write(sink: &mut BoxedSink, batch: &mut Batch, row: &mut Row<Recorded>) -> Result<(), Error> {
+    let [numbers, integers] =
+        [batch.numbers.len(), batch.integers.len()].map(|all| all / batch.rows.max(1));
+    let (mut number, mut integer) = (0, 0);
+    for item in batch.items.drain(..) {
         match item {
-            Item::Row(tick, time, texts, integers) => {
-                row.assign(numbers.next().unwrap_or_default(), texts, integers);
-                sink.row(tick, time, &row)?;
+            Item::Row(tick, time, texts) => {
+                let values = &batch.numbers[number..number + numbers];
+                let exact = &batch.integers[integer..integer + integers];
+                row.assign(values, texts, exact);
+                (number, integer) = (number + numbers, integer + integers);
+                sink.row(tick, time, row)?;
             }
             Item::Event(event) => sink.event(&event)?,
             Item::Status(change) => sink.status(&change)?,
@@ -216,47 +226,23 @@ fn write(sink: &mut BoxedSink, batch: Batch) -> Result<(), Error> {
 
 impl Sink for ThreadedSink {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
-        if self.is_done {
-            return Ok(());
+        let changed = self.texts != row.texts();
+        let texts = changed.then(|| row.texts().to_vec());
+        if changed {
+            self.texts.clear();
+            self.texts.extend_from_slice(row.texts());
         }
-        self.is_done = time >= self.until;
-        // Everything up to here is saved when nothing more is handed over.
-        let before_end = if self.is_done { self.until - LOST } else { f64::NEG_INFINITY };
-        let shared = self.shared();
-        let mut desk = shared.desk();
-        let [first, before] = desk.times.unwrap_or([time; 2]);
-        desk.times = Some([first, time]);
-        let batch = &mut desk.batch;
-        if batch.rows == 0 {
-            batch.since = time;
-            batch.numbers.reserve(ROWS * row.numbers().len());
-        }
-        batch.numbers.extend_from_slice(row.numbers());
-        let (texts, integers) = (row.texts().to_vec(), row.integers().to_vec());
-        batch.items.push(Item::Row(tick, time, texts, integers));
-        batch.rows += 1;
-        if desk.wakes() {
-            shared.work.notify_one();
-        }
-        while !desk.failed && (desk.is_behind([first, before, time]) || desk.saved <= before_end) {
-            desk.waits = true;
-            shared.work.notify_one();
-            desk = shared.room.wait(desk).unwrap_or_else(PoisonError::into_inner);
-        }
-        desk.waits = false;
-        if desk.failed {
-            drop(desk);
-            return self.caught_up().map(drop);
-        }
-        Ok(())
+        self.push(|batch| batch.add_row(tick, time, row, texts))
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.push(event.time, Item::Event(event.clone()))
+        let event = event.clone();
+        self.push(|batch| batch.add(Item::Event(event)))
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.push(change.time, Item::Status(change.clone()))
+        let change = change.clone();
+        self.push(|batch| batch.add(Item::Status(change)))
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
@@ -291,7 +277,6 @@ mod tests {
     struct Notes {
         notes: Arc<Mutex<Vec<String>>>,
         fails_at: u64,
-        rows: bool,
     }
 
     impl Notes {
@@ -309,10 +294,6 @@ mod tests {
             Ok(())
         }
 
-        fn takes_rows(&self) -> bool {
-            self.rows
-        }
-
         fn event(&mut self, event: &Event) -> Result<(), Error> {
             self.note(event.message.clone());
             Ok(())
@@ -326,7 +307,7 @@ mod tests {
 
     fn threaded(fails_at: u64) -> (ThreadedSink, Arc<Mutex<Vec<String>>>) {
         let notes = Arc::default();
-        let sink = Notes { notes: Arc::clone(&notes), fails_at, rows: true };
+        let sink = Notes { notes: Arc::clone(&notes), fails_at };
         (ThreadedSink::new(Box::new(sink)), notes)
     }
 
@@ -358,20 +339,18 @@ mod tests {
     }
 
     #[test]
-    fn a_sink_that_takes_no_rows_gets_the_first_one_and_those_of_a_second_after_an_event() {
-        let notes = Arc::<Mutex<Vec<String>>>::default();
-        let inner = Notes { notes: Arc::clone(&notes), fails_at: u64::MAX, rows: false };
-        let mut sink = ThreadedSink::new(Box::new(inner));
-        for tick in 0..100_000 {
-            if tick == 50_000 {
-                sink.event(&event(25_000.0, "between")).expect("taken");
-            }
-            sink.row(tick, 0.5 * tick as f64, &row(tick)).expect("taken");
+    fn texts_hold_until_they_change() {
+        let (mut sink, notes) = threaded(u64::MAX);
+        for tick in 0..10_000 {
+            let text = format!("from {}", tick / 3_000);
+            sink.row(tick, 0.0, &Row::from_values(vec![1.0], vec![text])).expect("taken");
         }
         sink.finish("after", true).expect("finished");
         let notes = notes.lock().expect("no panic");
-        let begins: Vec<_> = notes.iter().filter_map(|note| note.split(' ').next()).collect();
-        assert_eq!(begins, ["0", "between", "50000", "50001", "50002", "after"]);
+        assert_eq!(notes.len(), 10_001);
+        for (tick, note) in notes.iter().take(10_000).enumerate() {
+            assert_eq!(*note, format!(r#"{tick} 0 [1.0] ["from {}"]"#, tick / 3_000));
+        }
     }
 
     #[test]

@@ -53,10 +53,9 @@ pub fn finished(folder: &Path, ticks: u64) -> Result<Vec<u8>, Failed> {
     made(folder, columns, ticks)
 }
 
-/// A recording of these columns.
-pub fn made(folder: &Path, columns: Columns<Recorded>, ticks: u64) -> Result<Vec<u8>, Failed> {
-    let (numbers, texts) = (columns.numbers().len(), columns.texts().len());
-    let header = RunHeader {
+/// The description of a run with these columns.
+pub fn header(folder: &Path, columns: Columns<Recorded>, step: f64, ticks: u64) -> RunHeader {
+    RunHeader {
         scenario: "made".to_owned(),
         title: "A recording to be damaged".to_owned(),
         source: Source::made(diagnostics::TextFile {
@@ -65,14 +64,20 @@ pub fn made(folder: &Path, columns: Columns<Recorded>, ticks: u64) -> Result<Vec
             folder: None,
         }),
         given: Vec::new(),
-        step: STEP,
-        stop: STEP * ticks as f64,
+        step,
+        stop: step * ticks as f64,
         seed: 1,
         columns,
         status_tracks: Vec::new(),
         view: View::default(),
         folder: folder.to_owned(),
-    };
+    }
+}
+
+/// A recording of these columns.
+pub fn made(folder: &Path, columns: Columns<Recorded>, ticks: u64) -> Result<Vec<u8>, Failed> {
+    let (numbers, texts) = (columns.numbers().len(), columns.texts().len());
+    let header = header(folder, columns, STEP, ticks);
     let mut sink = McapSink::new(&header)?;
     for tick in 0..=ticks {
         let numbers = (0..numbers).map(|column| value_of(tick, column)).collect();

@@ -55,6 +55,12 @@ impl Drawing {
         (drawing, charts)
     }
 
+    /// Rows that are replayed, if the run goes to its end.
+    pub fn rows(&self) -> usize {
+        usize::try_from(self.last / self.strides[0])
+            .map_or(usize::MAX, |rows| rows.saturating_add(1))
+    }
+
     /// Sends the static parts.
     pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         self.signals.describe(stream)?;

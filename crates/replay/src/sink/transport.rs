@@ -67,14 +67,14 @@ impl Transport {
         url.into_iter().chain(self.warning.take().map(Notice::Warning)).collect()
     }
 
-    /// Waits until the beginning has arrived: this proves the connection.
+    /// Waits until the beginning has arrived at a viewer: this proves the connection. What a disk refuses is told with the next
+    /// batch, so a run does not wait for it.
     pub fn begun(&mut self, sent: Result<(), String>) -> Result<(), Error> {
         let Some(stream) = &self.stream else {
             return Ok(());
         };
-        // The beginning of a wide recording takes long, and a file has no deadline.
-        let patience = if self.live { CONNECT_PATIENCE } else { Duration::MAX };
-        let result = sent.and_then(|()| settle(stream, patience));
+        let arrives = || if self.live { settle(stream, CONNECT_PATIENCE) } else { Ok(()) };
+        let result = sent.and_then(|()| arrives());
         match result {
             Ok(()) if self.live => self.flush_worker = Some(FlushWorker::new(stream.clone())),
             Ok(()) => {}

@@ -218,7 +218,7 @@ impl Nested {
         if !moving.iter().zip(&memory.moving).all(|(one, other)| alike(one, other)) {
             return reject(impossible);
         }
-        memory.row.assign(&numbers, texts, integers);
+        memory.row.assign(&numbers, Some(texts), &integers);
         memory.moving = moving;
         let Some(chains) = recalled(&running.system.nodes, &chains, &memory) else {
             return reject(impossible);

@@ -107,16 +107,14 @@ pub(super) struct FrameTransform {
 }
 
 impl FrameTransform {
-    /// The frame `car` in the frame `world` at `time` [s]: at x and y [m], turned by `heading` [rad] to the left.
-    pub fn of_car(time: f64, [x, y]: [f64; 2], heading: f64) -> Self {
+    /// Places the frame `car` in the frame `world` at `time` [s]: at x and y [m], turned by `heading` [rad] to the left.
+    pub fn place_car(&mut self, time: f64, [x, y]: [f64; 2], heading: f64) {
         let (sin, cos) = (0.5 * heading).sin_cos();
-        FrameTransform {
-            timestamp: Some(Timestamp::at(time)),
-            parent_frame_id: "world".to_owned(),
-            child_frame_id: "car".to_owned(),
-            translation: Some(Vector3 { x, y, z: 0.0 }),
-            rotation: Some(Quaternion { x: 0.0, y: 0.0, z: sin, w: cos }),
-        }
+        self.timestamp = Some(Timestamp::at(time));
+        "world".clone_into(&mut self.parent_frame_id);
+        "car".clone_into(&mut self.child_frame_id);
+        self.translation = Some(Vector3 { x, y, z: 0.0 });
+        self.rotation = Some(Quaternion { x: 0.0, y: 0.0, z: sin, w: cos });
     }
 }
 

@@ -1,81 +1,61 @@
-//! Keeps a copy of the messages that are not yet in a closed chunk, in a small file beside the recording: a killed run that is slower
-//! than real time has made them long ago.
+//! Keeps a copy of the messages that are not yet in a closed chunk, in a small file beside the recording: what a killed run had made.
 
 use std::fs::File;
-use std::io::Write as _;
+use std::os::unix::fs::FileExt as _;
 use std::path::{Path, PathBuf};
 
-use ::mcap::records::{MessageHeader, op};
 use diagnostics::Error;
 
 use crate::records::tail;
 
-/// The messages of the open chunk.
+/// A file that is written from its start again once all of its messages are in closed chunks.
 pub(super) struct Tail {
     path: PathBuf,
-    partial: PathBuf,
-    /// As records.
-    messages: Vec<u8>,
-    count: u64,
-    /// Messages in closed chunks.
-    before: u64,
-    /// As many of the messages are in the file.
-    saved: u64,
+    file: Option<File>,
+    /// The last piece that was written; kept for its memory.
+    piece: Vec<u8>,
+    /// Where the next piece goes [B].
+    end: u64,
+    /// The number of the message behind its last one.
+    pub through: u64,
 }
 
 impl Tail {
-    /// The file beside this recording, which does not exist yet.
-    pub fn beside(recording: &Path) -> Self {
-        let path = tail::beside(recording);
-        let partial = path.with_added_extension("partial");
-        let tail = Tail { path, partial, messages: Vec::new(), count: 0, before: 0, saved: 0 };
-        tail.remove();
-        tail
+    /// The files beside this recording, neither of which exists yet: two, as one always has messages that are needed.
+    pub fn beside(recording: &Path) -> [Self; 2] {
+        tail::beside(recording).map(|path| {
+            let tail = Tail { path, file: None, piece: Vec::new(), end: 0, through: 0 };
+            tail.remove();
+            tail
+        })
     }
 
-    /// The size of the messages [B].
-    pub fn size(&self) -> usize {
-        self.messages.len()
+    /// Begins at the start of the file. It is written over, in memory that the system has already: a reader tells by the numbers of
+    /// messages what is old.
+    pub fn begin(&mut self) {
+        self.end = 0;
     }
 
-    pub fn add(&mut self, header: &MessageHeader, data: &[u8]) {
-        self.messages.push(op::MESSAGE);
-        self.messages.extend_from_slice(&(22 + data.len() as u64).to_le_bytes());
-        self.messages.extend_from_slice(&header.channel_id.to_le_bytes());
-        self.messages.extend_from_slice(&header.sequence.to_le_bytes());
-        self.messages.extend_from_slice(&header.log_time.to_le_bytes());
-        self.messages.extend_from_slice(&header.publish_time.to_le_bytes());
-        self.messages.extend_from_slice(data);
-        self.count += 1;
-    }
-
-    /// The chunk is closed.
-    pub fn clear(&mut self) {
-        self.messages.clear();
-        self.before += self.count;
-        (self.count, self.saved) = (0, 0);
-    }
-
-    /// Writes the messages, if there are new ones. At every moment there is one whole file.
+    /// Adds `count` messages that follow `before` others.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn save(&mut self) -> Result<(), Error> {
-        if self.saved == self.count {
-            return Ok(());
-        }
-        let failed = |error| Error::output(&self.path, error);
-        let record = tail::record(self.before, &self.messages);
-        let written = File::create(&self.partial).and_then(|mut file| file.write_all(&record));
-        written.map_err(failed)?;
-        std::fs::rename(&self.partial, &self.path).map_err(failed)?;
-        self.saved = self.count;
+    pub fn save(&mut self, before: u64, messages: &[u8], count: u64) -> Result<(), Error> {
+        self.piece.clear();
+        tail::add_piece(before, messages, &mut self.piece);
+        let file = match &mut self.file {
+            Some(file) => Ok(file),
+            none => File::create(&self.path).map(|file| none.insert(file)),
+        };
+        let written = file.and_then(|file| file.write_all_at(&self.piece, self.end));
+        written.map_err(|error| Error::output(&self.path, error))?;
+        self.end += self.piece.len() as u64;
+        self.through = before + count;
         Ok(())
     }
 
     /// Removes the file, which a complete recording does not need.
     pub fn remove(&self) {
         let _ = std::fs::remove_file(&self.path);
-        let _ = std::fs::remove_file(&self.partial);
     }
 }
