@@ -63,6 +63,9 @@ mod coupling;
 // Loops and orders of scenarios, and mistakes in their words.
 #[path = "acceptance/coupling_words.rs"]
 mod coupling_words;
+// Parts of couplings that depend on each other.
+#[path = "acceptance/coupling_together.rs"]
+mod coupling_together;
 // The same scenario gives the same numbers, and a report that is complete.
 #[path = "acceptance/determinism.rs"]
 mod determinism;
@@ -203,6 +206,7 @@ fn main() -> ExitCode {
     conform3::register(&mut tests);
     coupling::register(&mut tests);
     coupling_words::register(&mut tests);
+    coupling_together::register(&mut tests);
     full_disks::register(&mut tests);
     killed::register(&mut tests);
     crashes::register(&mut tests);

@@ -20,7 +20,7 @@ tests! {
 }
 
 /// The columns of a run.
-fn columns(lab: &Lab, out: &str) -> BTreeMap<String, Vec<f64>> {
+pub fn columns(lab: &Lab, out: &str) -> BTreeMap<String, Vec<f64>> {
     let table = lab.table(&format!("{out}/run.csv"));
     let mut lines = table.lines();
     let names: Vec<_> = lines.next().expect("titles").split(',').collect();
@@ -103,7 +103,7 @@ fn slope(
 }
 
 /// The state at a time [s], by steps of Runge and Kutta of a hundredth of a millisecond: to 1e-12 that of the closed form.
-fn exact(
+pub fn exact(
     start: [f64; 4],
     system: ([f64; 2], [f64; 2], [f64; 2]),
     below: &dyn Fn(f64) -> (f64, f64),
@@ -126,11 +126,11 @@ fn exact(
     state
 }
 
-fn state(found: &BTreeMap<String, Vec<f64>>, row: usize) -> [f64; 4] {
+pub fn state(found: &BTreeMap<String, Vec<f64>>, row: usize) -> [f64; 4] {
     ["low.x", "low.v", "high.x", "high.v"].map(|name| found[name][row])
 }
 
-fn distance(a: [f64; 4], b: [f64; 4]) -> f64 {
+pub fn distance(a: [f64; 4], b: [f64; 4]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 

@@ -1,19 +1,18 @@
 //! Compares a run with recordings: a sink that keeps the compared signals and judges them when the run is over.
 
 mod tube;
+mod verdict;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
 
 use diagnostics::Error;
 use diagnostics::suggest::shortened;
-use expression::Trace;
 use recording::{ColumnIndex, Columns, Full, Golden, GoldenColumn, GoldenValues, Row, Sink};
 use scenario::plan::{BaselinePlan, BaselineSignal};
 use serde::Serialize;
 
 use self::tube::{Tube, holds};
-use crate::check::Verdict;
 
 /// What became of the comparison with a recording.
 #[derive(Debug, Clone, Serialize)]
@@ -333,44 +332,6 @@ fn exact(
         known.then(|| if near { [*value; 2] } else { [recorded[row]; 2] })
     };
     times.iter().zip(values).map(allowed).collect()
-}
-
-impl BaselineOutcome {
-    /// The outcome as that of a check.
-    #[must_use]
-    pub fn verdict(&self) -> Verdict {
-        let failed: Vec<_> = self.signals.iter().filter(|signal| !signal.passed).collect();
-        let first = |signal: &&&SignalOutcome| signal.first.map_or(f64::NEG_INFINITY, |it| it.time);
-        let earliest = failed.iter().min_by(|a, b| first(a).total_cmp(&first(b)));
-        let told = earliest.map(|signal| {
-            let SignalOutcome { signal: name, unit, reason, worst, .. } = signal;
-            let unit = unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
-            let worst = worst.filter(|worst| Some(*worst) != signal.first);
-            let worst = worst.map(|it| format!("; worst {}", it.words())).unwrap_or_default();
-            let reason = reason.as_deref().unwrap_or_default();
-            let (count, all) = (failed.len(), self.signals.len());
-            format!("{count} of {all} signals differ, first `{name}`{unit}: {reason}{worst}")
-        });
-        let worst = earliest.and_then(|signal| signal.worst);
-        Verdict {
-            name: self.name.clone(),
-            that: format!("{} signals as in {}", self.signals.len(), self.recording.display()),
-            file: self.place.0.clone(),
-            line: self.place.1,
-            passed: failed.is_empty() && self.reason.is_none(),
-            during: self.during,
-            tolerance: 0.0,
-            samples: self.signals.len() as u64,
-            margin: worst.map(|worst| -worst.distance()),
-            at: worst.map(|worst| worst.time),
-            first: earliest.and_then(|signal| signal.first).map(|it| it.time),
-            value: worst.map(|worst| worst.value),
-            limit: worst.map(|it| if it.value > it.upper { it.upper } else { it.lower }),
-            unit: earliest.and_then(|signal| signal.unit.clone()),
-            reason: self.reason.clone().or(told),
-            trace: Trace::default(),
-        }
-    }
 }
 
 impl Sink<Full> for Baselines {

@@ -74,7 +74,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use archive::Folder;
-use place::Unpacked;
+use place::{Unpacked, uri};
 use sha2::{Digest as _, Sha256};
 
 pub use attributes::{Causality, Initial, Variability};
@@ -390,16 +390,6 @@ fn no_co_simulation(others: impl Iterator<Item = &'static str>) -> String {
     format!(
         "expected the interface CoSimulation, found {found}: export the model for co-simulation"
     )
-}
-
-/// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.
-fn uri(path: &Path) -> String {
-    let escaped = path.as_os_str().as_encoded_bytes().iter().map(|&byte| match byte {
-        b'/' | b'-' | b'.' | b'_' | b'~' => char::from(byte).to_string(),
-        _ if byte.is_ascii_alphanumeric() => char::from(byte).to_string(),
-        _ => format!("%{byte:02X}"),
-    });
-    format!("file://{}", escaped.collect::<String>())
 }
 
 #[cfg(test)]

@@ -118,8 +118,7 @@ impl System {
         let notes = (&mut mistakes, &mut warnings);
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
-        let checks = checks::resolve(scenario, (&columns, &units), clock);
-        let checks = mistakes.take(checks).unwrap_or_default();
+        let checks = checks::resolve(scenario, (&columns, &units), clock, &mut mistakes);
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         let recorded = recorded::selection(scenario, &columns, &mut mistakes);
         let header = RunHeader {

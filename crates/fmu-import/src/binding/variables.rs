@@ -83,3 +83,15 @@ impl Instance {
         }
     }
 }
+
+impl Instance {
+    /// The names of variables, for a message.
+    pub(super) fn names(&self, references: &[u32]) -> String {
+        let all = &self.library.description().variables;
+        let name = |reference: &u32| {
+            let found = all.iter().find(|variable| variable.reference == *reference);
+            found.map_or_else(|| reference.to_string(), |variable| format!("`{}`", variable.name))
+        };
+        references.iter().map(name).collect::<Vec<_>>().join(", ")
+    }
+}

@@ -15,13 +15,15 @@ pub(super) fn resolve(
     scenario: &Scenario,
     signals: Signals,
     clock: Option<Clock>,
-) -> Result<Vec<CheckPlan>, Error> {
+    mistakes: &mut Mistakes,
+) -> Vec<CheckPlan> {
     let checks = &scenario.document.check;
-    Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
+    let plans = Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
         let unique = unique(scenario, &checks[..index], check);
         let plan = plan(scenario, check, signals, clock);
         Mistakes::both(unique, plan).map(|(_, plan)| plan)
-    }))
+    }));
+    mistakes.take(plans).unwrap_or_default()
 }
 
 /// Reports and test results tell checks by their names.
