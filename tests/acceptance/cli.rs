@@ -74,7 +74,7 @@ fn a_failing_command_prints_the_reason() {
     for (arguments, says) in [
         (&["inspect", "nowhere.fmu"][..], "cannot read nowhere.fmu"),
         (&["inspect", "text.fmu"], "text.fmu is not an .fmu archive"),
-        (&["inspect", "good.toml"], "good.toml is not an .fmu archive"),
+        (&["inspect", "--dot", "text.fmu"], "expected a scenario for `--dot`"),
         (&["test", "nowhere"], "cannot read nowhere"),
         (&["test", "nowhere.toml"], "cannot read nowhere.toml"),
         (&["pack", "plant-fmu"], "no cargo workspace"),

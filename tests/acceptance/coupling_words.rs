@@ -42,7 +42,7 @@ fn loops_and_orders_are_printed_and_drawn() {
     lab.write("coupled.toml", two_masses("iterate", 0.1, 1.0, 0.3).text());
     let text = lab.trackside(&["inspect", "coupled.toml"]).expect(0).stdout;
     for line in [
-        "coupling   iterate, up to 50 passes",
+        "coupling   iterate by newton, up to 50 passes",
         "1  low   FMU sprung_mass of FMI 2.0, can go back",
         "low.x -> high.x_below",
         "low, high (a step on the way round, iterated)",

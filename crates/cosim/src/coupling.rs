@@ -30,7 +30,7 @@ pub trait Coupling: Send {
     /// # Errors
     /// With the node, when one fails, shows a value that is no number, or cannot do what the algorithm needs.
     fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
-        exchange.initialise(&mut |_| Ok(()))
+        exchange.initialise(&mut |_| Ok(Vec::new()))
     }
 
     /// Moves all nodes by one communication step or the part of it that the exchange has begun, and the row to its end.

@@ -30,7 +30,7 @@ pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
 pub use call_fault::{CallFault, CallFaultKind};
 pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::{
-    Block, BondPlan, CouplingPlan, CouplingRules, Division, Link, Loop, Pace, Tear,
+    Block, BondPlan, CouplingPlan, CouplingRules, Division, Iteration, Link, Loop, Pace, Tear,
 };
 pub use input_chain::{ChainMemory, FaultPlan, InputChain};
 

@@ -1,11 +1,13 @@
 //! Solves the loops of the initialisation, in which values go round without a step in between.
 
 use diagnostics::{Error, rounded};
-use scenario::plan::{Block, System};
-use scenario::words::Iteration;
+use scenario::plan::{Block, Iteration, System, Tear};
 
 use super::solver::Solver;
 use crate::exchange::Exchange;
+
+/// Passes after the first one that fits [-].
+const POLISH: u32 = 4;
 
 /// The loops of the initialisation.
 #[derive(Debug, Default)]
@@ -29,45 +31,68 @@ impl Initial {
     /// With the node, when one fails, or shows a value that is no number.
     pub fn run(&self, exchange: &mut Exchange) -> Result<(), Error> {
         exchange.initialise(&mut |exchange| {
-            self.blocks.iter().try_for_each(|block| self.solve(exchange, block))
+            let mut solved = Vec::new();
+            for block in &self.blocks {
+                let values = self.solve(exchange, block)?;
+                solved.extend(block.tears.iter().copied().zip(values));
+            }
+            Ok(solved)
         })
     }
 
-    fn solve(&self, exchange: &mut Exchange, block: &Block) -> Result<(), Error> {
+    /// The values of the connections that lead back; none if there is no solution.
+    fn solve(&self, exchange: &mut Exchange, block: &Block) -> Result<Vec<f64>, Error> {
         let tears = &block.tears;
         let mut guess: Vec<_> = tears.iter().map(|tear| exchange.taken(*tear)).collect();
         let smooth: Vec<_> = tears.iter().map(|tear| exchange.is_continuous(*tear)).collect();
         let mut solver = Solver::new(self.iteration, smooth);
         let (mut found, mut worst) = (Vec::new(), 0);
+        // What fits, how well, and how many passes more to make it fit better: a later step has no second chance.
+        let mut best: Option<(Vec<f64>, f64)> = None;
+        let mut more = POLISH;
         for pass in 1..=self.iteration.passes {
             sweep(exchange, block, &guess, &mut found)?;
             match solver.misfit(&guess, &found) {
-                None if solver.is_near(&guess, &found) => return Ok(()),
+                None if solver.is_near(&guess, &found) => {
+                    let distance = distance(&guess, &found);
+                    if best.as_ref().is_some_and(|(_, least)| *least <= distance) {
+                        break;
+                    }
+                    best = Some((guess.clone(), distance));
+                    more -= 1;
+                    if distance == 0.0 || more == 0 {
+                        break;
+                    }
+                }
                 misfit => worst = misfit.unwrap_or(worst),
             }
             if pass == self.iteration.passes {
                 break;
             }
             if solver.wants_derivatives() {
-                let mut jacobian = Vec::with_capacity(guess.len());
-                for place in 0..guess.len() {
-                    let (mut other, mut changed) = (guess.clone(), Vec::new());
-                    other[place] += solver.nudge(place, guess[place]);
-                    sweep(exchange, block, &other, &mut changed)?;
-                    let by = other[place] - guess[place];
-                    jacobian.push(changed.iter().zip(&found).map(|(a, b)| (a - b) / by).collect());
-                }
-                solver.derivatives(&jacobian);
+                let columns = differences(exchange, block, &solver, (&guess, &found))?;
+                solver.derivatives(&columns);
             }
             solver.advance(&mut guess, &found);
         }
-        let tear = tears[worst];
+        match best {
+            Some((values, _)) => Ok(values),
+            None => self.unsolved(exchange, tears[worst], (guess[worst], found[worst])),
+        }
+    }
+
+    fn unsolved(
+        &self,
+        exchange: &mut Exchange,
+        tear: Tear,
+        (has, gets): (f64, f64),
+    ) -> Result<Vec<f64>, Error> {
         let message = format!(
             "the values of the first communication point do not fit after {} passes: `{}` has {} and would get {}",
             self.iteration.passes,
             exchange.input_name(tear),
-            rounded(guess[worst]),
-            rounded(found[worst])
+            rounded(has),
+            rounded(gets)
         );
         match self.strict {
             true => Err(Error::input(message).help(
@@ -75,10 +100,37 @@ impl Initial {
             )),
             false => {
                 exchange.notice(message);
-                Ok(())
+                Ok(Vec::new())
             }
         }
     }
+}
+
+/// The largest difference between what values are and what they would be, relative to their size [-].
+fn distance(guess: &[f64], found: &[f64]) -> f64 {
+    let each = guess.iter().zip(found).map(|(a, b)| match a == b {
+        true => 0.0,
+        false => (a - b).abs() / a.abs().max(b.abs()),
+    });
+    each.fold(0.0, f64::max)
+}
+
+/// The derivatives of what a loop gives by each guessed value, by columns.
+fn differences(
+    exchange: &mut Exchange,
+    block: &Block,
+    solver: &Solver,
+    (guess, found): (&[f64], &[f64]),
+) -> Result<Vec<Vec<f64>>, Error> {
+    let mut columns = Vec::with_capacity(guess.len());
+    for place in 0..guess.len() {
+        let (mut other, mut changed) = (guess.to_vec(), Vec::new());
+        other[place] += solver.nudge(place, guess[place]);
+        sweep(exchange, block, &other, &mut changed)?;
+        let by = other[place] - guess[place];
+        columns.push(changed.iter().zip(found).map(|(a, b)| (a - b) / by).collect());
+    }
+    Ok(columns)
 }
 
 /// Hands the guessed values through the loop once.

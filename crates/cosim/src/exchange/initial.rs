@@ -3,20 +3,20 @@
 use diagnostics::Error;
 use fmu_import::CallError;
 use recording::{Full, Row};
-use scenario::plan::{NodePlan, ResolvedConnection};
+use scenario::plan::{NodePlan, ResolvedConnection, Tear};
 
 use super::{Exchange, accept, check_numbers, exact, failure, get, set};
 use crate::node::Node;
 
 impl Exchange<'_> {
     /// Lets the values of the first communication point settle: all nodes show their start values, then two passes hand them on in
-    /// the order of the system. In between, `solve` makes values of loops fit.
+    /// the order of the system. In between, `solve` makes values of loops fit, and gives those for the second pass.
     ///
     /// # Errors
     /// With the node, when one fails, or shows a value that is no number; those of `solve`.
     pub fn initialise(
         &mut self,
-        solve: &mut dyn FnMut(&mut Self) -> Result<(), Error>,
+        solve: &mut dyn FnMut(&mut Self) -> Result<Vec<(Tear, f64)>, Error>,
     ) -> Result<(), Error> {
         for node in 0..self.nodes.len() {
             self.notices.extend(self.nodes[node].enter()?);
@@ -25,9 +25,11 @@ impl Exchange<'_> {
         for &node in self.order {
             self.visit_initially(node, &[])?;
         }
-        solve(self)?;
+        let solved = solve(self)?;
         for &node in self.order {
-            self.feed_initially(node, &[])?;
+            let own = solved.iter().filter(|(tear, _)| tear.node == node);
+            let own: Vec<_> = own.map(|(tear, value)| (tear.place, *value)).collect();
+            self.feed_initially(node, &own)?;
             self.initial_call(node, |plan, node, row| {
                 set(plan, node, row)?;
                 node.ready()?;

@@ -1,7 +1,7 @@
 //! The coupling of a run: its algorithm, its loops, and the division of its steps.
 
 use super::Clock;
-use crate::words::{Algorithm, At, ErrorEstimate, Iteration};
+use crate::words::{Algorithm, At, ErrorEstimate, Method};
 
 /// The properties of a coupling algorithm that are known before a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +54,23 @@ pub struct CouplingPlan {
     pub loops: Vec<Loop>,
     /// Division of communication steps; without it none is divided.
     pub division: Option<Division>,
+}
+
+/// Solution of loops.
+#[derive(Debug, Clone, Copy)]
+pub struct Iteration {
+    /// The method.
+    pub method: Method,
+    /// Difference between what inputs have and what they would get, relative to the size of each, that ends the iteration [-].
+    pub tolerance: f64,
+    /// Passes through a loop, after which a step fails.
+    pub passes: u32,
+}
+
+impl Default for Iteration {
+    fn default() -> Self {
+        Iteration { method: Method::default(), tolerance: 1e-8, passes: 50 }
+    }
 }
 
 /// Nodes that step together.

@@ -4,9 +4,9 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full};
 
 use super::ports::Port;
-use crate::plan::{Body, BondPlan, Clock, CouplingPlan, Division, NodePlan, Pace, Tear};
+use crate::plan::{Body, BondPlan, Clock, CouplingPlan, Division, Iteration, NodePlan, Pace, Tear};
 use crate::words::{
-    Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, Iteration, OnDiscard, Scenario,
+    Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, OnDiscard, Scenario,
 };
 
 /// The course of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.
@@ -92,21 +92,39 @@ pub(super) fn plan(
 ) -> CouplingPlan {
     paces(scenario, nodes, clock, mistakes);
     let coupling = &scenario.document.coupling;
-    let Iteration { tolerance, passes, .. } = coupling.iteration;
-    let wrong = |what: String| Error::input(format!("[coupling] iteration: {what}"));
-    if !(tolerance > 0.0 && tolerance < 1.0) {
-        let what = format!("expected a relative tolerance between 0 and 1, found {tolerance}");
-        mistakes.push(wrong(what));
-    }
-    if passes == 0 {
-        mistakes.push(wrong("expected at least 1 for `passes`, found 0".to_owned()));
-    }
     CouplingPlan {
         algorithm: coupling.algorithm,
-        iteration: coupling.iteration,
+        iteration: iteration(scenario, mistakes),
         division: division(scenario, (nodes, columns), mistakes),
         ..CouplingPlan::default()
     }
+}
+
+/// Solution of loops.
+fn iteration(scenario: &Scenario, mistakes: &mut Mistakes) -> Iteration {
+    let written = &scenario.document.coupling.iteration;
+    let mut iteration = Iteration { method: written.method, ..Iteration::default() };
+    if let Some(word) = &written.tolerance {
+        iteration.tolerance = *word.get_ref();
+        mistakes.take(relative(scenario, word));
+    }
+    if let Some(word) = &written.passes {
+        iteration.passes = *word.get_ref();
+        if iteration.passes == 0 {
+            mistakes.push(scenario.error(word, "expected at least 1 for `passes`, found 0"));
+        }
+    }
+    iteration
+}
+
+/// Refuses what is no relative tolerance.
+fn relative(scenario: &Scenario, word: &Spanned<f64>) -> Result<(), Error> {
+    let tolerance = *word.get_ref();
+    if tolerance > 0.0 && tolerance < 1.0 {
+        return Ok(());
+    }
+    let message = format!("expected a relative tolerance between 0 and 1, found {tolerance}");
+    Err(scenario.error(word, message))
 }
 
 fn division(
@@ -120,12 +138,7 @@ fn division(
     let bonds = bonds.filter_map(|word| mistakes.take(bond(scenario, word, placed))).collect();
     let control = coupling.tolerance.as_ref().map(|word| (estimate, *word.get_ref()));
     if let Some(word) = &coupling.tolerance {
-        let tolerance = *word.get_ref();
-        if !(tolerance > 0.0 && tolerance < 1.0) {
-            let message =
-                format!("expected a relative tolerance between 0 and 1, found {tolerance}");
-            mistakes.push(scenario.error(word, message));
-        }
+        mistakes.take(relative(scenario, word));
     } else if let Some(word) = &coupling.error {
         let error = scenario.error(word, "an estimate of the error has nothing to decide");
         mistakes.push(error.help("add `tolerance` to [coupling]"));

@@ -59,24 +59,20 @@ pub enum Algorithm {
 /// algorithm = "iterate"
 /// iteration = { method = "anderson", tolerance = 1e-10 }
 /// ```
-#[derive(Debug, Clone, Copy, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Iteration {
     /// The method.
+    #[serde(default)]
     #[schemars(example = &"anderson")]
     pub method: Method,
-    /// Difference between what inputs have and what they would get, relative to the size of each, that ends the iteration [-].
-    #[schemars(example = 1e-8)]
-    pub tolerance: f64,
-    /// Passes through a loop, after which a step fails.
-    #[schemars(example = 50)]
-    pub passes: u32,
-}
-
-impl Default for Iteration {
-    fn default() -> Self {
-        Iteration { method: Method::default(), tolerance: 1e-8, passes: 50 }
-    }
+    /// Difference between what inputs have and what they would get, relative to the size of each, that ends the iteration [-]; 1e-8
+    /// without it.
+    #[schemars(with = "Option<f64>", example = 1e-8)]
+    pub tolerance: Option<Spanned<f64>>,
+    /// Passes through a loop, after which a step fails; 50 without it.
+    #[schemars(with = "Option<u32>", example = 50)]
+    pub passes: Option<Spanned<u32>>,
 }
 
 /// Method that solves a loop.
