@@ -5,9 +5,7 @@ use recording::{Columns, Full};
 
 use super::ports::Port;
 use crate::plan::{Body, BondPlan, Clock, CouplingPlan, Division, Iteration, NodePlan, Pace, Tear};
-use crate::words::{
-    Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, OnDiscard, Scenario,
-};
+use crate::words::{Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, OnDiscard, Scenario};
 
 /// The course of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.
 pub(super) fn course(
