@@ -24,6 +24,7 @@ use crate::node::{Node, SAME};
 
 pub use self::effort::Effort;
 use self::effort::Efforts;
+pub use self::initial::Solved;
 use self::judge::{accept, check_numbers};
 pub(crate) use self::loops::{check_failures, lacking, unsolved};
 use self::route::Routes;

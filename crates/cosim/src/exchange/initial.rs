@@ -8,6 +8,9 @@ use scenario::plan::{NodePlan, ResolvedConnection, Tear};
 use super::{Exchange, accept, check_numbers, exact, failure, get, set};
 use crate::node::Node;
 
+/// Values of connections that lead back in loops.
+pub type Solved = Vec<(Tear, f64)>;
+
 impl Exchange<'_> {
     /// Lets the values of the first communication point settle: all nodes show their start values, then two passes hand them on in
     /// the order of the system. In between, `solve` makes values of loops fit, and gives those for the second pass.
@@ -16,7 +19,7 @@ impl Exchange<'_> {
     /// With the node, when one fails, or shows a value that is no number; those of `solve`.
     pub fn initialise(
         &mut self,
-        solve: &mut dyn FnMut(&mut Self) -> Result<Vec<(Tear, f64)>, Error>,
+        solve: &mut dyn FnMut(&mut Self) -> Result<Solved, Error>,
     ) -> Result<(), Error> {
         for node in 0..self.nodes.len() {
             self.notices.extend(self.nodes[node].enter()?);
