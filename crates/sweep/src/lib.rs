@@ -4,4 +4,5 @@
 
 pub mod design;
 pub mod distribution;
+pub mod statistics;
 pub mod table;
