@@ -4,5 +4,7 @@
 
 pub mod design;
 pub mod distribution;
+pub mod page;
 pub mod statistics;
+pub mod summary;
 pub mod table;
