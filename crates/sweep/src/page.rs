@@ -131,9 +131,10 @@ fn thinned(rows: &[usize], most: usize) -> Vec<usize> {
     (0..count).map(|k| rows[k * rows.len() / count]).collect()
 }
 
-/// A name with its unit.
+/// A name with its unit, unless that is 1.
 fn with_unit(name: &str, unit: Option<&str>) -> String {
-    unit.map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"))
+    unit.filter(|unit| *unit != "1")
+        .map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"))
 }
 
 /// A share with as many decimals as it has variants: never 100 % unless all pass.

@@ -3,9 +3,8 @@
 use std::fmt::Write as _;
 
 use html_page::{Axis, escape};
-use numerics::text::significant;
 
-use super::with_unit;
+use super::{grouped, with_unit};
 use crate::statistics::Estimate;
 use crate::summary::{Effect, Method, Output};
 
@@ -14,7 +13,7 @@ const MOST: usize = 12;
 /// Sizes [px]: of the figure, of the names beside the bars, of the numbers behind them, of a row, of the axis below.
 const WIDTH: f64 = 520.0;
 const NAMES: f64 = 190.0;
-const NUMBERS: f64 = 60.0;
+const NUMBERS: f64 = 88.0;
 const ROW: f64 = 24.0;
 const AXIS: f64 = 26.0;
 /// Letters of a name that have room, of 7 px each.
@@ -101,8 +100,9 @@ fn basis(output: &Output) -> String {
     match output.left_out {
         0 => String::new(),
         left_out => {
-            let all = significant((output.used + left_out) as f64, 6);
-            format!(" {left_out} of {all} {kind} left out: without a result")
+            let all = grouped((output.used + left_out) as u64);
+            let left_out = grouped(left_out as u64);
+            format!(" {left_out} of {all} {kind} left out: no result")
         }
     }
 }

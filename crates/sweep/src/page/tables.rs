@@ -10,7 +10,7 @@ use crate::summary::{Check, Failures, Summary};
 use crate::table::{Column, Role, Table, Values};
 
 /// Varied values that stand beside a worst variant.
-const MOST_VALUES: usize = 4;
+const MOST_VALUES: usize = 3;
 
 /// All checks with their shares and smallest margins.
 pub fn checks(html: &mut String, summary: &Summary) {
@@ -55,7 +55,7 @@ pub fn worst(html: &mut String, about: &About, table: &Table, summary: &Summary)
         let values = beside(check, table, summary);
         let _ = write!(
             html,
-            "<h3>{}</h3>\n<table>\n<tr><th>Variant</th><th>Margin</th>",
+            "<h3>{}</h3>\n<table class=\"worst\">\n<tr><th>Variant</th><th>Margin</th>",
             escape(&check.name)
         );
         for value in &values {
@@ -100,7 +100,7 @@ pub fn failures(html: &mut String, about: &About, summary: &Summary) {
         return;
     }
     html.push_str(
-        "<h2 id=\"errors\">Variants that did not end</h2>\n<table>\n<tr><th>Variants</th><th>Node</th><th>Call</th><th>At</th>\
+        "<h2 id=\"errors\">Variants that did not end</h2>\n<table class=\"worst\">\n<tr><th>Variants</th><th>Node</th><th>Call</th><th>At</th>\
          <th>Message of the first</th><th>Replay it with</th></tr>\n",
     );
     for Failures { node, call, count, variants, text, time } in &summary.failures {
@@ -127,7 +127,7 @@ pub fn failures(html: &mut String, about: &About, summary: &Summary) {
 
 fn with_unit(margin: f64, unit: Option<&str>) -> String {
     let number = significant(margin, 4);
-    match unit.filter(|_| margin.is_finite()) {
+    match unit.filter(|unit| margin.is_finite() && *unit != "1") {
         Some(unit) => format!("{number} {}", escape(unit)),
         None => number,
     }
