@@ -5,6 +5,7 @@
 pub mod design;
 pub mod distribution;
 pub mod page;
+pub mod search;
 pub mod statistics;
 pub mod summary;
 pub mod table;
