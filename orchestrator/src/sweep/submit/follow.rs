@@ -1,6 +1,7 @@
 //! Follows the chunks of a plan: looks at their files and at the queue of the engine, and submits what is missing and in no queue.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use diagnostics::{Error, shown};
