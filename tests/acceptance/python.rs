@@ -24,6 +24,7 @@ const PACKAGES: &[&str] = &[
     "pandas",
     "scipy",
     "tombi==1.9.6",
+    "hyperqueue==0.27.0",
 ];
 
 /// A virtual environment.
@@ -38,6 +39,12 @@ impl Python {
         python.env("LD_LIBRARY_PATH", self.0.join("lib"));
         let output = python.arg("-B").arg(script).args(arguments).output().expect("Python");
         Ended::of(output).expect(0)
+    }
+
+    /// The words of a shell that run a script of `tests/acceptance/python`.
+    pub fn script(&self, script: &str) -> String {
+        let script = Path::new(ROOT).join("tests/acceptance/python").join(script);
+        format!("'{}' -B '{}'", self.0.join("bin/python").display(), script.display())
     }
 
     /// Python as a library, which FMUs of pythonfmu expect in the process; some Pythons have none.

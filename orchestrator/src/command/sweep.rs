@@ -12,7 +12,7 @@ use scenario::resolve::Overrides;
 
 use super::progress::BuildLine;
 use super::run::{program_of_guests, starts};
-use super::{print, replay, tell, this_program};
+use super::{print, replay, submit, tell, this_program};
 
 /// Arguments of `trackside sweep`.
 #[derive(Args)]
@@ -36,6 +36,8 @@ enum Step {
         /// The folder of the plan.
         plan: PathBuf,
     },
+    /// Let Slurm, HyperQueue or processes of this machine run the chunks, follow them, and put their results together.
+    Submit(Submitted),
     /// For sweeps: run variants for the program that started this one.
     #[command(hide = true)]
     Worker {
@@ -57,7 +59,7 @@ struct Here {
 /// What a plan is made of.
 #[derive(Args)]
 struct Planned {
-    /// The scenario file, with [sweep].
+    /// The scenario file, with [sweep]; for `submit` also the folder of a plan.
     #[arg(required = true)]
     scenario: Option<PathBuf>,
     /// The folder of the sweep [default: target/sweeps/SCENARIO].
@@ -79,6 +81,15 @@ struct Planned {
     /// Replace the results of another sweep in the folder.
     #[arg(long)]
     replace: bool,
+}
+
+/// A plan, or what to make it of, and how to submit it.
+#[derive(Args)]
+struct Submitted {
+    #[command(flatten)]
+    planned: Planned,
+    #[command(flatten)]
+    how: submit::How,
 }
 
 /// A chunk of a plan.
@@ -118,6 +129,13 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
             let plan = Plan::look_at(plan)?;
             conclude(&sweep::gather(&plan)?)
         }
+        Some(Step::Submit(submitted)) => {
+            let plan = submitted.plan()?;
+            match submit::run(&plan, &submitted.how)? {
+                true => conclude(&sweep::gather(&plan)?),
+                false => Ok(0),
+            }
+        }
         Some(Step::Worker { host }) => sweep::serve(*host, &program_of_guests()?).map(|()| 0),
     }
 }
@@ -140,6 +158,32 @@ impl Planned {
         let Some(scenario) = &self.scenario else { return Err(Error::follow_up()) };
         let mut building = BuildLine::default();
         sweep::make(scenario, &options, &this_program()?, &mut |progress| building.show(&progress))
+    }
+}
+
+impl Submitted {
+    /// The plan in a folder, or that of a scenario.
+    fn plan(&self) -> Result<Plan, Error> {
+        let Some(folder) = self.planned.scenario.as_ref().filter(|it| it.is_dir()) else {
+            return self.planned.plan();
+        };
+        let Planned { out, set, seed, tolerance, chunk_size, replace, .. } = &self.planned;
+        let given = [
+            ("--out", out.is_some()),
+            ("--set", !set.is_empty()),
+            ("--seed", seed.is_some()),
+            ("--tolerance", tolerance.is_some()),
+            ("--chunk-size", chunk_size.is_some()),
+            ("--replace", *replace),
+        ];
+        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+            let folder = folder.display();
+            return Err(Error::input(format!(
+                "{option}: {folder} is a plan, which is made already"
+            ))
+            .help("name the scenario instead to make another plan"));
+        }
+        Plan::open(folder, &this_program()?)
     }
 }
 
