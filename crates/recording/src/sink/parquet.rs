@@ -13,8 +13,9 @@ use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use diagnostics::Error;
 use expression::{ColumnIndex, IntegerIndex, NumberIndex, TextIndex};
 use parquet::arrow::ArrowWriter;
-use parquet::basic::Compression;
+use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::file::properties::WriterProperties;
+use parquet::schema::types::ColumnPath;
 
 use super::{RunHeader, Sink, partial};
 use crate::columns::{Column, Direction, ValueKind};
@@ -91,12 +92,16 @@ impl ParquetSink {
         let partial = partial(path);
         let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
         let rows = (GROUP / (columns.len() + 1)).max(BATCH);
-        // Numbers of a simulation hardly repeat. Snappy is what every reader has.
-        let properties = WriterProperties::builder()
+        let mut properties = WriterProperties::builder()
             .set_dictionary_enabled(false)
-            .set_compression(Compression::SNAPPY)
-            .set_max_row_group_row_count(Some(rows))
-            .build();
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_max_row_group_row_count(Some(rows));
+        // Numbers of a simulation hardly repeat, but their first bytes do.
+        for field in schema.fields().iter().filter(|it| it.data_type() == &DataType::Float64) {
+            let column = ColumnPath::new(vec![field.name().clone()]);
+            properties = properties.set_column_encoding(column, Encoding::BYTE_STREAM_SPLIT);
+        }
+        let properties = properties.build();
         let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties));
         let writer = Some(writer.map_err(|error| Error::output(&partial, error))?);
         let (path, time) = (path.to_owned(), Vec::with_capacity(BATCH));

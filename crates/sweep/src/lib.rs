@@ -1,0 +1,5 @@
+//! Numbers of many variants of one run: a design says which values they get, a table holds what came of them, statistics say what
+//! drives what. Nothing here runs anything.
+#![forbid(unsafe_code)]
+
+pub mod table;
