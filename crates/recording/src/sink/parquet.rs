@@ -232,3 +232,119 @@ impl Sink for ParquetSink {
         std::fs::rename(&self.partial, &self.path).map_err(|error| Error::output(&self.path, error))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use arrow_array::cast::AsArray as _;
+    use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+    use super::*;
+    use crate::columns::Columns;
+
+    /// Rows enough for a second batch.
+    const ROWS: u64 = BATCH as u64 + 3;
+
+    fn column(variable: &str, kind: ValueKind, direction: Direction) -> Column {
+        let unit = (kind == ValueKind::Real).then(|| "m/s".to_owned());
+        let (node, description) = ("car".to_owned(), Some(format!("the {variable}")));
+        Column { node, variable: variable.to_owned(), direction, kind, unit, description }
+    }
+
+    /// A run with a column of each type, and an input of the name of an output.
+    fn header(folder: &Path) -> RunHeader {
+        let output = |name, kind| column(name, kind, Direction::Output);
+        let columns: Columns<_> = [
+            output("v", ValueKind::Real),
+            output("gear", ValueKind::Integer),
+            output("on", ValueKind::Boolean),
+            output("low", ValueKind::Int64),
+            output("high", ValueKind::UInt64),
+            column("v", ValueKind::Real, Direction::Input),
+            output("word", ValueKind::String),
+        ]
+        .into_iter()
+        .collect();
+        RunHeader {
+            scenario: "made".to_owned(),
+            title: "A made run".to_owned(),
+            source: diagnostics::Source::made(diagnostics::TextFile::default()),
+            given: Vec::new(),
+            step: 0.5,
+            stop: 1.0,
+            seed: 7,
+            columns,
+            status_tracks: Vec::new(),
+            view: View::default(),
+            folder: folder.to_owned(),
+        }
+    }
+
+    fn value(tick: u64) -> f64 {
+        (tick as f64).sin()
+    }
+
+    fn write(folder: &Path, completed: bool) {
+        let header = header(folder);
+        let mut sink = ParquetSink::new(&header).expect("a file");
+        let integers: Vec<_> = header.columns.integers().collect();
+        for tick in 0..ROWS {
+            let mut row = header.columns.row();
+            let numbers = [value(tick), tick as f64, (tick % 2) as f64, 0.0, 0.0, -1.0];
+            row.assign(&numbers, Some(vec![format!("row {tick}")]), &[0, 0]);
+            row.put(integers[0], i128::from(i64::MIN) + i128::from(tick));
+            row.put(integers[1], i128::from(u64::MAX) - i128::from(tick));
+            sink.row(tick, tick as f64 * 0.5, &row).expect("it takes a row");
+        }
+        sink.finish("", completed).expect("it ends");
+    }
+
+    #[test]
+    fn each_type_comes_back_exactly_with_its_unit() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), true);
+        let file = File::open(folder.path().join("run.parquet")).expect("the file");
+        let reader = ParquetRecordBatchReaderBuilder::try_new(file).expect("Parquet");
+        let schema = reader.schema().clone();
+        let names: Vec<_> = schema.fields().iter().map(|it| it.name().as_str()).collect();
+        let expected = ["time", "car.v", "car.gear", "car.on", "car.low", "car.high", "car.word"];
+        assert_eq!(names, expected);
+        let metadata = |field: usize, key: &str| schema.field(field).metadata().get(key).cloned();
+        assert_eq!(
+            (metadata(0, "unit"), metadata(1, "unit")),
+            (Some("s".into()), Some("m/s".into()))
+        );
+        assert_eq!(metadata(2, "unit"), None);
+        assert_eq!(metadata(2, "description"), Some("the gear".into()));
+        assert_eq!(metadata(1, "direction"), Some("output".into()));
+        assert_eq!(schema.metadata()["trackside.seed"], "7");
+        let mut tick = 0;
+        for batch in reader.build().expect("a reader") {
+            let batch = batch.expect("rows");
+            for at in 0..batch.num_rows() {
+                let real =
+                    |column: usize| batch.column(column).as_primitive::<Float64Type>().value(at);
+                let whole =
+                    |column: usize| batch.column(column).as_primitive::<Int64Type>().value(at);
+                assert_eq!(
+                    (real(0).to_bits(), real(1).to_bits()),
+                    ((tick as f64 * 0.5).to_bits(), value(tick).to_bits())
+                );
+                assert_eq!((whole(2), whole(4)), (tick as i64, i64::MIN + tick as i64));
+                assert_eq!(batch.column(3).as_boolean().value(at), tick % 2 == 1);
+                assert_eq!(batch.column(5).as_primitive::<UInt64Type>().value(at), u64::MAX - tick);
+                assert_eq!(batch.column(6).as_string::<i32>().value(at), format!("row {tick}"));
+                tick += 1;
+            }
+        }
+        assert_eq!(tick, ROWS);
+    }
+
+    #[test]
+    fn a_run_that_an_error_ended_leaves_no_table_of_the_whole() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), false);
+        assert!(!folder.path().join("run.parquet").exists());
+        assert!(folder.path().join("run.parquet.partial").exists());
+    }
+}
