@@ -9,9 +9,11 @@ mod isolated;
 mod pack;
 mod progress;
 mod recover;
+mod replay;
 mod run;
 mod schema;
 mod supervised;
+mod sweep;
 mod test;
 mod view;
 
@@ -29,6 +31,11 @@ pub enum Command {
     /// Run scenarios; exit code 0 when all checks pass, 1 when one fails, 2 when the input is wrong, 3
     /// when an FMU fails.
     Run(run::Arguments),
+    /// Run variants of a scenario, as its [sweep] says; exit code 0 when enough of them pass, 1 when a check fails, 2 when the input is
+    /// wrong, 3 when an FMU fails.
+    Sweep(sweep::Arguments),
+    /// Run a variant of a sweep again, with everything recorded.
+    Replay(replay::Arguments),
     /// Run scenarios as tests, several at a time, a line for each.
     Test(test::Arguments),
     /// Build FMU packages of the workspace and pack them, or pack a scenario as a system of SSP or as one FMU.
@@ -61,6 +68,8 @@ impl Command {
     pub fn run(&self) -> u8 {
         let result = match self {
             Command::Run(arguments) => run::run(arguments),
+            Command::Sweep(arguments) => sweep::run(arguments),
+            Command::Replay(arguments) => replay::run(arguments),
             Command::Test(arguments) => test::run(arguments),
             Command::Pack(arguments) => pack::run(arguments),
             Command::Inspect(arguments) => inspect::run(arguments),

@@ -43,6 +43,7 @@ use recording::{Columns, Full, RunHeader, StatusTrack};
 
 pub use self::archives::Opened;
 pub use self::isolation::Isolate;
+pub(crate) use self::joint::draws_file;
 pub use self::plots::by_unit;
 use self::signal_units::SignalUnits;
 pub use self::sweep::sweep;

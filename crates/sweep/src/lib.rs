@@ -2,4 +2,6 @@
 //! drives what. Nothing here runs anything.
 #![forbid(unsafe_code)]
 
+pub mod design;
+pub mod distribution;
 pub mod table;

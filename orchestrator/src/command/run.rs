@@ -167,7 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 }
 
 /// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
-fn program_of_guests() -> Result<PathBuf, Error> {
+pub(super) fn program_of_guests() -> Result<PathBuf, Error> {
     match cfg!(target_os = "linux") {
         true => Ok(PathBuf::from("/proc/self/exe")),
         false => this_program(),
@@ -271,7 +271,7 @@ impl Arguments {
 }
 
 /// Start values of `--set`.
-fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
+pub(super) fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
     let starts = set.iter().map(|entry| {
         let given = Override::parse(entry, |file| file.into());
         given.map_err(|message| Error::input(format!("--set: {message}")))

@@ -20,6 +20,10 @@ impl Kept {
     pub fn keep(&mut self, system: &System, nodes: Vec<Box<dyn Node>>) {
         for (plan, node) in system.nodes.iter().zip(nodes) {
             let Body::Fmu { fmu, .. } = &plan.body else { continue };
+            // Of some FMUs a process can hold one instance only, and a new one may be wanted.
+            if fmu.description.only_once {
+                continue;
+            }
             if let Some(instance) = node.into_instance() {
                 self.instances.insert((plan.name.clone(), fmu.sha256.clone()), instance);
             }

@@ -23,10 +23,17 @@ pub(super) fn draws(
     word: &Spanned<String>,
 ) -> Result<Axis, Error> {
     let path = scenario.source.resolve(word);
-    let is_report = path.extension().is_some_and(|ending| ending == "json");
-    let path = if is_report { beside(&path, name) } else { Ok(path) };
-    let axis = path.and_then(|path| lines(&path));
+    let axis = draws_file(&path, name).and_then(|path| lines(&path));
     axis.map_err(|what| scenario.error(word, what))
+}
+
+/// The file of draws itself, when what is named is the report of a run.
+///
+/// # Errors
+/// In words, when that run has none.
+pub(crate) fn draws_file(path: &Path, name: &str) -> Result<PathBuf, String> {
+    let is_report = path.extension().is_some_and(|ending| ending == "json");
+    if is_report { beside(path, name) } else { Ok(path.to_owned()) }
 }
 
 /// The file of draws that the analysis of this name left beside a report.
