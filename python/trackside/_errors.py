@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,9 +21,11 @@ class FmuError(TracksideError):
     """An FMU or a plugin failed: the message says which one, in which call, at which time.
 
     Attributes:
-        run: what was recorded until then, or None when there is nothing.
+        run: what was recorded until then; None when nothing was, or when a crash left the recording open.
+        folder: the folder of the run. What a crash left there is for `trackside recover`.
     """
 
-    def __init__(self, message: str, run: Run | None = None) -> None:
+    def __init__(self, message: str, folder: Path | None = None, run: Run | None = None) -> None:
         super().__init__(message)
+        self.folder = folder
         self.run = run

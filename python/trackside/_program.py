@@ -91,8 +91,8 @@ def share() -> Path:
     raise TracksideError(f"expected the scenarios that come with the program in {installed}, found none: install the wheel")
 
 
-def call(arguments: Sequence[str | os.PathLike[str]]) -> Ended:
-    """Run the program to its end and return what it says.
+def call(arguments: Sequence[str | os.PathLike[str]], folder: Path | None = None) -> Ended:
+    """Run the program to its end, in this folder or the current one, and return what it says.
 
     Ctrl-C goes to the program, which closes its recordings, and then to the caller as KeyboardInterrupt.
     """
@@ -106,6 +106,7 @@ def call(arguments: Sequence[str | os.PathLike[str]]) -> Ended:
         encoding="utf-8",
         errors="replace",
         start_new_session=True,
+        cwd=folder,
         env=os.environ | {"NO_COLOR": "1"},
     )
     try:

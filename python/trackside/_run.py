@@ -305,7 +305,7 @@ def run(
     words += ["--limit", repr(float(limit))] if limit is not None else []
     before = _stamp(folder)
     ended = call([*words, *arguments])
-    _judged(ended, folder if _stamp(folder) != before else None)
+    _judged(ended, folder, is_new=_stamp(folder) not in (None, before))
     return Run(folder)
 
 
@@ -349,12 +349,12 @@ def _stamp(folder: Path) -> tuple[int, int] | None:
     return (status.st_ino, status.st_mtime_ns)
 
 
-def _judged(ended: Ended, folder: Path | None = None) -> None:
-    """Raise what the exit code says; 0 and 1 are results."""
+def _judged(ended: Ended, folder: Path | None = None, is_new: bool = False) -> None:
+    """Raise what the exit code says; 0 and 1 are results. `is_new` says that the folder holds the report of this very run."""
     if ended.code in (0, 1):
         return
     if ended.code == 2:
         raise InputError(ended.message)
     if ended.code == 3:
-        raise FmuError(ended.message, Run(folder) if folder else None)
+        raise FmuError(ended.message, folder, Run(folder) if folder and is_new else None)
     raise TracksideError(f"{ended.reason}\n{ended.message}")

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 from . import _tables
 from ._errors import FmuError, InputError
 from ._program import call, settings
-from ._run import Run, _judged, find
+from ._run import Run, _judged, _stamp, find
 
 if TYPE_CHECKING:
     import pandas
@@ -112,8 +112,9 @@ class Sweep:
             FmuError: when an FMU fails in it, as it did; its `run` is what was recorded until then.
         """
         folder = self.folder / "variants" / str(int(variant))
+        before = _stamp(folder)
         ended = call(["replay", self.folder / str(int(variant))])
-        _judged(ended, folder if (folder / "report.json").exists() else None)
+        _judged(ended, folder, is_new=_stamp(folder) not in (None, before))
         return Run(folder)
 
     def __len__(self) -> int:
@@ -173,5 +174,5 @@ def sweep(
     if ended.code != 3:
         _judged(ended)
     elif not (folder / "sweep.parquet").exists():
-        raise FmuError(ended.message)
+        raise FmuError(ended.message, folder)
     return Sweep(folder)

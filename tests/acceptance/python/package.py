@@ -89,7 +89,9 @@ def failing_fmu():
     try:
         trackside.run("crash.toml", out=run.folder)
     except trackside.FmuError as error:
-        assert error.run is not None and error.run.report["scenario"] == "crash", error.run
+        assert error.run is None and error.folder == run.folder and "tank" in str(error), (error, error.run)
+    else:
+        raise AssertionError("expected FmuError")
 
 
 def control_c():
