@@ -146,6 +146,7 @@ def sweep(
     set: Mapping[str, object] | Sequence[str] | None = None,
     seed: int | None = None,
     out: str | os.PathLike[str] | None = None,
+    replace: bool = False,
     arguments: Sequence[str] = (),
 ) -> Sweep:
     """Run all variants of a scenario with `[sweep]` on this machine. A sweep that was interrupted goes on.
@@ -158,6 +159,7 @@ def sweep(
         set: values instead of the scenario's, `{"plant.body.m": 800.0}`.
         seed: the seed of every random stream, instead of the scenario's.
         out: the folder of the plan; `target/sweeps/SCENARIO` in the current folder by default.
+        replace: replace the results of another sweep in the folder.
         arguments: further arguments of `trackside sweep`.
 
     Raises:
@@ -169,6 +171,7 @@ def sweep(
     folder = Path(out) if out is not None else Path("target/sweeps") / path.stem
     words = ["sweep", os.fspath(path), "--out", os.fspath(folder), *settings(set, seed)]
     words += ["--jobs", str(jobs)] if jobs is not None else []
+    words += ["--replace"] if replace else []
     ended = call([*words, *arguments])
     # Code 3 says that an FMU failed in a variant, which the table tells.
     if ended.code != 3:

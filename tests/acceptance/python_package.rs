@@ -16,7 +16,7 @@ tests! {
     without_a_viewer_the_page_opens: Python,
     recordings_without_parquet_are_converted: Python,
     a_frame_becomes_tires_with_intervals_and_verdicts: Python,
-    a_sweep_is_a_table_and_its_variants_are_replayed: Python,
+    a_sweep_is_a_table_and_its_variants_are_replayed: Compiler + Python,
     everything_public_has_types_and_a_docstring: Python,
 }
 
@@ -83,7 +83,15 @@ fn a_frame_becomes_tires_with_intervals_and_verdicts() {
 }
 
 fn a_sweep_is_a_table_and_its_variants_are_replayed() {
-    run_in(&Lab::new(), "sweeps");
+    let lab = lab();
+    let start = "u = 0.0, fault = 'nan', at = 2.0";
+    let tank = Scenario::new().time(0.1, 1.0).fmu("tank", "misbehave.fmu", start);
+    let checked = tank.signal("wanted.v", "constant = 2.0").check("late", "max(wanted.v) >= 2");
+    let sweep =
+        "[sweep]\ndesign = \"list\"\nlist = \"vary.csv\"\n\n[sweep.collect]\nend = \"max(time)\"";
+    lab.write("vary.toml", checked.section(sweep).text());
+    lab.write("vary.csv", "tank.at,wanted.v\n0.5,2\n2.0,1\n2.0,3\n");
+    run_in(&lab, "sweeps");
 }
 
 fn everything_public_has_types_and_a_docstring() {

@@ -194,44 +194,32 @@ def identification():
 
 
 def sweeps():
-    """Take what a sweep leaves. The program here is one that writes the table that the real one has."""
-    columns = {
-        "variant": pyarrow.array([0, 1, 2, 3], pyarrow.int64()),
-        "seed": [1, 1, 1, 1],
-        "plant.body.m": [700.0, 800.0, 900.0, 1000.0],
-        "verdict": ["passed", "failed", "passed", "error"],
-        "error": [None, None, None, "node `plant`: <fmi2DoStep>"],
-        "margin.lane": [0.4, -0.1, 0.2, None],
-    }
-    table = pyarrow.table(columns)
-    fields = [field.with_metadata({"unit": "kg"}) if field.name == "plant.body.m" else field for field in table.schema]
-    pyarrow.parquet.write_table(table.cast(pyarrow.schema(fields)), "made.parquet")
-    Path("stand_in").write_text(
-        f"#!{sys.executable}\n"
-        "import json, os, pathlib, shutil, sys\n"
-        "pathlib.Path('words.json').write_text(json.dumps(sys.argv[1:]))\n"
-        "words = sys.argv[1:]\n"
-        "if words[0] == 'sweep':\n"
-        "    out = pathlib.Path(words[words.index('--out') + 1])\n"
-        "    out.mkdir(parents=True)\n"
-        "    shutil.copy('made.parquet', out / 'sweep.parquet')\n"
-        "    (out / 'sweep.json').write_text('{\"passed\": 2}')\n"
-        "    sys.exit(3)\n"
-        "plan, variant = os.path.split(words[1])\n"
-        f"sys.exit(os.spawnv(os.P_WAIT, {program!r}, [{program!r}, 'run', {str(trackside.scenarios()['step_steer'])!r}, '--rerun', 'off', '--out', plan + '/variants/' + variant]))\n"
-    )
-    Path("stand_in").chmod(0o755)
-    os.environ["TRACKSIDE_PROGRAM"] = str(Path("stand_in").resolve())
-    sweep = trackside.sweep("lane.toml", jobs=2, set={"plant.body.h": 0.5}, seed=7)
-    words = json.loads(Path("words.json").read_text())
-    assert words == ["sweep", "lane.toml", "--out", "target/sweeps/lane", "--set", "plant.body.h=0.5", "--seed", "7", "--jobs", "2"]
-    assert len(sweep) == 4 and sweep.share == 0.5 and sweep.summary == {"passed": 2}
-    assert sweep.variants("failed") == [1] and sweep.variants("error") == [3]
-    frame = sweep.frame(["plant.body.m", "margin.*"])
-    assert list(frame.columns) == ["plant.body.m", "margin.lane"] and frame.index.name == "variant"
-    assert sweep.units == frame.attrs["units"] == {"plant.body.m": "kg"} and sweep.polars().height == 4
-    assert "&lt;fmi2DoStep&gt;" in sweep._repr_html_() and "50.0% passed" in repr(sweep)
-    assert sweep.replay(1).folder == sweep.folder / "variants" / "1"
+    """Vary when an FMU fails, and what its check asks for: one variant fails in each way, and one passes."""
+    sweep = trackside.sweep("vary.toml", jobs=2, set={"tank.u": 0.25}, seed=7)
+    assert len(sweep) == 3 and abs(sweep.share - 1 / 3) < 1e-12 and sweep.folder == Path("target/sweeps/vary").resolve()
+    assert (sweep.variants("passed"), sweep.variants("failed"), sweep.variants("error")) == ([2], [1], [0])
+    frame = sweep.frame(["tank.at", "verdict", "margin.*", "collect.*", "error*", "seed"])
+    assert frame.index.name == "variant" and list(frame["tank.at"]) == [0.5, 2.0, 2.0]
+    assert "node `tank`" in frame["error"][0] and frame["error.node"][0] == "tank" and frame["error.time"][0] == 0.5, frame.T
+    assert frame["margin.late"][1] < 0.0 <= frame["margin.late"][2] and list(frame["collect.end"][1:]) == [1.0, 1.0], frame.T
+    assert set(frame["seed"]) == {7}
+    assert sweep.units == sweep.frame().attrs["units"] and sweep.polars("verdict").height == 3
+    assert sweep.page == sweep.folder / "sweep.html" and sweep.summary["passed"] == 1, sweep.summary
+    assert "node `tank`" in sweep._repr_html_() and "33.3% passed" in repr(sweep)
+    failed = sweep.replay(1)
+    assert failed.verdict == "fail" and failed.folder == sweep.folder / "variants" / "1"
+    assert failed.checks[0].margin == frame["margin.late"][1] and len(failed.frame()) == 11
+    try:
+        sweep.replay(0)
+    except trackside.FmuError as error:
+        assert error.run.verdict == "error" and error.run.report["steps"] == 4, error.run.report
+    else:
+        raise AssertionError("expected FmuError")
+    assert "3" in raised(trackside.InputError, lambda: sweep.replay(3))
+    # The same call takes what is there; another sweep needs a word.
+    assert trackside.sweep("vary.toml", set={"tank.u": 0.25}, seed=7).arrow().equals(sweep.arrow())
+    assert "--replace" in raised(trackside.InputError, lambda: trackside.sweep("vary.toml", seed=8))
+    assert set(trackside.sweep("vary.toml", seed=8, replace=True).frame("seed")["seed"]) == {8}
     assert "sweep.parquet" in raised(trackside.InputError, lambda: trackside.Sweep("."))
 
 
