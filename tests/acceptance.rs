@@ -30,6 +30,9 @@ mod engines;
 // Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
+// The Python package.
+#[path = "acceptance/python_package.rs"]
+mod python_package;
 // Golden recordings.
 #[path = "acceptance/baselines.rs"]
 mod baselines;
@@ -236,6 +239,7 @@ fn main() -> ExitCode {
     clocks::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);
+    python_package::register(&mut tests);
     reference_fmus::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);

@@ -8,17 +8,20 @@ use std::path::{Path, PathBuf};
 use ::system::expose::{self, Choice};
 use diagnostics::Error;
 use fmu_export::pack::{Version, archive, is_identifier};
-use orchestrator::package::{self, BuildProgress, Workspace};
+use orchestrator::package::{self, BuildProgress};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
 use scenario::plan::{Body, NodePlan, System};
 use scenario::resolve::Overrides;
-use scenario::{BuildRequest, Built, Scenario};
+use scenario::{Built, Scenario};
 
 use crate::command::progress::BuildLine;
 use crate::command::{print, tell, this_program};
 
 /// The package whose library steps a scenario.
 const LIBRARY: &str = "system-fmu";
+/// The folder that this program was built in, unless it goes to other machines.
+const BUILT_IN: Option<&str> =
+    if cfg!(feature = "portable") { None } else { Some(env!("CARGO_MANIFEST_DIR")) };
 
 /// What to pack, and how.
 pub struct Order<'a> {
@@ -143,21 +146,13 @@ fn gather(
 
 /// The built library that steps a scenario.
 fn library(progress: package::OnProgress) -> Result<PathBuf, Error> {
-    let request = BuildRequest { package: LIBRARY.to_owned(), example: None };
     // Whoever works elsewhere has the workspace that this program was built in.
     let program = this_program()?;
     let beside = program.parent().unwrap_or(Path::new("."));
-    let folders = [Path::new("."), beside, Path::new(env!("CARGO_MANIFEST_DIR"))];
-    let mut first = None;
-    for folder in folders {
-        let built = Workspace::around(folder)
-            .and_then(|workspace| workspace.make(&[], std::slice::from_ref(&request), progress));
-        match built.map(|mut built| built.plugins.remove(&request)) {
-            Ok(Some(library)) => return Ok(library),
-            Ok(None) => {}
-            Err(error) => drop(first.get_or_insert(error)),
-        }
-    }
-    let what = first.map_or_else(String::new, |error| format!(": {error}"));
-    Err(Error::input(format!("expected a library of the package {LIBRARY}, found none{what}")))
+    let mut folders = vec![Path::new("."), beside];
+    folders.extend(BUILT_IN.map(Path::new));
+    let library = package::library(LIBRARY, &folders, progress);
+    library.map_err(|error| {
+        Error::input(format!("expected a library of the package {LIBRARY}, found none: {error}"))
+    })
 }
