@@ -147,6 +147,9 @@ mod live;
 mod packed_system;
 #[path = "acceptance/pages.rs"]
 mod pages;
+// FMUs that are Python scripts.
+#[path = "acceptance/python_fmus.rs"]
+mod python_fmus;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
@@ -240,6 +243,7 @@ fn main() -> ExitCode {
     pages::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);
+    python_fmus::register(&mut tests);
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);

@@ -63,7 +63,7 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 31] = [
+const ARROWS: [(&str, &[&str]); 34] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
@@ -75,6 +75,7 @@ const ARROWS: [(&str, &[&str]); 31] = [
     ("archive", &[]),
     ("damage", &[]),
     ("isolation", &[]),
+    ("python", &[]),
     ("ssp", &["archive"]),
     ("expression", &["diagnostics", "units"]),
     ("fmu-export", &["units"]),
@@ -91,10 +92,12 @@ const ARROWS: [(&str, &[&str]); 31] = [
     ("identify", &["drive-doctor", "drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "units", "vehicle"]),
     ("system", &["cosim", "diagnostics", "fmu-export", "fmu-import", "recording", "scenario"]),
     ("system-fmu", &["fmu-export", "system"]),
+    ("python-model", &["fmu-export", "python"]),
+    ("python-fmu", &["fmu-export", "python-model"]),
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "recording", "replay", "scenario", "system", "unified-features", "units"]),
+    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "python", "python-model", "recording", "replay", "scenario", "system", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

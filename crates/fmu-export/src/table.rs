@@ -194,7 +194,10 @@ pub(crate) fn inputs<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'static st
 }
 
 /// Names that an output cannot depend on.
-pub(crate) fn dependency_problems(inputs: &[&str], row: &Row) -> impl Iterator<Item = String> + use<> {
+pub(crate) fn dependency_problems(
+    inputs: &[&str],
+    row: &Row,
+) -> impl Iterator<Item = String> + use<> {
     let names = match row.depends {
         Depends::On(names) => names,
         Depends::All => &[],

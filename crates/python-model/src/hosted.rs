@@ -118,7 +118,7 @@ impl Hosted {
         let mut process =
             Process::start(&interpreter, arguments).map_err(|failure| refused(&failure))?;
         let answer = process.answer(self.patience()).map(<[u8]>::to_vec);
-        process.take_lines().into_iter().for_each(|line| log(PRINTED, line));
+        // What it printed so far goes with the first call: the importer gets nothing of an instance that is only being made.
         let answer = answer.map_err(|failure| refused(&failure))?;
         match script::has_variables(&answer, &self.interface.variables) {
             true => Ok(process),
@@ -164,19 +164,13 @@ impl Hosted {
     }
 
     /// Asks a question with these values, and reads outputs from the answer.
-    fn ask_for_outputs(
-        &mut self,
-        question: Question,
-        numbers: &[f64],
-        all: bool,
-    ) -> FmiResult {
+    fn ask_for_outputs(&mut self, question: Question, numbers: &[f64], all: bool) -> FmiResult {
         let mut message = std::mem::take(&mut self.message);
         message.clear();
         numbers.iter().for_each(|number| message.extend(number.to_le_bytes()));
         write(if all { &self.given } else { &self.inputs }, &self.values, &mut message);
-        let done = self.ask(question, &[&message], |own, answer| {
-            read(&own.shown, answer, &mut own.values)
-        });
+        let done = self
+            .ask(question, &[&message], |own, answer| read(&own.shown, answer, &mut own.values));
         self.message = message;
         if all && done.is_ok() {
             self.untold = false;
@@ -288,16 +282,14 @@ impl CoSimulation for Hosted {
             true => self.ask_for_outputs(Question::Update, &[], true),
             false => Ok(()),
         };
-        let done =
-            told.and_then(|()| self.ask_for_outputs(Question::Step, &[time, step], false));
+        let done = told.and_then(|()| self.ask_for_outputs(Question::Step, &[time, step], false));
         let Err(FmiError { status, message }) = done else {
             self.course.now = time + step;
             self.stale = false;
             return Ok(());
         };
         self.course.terminated = status == Status::Discard;
-        self.course.state =
-            if self.course.terminated { State::StepFailed } else { State::Error };
+        self.course.state = if self.course.terminated { State::StepFailed } else { State::Error };
         Err(FmiError { status, message: format!("step of {step} s from {time} s: {message}") })
     }
 

@@ -189,10 +189,8 @@ impl Process {
     /// Waits until there is something to read.
     fn wait(&mut self, left: Duration) {
         let Some(line) = &self.line else { return };
-        let mut files = [
-            PollFd::new(line, PollFlags::IN),
-            PollFd::new(&self.printed, PollFlags::IN),
-        ];
+        let mut files =
+            [PollFd::new(line, PollFlags::IN), PollFd::new(&self.printed, PollFlags::IN)];
         // Once nobody can print any more, that alone would be told again and again.
         let count = if self.said.is_over() { 1 } else { 2 };
         let left = Timespec::try_from(left).ok();

@@ -107,7 +107,10 @@ mod tests {
         assert_eq!(said.take(), ["two", "\u{fffd}"]);
         (0..MOST + 3).for_each(|_| said.add(b"x\n"));
         let lines = said.take();
-        assert_eq!((lines.len(), lines.last().expect("a line").as_str()), (MOST + 1, "... and 3 more lines"));
+        assert_eq!(
+            (lines.len(), lines.last().expect("a line").as_str()),
+            (MOST + 1, "... and 3 more lines")
+        );
         said.add(b"last");
         said.end();
         assert_eq!((said.take(), said.last()), (vec!["last".to_owned()], "last"));

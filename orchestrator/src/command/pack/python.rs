@@ -59,9 +59,8 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let folder = tempfile::tempdir().map_err(|error| Error::output(Path::new("."), error))?;
     write(folder.path(), &resources)?;
     let interpreter = Interpreter::choose(None);
-    let described =
-        python_model::describe(&interpreter, (folder.path(), &file), class, name)
-            .map_err(|failure| refused(order, &resources, &interpreter, failure))?;
+    let described = python_model::describe(&interpreter, (folder.path(), &file), class, name)
+        .map_err(|failure| refused(order, &resources, &interpreter, failure))?;
     let Described { mut interface, table, unsaved, python, printed } = described;
     printed.iter().for_each(|line| tell(line));
     let mut building = BuildLine::default();
