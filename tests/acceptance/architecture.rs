@@ -82,7 +82,7 @@ const ARROWS: [(&str, &[&str]); 34] = [
     ("fmu-import", &["archive", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "plugin", "units"]),
-    ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "ssp", "units"]),
+    ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "python", "recording", "ssp", "units"]),
     ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),

@@ -54,7 +54,7 @@ fn a_script_keeps_all_rules_of_both_versions() {
     let lab = Lab::new();
     for (version, fmu) in [("2", "cruise.fmu"), ("3", "cruise_fmi3.fmu")] {
         pack(&lab, &cruise(), &["--fmi", version]).expect(0);
-        let (findings, code) = conform(&lab, fmu, "10");
+        let (findings, code) = conform(&lab, fmu, "30");
         assert_eq!((code, rules(&findings, "fail").len()), (Some(0), 0), "{findings:?}");
         for rule in ["reset", "instances", "state-serialise", "deterministic", "call-order"] {
             assert!(rules(&findings, "pass").contains(&rule), "{rule}: {findings:?}");
@@ -151,7 +151,7 @@ fn a_script_that_fails_is_told_with_its_line() {
         ("begins", "odd.py:36, in initialise: ValueError: cannot begin"),
         ("raises", "odd.py:46, in step: ZeroDivisionError: nothing left"),
         ("exits", "odd.py:57, in step: the script called exit('enough')"),
-        ("hangs", "no answer within 2 s, at odd.py: of Python was ended"),
+        ("hangs", "no answer within 2 s, at odd.py:"),
         ("sleeps", "no answer within 2 s, at odd.py:51, in step"),
         ("dies", "the process of Python ended (signal: 9 (SIGKILL))"),
         ("leaves", "the process of Python ended (exit status: 0)"),

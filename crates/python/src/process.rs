@@ -32,6 +32,7 @@ const RAISED: u8 = 1;
 const TERMINATED: u8 = 2;
 
 /// A Python process with a script in it. It ends when this is dropped, and when this program ends.
+#[derive(Debug)]
 pub struct Process {
     child: Child,
     /// Both ways; nothing once it is closed.
@@ -97,7 +98,7 @@ impl Process {
     /// As there.
     pub fn answer(&mut self, patience: Duration) -> Result<&[u8], Failure> {
         match self.receive(patience)? {
-            Some(DONE) => Ok(&self.answer[HEAD..]),
+            Some(DONE) => Ok(self.contents()),
             Some(number) => {
                 let what = format!("answered with the number {number}, which means nothing");
                 Err(self.end(&what))
@@ -156,12 +157,19 @@ impl Process {
     /// The contents of the last answer.
     #[must_use]
     pub fn contents(&self) -> &[u8] {
-        self.answer.get(HEAD..).unwrap_or_default()
+        self.answer.get(HEAD..self.end_of_answer()).unwrap_or_default()
     }
 
-    /// Makes room for an answer that follows without a question.
-    pub fn forget_answer(&mut self) {
-        self.answer.clear();
+    /// Goes on to the answer that follows without a question.
+    pub fn next(&mut self) {
+        let rest = self.answer.split_off(self.end_of_answer().min(self.answer.len()));
+        self.answer = rest;
+    }
+
+    /// Where the answer ends that has begun.
+    fn end_of_answer(&self) -> usize {
+        let length = self.answer.first_chunk().map_or(0, |length| u32::from_le_bytes(*length));
+        HEAD + length as usize
     }
 
     /// The exception in the answer.
@@ -176,14 +184,11 @@ impl Process {
 
     /// Whether the answer is there.
     fn is_complete(&mut self) -> Result<bool, Failure> {
-        let Some(Ok(length)) = self.answer.get(..4).map(<[u8; 4]>::try_from) else {
-            return Ok(false);
-        };
-        let length = u32::from_le_bytes(length) as usize;
+        let length = self.end_of_answer();
         if length > LARGEST {
             return Err(self.end(&format!("announced an answer of {length} bytes")));
         }
-        Ok(self.answer.len() >= HEAD + length)
+        Ok(self.answer.len() >= length)
     }
 
     /// Waits until there is something to read.
