@@ -147,6 +147,9 @@ mod live;
 mod packed_system;
 #[path = "acceptance/pages.rs"]
 mod pages;
+// Analyses that are Python scripts.
+#[path = "acceptance/python_analyses.rs"]
+mod python_analyses;
 // FMUs that are Python scripts.
 #[path = "acceptance/python_fmus.rs"]
 mod python_fmus;
@@ -243,6 +246,7 @@ fn main() -> ExitCode {
     pages::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);
+    python_analyses::register(&mut tests);
     python_fmus::register(&mut tests);
     recordings::register(&mut tests);
     results::register(&mut tests);
