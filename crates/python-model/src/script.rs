@@ -178,7 +178,7 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
         Some(place) => format!("`{}`: {problem}", table.variables[place].row.name),
         None => problem,
     }));
-    if !(said.patience > 0.0) {
+    if said.patience.is_nan() || said.patience <= 0.0 {
         wrong.push(format!("expected a positive `patience`, found {}", said.patience));
     }
     if !wrong.is_empty() {
