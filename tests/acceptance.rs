@@ -160,6 +160,12 @@ mod live;
 mod packed_system;
 #[path = "acceptance/pages.rs"]
 mod pages;
+// Analyses that are Python scripts.
+#[path = "acceptance/python_analyses.rs"]
+mod python_analyses;
+// FMUs that are Python scripts.
+#[path = "acceptance/python_fmus.rs"]
+mod python_fmus;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
@@ -256,6 +262,8 @@ fn main() -> ExitCode {
     pages::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);
+    python_analyses::register(&mut tests);
+    python_fmus::register(&mut tests);
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);

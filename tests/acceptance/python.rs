@@ -52,6 +52,11 @@ impl Python {
         format!("'{}' -B '{}'", self.0.join("bin/python").display(), script.display())
     }
 
+    /// The interpreter.
+    pub fn program(&self) -> PathBuf {
+        self.0.join("bin/python")
+    }
+
     /// Python as a library, which FMUs of pythonfmu expect in the process; some Pythons have none.
     pub fn library(&self) -> String {
         let script = "import pathlib, sysconfig; at = sysconfig.get_config_var; \
