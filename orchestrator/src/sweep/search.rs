@@ -45,7 +45,8 @@ impl Found {
     pub fn line(&self) -> String {
         let named = |place: usize, value: f64| {
             let (name, unit) = &self.names[place];
-            let unit = unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+            let unit = unit.as_ref().filter(|unit| *unit != "1");
+            let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
             format!("{name} = {value}{unit}")
         };
         let after = match self.status {
