@@ -30,6 +30,9 @@ mod engines;
 // Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
+// The Python package.
+#[path = "acceptance/python_package.rs"]
+mod python_package;
 // Golden recordings.
 #[path = "acceptance/baselines.rs"]
 mod baselines;
@@ -157,6 +160,12 @@ mod live;
 mod packed_system;
 #[path = "acceptance/pages.rs"]
 mod pages;
+// Analyses that are Python scripts.
+#[path = "acceptance/python_analyses.rs"]
+mod python_analyses;
+// FMUs that are Python scripts.
+#[path = "acceptance/python_fmus.rs"]
+mod python_fmus;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
@@ -236,6 +245,7 @@ fn main() -> ExitCode {
     clocks::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);
+    python_package::register(&mut tests);
     reference_fmus::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);
@@ -252,6 +262,8 @@ fn main() -> ExitCode {
     pages::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);
+    python_analyses::register(&mut tests);
+    python_fmus::register(&mut tests);
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);

@@ -1,6 +1,7 @@
 //! The commands of the program, a file for each; `Command` lists them.
 
 mod conform;
+mod convert;
 mod doctor;
 mod explain;
 mod inspect;
@@ -50,6 +51,8 @@ pub enum Command {
     Doctor(Box<doctor::Arguments>),
     /// Open a run in the Rerun viewer, or two runs over each other.
     View(view::Arguments),
+    /// Write the signals of a recording as a table: Parquet or CSV.
+    Convert(convert::Arguments),
     /// Make a valid recording of one that a killed run left.
     Recover(recover::Arguments),
     /// Print the JSON schema of scenario files, for editors.
@@ -74,6 +77,7 @@ impl Command {
             Command::Conform(arguments) => conform::run(arguments),
             Command::Doctor(arguments) => doctor::run(arguments),
             Command::View(arguments) => view::run(arguments),
+            Command::Convert(arguments) => convert::run(arguments),
             Command::Recover(arguments) => recover::run(arguments),
             Command::Schema(arguments) => schema::run(arguments),
             Command::Explain(arguments) => explain::run(arguments),

@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Write run.csv too.
     #[arg(long)]
     csv: bool,
+    /// Write run.parquet too, a table for pandas, polars, DuckDB and MATLAB.
+    #[arg(long)]
+    parquet: bool,
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
@@ -194,6 +197,7 @@ impl Arguments {
         Ok(RunOptions {
             out: None,
             csv: self.csv,
+            parquet: self.parquet,
             bless: self.bless,
             variant: self.variant.clone(),
             overrides: Overrides {

@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use ::system::expose::{self, Choice};
 use diagnostics::Error;
 use fmu_export::pack::{Version, archive, is_identifier};
-use orchestrator::package::{self, BuildProgress, Workspace};
+use orchestrator::package::{self, BuildProgress};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
 use scenario::plan::{Body, NodePlan, System};
 use scenario::resolve::Overrides;
-use scenario::{BuildRequest, Built, Scenario};
+use scenario::{Built, Scenario};
 
 use crate::command::progress::BuildLine;
-use crate::command::{print, tell, this_program};
+use crate::command::{print, tell};
 
 /// The package whose library steps a scenario.
 const LIBRARY: &str = "system-fmu";
@@ -54,7 +54,7 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let mut building = BuildLine::default();
     let progress = &mut |progress: BuildProgress| building.show(&progress);
     let built = package::build(&scenario, progress)?;
-    let library = library(progress)?;
+    let library = super::library::find(LIBRARY, progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
     let made = gather(&scenario, &built, &order.choice, folder.path())?;
@@ -139,25 +139,4 @@ fn gather(
     };
     let resources = names.map(read).collect::<Result<_, Error>>()?;
     Ok(Made { interface, table, left_out, resources })
-}
-
-/// The built library that steps a scenario.
-fn library(progress: package::OnProgress) -> Result<PathBuf, Error> {
-    let request = BuildRequest { package: LIBRARY.to_owned(), example: None };
-    // Whoever works elsewhere has the workspace that this program was built in.
-    let program = this_program()?;
-    let beside = program.parent().unwrap_or(Path::new("."));
-    let folders = [Path::new("."), beside, Path::new(env!("CARGO_MANIFEST_DIR"))];
-    let mut first = None;
-    for folder in folders {
-        let built = Workspace::around(folder)
-            .and_then(|workspace| workspace.make(&[], std::slice::from_ref(&request), progress));
-        match built.map(|mut built| built.plugins.remove(&request)) {
-            Ok(Some(library)) => return Ok(library),
-            Ok(None) => {}
-            Err(error) => drop(first.get_or_insert(error)),
-        }
-    }
-    let what = first.map_or_else(String::new, |error| format!(": {error}"));
-    Err(Error::input(format!("expected a library of the package {LIBRARY}, found none{what}")))
 }
